@@ -1,0 +1,20 @@
+//! Directions in the local frame and the reciprocal inputs that evolved programs read.
+//!
+//! This crate owns the mathematics of a pair of directions: what an [`Input`] is worth for it, and why swapping the
+//! two directions never changes that worth. It refuses to know meshes, programs, images and files.
+//!
+//! ```
+//! use brood_brdf::{DirectionPair, Input};
+//! use glam::{DVec2, DVec3};
+//!
+//! let pair = DirectionPair::new(DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8)).unwrap();
+//! for input in Input::ALL {
+//!     assert_eq!(input.evaluate(&pair, DVec2::ZERO), input.evaluate(&pair.swapped(), DVec2::ZERO));
+//! }
+//! ```
+
+mod direction;
+mod input;
+
+pub use direction::{DirectionError, DirectionPair};
+pub use input::{Input, InputMask, Parametrisation};

@@ -1,0 +1,192 @@
+//! The arithmetic of the machine, once for canonical f32 and once for the f64 reference.
+//!
+//! Canonical f32 defines every bit that is stored or compared: each operation rounds once, in the order written, and
+//! is then clamped to the range of the half registers of the paper's hardware. The f64 reference does the same
+//! operations with the same clamps; it measures error and nothing else.
+
+use crate::functions;
+
+/// Every arithmetic result is clamped to `[-RANGE, RANGE]`.
+pub const RANGE: f32 = 65504.0;
+
+/// Largest argument of sine and cosine.
+pub(crate) const ANGLE_RANGE: f32 = 1024.0;
+/// Arguments of the power of two.
+pub(crate) const EX2_RANGE: (f32, f32) = (-24.0, 16.0);
+/// Keeps logarithm and reciprocals total: 2^-24.
+pub(crate) const EPSILON: f32 = 1.0 / 16_777_216.0;
+
+/// The scalar operations that every opcode is made of.
+///
+/// # Domain
+/// Arguments are finite and within `[-RANGE, RANGE]`; so are results. There is no argument in that domain for which a
+/// result is NaN or infinite.
+pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
+    /// The nearest value to an f32, which is that f32 itself.
+    fn from_f32(value: f32) -> Self;
+    /// Clamped sum.
+    #[must_use]
+    fn add(self, other: Self) -> Self;
+    /// Clamped product.
+    #[must_use]
+    fn mul(self, other: Self) -> Self;
+    /// Sign flipped.
+    #[must_use]
+    fn neg(self) -> Self;
+    /// Sine; the argument is clamped to +-1024. (Named so that a type's own `sin` is never taken by mistake.)
+    #[must_use]
+    fn sine(self) -> Self;
+    /// Cosine; the argument is clamped to +-1024.
+    #[must_use]
+    fn cosine(self) -> Self;
+    /// 2^x; the argument is clamped to [-24, 16], the result to the range.
+    #[must_use]
+    fn ex2(self) -> Self;
+    /// log2(x^2 + 2^-24).
+    #[must_use]
+    fn lg2(self) -> Self;
+    /// x / (x^2 + 2^-24), clamped.
+    #[must_use]
+    fn rcp(self) -> Self;
+    /// 1 / sqrt(x^2 + 2^-24).
+    #[must_use]
+    fn rsq(self) -> Self;
+    /// log2(1 + 2^x), the power as in `ex2` of -|x|.
+    #[must_use]
+    fn spl(self) -> Self;
+    /// The product of a value with itself, not clamped: the BRDF is the square of the result registers.
+    #[must_use]
+    fn square(self) -> Self;
+    /// Product and sum without clamp, for the output stage, whose factors are bounded and non-negative.
+    #[must_use]
+    fn output_mul_add(self, factor: Self, addend: Self) -> Self;
+}
+
+impl Arithmetic for f32 {
+    #[inline(always)]
+    fn from_f32(value: f32) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        functions::clamp(self + other)
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        functions::clamp(self * other)
+    }
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        -self
+    }
+
+    #[inline(always)]
+    fn sine(self) -> Self {
+        functions::sin(self)
+    }
+
+    #[inline(always)]
+    fn cosine(self) -> Self {
+        functions::cos(self)
+    }
+
+    #[inline(always)]
+    fn ex2(self) -> Self {
+        functions::ex2(self)
+    }
+
+    #[inline(always)]
+    fn lg2(self) -> Self {
+        functions::lg2(self)
+    }
+
+    #[inline(always)]
+    fn rcp(self) -> Self {
+        functions::rcp(self)
+    }
+
+    #[inline(always)]
+    fn rsq(self) -> Self {
+        functions::rsq(self)
+    }
+
+    #[inline(always)]
+    fn spl(self) -> Self {
+        functions::spl(self)
+    }
+
+    #[inline(always)]
+    fn square(self) -> Self {
+        self * self
+    }
+
+    #[inline(always)]
+    fn output_mul_add(self, factor: Self, addend: Self) -> Self {
+        self * factor + addend
+    }
+}
+
+impl Arithmetic for f64 {
+    fn from_f32(value: f32) -> Self {
+        f64::from(value)
+    }
+
+    fn add(self, other: Self) -> Self {
+        clamp(self + other)
+    }
+
+    fn mul(self, other: Self) -> Self {
+        clamp(self * other)
+    }
+
+    fn neg(self) -> Self {
+        -self
+    }
+
+    fn sine(self) -> Self {
+        libm::sin(angle(self))
+    }
+
+    fn cosine(self) -> Self {
+        libm::cos(angle(self))
+    }
+
+    fn ex2(self) -> Self {
+        clamp(libm::exp2(self.clamp(f64::from(EX2_RANGE.0), f64::from(EX2_RANGE.1))))
+    }
+
+    fn lg2(self) -> Self {
+        libm::log2(self * self + f64::from(EPSILON))
+    }
+
+    fn rcp(self) -> Self {
+        clamp(self / (self * self + f64::from(EPSILON)))
+    }
+
+    fn rsq(self) -> Self {
+        1.0 / (self * self + f64::from(EPSILON)).sqrt()
+    }
+
+    fn spl(self) -> Self {
+        self.max(0.0) + libm::log2(1.0 + (-self.abs()).ex2())
+    }
+
+    fn square(self) -> Self {
+        self * self
+    }
+
+    fn output_mul_add(self, factor: Self, addend: Self) -> Self {
+        self * factor + addend
+    }
+}
+
+fn clamp(x: f64) -> f64 {
+    x.clamp(-f64::from(RANGE), f64::from(RANGE))
+}
+
+fn angle(x: f64) -> f64 {
+    x.clamp(-f64::from(ANGLE_RANGE), f64::from(ANGLE_RANGE))
+}

@@ -1,0 +1,202 @@
+//! Dialects: which opcodes, inputs, registers and length the genomes of a lineage have.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Input, Parametrisation};
+
+/// Which opcodes and inputs there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OpcodeSet {
+    /// The paper's thirteen opcodes and eight inputs.
+    #[default]
+    Paper,
+    /// Four more smooth functions, and symmetric inputs in R7, R8 and R9.
+    Extended,
+}
+
+/// What a genome may use. Fixed for a lineage but for `isotropic` and `homogeneous`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dialect {
+    /// Opcodes and inputs.
+    pub opcodes: OpcodeSet,
+    /// How the azimuthal inputs are formed.
+    pub parametrisation: Parametrisation,
+    /// Temporary registers, 4 to 16 (extended: 10 to 16).
+    pub registers: u8,
+    /// Instructions, 1 to 1024.
+    pub length: u16,
+    /// p5 and p6 read as 0: unchanged by rotations about the normal.
+    pub isotropic: bool,
+    /// u and v read as 0: the same everywhere on the surface.
+    pub homogeneous: bool,
+}
+
+impl Default for Dialect {
+    fn default() -> Self {
+        Self {
+            opcodes: OpcodeSet::Paper,
+            parametrisation: Parametrisation::Smooth,
+            registers: 7,
+            length: 100,
+            isotropic: false,
+            homogeneous: false,
+        }
+    }
+}
+
+/// Why a dialect is not one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum DialectError {
+    /// Register count outside what the opcode set allows.
+    #[error("registers must be {min} to 16, not {given}")]
+    Registers {
+        /// Least count for this opcode set.
+        min: u8,
+        /// What was asked for.
+        given: u8,
+    },
+    /// Length outside 1..=1024.
+    #[error("length must be 1 to 1024, not {0}")]
+    Length(u16),
+}
+
+/// What a component of a register holds before the first instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// The constant 0.
+    Zero,
+    /// The constant 1.
+    One,
+    /// An input of the sample.
+    Input(Input),
+}
+
+/// The eight quantities of the paper, before a parametrisation is chosen.
+#[derive(Clone, Copy)]
+enum Symbol {
+    P1,
+    P3,
+    P5,
+    P6,
+    Q1,
+    Q2,
+    U,
+    V,
+}
+
+use Symbol::{P1, P3, P5, P6, Q1, Q2, U, V};
+
+/// R0..R6; registers beyond repeat them.
+const INITIAL: [[Symbol; 4]; 7] = [
+    [P1, P3, P5, P6],
+    [Q1, Q2, U, V],
+    [P3, Q1, Q2, P1],
+    [Q1, Q2, P1, P3],
+    [Q2, P1, P3, Q1],
+    [P6, P5, V, U],
+    [P1, Q1, P5, U],
+];
+
+impl Dialect {
+    /// Checks the bounds of the fields.
+    pub fn validate(&self) -> Result<(), DialectError> {
+        let min = match self.opcodes {
+            OpcodeSet::Paper => 4,
+            OpcodeSet::Extended => 10,
+        };
+        if !(min..=16).contains(&self.registers) {
+            return Err(DialectError::Registers { min, given: self.registers });
+        }
+        if !(1..=1024).contains(&self.length) {
+            return Err(DialectError::Length(self.length));
+        }
+        Ok(())
+    }
+
+    /// Whether genomes of both dialects can be crossed: the same but for `isotropic` and `homogeneous`.
+    #[must_use]
+    pub fn is_compatible(&self, other: &Self) -> bool {
+        let free = |dialect: &Self| Self { isotropic: false, homogeneous: false, ..*dialect };
+        free(self) == free(other)
+    }
+
+    /// What component 0..4 of temporary register `register` holds before the first instruction.
+    #[must_use]
+    pub fn initial(&self, register: u8, component: usize) -> Source {
+        if self.opcodes == OpcodeSet::Extended && (7..10).contains(&register) {
+            return self.extended(register, component);
+        }
+        self.symbol(INITIAL[usize::from(register) % INITIAL.len()][component])
+    }
+
+    fn extended(&self, register: u8, component: usize) -> Source {
+        let input = match (register, component) {
+            (7, 0) => Input::LogTanHalf,
+            (7, 1) => Input::HalfDotLight,
+            (7, 2) => Input::CosineDifference,
+            (7, _) => Input::MirrorAsymmetry,
+            (8, 0) => Input::CosineProduct,
+            (8, 1) => Input::LogHalfDotLight,
+            (8, 2) => Input::LogHalfAngle,
+            (8, _) => Input::LogCosineProduct,
+            (_, 0) => Input::LogCosineSum,
+            (_, 1) => Input::NormalDotHalf,
+            (_, 2) => return self.symbol(P3),
+            _ => return Source::One,
+        };
+        Source::Input(input)
+    }
+
+    fn symbol(&self, symbol: Symbol) -> Source {
+        use Parametrisation::{Paper, Smooth};
+        Source::Input(match (symbol, self.parametrisation) {
+            (P5 | P6, _) if self.isotropic => return Source::Zero,
+            (U | V, _) if self.homogeneous => return Source::Zero,
+            (P1, _) => Input::P1,
+            (U, _) => Input::U,
+            (V, _) => Input::V,
+            (P3, Smooth) => Input::SmoothP3,
+            (P5, Smooth) => Input::SmoothP5,
+            (P6, Smooth) => Input::SmoothP6,
+            (Q1, Smooth) => Input::SmoothQ1,
+            (Q2, Smooth) => Input::SmoothQ2,
+            (P3, Paper) => Input::PaperP3,
+            (P5, Paper) => Input::PaperP5,
+            (P6, Paper) => Input::PaperP6,
+            (Q1, Paper) => Input::PaperQ1,
+            (Q2, Paper) => Input::PaperQ2,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constraints_make_their_inputs_zero() {
+        let dialect = Dialect { isotropic: true, homogeneous: true, ..Dialect::default() };
+        for register in 0..7 {
+            for component in 0..4 {
+                if let Source::Input(input) = dialect.initial(register, component) {
+                    use Input::{P1, SmoothP3, SmoothQ1, SmoothQ2};
+                    assert!([P1, SmoothP3, SmoothQ1, SmoothQ2].contains(&input));
+                }
+            }
+        }
+        assert_eq!(dialect.initial(5, 0), Source::Zero);
+    }
+
+    #[test]
+    fn dialect_is_refused_when_out_of_bounds() {
+        let dialect = Dialect::default();
+        assert!(Dialect { registers: 3, ..dialect }.validate().is_err());
+        assert!(Dialect { registers: 17, ..dialect }.validate().is_err());
+        assert!(Dialect { length: 0, ..dialect }.validate().is_err());
+        let extended = Dialect { opcodes: OpcodeSet::Extended, ..dialect };
+        assert_eq!(extended.validate(), Err(DialectError::Registers { min: 10, given: 7 }));
+        assert!(Dialect { registers: 10, ..extended }.validate().is_ok());
+    }
+}

@@ -1,0 +1,65 @@
+//! Accuracy of the canonical functions against `libm` in f64, over a dense sweep of all exponents.
+
+use super::*;
+use crate::Arithmetic;
+
+/// Every `step`-th positive and negative f32 up to `limit`.
+fn sweep(limit: f32, step: u32) -> impl Iterator<Item = f32> {
+    (0..=limit.to_bits())
+        .step_by(usize::try_from(step).unwrap())
+        .flat_map(|bits| [f32::from_bits(bits), -f32::from_bits(bits)])
+}
+
+/// Distance between two f32 bit patterns around an f64 value, in units of the last place of the value.
+fn ulps(got: f32, exact: f64) -> f64 {
+    let exponent = exact.abs().log2().floor().max(-126.0);
+    (f64::from(got) - exact).abs() / (exponent - 23.0).exp2()
+}
+
+fn check_angle_function(got: f32, exact: f64, x: f32) {
+    assert!(got.abs() <= 1.000_000_2, "{x}: {got}");
+    if exact.abs() >= 1.0 / 1024.0 {
+        assert!(ulps(got, exact) <= 2.0, "{x}: {got} {exact} {} ulp", ulps(got, exact));
+    } else {
+        assert!((f64::from(got) - exact).abs() <= 1.2e-7, "{x}: {got} {exact}");
+    }
+}
+
+#[test]
+fn sine_and_cosine_are_within_bounds() {
+    let near_zeros = (-651..=651).flat_map(|k| {
+        let x = k as f32 * std::f32::consts::FRAC_PI_2;
+        (-40i32..=40).map(move |d| f32::from_bits((x.to_bits() as i32 + d) as u32))
+    });
+    for x in sweep(1100.0, 377).chain(near_zeros.filter(|x| x.is_finite())) {
+        check_angle_function(sin(x), Arithmetic::sine(f64::from(x)), x);
+        check_angle_function(cos(x), Arithmetic::cosine(f64::from(x)), x);
+        assert_eq!(sin(-x), -sin(x), "odd at {x}");
+        assert_eq!(cos(-x), cos(x), "even at {x}");
+    }
+}
+
+#[test]
+fn power_of_two_is_within_two_ulp() {
+    for x in sweep(30.0, 211) {
+        let exact = Arithmetic::ex2(f64::from(x));
+        assert!(ulps(ex2(x), exact) <= 2.0, "{x}: {} {exact}", ex2(x));
+    }
+    for k in -24i8..=16 {
+        assert_eq!(f64::from(ex2(f32::from(k))), f64::from(k).exp2().min(f64::from(RANGE)));
+    }
+}
+
+#[test]
+fn smooth_functions_are_within_bounds() {
+    for x in sweep(RANGE, 1013) {
+        let exact = f64::from(x);
+        assert!((f64::from(lg2(x)) - exact.lg2()).abs() <= 2.5e-6, "lg2 {x}: {}", lg2(x));
+        assert!(ulps(rsq(x), exact.rsq()) <= 4.0, "rsq {x}: {} {}", rsq(x), exact.rsq());
+        if x.abs() > 1e-30 {
+            assert!(ulps(rcp(x), exact.rcp()) <= 4.0, "rcp {x}: {} {}", rcp(x), exact.rcp());
+        }
+        let (got, exact) = (f64::from(spl(x)), exact.spl());
+        assert!((got - exact).abs() <= 1e-6 + exact * 1.2e-7, "spl {x}: {got} {exact}");
+    }
+}

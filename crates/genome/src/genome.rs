@@ -1,0 +1,190 @@
+//! The genome: instructions, constants, dialect and the output stage, valid by construction.
+
+use crate::{Dialect, DialectError, Instruction, InstructionError, RANGE};
+
+/// Number of constant registers.
+pub const CONSTANTS: usize = 128;
+
+/// A fixed-length program that computes a BRDF.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Genome {
+    dialect: Dialect,
+    instructions: Vec<Instruction>,
+    constants: Box<[[f32; 4]; CONSTANTS]>,
+    output: Output,
+}
+
+/// What turns the squares of the result registers into reflectance: f = scale (matrix g^2) + offset.
+///
+/// All numbers are finite and in [0, 65504], so that f stays non-negative and finite whatever the program does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output {
+    matrix: [[f32; 3]; 3],
+    scale: [f32; 3],
+    offset: [f32; 3],
+}
+
+/// Why an output stage is not one.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum OutputError {
+    /// A number that is negative, not finite or beyond the range.
+    #[error("{0} is not a number from 0 to 65504")]
+    OutOfRange(f32),
+    /// A saturation outside 0 to 1.
+    #[error("saturation must be 0 to 1, not {0}")]
+    Saturation(f32),
+}
+
+/// Why parts do not make a genome.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum GenomeError {
+    /// The dialect itself.
+    #[error(transparent)]
+    Dialect(#[from] DialectError),
+    /// The number of instructions is not the dialect's length.
+    #[error("the dialect's length is {expected} instructions, not {given}")]
+    Length {
+        /// By the dialect.
+        expected: u16,
+        /// As given.
+        given: usize,
+    },
+    /// An instruction that is not valid in the dialect.
+    #[error("instruction {index}: {error}")]
+    Instruction {
+        /// Position in the genome.
+        index: usize,
+        /// What is wrong.
+        error: InstructionError,
+    },
+    /// A constant that is not finite or beyond the range.
+    #[error("constant C{index}: {value} is not a number from -65504 to 65504")]
+    Constant {
+        /// The register.
+        index: usize,
+        /// The value.
+        value: f32,
+    },
+}
+
+impl Genome {
+    /// Puts a genome together, checking everything.
+    pub fn new(
+        dialect: Dialect,
+        instructions: Vec<Instruction>,
+        constants: Box<[[f32; 4]; CONSTANTS]>,
+        output: Output,
+    ) -> Result<Self, GenomeError> {
+        dialect.validate()?;
+        if instructions.len() != usize::from(dialect.length) {
+            let given = instructions.len();
+            return Err(GenomeError::Length { expected: dialect.length, given });
+        }
+        for (index, instruction) in instructions.iter().enumerate() {
+            let operands: Vec<_> = instruction.operands().collect();
+            let (opcode, dst) = (instruction.opcode(), instruction.dst());
+            Instruction::new(opcode, dst, instruction.write_mask(), &operands, &dialect)
+                .map_err(|error| GenomeError::Instruction { index, error })?;
+        }
+        for (index, constant) in constants.iter().enumerate() {
+            if let Some(value) = constant.iter().find(|v| !(v.abs() <= RANGE)) {
+                return Err(GenomeError::Constant { index, value: *value });
+            }
+        }
+        Ok(Self { dialect, instructions, constants, output })
+    }
+
+    /// What it may use.
+    #[must_use]
+    pub fn dialect(&self) -> &Dialect {
+        &self.dialect
+    }
+
+    /// The instructions, as many as the dialect's length.
+    #[must_use]
+    pub fn instructions(&self) -> &[Instruction] {
+        &self.instructions
+    }
+
+    /// C0..C127.
+    #[must_use]
+    pub fn constants(&self) -> &[[f32; 4]; CONSTANTS] {
+        &self.constants
+    }
+
+    /// The output stage.
+    #[must_use]
+    pub fn output(&self) -> &Output {
+        &self.output
+    }
+
+    /// The same program with another output stage.
+    #[must_use]
+    pub fn with_output(self, output: Output) -> Self {
+        Self { output, ..self }
+    }
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Output {
+    /// f = g^2.
+    pub const IDENTITY: Self = Self {
+        matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        scale: [1.0; 3],
+        offset: [0.0; 3],
+    };
+
+    /// Checks that all numbers are finite and in [0, 65504]. Rows of the matrix make red, green, blue.
+    pub fn new(
+        matrix: [[f32; 3]; 3],
+        scale: [f32; 3],
+        offset: [f32; 3],
+    ) -> Result<Self, OutputError> {
+        let numbers = matrix.iter().flatten().chain(&scale).chain(&offset);
+        match numbers.copied().find(|value| !(0.0..=RANGE).contains(value)) {
+            Some(value) => Err(OutputError::OutOfRange(value)),
+            // Adding +0 turns -0 into 0, so that equal stages have equal bits.
+            None => Ok(Self {
+                matrix: matrix.map(|row| row.map(|value| value + 0.0)),
+                scale: scale.map(|value| value + 0.0),
+                offset: offset.map(|value| value + 0.0),
+            }),
+        }
+    }
+
+    /// The matrix that mixes colours with their luminance (Rec. 709 weights): 1 keeps them, 0 leaves grey.
+    pub fn saturation(saturation: f32) -> Result<Self, OutputError> {
+        const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+        if !(0.0..=1.0).contains(&saturation) {
+            return Err(OutputError::Saturation(saturation));
+        }
+        let mut matrix = [LUMINANCE.map(|weight| (1.0 - saturation) * weight); 3];
+        for (channel, row) in matrix.iter_mut().enumerate() {
+            row[channel] += saturation;
+        }
+        Self::new(matrix, [1.0; 3], [0.0; 3])
+    }
+
+    /// Rows make red, green, blue.
+    #[must_use]
+    pub fn matrix(&self) -> &[[f32; 3]; 3] {
+        &self.matrix
+    }
+
+    /// Factor of each channel after the matrix.
+    #[must_use]
+    pub fn scale(&self) -> &[f32; 3] {
+        &self.scale
+    }
+
+    /// What is added to each channel last.
+    #[must_use]
+    pub fn offset(&self) -> &[f32; 3] {
+        &self.offset
+    }
+}

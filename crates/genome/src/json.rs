@@ -1,0 +1,187 @@
+//! The JSON form of a genome: the same words as the text, in a structure that scripts can edit.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::text::{parse_destination, parse_operand};
+use crate::{CONSTANTS, Dialect, Genome, Instruction, Opcode, Output};
+
+/// What is wrong with a genome in JSON, and where.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{pointer}: {reason}")]
+pub struct JsonError {
+    /// JSON pointer to the offending value.
+    pub pointer: String,
+    /// What is wrong.
+    pub reason: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GenomeJson {
+    brood: u32,
+    dialect: Dialect,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    matrix: Option<[[f32; 3]; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    scale: Option<[f32; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    offset: Option<[f32; 3]>,
+    #[serde(default)]
+    constants: BTreeMap<String, [f32; 4]>,
+    instructions: Vec<InstructionJson>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InstructionJson {
+    opcode: String,
+    dst: String,
+    src: Vec<String>,
+}
+
+impl Genome {
+    /// The genome as a JSON value.
+    #[must_use]
+    pub fn to_json(&self) -> serde_json::Value {
+        let identity = Output::IDENTITY;
+        let output = self.output();
+        let other = |differs: bool| differs.then_some(());
+        let constants = self.constants().iter().enumerate();
+        let given = constants.filter(|(_, constant)| constant.iter().any(|v| v.to_bits() != 0));
+        let json = GenomeJson {
+            brood: 1,
+            dialect: *self.dialect(),
+            matrix: other(output.matrix() != identity.matrix()).map(|()| *output.matrix()),
+            scale: other(output.scale() != identity.scale()).map(|()| *output.scale()),
+            offset: other(output.offset() != identity.offset()).map(|()| *output.offset()),
+            constants: given.map(|(index, constant)| (format!("C{index}"), *constant)).collect(),
+            instructions: self.instructions().iter().map(instruction_json).collect(),
+        };
+        serde_json::to_value(json).expect("a genome holds finite numbers and strings only")
+    }
+
+    /// The genome of a JSON value.
+    ///
+    /// # Errors
+    /// Names the first offending value by its JSON pointer.
+    pub fn from_json(value: serde_json::Value) -> Result<Self, JsonError> {
+        let json: GenomeJson =
+            serde_path(value).map_err(|(pointer, reason)| JsonError { pointer, reason })?;
+        let error = |pointer: String, reason: String| JsonError { pointer, reason };
+        if json.brood != 1 {
+            return Err(error("/brood".into(), "the format version is 1".into()));
+        }
+        json.dialect.validate().map_err(|e| error("/dialect".into(), e.to_string()))?;
+        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+        for (name, constant) in &json.constants {
+            let index = name.strip_prefix('C').and_then(|digits| digits.parse::<usize>().ok());
+            match index.and_then(|index| constants.get_mut(index)) {
+                Some(slot) => *slot = *constant,
+                None => {
+                    let reason = "constants are named C0 to C127".to_owned();
+                    return Err(error("/constants".into(), reason));
+                }
+            }
+        }
+        let mut instructions = Vec::with_capacity(json.instructions.len().min(1024));
+        for (index, instruction) in json.instructions.iter().enumerate() {
+            let parsed = parse_instruction(instruction, &json.dialect)
+                .map_err(|(at, reason)| error(format!("/instructions/{index}{at}"), reason))?;
+            instructions.push(parsed);
+        }
+        let identity = Output::IDENTITY;
+        let output = Output::new(
+            json.matrix.unwrap_or(*identity.matrix()),
+            json.scale.unwrap_or(*identity.scale()),
+            json.offset.unwrap_or(*identity.offset()),
+        )
+        .map_err(|e| error("/matrix".into(), e.to_string()))?;
+        Self::new(json.dialect, instructions, constants, output)
+            .map_err(|e| error(String::new(), e.to_string()))
+    }
+}
+
+fn instruction_json(instruction: &Instruction) -> InstructionJson {
+    InstructionJson {
+        opcode: instruction.opcode().name().to_owned(),
+        dst: format!("R{}{}", instruction.dst(), instruction.write_mask()),
+        src: instruction.operands().map(|operand| operand.to_string()).collect(),
+    }
+}
+
+fn parse_instruction(
+    json: &InstructionJson,
+    dialect: &Dialect,
+) -> Result<Instruction, (String, String)> {
+    let opcode = Opcode::from_name(&json.opcode)
+        .ok_or_else(|| ("/opcode".to_owned(), "there is no such opcode".to_owned()))?;
+    let (dst, mask) =
+        parse_destination(&json.dst).map_err(|reason| ("/dst".to_owned(), reason))?;
+    let mut operands = Vec::with_capacity(3);
+    for (index, text) in json.src.iter().enumerate().take(4) {
+        let operand = parse_operand(text, opcode);
+        operands.push(operand.map_err(|reason| (format!("/src/{index}"), reason))?);
+    }
+    Instruction::new(opcode, dst, mask, &operands, dialect)
+        .map_err(|error| (String::new(), error.to_string()))
+}
+
+/// Deserialises, turning serde's account of an error into a pointer as far as it is known.
+fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> {
+    check_numbers(&value)?;
+    serde_json::from_value(value).map_err(|error| (String::new(), error.to_string()))
+}
+
+/// f32 fields would take 1e39 as infinity; constants are checked here so that the pointer can be exact.
+fn check_numbers(value: &serde_json::Value) -> Result<(), (String, String)> {
+    let Some(constants) = value.get("constants").and_then(|v| v.as_object()) else {
+        return Ok(());
+    };
+    for (name, list) in constants {
+        for (place, number) in list.as_array().into_iter().flatten().enumerate() {
+            if number.as_f64().is_none_or(|v| v.abs() > f64::from(crate::RANGE)) {
+                let reason = "not a number from -65504 to 65504".to_owned();
+                return Err((format!("/constants/{name}/{place}"), reason));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BirthKey, Variation};
+
+    #[test]
+    fn json_reads_back_to_the_same_genome() {
+        for seed in 0..50 {
+            let key = BirthKey { seed, slot: 0, attempt: 0 };
+            let output = Output::saturation(0.65).unwrap();
+            let genome = Variation::random(Dialect::default()).with_output(Some(output)).birth(key);
+            let text = serde_json::to_string(&genome.to_json()).unwrap();
+            let back = Genome::from_json(serde_json::from_str(&text).unwrap()).unwrap();
+            assert_eq!(back, genome);
+            assert_eq!(back.hash(), genome.hash());
+        }
+    }
+
+    #[test]
+    fn json_errors_point_at_the_value() {
+        let key = BirthKey { seed: 1, slot: 0, attempt: 0 };
+        let good = Variation::random(Dialect::default()).birth(key).to_json();
+        let check = |path: &str, value: serde_json::Value, pointer: &str| {
+            let mut json = good.clone();
+            *json.pointer_mut(path).unwrap() = value;
+            assert_eq!(Genome::from_json(json).unwrap_err().pointer, pointer, "{path}");
+        };
+        check("/instructions/3/opcode", "FOO".into(), "/instructions/3/opcode");
+        check("/instructions/3/dst", "R9".into(), "/instructions/3");
+        check("/instructions/7/src/0", "Q1".into(), "/instructions/7/src/0");
+        check("/dialect/registers", 3.into(), "/dialect");
+        check("/constants/C0/2", 1e9.into(), "/constants/C0/2");
+        check("/brood", 2.into(), "/brood");
+    }
+}

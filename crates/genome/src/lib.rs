@@ -1,0 +1,46 @@
+//! Genomes: fixed-length programs over four-component registers, and everything that happens to them as genotypes.
+//!
+//! This crate owns the instruction set, the dialects, the text and JSON forms, the content hash, the canonical
+//! arithmetic that gives every opcode its bits, and the genetic operators with their counter-based random streams. It
+//! refuses to know how programs are optimised, what images are, and where genomes are stored.
+//!
+//! ```
+//! use brood_genome::{BirthKey, Dialect, Genome, Variation};
+//!
+//! let random = Variation::random(Dialect::default());
+//! let parent = random.birth(BirthKey { seed: 1, slot: 0, attempt: 0 });
+//! let text = parent.to_string();
+//! assert_eq!(text.parse::<Genome>().unwrap(), parent);
+//!
+//! let child = Variation::mutate(&parent, 0.3).birth(BirthKey { seed: 1, slot: 7, attempt: 0 });
+//! assert_ne!(child.hash(), parent.hash());
+//! ```
+
+mod arithmetic;
+mod bytes;
+mod dialect;
+mod functions;
+mod genome;
+mod instruction;
+mod interpret;
+mod json;
+mod opcode;
+mod operand;
+mod random;
+mod text;
+mod variation;
+
+pub use arithmetic::{Arithmetic, RANGE};
+pub use bytes::{GenomeHash, HashError};
+pub use dialect::{Dialect, DialectError, OpcodeSet, Source};
+pub use genome::{CONSTANTS, Genome, GenomeError, Output, OutputError};
+pub use instruction::{Instruction, InstructionError};
+pub use interpret::interpret;
+pub use json::JsonError;
+pub use opcode::Opcode;
+pub use operand::{Operand, Register, Swizzle, WriteMask};
+pub use random::{BirthKey, Operator, Stream, philox4x32};
+pub use text::TextError;
+pub use variation::{Constraints, Variation};
+
+pub use brood_brdf::{Input, InputMask, Parametrisation};

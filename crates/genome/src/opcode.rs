@@ -1,0 +1,172 @@
+//! The opcodes of the machine: names, numbers, operand counts. What they compute is in `interpret` and `arithmetic`.
+
+/// An operation on four-component registers.
+///
+/// # Source
+/// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, table 1; the last four belong to the extended dialect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Opcode {
+    /// a + b.
+    Add,
+    /// a - b.
+    Sub,
+    /// a b.
+    Mul,
+    /// a.
+    Mov,
+    /// a b + c.
+    Mad,
+    /// a (b - c) + c.
+    Lrp,
+    /// Dot product of x, y, z, to all components.
+    Dp3,
+    /// Dot product of all four components, to all components.
+    Dp4,
+    /// (1, a.y b.y, a.z, b.w).
+    Dst,
+    /// Affine two-dimensional transform of b by c, added to a.
+    X2d,
+    /// Sine of one component, to all.
+    Sin,
+    /// Cosine of one component, to all.
+    Cos,
+    /// Two to the power of one component, to all.
+    Ex2,
+    /// log2(a^2 + 2^-24) of one component, to all.
+    Lg2,
+    /// a / (a^2 + 2^-24) of one component, to all.
+    Rcp,
+    /// 1 / sqrt(a^2 + 2^-24) of one component, to all.
+    Rsq,
+    /// log2(1 + 2^a) of one component, to all.
+    Spl,
+}
+
+impl Opcode {
+    /// All opcodes in the order of their numbers; the paper's set is the first [`Opcode::PAPER`] of them.
+    pub const ALL: [Self; 17] = [
+        Self::Add,
+        Self::Sub,
+        Self::Mul,
+        Self::Mov,
+        Self::Mad,
+        Self::Lrp,
+        Self::Dp3,
+        Self::Dp4,
+        Self::Dst,
+        Self::X2d,
+        Self::Sin,
+        Self::Cos,
+        Self::Ex2,
+        Self::Lg2,
+        Self::Rcp,
+        Self::Rsq,
+        Self::Spl,
+    ];
+
+    /// How many opcodes the paper's set has.
+    pub const PAPER: usize = 13;
+
+    /// The number that canonical bytes carry.
+    #[must_use]
+    pub fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The name in genome text.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Add => "ADD",
+            Self::Sub => "SUB",
+            Self::Mul => "MUL",
+            Self::Mov => "MOV",
+            Self::Mad => "MAD",
+            Self::Lrp => "LRP",
+            Self::Dp3 => "DP3",
+            Self::Dp4 => "DP4",
+            Self::Dst => "DST",
+            Self::X2d => "X2D",
+            Self::Sin => "SIN",
+            Self::Cos => "COS",
+            Self::Ex2 => "EX2",
+            Self::Lg2 => "LG2",
+            Self::Rcp => "RCP",
+            Self::Rsq => "RSQ",
+            Self::Spl => "SPL",
+        }
+    }
+
+    /// The opcode of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|opcode| opcode.name() == name)
+    }
+
+    /// How many operands it takes.
+    #[must_use]
+    pub fn operands(self) -> usize {
+        match self {
+            Self::Mov | Self::Sin | Self::Cos | Self::Ex2 => 1,
+            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl => 1,
+            Self::Add | Self::Sub | Self::Mul | Self::Dp3 | Self::Dp4 | Self::Dst => 2,
+            Self::Mad | Self::Lrp | Self::X2d => 3,
+        }
+    }
+
+    /// Whether its operand is one component (written with exactly one swizzle letter).
+    #[must_use]
+    pub fn is_scalar(self) -> bool {
+        match self {
+            Self::Sin | Self::Cos | Self::Ex2 => true,
+            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl => true,
+            Self::Add | Self::Sub | Self::Mul | Self::Mov | Self::Mad | Self::Lrp => false,
+            Self::Dp3 | Self::Dp4 | Self::Dst | Self::X2d => false,
+        }
+    }
+
+    /// Components of operand `index` that are read when the components `written` of the result are wanted, as a mask
+    /// over the operand's components after swizzling.
+    #[must_use]
+    pub fn reads(self, index: usize, written: u8) -> u8 {
+        const X: u8 = 1;
+        const Y: u8 = 2;
+        const Z: u8 = 4;
+        const W: u8 = 8;
+        if written == 0 {
+            return 0;
+        }
+        match self {
+            Self::Add | Self::Sub | Self::Mul | Self::Mov | Self::Mad | Self::Lrp => written,
+            Self::Dp3 => X | Y | Z,
+            Self::Dp4 => X | Y | Z | W,
+            Self::Dst if index == 0 => written & (Y | Z),
+            Self::Dst => written & (Y | W),
+            Self::X2d => {
+                let (upper, lower) = (written & (X | Z) != 0, written & (Y | W) != 0);
+                match index {
+                    0 => u8::from(upper) * X | u8::from(lower) * Y,
+                    1 => X | Y,
+                    _ => u8::from(upper) * (X | Y) | u8::from(lower) * (Z | W),
+                }
+            }
+            Self::Sin | Self::Cos | Self::Ex2 => X,
+            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl => X,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn number_and_name_find_the_opcode_again() {
+        for (number, opcode) in Opcode::ALL.into_iter().enumerate() {
+            assert_eq!(usize::from(opcode.number()), number);
+            assert_eq!(Opcode::from_name(opcode.name()), Some(opcode));
+        }
+        assert_eq!(Opcode::ALL[Opcode::PAPER], Opcode::Lg2);
+    }
+}

@@ -1,0 +1,113 @@
+//! One line of text, taken word by word with its columns.
+
+use super::TextError;
+use crate::RANGE;
+
+/// A word and where it begins.
+#[derive(Clone, Copy)]
+pub(super) struct Word<'a> {
+    pub text: &'a str,
+    pub line: u32,
+    pub column: u32,
+}
+
+impl Word<'_> {
+    pub(super) fn error(&self, reason: impl Into<String>) -> TextError {
+        TextError { line: self.line, column: self.column, reason: reason.into() }
+    }
+}
+
+/// The rest of a line without its comment.
+pub(super) struct Cursor<'a> {
+    rest: &'a str,
+    line: u32,
+    column: u32,
+}
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(text: &'a str, line: u32) -> Self {
+        let rest = text.split('#').next().unwrap_or_default();
+        Self { rest: rest.trim_end(), line, column: 1 }
+    }
+
+    pub(super) fn is_at_end(&mut self) -> bool {
+        self.skip_space();
+        self.rest.is_empty()
+    }
+
+    /// The next word; commas are words of their own.
+    pub(super) fn word(&mut self, expected: &str) -> Result<Word<'a>, TextError> {
+        self.skip_space();
+        if self.rest.is_empty() {
+            return Err(self.here().error(format!("expected {expected}, but the line ends")));
+        }
+        let end = match self.rest.find([',', ' ', '\t']) {
+            Some(0) => 1,
+            Some(end) => end,
+            None => self.rest.len(),
+        };
+        Ok(self.take(end))
+    }
+
+    pub(super) fn comma(&mut self) -> Result<(), TextError> {
+        let word = self.word("a comma")?;
+        if word.text == "," {
+            Ok(())
+        } else {
+            Err(word.error(format!("expected a comma before {}", quote(word.text))))
+        }
+    }
+
+    pub(super) fn end(&mut self) -> Result<(), TextError> {
+        if self.is_at_end() {
+            return Ok(());
+        }
+        let word = self.word("the end of the line")?;
+        Err(word.error(format!("expected the end of the line before {}", quote(word.text))))
+    }
+
+    pub(super) fn number(&mut self, low: f32) -> Result<f32, TextError> {
+        let word = self.word("a number")?;
+        let value = parse_number(word.text)
+            .ok_or_else(|| word.error(format!("{} is not a number", quote(word.text))))?;
+        if (low..=RANGE).contains(&value) {
+            Ok(value)
+        } else {
+            let range = if low < 0.0 { "from -65504 to 65504" } else { "from 0 to 65504" };
+            Err(word.error(format!("{} is not a number {range}", quote(word.text))))
+        }
+    }
+
+    fn here(&self) -> Word<'a> {
+        Word { text: "", line: self.line, column: self.column }
+    }
+
+    fn skip_space(&mut self) {
+        let space = self.rest.len() - self.rest.trim_start().len();
+        self.take(space);
+    }
+
+    fn take(&mut self, bytes: usize) -> Word<'a> {
+        let word = Word { text: &self.rest[..bytes], line: self.line, column: self.column };
+        let characters = u32::try_from(word.text.chars().count()).unwrap_or(u32::MAX);
+        self.column = self.column.saturating_add(characters);
+        self.rest = &self.rest[bytes..];
+        word
+    }
+}
+
+/// A decimal number; the names of infinities and NaN are not numbers here.
+fn parse_number(text: &str) -> Option<f32> {
+    let plain = text.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+    text.parse().ok().filter(|_| plain)
+}
+
+/// At most 24 characters of the offending text, so that no error carries much of its input.
+pub(super) fn quote(text: &str) -> String {
+    let short: String = text.chars().filter(|c| !c.is_control()).take(24).collect();
+    if short.chars().count() < text.chars().count() {
+        format!("`{short}...`")
+    } else {
+        format!("`{short}`")
+    }
+}

@@ -1,0 +1,292 @@
+//! Reading a genome from text. Everything is checked; the first error ends it, with its line and column.
+
+use std::str::FromStr;
+
+use super::TextError;
+use super::cursor::{Cursor, Word, quote};
+use crate::operand::LETTERS;
+use crate::{
+    CONSTANTS, Dialect, Genome, Instruction, Opcode, OpcodeSet, Operand, Output, Parametrisation,
+    RANGE, Register, Swizzle, WriteMask,
+};
+
+/// Most instructions a dialect allows; reading stops there whatever the text holds.
+const MAX_LENGTH: usize = 1024;
+
+impl FromStr for Genome {
+    type Err = TextError;
+
+    fn from_str(text: &str) -> Result<Self, TextError> {
+        let mut reader = Reader::default();
+        let mut lines = text.trim_start_matches('\u{feff}').lines();
+        check_version(lines.next().unwrap_or_default())?;
+        let mut last = 1;
+        for (line, text) in (2..).zip(lines) {
+            last = line;
+            let mut cursor = Cursor::new(text, line);
+            if !cursor.is_at_end() {
+                reader.line(&mut cursor)?;
+                cursor.end()?;
+            }
+        }
+        reader.finish(last)
+    }
+}
+
+fn check_version(line: &str) -> Result<(), TextError> {
+    let mut cursor = Cursor::new(line, 1);
+    let word = cursor.word("`brood 1`")?;
+    if word.text != "brood" {
+        return Err(word.error("a genome text begins with the line `brood 1`"));
+    }
+    let version = cursor.word("a format version")?;
+    if version.text != "1" {
+        let given = quote(version.text);
+        return Err(version.error(format!("format version {given} is not known; this is version 1")));
+    }
+    cursor.end()
+}
+
+struct Reader {
+    dialect: Option<Dialect>,
+    instructions: Vec<Instruction>,
+    constants: Box<[[f32; 4]; CONSTANTS]>,
+    given: [bool; CONSTANTS],
+    matrix: Option<[[f32; 3]; 3]>,
+    scale: Option<[f32; 3]>,
+    offset: Option<[f32; 3]>,
+    limit: Option<()>,
+}
+
+impl Default for Reader {
+    fn default() -> Self {
+        Self {
+            dialect: None,
+            instructions: Vec::new(),
+            constants: Box::new([[0.0; 4]; CONSTANTS]),
+            given: [false; CONSTANTS],
+            matrix: None,
+            scale: None,
+            offset: None,
+            limit: None,
+        }
+    }
+}
+
+impl Reader {
+    fn line(&mut self, cursor: &mut Cursor<'_>) -> Result<(), TextError> {
+        let word = cursor.word("an instruction")?;
+        match word.text {
+            ".dialect" => {
+                let dialect = parse_dialect(cursor, word)?;
+                once(&mut self.dialect, word, dialect)
+            }
+            ".const" => self.constant(cursor),
+            ".matrix" => {
+                let rows = [triple(cursor)?, triple(cursor)?, triple(cursor)?];
+                once(&mut self.matrix, word, rows)
+            }
+            ".scale" => {
+                let scale = triple(cursor)?;
+                once(&mut self.scale, word, scale)
+            }
+            ".offset" => {
+                let offset = triple(cursor)?;
+                once(&mut self.offset, word, offset)
+            }
+            ".limit" => {
+                let state = cursor.word("`on` or `off`")?;
+                match state.text {
+                    "off" => once(&mut self.limit, word, ()),
+                    "on" => Err(state.error("the energy limit is not available in this version")),
+                    _ => Err(state.error(format!("expected on or off, not {}", quote(state.text)))),
+                }
+            }
+            directive if directive.starts_with('.') => {
+                Err(word.error(format!("there is no directive {}", quote(directive))))
+            }
+            _ => self.instruction(cursor, word),
+        }
+    }
+
+    fn constant(&mut self, cursor: &mut Cursor<'_>) -> Result<(), TextError> {
+        let word = cursor.word("a constant register")?;
+        let index = match parse_register(word.text) {
+            Some(Register::Constant(index)) if usize::from(index) < CONSTANTS => usize::from(index),
+            _ => {
+                let given = quote(word.text);
+                return Err(word.error(format!("{given} is not a constant register C0 to C127")));
+            }
+        };
+        if std::mem::replace(&mut self.given[index], true) {
+            return Err(word.error(format!("C{index} is given twice")));
+        }
+        for component in &mut self.constants[index] {
+            *component = cursor.number(-RANGE)?;
+        }
+        Ok(())
+    }
+
+    fn instruction(&mut self, cursor: &mut Cursor<'_>, word: Word<'_>) -> Result<(), TextError> {
+        let Some(dialect) = self.dialect else {
+            return Err(word.error("the line `.dialect ...` must come before the first instruction"));
+        };
+        let Some(opcode) = Opcode::from_name(word.text) else {
+            return Err(word.error(format!("there is no opcode {}", quote(word.text))));
+        };
+        if self.instructions.len() == MAX_LENGTH {
+            return Err(word.error("a genome has at most 1024 instructions"));
+        }
+        let target = cursor.word("a destination register")?;
+        let (dst, mask) = parse_destination(target.text).map_err(|reason| target.error(reason))?;
+        let mut operands = Vec::with_capacity(3);
+        while !cursor.is_at_end() {
+            cursor.comma()?;
+            let word = cursor.word("an operand")?;
+            let operand = parse_operand(word.text, opcode).map_err(|reason| word.error(reason))?;
+            operands.push(operand);
+        }
+        let instruction = Instruction::new(opcode, dst, mask, &operands, &dialect)
+            .map_err(|error| word.error(error.to_string()))?;
+        self.instructions.push(instruction);
+        Ok(())
+    }
+
+    fn finish(self, last: u32) -> Result<Genome, TextError> {
+        let error = |reason: String| TextError { line: last, column: 1, reason };
+        let Some(mut dialect) = self.dialect else {
+            return Err(error("there is no `.dialect` line".into()));
+        };
+        if self.instructions.is_empty() {
+            return Err(error("a genome has at least one instruction".into()));
+        }
+        dialect.length = u16::try_from(self.instructions.len()).expect("at most 1024");
+        let identity = Output::IDENTITY;
+        let output = Output::new(
+            self.matrix.unwrap_or(*identity.matrix()),
+            self.scale.unwrap_or(*identity.scale()),
+            self.offset.unwrap_or(*identity.offset()),
+        )
+        .map_err(|e| error(e.to_string()))?;
+        Genome::new(dialect, self.instructions, self.constants, output)
+            .map_err(|e| error(e.to_string()))
+    }
+}
+
+fn once<T>(slot: &mut Option<T>, word: Word<'_>, value: T) -> Result<(), TextError> {
+    match slot.replace(value) {
+        None => Ok(()),
+        Some(_) => Err(word.error(format!("{} is given twice", word.text))),
+    }
+}
+
+fn triple(cursor: &mut Cursor<'_>) -> Result<[f32; 3], TextError> {
+    Ok([cursor.number(0.0)?, cursor.number(0.0)?, cursor.number(0.0)?])
+}
+
+fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect, TextError> {
+    let mut dialect = Dialect { length: 1, ..Dialect::default() };
+    let word = cursor.word("`paper` or `extended`")?;
+    dialect.opcodes = match word.text {
+        "paper" => OpcodeSet::Paper,
+        "extended" => OpcodeSet::Extended,
+        _ => return Err(word.error("the opcode set is `paper` or `extended`")),
+    };
+    let word = cursor.word("`smooth` or `paper`")?;
+    dialect.parametrisation = match word.text {
+        "smooth" => Parametrisation::Smooth,
+        "paper" => Parametrisation::Paper,
+        _ => return Err(word.error("the parametrisation is `smooth` or `paper`")),
+    };
+    let word = cursor.word("`registers`")?;
+    if word.text != "registers" {
+        return Err(word.error("expected `registers` and their number"));
+    }
+    let word = cursor.word("the number of registers")?;
+    dialect.registers = word
+        .text
+        .parse()
+        .map_err(|_| word.error(format!("{} is not a number of registers", quote(word.text))))?;
+    while !cursor.is_at_end() {
+        let word = cursor.word("`isotropic` or `homogeneous`")?;
+        let switch = match word.text {
+            "isotropic" => &mut dialect.isotropic,
+            "homogeneous" => &mut dialect.homogeneous,
+            other => return Err(word.error(format!("{} is not a switch", quote(other)))),
+        };
+        if std::mem::replace(switch, true) {
+            return Err(word.error(format!("{} is given twice", word.text)));
+        }
+    }
+    dialect.validate().map_err(|error| directive.error(error.to_string()))?;
+    Ok(dialect)
+}
+
+fn parse_register(text: &str) -> Option<Register> {
+    let (kind, digits) = text.split_at_checked(1)?;
+    let canonical = digits == "0" || !digits.starts_with('0');
+    let index = digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse().ok())??;
+    match kind {
+        "R" if canonical => Some(Register::Temporary(index)),
+        "C" if canonical => Some(Register::Constant(index)),
+        _ => None,
+    }
+}
+
+/// `R5` or `R5.xyz`.
+pub(crate) fn parse_destination(text: &str) -> Result<(u8, WriteMask), String> {
+    let (register, mask) = split_suffix(text);
+    let Some(Register::Temporary(dst)) = parse_register(register) else {
+        return Err(format!("{} is not a temporary register", quote(register)));
+    };
+    let Some(mask) = mask else { return Ok((dst, WriteMask::ALL)) };
+    let mut bits = 0;
+    for letter in mask.chars() {
+        let component = LETTERS.iter().position(|l| *l == letter);
+        match component {
+            Some(component) if bits >> component == 0 => bits |= 1 << component,
+            _ => return Err(format!("a write mask is letters of xyzw in order, not {}", quote(mask))),
+        }
+    }
+    match WriteMask::new(bits) {
+        Some(mask) => Ok((dst, mask)),
+        None => Err("a write mask has at least one letter".into()),
+    }
+}
+
+/// `-R1.yzyy`, `C5.x`, `R2`.
+pub(crate) fn parse_operand(text: &str, opcode: Opcode) -> Result<Operand, String> {
+    let (negate, rest) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let (register, letters) = split_suffix(rest);
+    let register = parse_register(register)
+        .ok_or_else(|| format!("{} is not a register", quote(register)))?;
+    let letters = letters.unwrap_or_default();
+    let components: Option<Vec<u8>> = letters
+        .chars()
+        .map(|letter| LETTERS.iter().position(|l| *l == letter).map(|index| index as u8))
+        .collect();
+    let swizzle = match components.as_deref() {
+        Some([]) if rest.contains('.') => Err("a swizzle has one letter or four".to_owned()),
+        Some([]) if opcode.is_scalar() => {
+            Err(format!("{} takes an operand with exactly one swizzle letter", opcode.name()))
+        }
+        Some([]) => Ok(Swizzle::IDENTITY),
+        Some([component]) => Ok(Swizzle::splat(*component)),
+        Some(_) if opcode.is_scalar() => {
+            Err(format!("{} takes an operand with exactly one swizzle letter", opcode.name()))
+        }
+        Some(&[x, y, z, w]) => Ok(Swizzle::new([x, y, z, w])),
+        _ => Err(format!("a swizzle is one letter or four of xyzw, not {}", quote(letters))),
+    }?;
+    Ok(Operand { register, swizzle, negate })
+}
+
+fn split_suffix(text: &str) -> (&str, Option<&str>) {
+    match text.split_once('.') {
+        Some((register, suffix)) => (register, Some(suffix)),
+        None => (text, None),
+    }
+}

@@ -1,0 +1,63 @@
+//! Writing a genome as text.
+
+use std::fmt;
+
+use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
+
+impl fmt::Display for Genome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "brood 1")?;
+        writeln!(f, "{}", directive(self.dialect()))?;
+        write_output(f, self.output())?;
+        for (index, constant) in self.constants().iter().enumerate() {
+            if constant.iter().any(|value| value.to_bits() != 0) {
+                let [x, y, z, w] = constant.map(number);
+                writeln!(f, ".const C{index} {x} {y} {z} {w}")?;
+            }
+        }
+        self.instructions().iter().try_for_each(|instruction| writeln!(f, "{instruction}"))
+    }
+}
+
+fn directive(dialect: &Dialect) -> String {
+    let opcodes = match dialect.opcodes {
+        OpcodeSet::Paper => "paper",
+        OpcodeSet::Extended => "extended",
+    };
+    let parametrisation = match dialect.parametrisation {
+        Parametrisation::Smooth => "smooth",
+        Parametrisation::Paper => "paper",
+    };
+    let isotropic = if dialect.isotropic { " isotropic" } else { "" };
+    let homogeneous = if dialect.homogeneous { " homogeneous" } else { "" };
+    let registers = dialect.registers;
+    format!(".dialect {opcodes} {parametrisation} registers {registers}{isotropic}{homogeneous}")
+}
+
+fn write_output(f: &mut fmt::Formatter<'_>, output: &Output) -> fmt::Result {
+    let list = |numbers: &[f32]| numbers.iter().map(|v| format!(" {}", number(*v))).collect();
+    let identity = Output::IDENTITY;
+    if output.matrix() != identity.matrix() {
+        let numbers: String = list(output.matrix().as_flattened());
+        writeln!(f, ".matrix{numbers}")?;
+    }
+    if output.scale() != identity.scale() {
+        let numbers: String = list(output.scale());
+        writeln!(f, ".scale{numbers}")?;
+    }
+    if output.offset() != identity.offset() {
+        let numbers: String = list(output.offset());
+        writeln!(f, ".offset{numbers}")?;
+    }
+    Ok(())
+}
+
+/// The shortest decimal that reads back to the same bits.
+pub(crate) fn number(value: f32) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || (1e-5..1e7).contains(&magnitude) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}

@@ -1,0 +1,82 @@
+//! Genomes from nothing: every field of every instruction drawn independently.
+
+use super::Draft;
+use crate::random::{Operator, Stream};
+use crate::{
+    BirthKey, CONSTANTS, Dialect, Instruction, Opcode, OpcodeSet, Operand, Output, Register,
+    Swizzle, WriteMask,
+};
+
+/// How often an operand is a constant register.
+const CONSTANT_SHARE: f32 = 1.0 / 6.0;
+/// Constants are uniform in +-this: enough to change a sign or double a term, not enough to drown the inputs.
+const CONSTANT_RANGE: f32 = 2.0;
+
+pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
+    let mut stream = Stream::new(key, Operator::RandomInstructions);
+    let instructions = (0..dialect.length).map(|_| instruction(&dialect, &mut stream)).collect();
+    let mut stream = Stream::new(key, Operator::RandomConstants);
+    let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+    for component in constants.iter_mut().flatten() {
+        *component = constant(&mut stream);
+    }
+    Draft { dialect, instructions, constants, output: Output::IDENTITY }
+}
+
+fn instruction(dialect: &Dialect, stream: &mut Stream) -> Instruction {
+    let opcode = opcode(dialect, stream);
+    let dst = stream.below_u8(dialect.registers);
+    let mask = mask(stream);
+    let mut operands = Vec::with_capacity(3);
+    for _ in 0..opcode.operands() {
+        let operand = operand(dialect, opcode, &operands, stream);
+        operands.push(operand);
+    }
+    Instruction::new(opcode, dst, mask, &operands, dialect).expect("drawn from the dialect")
+}
+
+pub(super) fn opcode(dialect: &Dialect, stream: &mut Stream) -> Opcode {
+    let count = match dialect.opcodes {
+        OpcodeSet::Paper => Opcode::PAPER,
+        OpcodeSet::Extended => Opcode::ALL.len(),
+    };
+    Opcode::ALL[stream.below(count as u32) as usize]
+}
+
+pub(super) fn mask(stream: &mut Stream) -> WriteMask {
+    WriteMask::new(1 + stream.below_u8(15)).expect("1 to 15")
+}
+
+/// An operand for an instruction that has `others` already: a second constant is the same as the first.
+pub(super) fn operand(
+    dialect: &Dialect,
+    opcode: Opcode,
+    others: &[Operand],
+    stream: &mut Stream,
+) -> Operand {
+    let register = register(dialect, others, stream);
+    Operand { register, swizzle: swizzle(opcode, stream), negate: stream.chance(0.5) }
+}
+
+pub(super) fn register(dialect: &Dialect, others: &[Operand], stream: &mut Stream) -> Register {
+    if !stream.chance(CONSTANT_SHARE) {
+        return Register::Temporary(stream.below_u8(dialect.registers));
+    }
+    let taken = others.iter().find_map(|operand| match operand.register {
+        Register::Constant(_) => Some(operand.register),
+        Register::Temporary(_) => None,
+    });
+    taken.unwrap_or_else(|| Register::Constant(stream.below_u8(128)))
+}
+
+pub(super) fn swizzle(opcode: Opcode, stream: &mut Stream) -> Swizzle {
+    if opcode.is_scalar() {
+        Swizzle::splat(stream.below_u8(4))
+    } else {
+        Swizzle::new(std::array::from_fn(|_| stream.below_u8(4)))
+    }
+}
+
+pub(super) fn constant(stream: &mut Stream) -> f32 {
+    CONSTANT_RANGE * (2.0 * stream.unit() - 1.0)
+}

@@ -1,0 +1,69 @@
+//! Recombination: blocks of the second parent replace those of the first at corresponding positions.
+
+use super::Draft;
+use crate::random::{Operator, Stream};
+use crate::{BirthKey, Genome};
+
+/// Inverse of the mean length of a block where both parents have equal shares.
+const SWITCH_RATE: f32 = 1.0 / 8.0;
+
+/// Walks along the positions, switching between the parents so that the second has the share `recombination`.
+///
+/// A constant comes from the parent whose instructions read it; where both do, it is drawn with the same share; where
+/// neither does, it stays the first's. The child's dialect and output stage are the first's.
+pub(super) fn draft(
+    first: &Genome,
+    second: &Genome,
+    recombination: f32,
+    key: BirthKey,
+) -> Draft {
+    let mut stream = Stream::new(key, Operator::Recombine);
+    let mut from_second = choose_blocks(first.instructions().len(), recombination, &mut stream);
+    force_exchange(&mut from_second, recombination, &mut stream);
+    let mut draft = Draft::copy(first);
+    let (mut read_by_first, mut read_by_second) = ([false; 128], [false; 128]);
+    for (position, taken) in from_second.iter().enumerate() {
+        if *taken {
+            draft.instructions[position] = second.instructions()[position];
+        }
+        if let Some(constant) = draft.instructions[position].constant() {
+            let readers = if *taken { &mut read_by_second } else { &mut read_by_first };
+            readers[usize::from(constant)] = true;
+        }
+    }
+    for (index, constant) in draft.constants.iter_mut().enumerate() {
+        let draw = stream.chance(recombination);
+        if read_by_second[index] && (!read_by_first[index] || draw) {
+            *constant = second.constants()[index];
+        }
+    }
+    draft
+}
+
+/// A two-state walk whose stationary share of `true` is `share`.
+fn choose_blocks(length: usize, share: f32, stream: &mut Stream) -> Vec<bool> {
+    let mut inside = stream.chance(share);
+    let mut blocks = Vec::with_capacity(length);
+    for _ in 0..length {
+        blocks.push(inside);
+        let leave = SWITCH_RATE * 2.0 * if inside { 1.0 - share } else { share };
+        if stream.chance(leave) {
+            inside = !inside;
+        }
+    }
+    blocks
+}
+
+/// Where the walk took nothing from one of the parents although the share says otherwise, one block is exchanged.
+fn force_exchange(from_second: &mut [bool], share: f32, stream: &mut Stream) {
+    let all_same = from_second.iter().all(|taken| *taken == from_second[0]);
+    if !all_same || share <= 0.0 || share >= 1.0 {
+        return;
+    }
+    let length = from_second.len() as u32;
+    let start = stream.below(length) as usize;
+    let end = (start + 1 + stream.below(16.min(length)) as usize).min(from_second.len());
+    for taken in &mut from_second[start..end] {
+        *taken = !*taken;
+    }
+}

@@ -1,0 +1,88 @@
+//! What the operators promise: determinism, closure, the share of each parent, effect growing with the amount.
+
+use super::*;
+use crate::OpcodeSet;
+
+fn key(slot: u32) -> BirthKey {
+    BirthKey { seed: 11, slot, attempt: 0 }
+}
+
+fn parent(slot: u32) -> Genome {
+    Variation::random(Dialect::default()).birth(key(slot))
+}
+
+fn differing(a: &Genome, b: &Genome) -> usize {
+    a.instructions().iter().zip(b.instructions()).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn birth_gives_the_same_child_when_the_key_is_the_same() {
+    let (a, b) = (parent(0), parent(1));
+    let variation = Variation::recombine(&a, &b, 0.5, 0.3);
+    assert_eq!(variation.birth(key(3)), variation.birth(key(3)));
+    assert_ne!(variation.birth(key(3)), variation.birth(key(4)));
+}
+
+#[test]
+fn mutation_changes_more_when_the_amount_grows() {
+    let parent = parent(0);
+    let mean = |amount: f32| {
+        let mutants = (0..200).map(|slot| Variation::mutate(&parent, amount).birth(key(slot)));
+        mutants.map(|mutant| differing(&parent, &mutant)).sum::<usize>() as f64 / 200.0
+    };
+    let means: Vec<f64> = [0.05, 0.3, 0.6, 1.0].into_iter().map(mean).collect();
+    assert!(means.is_sorted(), "{means:?}");
+    assert!((4.0..5.5).contains(&means[1]) && (45.0..55.0).contains(&means[3]), "{means:?}");
+}
+
+#[test]
+fn mutation_always_changes_something_when_the_amount_is_above_zero() {
+    let parent = parent(0);
+    for slot in 0..200 {
+        assert_ne!(Variation::mutate(&parent, 0.001).birth(key(slot)).hash(), parent.hash());
+    }
+    assert_eq!(Variation::mutate(&parent, 0.0).birth(key(0)), parent);
+}
+
+#[test]
+fn recombination_takes_each_instruction_from_a_parent_at_its_own_position() {
+    let (first, second) = (parent(0), parent(1));
+    let mut taken = 0;
+    for slot in 0..200 {
+        let child = Variation::recombine(&first, &second, 0.25, 0.0).birth(key(slot));
+        for (position, instruction) in child.instructions().iter().enumerate() {
+            let (a, b) = (first.instructions()[position], second.instructions()[position]);
+            assert!(*instruction == a || *instruction == b);
+            taken += usize::from(*instruction == b && a != b);
+        }
+        assert_ne!(child.hash(), first.hash());
+        assert_ne!(child.hash(), second.hash());
+    }
+    assert!((4000..6000).contains(&taken), "{taken} of 20000 from the second parent");
+}
+
+#[test]
+fn constraints_and_output_are_carried_by_the_child() {
+    let parent = parent(0);
+    let grey = Output::saturation(0.0).unwrap();
+    let child = Variation::mutate(&parent, 0.3)
+        .with_constraints(Constraints { isotropic: Some(true), homogeneous: None })
+        .with_output(Some(grey))
+        .birth(key(0));
+    assert!(child.dialect().isotropic && !child.dialect().homogeneous);
+    assert_eq!(child.output(), &grey);
+    let grandchild = Variation::mutate(&child, 0.3).birth(key(1));
+    assert!(grandchild.dialect().isotropic);
+    assert_eq!(grandchild.output(), &grey);
+}
+
+#[test]
+fn random_genomes_use_the_whole_instruction_set() {
+    let dialect =
+        Dialect { opcodes: OpcodeSet::Extended, registers: 12, length: 1024, ..Dialect::default() };
+    let genome = Variation::random(dialect).birth(key(0));
+    for opcode in crate::Opcode::ALL {
+        assert!(genome.instructions().iter().any(|i| i.opcode() == opcode), "{}", opcode.name());
+    }
+    assert!((0..12).all(|r| genome.instructions().iter().any(|i| i.dst() == r)));
+}

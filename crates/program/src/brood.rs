@@ -1,0 +1,129 @@
+//! Making a brood: births, programs, and redraws of neutral twins.
+
+use std::collections::HashSet;
+
+use brood_genome::{BirthKey, Genome, GenomeHash, Variation};
+
+use crate::{Program, ProgramHash, live_instructions};
+
+/// How often a slot is drawn again while its program is one that is there already.
+pub const MAX_REDRAWS: u32 = 16;
+
+/// What to breed.
+#[derive(Debug, Clone, Copy)]
+pub struct BroodRequest<'a> {
+    /// Parents and operator.
+    pub variation: Variation<'a>,
+    /// How many children.
+    pub count: u32,
+    /// Seed of the brood.
+    pub seed: u64,
+    /// Whether twins of a parent or of an earlier sibling are drawn again.
+    pub distinct: bool,
+}
+
+/// One child.
+#[derive(Debug, Clone)]
+pub struct Child {
+    /// Place in the brood.
+    pub slot: u32,
+    /// Its genome.
+    pub genome: Genome,
+    /// The genome's content hash.
+    pub hash: GenomeHash,
+    /// Its program.
+    pub program: Program,
+    /// The program's identity.
+    pub program_hash: ProgramHash,
+    /// Instructions that can change the result.
+    pub live_instructions: u32,
+    /// Draws it took, at least 1.
+    pub attempts: u32,
+    /// Whether its program is a parent's or an earlier sibling's all the same.
+    pub twin: bool,
+}
+
+/// Breeds the children of a request, a pure function of it.
+///
+/// Slots are settled in order, each against the parents and the slots before it, so a smaller brood of the same seed
+/// is the beginning of a larger one.
+#[must_use]
+pub fn make_brood(request: &BroodRequest<'_>) -> Vec<Child> {
+    let mut seen: HashSet<ProgramHash> = request
+        .variation
+        .parents()
+        .flat_map(|parent| {
+            // The parent as it is, and as it would be under the brood's constraints and colours.
+            [parent.clone(), request.variation.unchanged(parent)]
+        })
+        .map(|parent| Program::lower(&parent).hash())
+        .collect();
+    (0..request.count)
+        .map(|slot| {
+            let child = settle(request, slot, &seen);
+            seen.insert(child.program_hash);
+            child
+        })
+        .collect()
+}
+
+fn settle(request: &BroodRequest<'_>, slot: u32, seen: &HashSet<ProgramHash>) -> Child {
+    let last = if request.distinct { MAX_REDRAWS } else { 0 };
+    let mut attempt = 0;
+    loop {
+        let genome = request.variation.birth(BirthKey { seed: request.seed, slot, attempt });
+        let program = Program::lower(&genome);
+        let program_hash = program.hash();
+        let twin = seen.contains(&program_hash);
+        if !twin || attempt == last {
+            let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+            return Child {
+                slot,
+                hash: genome.hash(),
+                genome,
+                program,
+                program_hash,
+                live_instructions: u32::try_from(live).expect("at most 1024"),
+                attempts: attempt + 1,
+                twin,
+            };
+        }
+        attempt += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use brood_genome::Dialect;
+
+    fn parent() -> Genome {
+        Variation::random(Dialect::default()).birth(BirthKey { seed: 2, slot: 0, attempt: 0 })
+    }
+
+    #[test]
+    fn brood_has_no_twins_when_distinct() {
+        let parent = parent();
+        let variation = Variation::mutate(&parent, 0.02);
+        let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
+        let brood = make_brood(&request);
+        let mut hashes: HashSet<_> = brood.iter().map(|child| child.program_hash).collect();
+        hashes.insert(Program::lower(&parent).hash());
+        assert_eq!(hashes.len(), 21);
+        assert!(brood.iter().any(|child| child.attempts > 1), "half of small mutations are neutral");
+        let plain = make_brood(&BroodRequest { distinct: false, ..request });
+        assert!(plain.iter().any(|child| child.twin));
+    }
+
+    #[test]
+    fn smaller_brood_is_the_beginning_of_a_larger_one() {
+        let parent = parent();
+        let variation = Variation::mutate(&parent, 0.3);
+        let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
+        let hashes = |count| -> Vec<_> {
+            let brood = make_brood(&BroodRequest { count, ..request });
+            brood.into_iter().map(|child| child.hash).collect()
+        };
+        assert_eq!(hashes(5), hashes(20)[..5]);
+    }
+}

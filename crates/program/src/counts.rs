@@ -1,0 +1,70 @@
+//! How much each pass of lowering saves.
+
+use brood_genome::{Genome, Opcode};
+
+use crate::Program;
+use crate::build::Builder;
+use crate::liveness::live_components;
+use crate::lower::{Collector, scalarise};
+
+/// Operation counts before and after each pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts {
+    /// Instructions of the genome.
+    pub instructions: u32,
+    /// Instructions that can change the result.
+    pub live_instructions: u32,
+    /// Scalar operations of all components written.
+    pub scalar_operations: u32,
+    /// After per-component dead-code removal.
+    pub live_scalar_operations: u32,
+    /// After value numbering.
+    pub numbered_operations: u32,
+    /// After folding: what runs for each sample.
+    pub operations: u32,
+}
+
+impl Counts {
+    /// Counts for one genome.
+    #[must_use]
+    pub fn of(genome: &Genome) -> Self {
+        let live = live_components(genome);
+        let instructions = genome.instructions();
+        let mut builder = Builder::new(false);
+        let results = scalarise(genome, &mut builder);
+        let numbered = Collector::collect(&builder, results, genome);
+        let sum = |masks: &mut dyn Iterator<Item = u8>| {
+            instructions.iter().zip(masks).map(|(i, mask)| scalar_cost(i.opcode(), mask)).sum()
+        };
+        Self {
+            instructions: count(instructions.len()),
+            live_instructions: count(live.iter().filter(|mask| **mask != 0).count()),
+            scalar_operations: sum(&mut instructions.iter().map(|i| i.write_mask().bits())),
+            live_scalar_operations: sum(&mut live.iter().copied()),
+            numbered_operations: count(numbered.operations()),
+            operations: count(Program::lower(genome).operations()),
+        }
+    }
+}
+
+fn count(n: usize) -> u32 {
+    u32::try_from(n).expect("a genome has at most 1024 instructions")
+}
+
+/// Scalar operations that an instruction takes for the components of `mask`; moving and negating are free.
+fn scalar_cost(opcode: Opcode, mask: u8) -> u32 {
+    let components = mask.count_ones();
+    let any = u32::from(mask != 0);
+    match opcode {
+        Opcode::Mov => 0,
+        Opcode::Add | Opcode::Sub | Opcode::Mul => components,
+        Opcode::Mad => 2 * components,
+        Opcode::Lrp => 3 * components,
+        Opcode::Dp3 => 5 * any,
+        Opcode::Dp4 => 7 * any,
+        Opcode::Dst => u32::from(mask & 2 != 0),
+        Opcode::X2d => 4 * (u32::from(mask & 5 != 0) + u32::from(mask & 10 != 0)),
+        Opcode::Sin | Opcode::Cos | Opcode::Ex2 => any,
+        Opcode::Lg2 | Opcode::Rcp | Opcode::Rsq | Opcode::Spl => any,
+    }
+}

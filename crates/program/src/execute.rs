@@ -1,0 +1,60 @@
+//! One sample through a program, in either arithmetic: the plain meaning of the steps.
+
+use brood_genome::{Arithmetic, Input};
+
+use crate::{Constant, Operand, Operation, Program};
+
+/// Runs a program for one sample and returns the reflectance of the three channels.
+///
+/// # Shapes
+/// `inputs` gives the value of an input, `constant` the value of a constant in this arithmetic; the result is
+/// (red, green, blue).
+///
+/// # Error
+/// None against [`brood_genome::interpret`] (`lowering_preserves_every_bit`).
+pub fn execute<T: Arithmetic>(
+    program: &Program,
+    inputs: impl Fn(Input) -> T,
+    constant: impl Fn(&Constant) -> T,
+) -> [T; 3] {
+    let mut values: Vec<T> = Vec::with_capacity(program.steps().len());
+    for step in program.steps() {
+        let read = |operand| match operand {
+            Operand::Step(index) => values[usize::from(index)],
+            Operand::Input(input) => inputs(input),
+            Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
+        };
+        let (a, b) = (read(step.a), read(step.b));
+        values.push(step.operation.apply(a, b));
+    }
+    let squares = program.results().map(|operand| {
+        match operand {
+            Operand::Step(index) => values[usize::from(index)],
+            Operand::Input(input) => inputs(input),
+            Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
+        }
+        .square()
+    });
+    program.output().apply(squares)
+}
+
+impl Operation {
+    /// The operation on one pair of values; `b` is not read where it takes one operand.
+    #[inline(always)]
+    pub fn apply<T: Arithmetic>(self, a: T, b: T) -> T {
+        match self {
+            Self::Add => a.add(b),
+            Self::Sub => a.add(b.neg()),
+            Self::Mul => a.mul(b),
+            Self::Sin => a.sine(),
+            Self::Cos => a.cosine(),
+            Self::Ex2 => a.ex2(),
+            Self::Ex2Neg => a.neg().ex2(),
+            Self::Lg2 => a.lg2(),
+            Self::Rcp => a.rcp(),
+            Self::Rsq => a.rsq(),
+            Self::Spl => a.spl(),
+            Self::SplNeg => a.neg().spl(),
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The identity of a program.
+
+use std::fmt;
+
+use crate::Program;
+
+/// BLAKE3 over the packed words. Genomes with one program hash are neutral twins: they look the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ProgramHash([u8; 32]);
+
+impl ProgramHash {
+    /// The 32 bytes.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8; 32] {
+        &self.0
+    }
+
+    /// A hash from its bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: [u8; 32]) -> Self {
+        Self(bytes)
+    }
+}
+
+impl fmt::Display for ProgramHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl Program {
+    /// The identity.
+    #[must_use]
+    pub fn hash(&self) -> ProgramHash {
+        ProgramHash(*blake3::hash(bytemuck::cast_slice(&self.little_endian_words())).as_bytes())
+    }
+
+    fn little_endian_words(&self) -> Vec<u32> {
+        self.to_words().into_iter().map(u32::to_le).collect()
+    }
+}

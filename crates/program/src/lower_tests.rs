@@ -1,0 +1,152 @@
+//! Lowering preserves meaning, to the bit, in both arithmetics; programs do not depend on how a genome is written.
+
+use brood_genome::{
+    Arithmetic, BirthKey, Dialect, Genome, Input, OpcodeSet, Output, Variation, interpret,
+};
+
+use crate::{Counts, Operand, Program, Tape, execute};
+
+fn random(seed: u64, dialect: Dialect) -> Genome {
+    let output = (seed % 3 == 0).then(|| Output::saturation(0.65).unwrap());
+    let key = BirthKey { seed, slot: 0, attempt: 0 };
+    Variation::random(dialect).with_output(output).birth(key)
+}
+
+fn dialects() -> [Dialect; 4] {
+    let paper = Dialect::default();
+    let extended =
+        Dialect { opcodes: OpcodeSet::Extended, registers: 10, length: 60, ..paper };
+    let isotropic = Dialect { isotropic: true, homogeneous: true, registers: 4, ..paper };
+    [paper, extended, isotropic, Dialect { length: 1024, registers: 16, ..paper }]
+}
+
+/// Inputs of a made-up sample: some ordinary, some at the ends of the range, some zero.
+fn input(sample: u32, input: Input) -> f32 {
+    let bits = brood_genome::philox4x32([sample, input.index() as u32, 0, 0], [1, 2])[0];
+    match bits % 16 {
+        0 => 0.0,
+        1 => 65504.0,
+        2 => -65504.0,
+        3 => -0.0,
+        _ => (bits >> 8) as f32 / 8_388_608.0 - 1.0,
+    }
+}
+
+#[test]
+fn lowering_preserves_every_bit() {
+    for dialect in dialects() {
+        for seed in 0..150 {
+            let genome = random(seed, dialect);
+            let program = Program::lower(&genome);
+            for sample in 0..12 {
+                let canonical = interpret(&genome, |i| input(sample, i));
+                let lowered = execute(&program, |i| input(sample, i), |c| c.canonical);
+                let bits = |f: [f32; 3]| f.map(f32::to_bits);
+                assert_eq!(bits(canonical), bits(lowered), "seed {seed} sample {sample}\n{genome}");
+                assert!(canonical.iter().all(|f| f.is_finite() && *f >= 0.0));
+                let reference = interpret(&genome, |i| f64::from(input(sample, i)));
+                let lowered = execute(&program, |i| f64::from(input(sample, i)), |c| c.reference);
+                let bits = |f: [f64; 3]| f.map(f64::to_bits);
+                assert_eq!(bits(reference), bits(lowered), "seed {seed} sample {sample}\n{genome}");
+            }
+        }
+    }
+}
+
+#[test]
+fn words_read_back_and_refuse_what_is_broken() {
+    for seed in 0..100 {
+        let program = Program::lower(&random(seed, dialects()[1]));
+        let words = program.to_words();
+        assert_eq!(Program::from_words(&words).unwrap(), program);
+        assert_eq!(Program::from_words(&words).unwrap().hash(), program.hash());
+        for index in 0..words.len() {
+            let mut broken = words.clone();
+            broken[index] ^= 0xffff_0001;
+            // Any answer but a panic or an invalid program: what is accepted must run.
+            if let Ok(program) = Program::from_words(&broken) {
+                let f = execute(&program, |i| input(0, i), |c| c.canonical);
+                assert!(f.iter().all(|f| f.is_finite()));
+            }
+        }
+        assert!(Program::from_words(&words[..words.len() - 1]).is_err());
+    }
+    assert!(Program::from_words(&[]).is_err());
+}
+
+#[test]
+fn counts_shrink_with_every_pass() {
+    let mut totals = [0u32; 5];
+    for seed in 0..400 {
+        let genome = random(seed, Dialect::default());
+        let c = Counts::of(&genome);
+        let passes = [
+            c.scalar_operations,
+            c.live_scalar_operations,
+            c.numbered_operations,
+            c.operations,
+            c.live_instructions,
+        ];
+        assert!(passes[..4].is_sorted_by(|a, b| a >= b), "seed {seed}: {c:?}");
+        assert_eq!(c.instructions, 100);
+        totals.iter_mut().zip(passes).for_each(|(total, pass)| *total += pass);
+    }
+    let means = totals.map(|total| f64::from(total) / 400.0);
+    println!("mean scalar operations: all, live, numbered, folded; live instructions: {means:?}");
+    assert!((20.0..60.0).contains(&means[4]), "{means:?}");
+}
+
+#[test]
+fn program_does_not_depend_on_dead_code_register_names_or_order() {
+    let a = "brood 1\n.dialect paper smooth registers 7\nMUL R3.x, R0.x, R1.y\nADD R4.x, R0.y, R0.z\nADD R0.xyz, R3.x, -R4.x\nMOV R1, R2\n";
+    let b = "brood 1\n.dialect paper smooth registers 7\nSIN R6, R0.x\nADD R5.x, R0.z, R0.y\nMUL R2.x, -R1.y, R0.x\nADD R0.xyz, R5.x, R2.x\n";
+    let lower = |text: &str| Program::lower(&text.parse::<Genome>().unwrap());
+    assert_eq!(lower(a).hash(), lower(b).hash());
+    assert_eq!(lower(a).operations(), 3);
+}
+
+#[test]
+fn constants_fold_and_dead_inputs_are_not_read() {
+    let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 0.5 0 1 2\nMUL R0, R0, C0.y\nSIN R1, C0.x\nMAD R0.x, R1, C0.w, R0\nADD R0.y, R1, -R1\nMUL R0.z, R2, C0.z\n";
+    let genome: Genome = text.parse().unwrap();
+    let program = Program::lower(&genome);
+    assert_eq!(program.operations(), 0);
+    let [red, green, blue] = *program.results();
+    assert!(matches!(red, Operand::Constant(_)) && matches!(green, Operand::Constant(_)));
+    assert!(matches!(blue, Operand::Input(Input::SmoothQ2)), "{blue:?}");
+    assert_eq!(program.inputs().len(), 1);
+    let f = execute(&program, |_| 0.25, |c| c.canonical);
+    assert_eq!(f[0], (Arithmetic::sine(0.5f32) * 2.0).powi(2));
+    assert_eq!((f[1], f[2]), (0.0, 0.0625));
+}
+
+#[test]
+fn tape_computes_what_the_program_does_in_few_registers() {
+    let mut most = 0;
+    for dialect in dialects() {
+        for seed in 0..100 {
+            let program = Program::lower(&random(seed, dialect));
+            let tape = Tape::new(&program);
+            most = most.max(tape.registers());
+            let mut registers = vec![0.0f32; usize::from(tape.registers())];
+            for (step, original) in tape.steps().iter().zip(program.steps()) {
+                assert_eq!(step.operation, original.operation);
+                let (a, b) = (read(&tape, &registers, step.a), read(&tape, &registers, step.b));
+                registers[usize::from(step.dst)] = step.operation.apply(a, b);
+            }
+            let squares = tape.results().map(|operand| read(&tape, &registers, operand).square());
+            let expected = execute(&program, |i| input(3, i), |c| c.canonical);
+            assert_eq!(program.output().apply(squares), expected, "seed {seed}");
+        }
+    }
+    println!("most registers: {most}");
+    assert!(most <= 128, "{most} registers");
+}
+
+fn read(tape: &Tape, registers: &[f32], operand: crate::TapeOperand) -> f32 {
+    match operand {
+        crate::TapeOperand::Register(index) => registers[usize::from(index)],
+        crate::TapeOperand::Input(i) => input(3, i),
+        crate::TapeOperand::Constant(index) => tape.constants()[usize::from(index)].canonical,
+    }
+}

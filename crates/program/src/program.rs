@@ -1,0 +1,182 @@
+//! The program: scalar operations in single-assignment form, in a canonical order.
+
+use brood_genome::{Input, InputMask, Output};
+
+/// A scalar operation. Signs are part of the operation, never of an operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Operation {
+    /// a + b.
+    Add,
+    /// a - b.
+    Sub,
+    /// a b.
+    Mul,
+    /// sin a.
+    Sin,
+    /// cos a.
+    Cos,
+    /// 2^a.
+    Ex2,
+    /// 2^-a.
+    Ex2Neg,
+    /// log2(a^2 + 2^-24).
+    Lg2,
+    /// a / (a^2 + 2^-24).
+    Rcp,
+    /// 1 / sqrt(a^2 + 2^-24).
+    Rsq,
+    /// log2(1 + 2^a).
+    Spl,
+    /// log2(1 + 2^-a).
+    SplNeg,
+}
+
+impl Operation {
+    /// All operations in the order of their numbers, which packed words and shaders carry.
+    pub const ALL: [Self; 12] = [
+        Self::Add,
+        Self::Sub,
+        Self::Mul,
+        Self::Sin,
+        Self::Cos,
+        Self::Ex2,
+        Self::Ex2Neg,
+        Self::Lg2,
+        Self::Rcp,
+        Self::Rsq,
+        Self::Spl,
+        Self::SplNeg,
+    ];
+
+    /// Position in [`Operation::ALL`].
+    #[must_use]
+    pub fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// Whether it takes a second operand.
+    #[must_use]
+    pub fn is_binary(self) -> bool {
+        match self {
+            Self::Add | Self::Sub | Self::Mul => true,
+            Self::Sin | Self::Cos | Self::Ex2 | Self::Ex2Neg => false,
+            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl | Self::SplNeg => false,
+        }
+    }
+
+    /// The name in listings and shaders.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Add => "add",
+            Self::Sub => "sub",
+            Self::Mul => "mul",
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+            Self::Ex2 => "ex2",
+            Self::Ex2Neg => "ex2_neg",
+            Self::Lg2 => "lg2",
+            Self::Rcp => "rcp",
+            Self::Rsq => "rsq",
+            Self::Spl => "spl",
+            Self::SplNeg => "spl_neg",
+        }
+    }
+}
+
+/// A folded constant with the value it has in either arithmetic.
+#[derive(Debug, Clone, Copy)]
+pub struct Constant {
+    /// In canonical f32.
+    pub canonical: f32,
+    /// In the f64 reference.
+    pub reference: f64,
+}
+
+impl PartialEq for Constant {
+    fn eq(&self, other: &Self) -> bool {
+        self.canonical.to_bits() == other.canonical.to_bits()
+            && self.reference.to_bits() == other.reference.to_bits()
+    }
+}
+
+/// Where an operation reads a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Operand {
+    /// The result of an earlier step.
+    Step(u16),
+    /// An input of the sample.
+    Input(Input),
+    /// A constant of the program.
+    Constant(u16),
+}
+
+/// One operation and its operands; `b` repeats `a` where the operation takes one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// What is done.
+    pub operation: Operation,
+    /// First operand.
+    pub a: Operand,
+    /// Second operand.
+    pub b: Operand,
+}
+
+/// Live scalar code: steps that read only earlier steps, three results, and the output stage.
+///
+/// # Invariants
+/// Every step is reachable from a result; steps are in post-order from the red, the green, the blue result, so that
+/// equal programs have equal words whatever genome they came from. Results are g up to sign: f squares them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    pub(crate) steps: Vec<Step>,
+    pub(crate) constants: Vec<Constant>,
+    pub(crate) results: [Operand; 3],
+    pub(crate) output: Output,
+}
+
+impl Program {
+    /// The operations in the order of execution.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// The constants that operands name.
+    #[must_use]
+    pub fn constants(&self) -> &[Constant] {
+        &self.constants
+    }
+
+    /// Where g of red, green and blue is found, up to sign.
+    #[must_use]
+    pub fn results(&self) -> &[Operand; 3] {
+        &self.results
+    }
+
+    /// The output stage.
+    #[must_use]
+    pub fn output(&self) -> &Output {
+        &self.output
+    }
+
+    /// Scalar operations per sample, the squares and the output stage not counted.
+    #[must_use]
+    pub fn operations(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// The inputs it reads; nothing else need be computed for it.
+    #[must_use]
+    pub fn inputs(&self) -> InputMask {
+        let operands = self.steps.iter().flat_map(|step| [step.a, step.b]);
+        operands
+            .chain(self.results)
+            .filter_map(|operand| match operand {
+                Operand::Input(input) => Some(input),
+                Operand::Step(_) | Operand::Constant(_) => None,
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,145 @@
+//! Packed words: the flat u32 encoding of a program that leases carry and hashes are taken of.
+//!
+//! Layout: version; number of constants; number of steps; three result operands; fifteen words of the output stage;
+//! three words a constant (f32 bits, low and high half of the f64 bits); two words a step. An operand is its kind in
+//! bits 22..24 and its index below; a step is the operation in the top byte and its first operand, then the second.
+
+use brood_genome::{Input, Output, RANGE};
+
+use crate::{Constant, Operand, Operation, Program, Step};
+
+const VERSION: u32 = 0x4252_4401;
+const HEADER: usize = 6;
+const OUTPUT: usize = 15;
+const STEP_KIND: u32 = 0;
+const INPUT_KIND: u32 = 1;
+const CONSTANT_KIND: u32 = 2;
+const INDEX_BITS: u32 = 22;
+
+/// Why words are not a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum WordsError {
+    /// Another version of the encoding.
+    #[error("the packed words are of another version")]
+    Version,
+    /// Shorter or longer than the counts say.
+    #[error("the packed words have the wrong length")]
+    Length,
+    /// An operand that names nothing, or a later step.
+    #[error("an operand at word {0} names nothing that is there")]
+    Operand(usize),
+    /// An operation that does not exist.
+    #[error("there is no operation of the number at word {0}")]
+    Operation(usize),
+    /// A constant or an output number beyond its range.
+    #[error("the number at word {0} is beyond the range")]
+    Number(usize),
+}
+
+impl Program {
+    /// The packed words.
+    #[must_use]
+    pub fn to_words(&self) -> Vec<u32> {
+        let mut words = vec![VERSION, length(self.constants.len()), length(self.steps.len())];
+        words.extend(self.results.map(operand_word));
+        let output = &self.output;
+        let numbers = output.matrix().as_flattened().iter().chain(output.scale());
+        words.extend(numbers.chain(output.offset()).map(|number| number.to_bits()));
+        for constant in &self.constants {
+            let bits = constant.reference.to_bits();
+            let (low, high) = (bits & u64::from(u32::MAX), bits >> 32);
+            words.push(constant.canonical.to_bits());
+            words.extend([low, high].map(|half| u32::try_from(half).expect("half of 64 bits")));
+        }
+        for step in &self.steps {
+            words.push(u32::from(step.operation.number()) << 24 | operand_word(step.a));
+            words.push(operand_word(step.b));
+        }
+        words
+    }
+
+    /// The program in packed words, everything checked: they may come from outside.
+    pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
+        let header = words.get(..HEADER).ok_or(WordsError::Length)?;
+        if header[0] != VERSION {
+            return Err(WordsError::Version);
+        }
+        let (constants, steps) = (header[1] as usize, header[2] as usize);
+        let first_constant = HEADER + OUTPUT;
+        let first_step = first_constant + 3 * constants.min(1 << 16);
+        if words.len() != first_step + 2 * steps.min(1 << 16) || constants.max(steps) >= 1 << 16 {
+            return Err(WordsError::Length);
+        }
+        let reader = Reader { words, constants };
+        let mut program = Self {
+            steps: Vec::with_capacity(steps),
+            constants: Vec::with_capacity(constants),
+            results: [Operand::Constant(0); 3],
+            output: reader.output()?,
+        };
+        for index in 0..constants {
+            program.constants.push(reader.constant(first_constant + 3 * index)?);
+        }
+        for index in 0..steps {
+            program.steps.push(reader.step(first_step + 2 * index, index)?);
+        }
+        for channel in 0..3 {
+            program.results[channel] = reader.operand(3 + channel, steps)?;
+        }
+        Ok(program)
+    }
+}
+
+fn length(length: usize) -> u32 {
+    u32::try_from(length).expect("a program has fewer than 65536 steps")
+}
+
+fn operand_word(operand: Operand) -> u32 {
+    match operand {
+        Operand::Step(index) => STEP_KIND << INDEX_BITS | u32::from(index),
+        Operand::Input(input) => INPUT_KIND << INDEX_BITS | length(input.index()),
+        Operand::Constant(index) => CONSTANT_KIND << INDEX_BITS | u32::from(index),
+    }
+}
+
+struct Reader<'a> {
+    words: &'a [u32],
+    constants: usize,
+}
+
+impl Reader<'_> {
+    fn output(&self) -> Result<Output, WordsError> {
+        let number = |k: usize| f32::from_bits(self.words[HEADER + k]);
+        let triple = |k: usize| [number(k), number(k + 1), number(k + 2)];
+        Output::new([triple(0), triple(3), triple(6)], triple(9), triple(12))
+            .map_err(|_| WordsError::Number(HEADER))
+    }
+
+    fn constant(&self, at: usize) -> Result<Constant, WordsError> {
+        let canonical = f32::from_bits(self.words[at]);
+        let bits = u64::from(self.words[at + 1]) | u64::from(self.words[at + 2]) << 32;
+        let reference = f64::from_bits(bits);
+        let fits = canonical.abs() <= RANGE && reference.abs() <= f64::from(RANGE);
+        if fits { Ok(Constant { canonical, reference }) } else { Err(WordsError::Number(at)) }
+    }
+
+    fn step(&self, at: usize, index: usize) -> Result<Step, WordsError> {
+        let number = (self.words[at] >> 24) as usize;
+        let operation = *Operation::ALL.get(number).ok_or(WordsError::Operation(at))?;
+        Ok(Step { operation, a: self.operand(at, index)?, b: self.operand(at + 1, index)? })
+    }
+
+    /// An operand that may name steps before `steps`.
+    fn operand(&self, at: usize, steps: usize) -> Result<Operand, WordsError> {
+        let word = self.words[at] & 0x00ff_ffff;
+        let index = word & ((1 << INDEX_BITS) - 1);
+        let narrow = u16::try_from(index).map_err(|_| WordsError::Operand(at))?;
+        let operand = match word >> INDEX_BITS {
+            STEP_KIND if usize::from(narrow) < steps => Some(Operand::Step(narrow)),
+            INPUT_KIND => Input::from_index(index as usize).map(Operand::Input),
+            CONSTANT_KIND if usize::from(narrow) < self.constants => Some(Operand::Constant(narrow)),
+            _ => None,
+        };
+        operand.ok_or(WordsError::Operand(at))
+    }
+}

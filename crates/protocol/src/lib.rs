@@ -1,0 +1,32 @@
+//! What server, workers and clients say to each other: ids, requests, answers, leases, problems.
+//!
+//! This crate owns the shapes and their binary and JSON forms. It refuses to know routes, tables and evaluators.
+
+mod breed;
+mod client;
+mod id;
+mod individual;
+mod lease;
+mod lineage;
+mod mesh;
+mod page;
+mod picture;
+mod problem;
+mod seed;
+mod system;
+
+pub use breed::{Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
+pub use client::{ClientError, WorkerClient};
+pub use id::{GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId};
+pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
+pub use lease::{
+    CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource, Outcome,
+    RenderItem, RenderJob, RenderedPicture, WireError, WorkerReport, decode, encode,
+};
+pub use lineage::{CreateLineage, Lineage, PatchLineage};
+pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
+pub use page::Page;
+pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
+pub use problem::Problem;
+pub use seed::Seed;
+pub use system::{BackendReport, SystemAnswer};
