@@ -8,7 +8,9 @@ use glam::{DVec2, DVec3};
 use crate::DirectionPair;
 
 /// How the azimuthal inputs p3..p6 are formed from the tangential parts of the directions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Parametrisation {
     /// Tangential parts as they are: polynomial in the directions, no singularity.

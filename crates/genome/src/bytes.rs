@@ -60,7 +60,7 @@ impl Genome {
         });
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
-        bytes.push(u8::from(dialect.isotropic) | u8::from(dialect.homogeneous) << 1);
+        bytes.push(u8::from(dialect.isotropic) | (u8::from(dialect.homogeneous) << 1));
         for instruction in self.instructions() {
             bytes.extend([instruction.opcode().number(), instruction.dst()]);
             bytes.push(instruction.write_mask().bits());

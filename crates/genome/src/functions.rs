@@ -18,8 +18,10 @@ const HALF_PI: [f32; 4] = [
 ];
 const SIN: [f32; 3] = [-0.166_666_55, 0.008_332_179, -0.000_195_172_7];
 const COS: [f32; 3] = [0.041_666_646, -0.001_388_737_5, 2.443_912e-5];
+#[expect(clippy::approx_constant, reason = "fitted: not the constant, though close to it")]
 const EX2: [f32; 6] =
     [0.693_147_2, 0.240_226_5, 0.055_503_28, 0.009_618_006, 0.001_340_024_9, 0.000_154_758_75];
+#[expect(clippy::approx_constant, reason = "fitted: not the constant, though close to it")]
 const LG2: [f32; 10] = [
     1.442_695,
     -0.721_347_33,
@@ -67,7 +69,6 @@ fn reduce(x: f32) -> (f32, f32, i32) {
 
 /// The integer that a rounded value of modest size is.
 #[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "the value is a whole number below 2^22")]
 fn whole(k: f32) -> i32 {
     // The rounding constant leaves the integer in the low bits of the mantissa, which vectorises at every level.
     ((k + ROUNDING).to_bits() as i32) - (ROUNDING.to_bits() as i32)

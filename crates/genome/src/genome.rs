@@ -87,7 +87,7 @@ impl Genome {
                 .map_err(|error| GenomeError::Instruction { index, error })?;
         }
         for (index, constant) in constants.iter().enumerate() {
-            if let Some(value) = constant.iter().find(|v| !(v.abs() <= RANGE)) {
+            if let Some(value) = constant.iter().find(|v| !(-RANGE..=RANGE).contains(*v)) {
                 return Err(GenomeError::Constant { index, value: *value });
             }
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{CONSTANTS, Dialect, Opcode, Operand, OpcodeSet, Register, WriteMask};
+use crate::{CONSTANTS, Dialect, Opcode, OpcodeSet, Operand, Register, WriteMask};
 
 /// Opcode, destination register with write mask, operands. Validated: see [`Instruction::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

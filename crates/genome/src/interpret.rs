@@ -11,14 +11,13 @@ use crate::{Arithmetic, Genome, Input, Instruction, Opcode, Operand, Output, Reg
 /// Inputs within `[-65504, 65504]`. The result is finite and not negative.
 pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) -> [T; 3] {
     let mut registers = [[T::from_f32(0.0); 4]; 16];
-    for register in 0..genome.dialect().registers {
-        for component in 0..4 {
-            registers[usize::from(register)][component] =
-                match genome.dialect().initial(register, component) {
-                    Source::Zero => T::from_f32(0.0),
-                    Source::One => T::from_f32(1.0),
-                    Source::Input(input) => inputs(input),
-                };
+    for (register, values) in (0..genome.dialect().registers).zip(&mut registers) {
+        for (component, value) in values.iter_mut().enumerate() {
+            *value = match genome.dialect().initial(register, component) {
+                Source::Zero => T::from_f32(0.0),
+                Source::One => T::from_f32(1.0),
+                Source::Input(input) => inputs(input),
+            };
         }
     }
     for instruction in genome.instructions() {

@@ -117,8 +117,7 @@ fn parse_instruction(
 ) -> Result<Instruction, (String, String)> {
     let opcode = Opcode::from_name(&json.opcode)
         .ok_or_else(|| ("/opcode".to_owned(), "there is no such opcode".to_owned()))?;
-    let (dst, mask) =
-        parse_destination(&json.dst).map_err(|reason| ("/dst".to_owned(), reason))?;
+    let (dst, mask) = parse_destination(&json.dst).map_err(|reason| ("/dst".to_owned(), reason))?;
     let mut operands = Vec::with_capacity(3);
     for (index, text) in json.src.iter().enumerate().take(4) {
         let operand = parse_operand(text, opcode);
@@ -131,7 +130,19 @@ fn parse_instruction(
 /// Deserialises, turning serde's account of an error into a pointer as far as it is known.
 fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> {
     check_numbers(&value)?;
-    serde_json::from_value(value).map_err(|error| (String::new(), error.to_string()))
+    serde_path_to_error::deserialize(value)
+        .map_err(|error| (pointer(error.path()), error.inner().to_string()))
+}
+
+fn pointer(path: &serde_path_to_error::Path) -> String {
+    use serde_path_to_error::Segment;
+    let segment = |segment: &Segment| match segment {
+        Segment::Seq { index } => format!("/{index}"),
+        Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
+        Segment::Enum { variant } => format!("/{variant}"),
+        Segment::Unknown => String::new(),
+    };
+    path.iter().map(segment).collect()
 }
 
 /// f32 fields would take 1e39 as infinity; constants are checked here so that the pointer can be exact.
@@ -183,5 +194,6 @@ mod tests {
         check("/dialect/registers", 3.into(), "/dialect");
         check("/constants/C0/2", 1e9.into(), "/constants/C0/2");
         check("/brood", 2.into(), "/brood");
+        check("/instructions/2/src", 5.into(), "/instructions/2/src");
     }
 }

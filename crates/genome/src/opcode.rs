@@ -146,9 +146,9 @@ impl Opcode {
             Self::X2d => {
                 let (upper, lower) = (written & (X | Z) != 0, written & (Y | W) != 0);
                 match index {
-                    0 => u8::from(upper) * X | u8::from(lower) * Y,
+                    0 => (u8::from(upper) * X) | (u8::from(lower) * Y),
                     1 => X | Y,
-                    _ => u8::from(upper) * (X | Y) | u8::from(lower) * (Z | W),
+                    _ => (u8::from(upper) * (X | Y)) | (u8::from(lower) * (Z | W)),
                 }
             }
             Self::Sin | Self::Cos | Self::Ex2 => X,

@@ -35,7 +35,7 @@ impl Swizzle {
     #[must_use]
     pub fn new(components: [u8; 4]) -> Self {
         let [x, y, z, w] = components.map(|component| component & 3);
-        Self(x | y << 2 | z << 4 | w << 6)
+        Self(x | (y << 2) | (z << 4) | (w << 6))
     }
 
     /// One component in all four places.

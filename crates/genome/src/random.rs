@@ -91,7 +91,7 @@ impl Stream {
     /// Where `bound` is 0.
     pub fn below(&mut self, bound: u32) -> u32 {
         assert!(bound > 0, "there is no number below 0");
-        u32::try_from(u64::from(self.bits()) * u64::from(bound) >> 32).expect("below 2^32")
+        u32::try_from((u64::from(self.bits()) * u64::from(bound)) >> 32).expect("below 2^32")
     }
 
     /// [`Stream::below`] for small counts.

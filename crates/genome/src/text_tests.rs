@@ -19,7 +19,9 @@ fn example_of_the_format_is_read_and_written() {
     assert_eq!(genome.constants()[5], [0.25, -1.5, 3.0, 0.125]);
     let text = genome.to_string();
     assert_eq!(text.lines().count(), 6);
-    assert!(text.ends_with("ADD R5.xyz, -R1.yzyy, C5.x\nCOS R5.xy, R4.w\nX2D R4, R1, C5.yxwz, -R2\n"));
+    assert!(
+        text.ends_with("ADD R5.xyz, -R1.yzyy, C5.x\nCOS R5.xy, R4.w\nX2D R4, R1, C5.yxwz, -R2\n")
+    );
     assert_eq!(text.parse::<Genome>().unwrap(), genome);
 }
 
@@ -28,7 +30,8 @@ fn text_reads_back_to_the_same_genome() {
     for seed in 0..200 {
         let dialect = Dialect {
             opcodes: if seed % 2 == 0 { OpcodeSet::Paper } else { OpcodeSet::Extended },
-            parametrisation: [Parametrisation::Paper, Parametrisation::Smooth][seed as usize / 2 % 2],
+            parametrisation: [Parametrisation::Paper, Parametrisation::Smooth]
+                [seed as usize / 2 % 2],
             registers: 10 + (seed % 7) as u8,
             length: 1 + (seed * 5 % 1024) as u16,
             isotropic: seed % 3 == 0,
@@ -62,8 +65,14 @@ fn errors_carry_line_and_column() {
     let cases = [
         ("", "line 1, column 1: expected `brood 1`, but the line ends"),
         ("brood 2\n", "line 1, column 7: format version `2` is not known; this is version 1"),
-        ("brood 1\nMOV R0, R1\n", "line 2, column 1: the line `.dialect ...` must come before the first instruction"),
-        ("brood 1\n.dialect paper smooth registers 17\nMOV R0, R1", "line 2, column 1: registers must be 4 to 16, not 17"),
+        (
+            "brood 1\nMOV R0, R1\n",
+            "line 2, column 1: the line `.dialect ...` must come before the first instruction",
+        ),
+        (
+            "brood 1\n.dialect paper smooth registers 17\nMOV R0, R1",
+            "line 2, column 1: registers must be 4 to 16, not 17",
+        ),
     ];
     for (text, error) in cases {
         assert_eq!(text.parse::<Genome>().unwrap_err().to_string(), error, "{text}");
@@ -73,11 +82,20 @@ fn errors_carry_line_and_column() {
         ("ADD R0, R1", "line 3, column 1: ADD takes 2 operand(s), not 1"),
         ("ADD R0 R1, R2", "line 3, column 8: expected a comma before `R1`"),
         ("ADD R7, R1, R2", "line 3, column 1: R7 does not exist in a dialect of 7 registers"),
-        ("ADD R0.zx, R1, R2", "line 3, column 5: a write mask is letters of xyzw in order, not `zx`"),
+        (
+            "ADD R0.zx, R1, R2",
+            "line 3, column 5: a write mask is letters of xyzw in order, not `zx`",
+        ),
         ("ADD R0., R1, R2", "line 3, column 5: a write mask has at least one letter"),
-        ("ADD R0, R1.xy, R2", "line 3, column 9: a swizzle is one letter or four of xyzw, not `xy`"),
+        (
+            "ADD R0, R1.xy, R2",
+            "line 3, column 9: a swizzle is one letter or four of xyzw, not `xy`",
+        ),
         ("SIN R0, R1", "line 3, column 9: SIN takes an operand with exactly one swizzle letter"),
-        ("  MUL R0, C1, C2", "line 3, column 3: an instruction may read one constant register, not both C1 and C2"),
+        (
+            "  MUL R0, C1, C2",
+            "line 3, column 3: an instruction may read one constant register, not both C1 and C2",
+        ),
         ("MUL R0, C1, C128", "line 3, column 1: C128 does not exist: constants are C0 to C127"),
         ("MUL R0, C1, C999", "line 3, column 13: `C999` is not a register"),
         ("LG2 R0, R1.x", "line 3, column 1: LG2 belongs to the extended dialect"),

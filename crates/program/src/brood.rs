@@ -110,7 +110,10 @@ mod tests {
         let mut hashes: HashSet<_> = brood.iter().map(|child| child.program_hash).collect();
         hashes.insert(Program::lower(&parent).hash());
         assert_eq!(hashes.len(), 21);
-        assert!(brood.iter().any(|child| child.attempts > 1), "half of small mutations are neutral");
+        assert!(
+            brood.iter().any(|child| child.attempts > 1),
+            "half of small mutations are neutral"
+        );
         let plain = make_brood(&BroodRequest { distinct: false, ..request });
         assert!(plain.iter().any(|child| child.twin));
     }

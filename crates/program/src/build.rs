@@ -90,8 +90,7 @@ impl Builder {
             }
         }
         let (first, second) = if self.precedes(b, a) { (b, a) } else { (a, b) };
-        let operation =
-            if first.negate == second.negate { Operation::Add } else { Operation::Sub };
+        let operation = if first.negate == second.negate { Operation::Add } else { Operation::Sub };
         self.operation(operation, first.node, second.node).signed(first.negate)
     }
 

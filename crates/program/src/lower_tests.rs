@@ -7,15 +7,14 @@ use brood_genome::{
 use crate::{Counts, Operand, Program, Tape, execute};
 
 fn random(seed: u64, dialect: Dialect) -> Genome {
-    let output = (seed % 3 == 0).then(|| Output::saturation(0.65).unwrap());
+    let output = seed.is_multiple_of(3).then(|| Output::saturation(0.65).unwrap());
     let key = BirthKey { seed, slot: 0, attempt: 0 };
     Variation::random(dialect).with_output(output).birth(key)
 }
 
 fn dialects() -> [Dialect; 4] {
     let paper = Dialect::default();
-    let extended =
-        Dialect { opcodes: OpcodeSet::Extended, registers: 10, length: 60, ..paper };
+    let extended = Dialect { opcodes: OpcodeSet::Extended, registers: 10, length: 60, ..paper };
     let isotropic = Dialect { isotropic: true, homogeneous: true, registers: 4, ..paper };
     [paper, extended, isotropic, Dialect { length: 1024, registers: 16, ..paper }]
 }

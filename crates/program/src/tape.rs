@@ -47,7 +47,8 @@ impl Tape {
     #[must_use]
     pub fn new(program: &Program) -> Self {
         let last = last_uses(program);
-        let mut allocation = Allocation { register: vec![0; program.steps().len()], free: Vec::new(), next: 0 };
+        let mut allocation =
+            Allocation { register: vec![0; program.steps().len()], free: Vec::new(), next: 0 };
         let mut steps = Vec::with_capacity(program.steps().len());
         for (index, step) in program.steps().iter().enumerate() {
             let (a, b) = (allocation.operand(step.a), allocation.operand(step.b));

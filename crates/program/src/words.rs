@@ -137,7 +137,9 @@ impl Reader<'_> {
         let operand = match word >> INDEX_BITS {
             STEP_KIND if usize::from(narrow) < steps => Some(Operand::Step(narrow)),
             INPUT_KIND => Input::from_index(index as usize).map(Operand::Input),
-            CONSTANT_KIND if usize::from(narrow) < self.constants => Some(Operand::Constant(narrow)),
+            CONSTANT_KIND if usize::from(narrow) < self.constants => {
+                Some(Operand::Constant(narrow))
+            }
             _ => None,
         };
         operand.ok_or(WordsError::Operand(at))

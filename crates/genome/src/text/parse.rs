@@ -42,7 +42,9 @@ fn check_version(line: &str) -> Result<(), TextError> {
     let version = cursor.word("a format version")?;
     if version.text != "1" {
         let given = quote(version.text);
-        return Err(version.error(format!("format version {given} is not known; this is version 1")));
+        return Err(
+            version.error(format!("format version {given} is not known; this is version 1"))
+        );
     }
     cursor.end()
 }
@@ -129,7 +131,9 @@ impl Reader {
 
     fn instruction(&mut self, cursor: &mut Cursor<'_>, word: Word<'_>) -> Result<(), TextError> {
         let Some(dialect) = self.dialect else {
-            return Err(word.error("the line `.dialect ...` must come before the first instruction"));
+            return Err(
+                word.error("the line `.dialect ...` must come before the first instruction")
+            );
         };
         let Some(opcode) = Opcode::from_name(word.text) else {
             return Err(word.error(format!("there is no opcode {}", quote(word.text))));
@@ -245,7 +249,12 @@ pub(crate) fn parse_destination(text: &str) -> Result<(u8, WriteMask), String> {
         let component = LETTERS.iter().position(|l| *l == letter);
         match component {
             Some(component) if bits >> component == 0 => bits |= 1 << component,
-            _ => return Err(format!("a write mask is letters of xyzw in order, not {}", quote(mask))),
+            _ => {
+                return Err(format!(
+                    "a write mask is letters of xyzw in order, not {}",
+                    quote(mask)
+                ));
+            }
         }
     }
     match WriteMask::new(bits) {
@@ -261,8 +270,8 @@ pub(crate) fn parse_operand(text: &str, opcode: Opcode) -> Result<Operand, Strin
         None => (false, text),
     };
     let (register, letters) = split_suffix(rest);
-    let register = parse_register(register)
-        .ok_or_else(|| format!("{} is not a register", quote(register)))?;
+    let register =
+        parse_register(register).ok_or_else(|| format!("{} is not a register", quote(register)))?;
     let letters = letters.unwrap_or_default();
     let components: Option<Vec<u8>> = letters
         .chars()

@@ -11,12 +11,7 @@ const SWITCH_RATE: f32 = 1.0 / 8.0;
 ///
 /// A constant comes from the parent whose instructions read it; where both do, it is drawn with the same share; where
 /// neither does, it stays the first's. The child's dialect and output stage are the first's.
-pub(super) fn draft(
-    first: &Genome,
-    second: &Genome,
-    recombination: f32,
-    key: BirthKey,
-) -> Draft {
+pub(super) fn draft(first: &Genome, second: &Genome, recombination: f32, key: BirthKey) -> Draft {
     let mut stream = Stream::new(key, Operator::Recombine);
     let mut from_second = choose_blocks(first.instructions().len(), recombination, &mut stream);
     force_exchange(&mut from_second, recombination, &mut stream);
