@@ -71,7 +71,14 @@ fn reduce(x: f32) -> (f32, f32, i32) {
 #[inline(always)]
 fn whole(k: f32) -> i32 {
     // The rounding constant leaves the integer in the low bits of the mantissa, which vectorises at every level.
-    ((k + ROUNDING).to_bits() as i32) - (ROUNDING.to_bits() as i32)
+    (k + ROUNDING).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32
+}
+
+/// The bits of `even` or of `odd`, by masks: written as a branch, the polynomials move into it and nothing vectorises.
+#[inline(always)]
+fn select(k: i32, even: f32, odd: f32) -> u32 {
+    let mask = (k as u32 & 1).wrapping_neg();
+    (even.to_bits() & !mask) | (odd.to_bits() & mask)
 }
 
 /// sin(x), the argument clamped to +-1024.
@@ -82,16 +89,14 @@ fn whole(k: f32) -> i32 {
 #[inline(always)]
 pub fn sin(x: f32) -> f32 {
     let (s, c, k) = reduce(x);
-    let value = if k & 1 == 0 { s } else { c };
-    f32::from_bits(value.to_bits() ^ ((k as u32 & 2) << 30))
+    f32::from_bits(select(k, s, c) ^ ((k as u32 & 2) << 30))
 }
 
 /// cos(x), the argument clamped to +-1024. Error as for [`sin`].
 #[inline(always)]
 pub fn cos(x: f32) -> f32 {
     let (s, c, k) = reduce(x);
-    let value = if k & 1 == 0 { c } else { s };
-    f32::from_bits(value.to_bits() ^ ((k.wrapping_add(1) as u32 & 2) << 30))
+    f32::from_bits(select(k, c, s) ^ ((k.wrapping_add(1) as u32 & 2) << 30))
 }
 
 /// 2^x, the argument clamped to [-24, 16], the result to the range.
@@ -105,7 +110,7 @@ pub fn ex2(x: f32) -> f32 {
     let f = x - k;
     let p = EX2[3] + f * (EX2[4] + f * EX2[5]);
     let p = 1.0 + f * (EX2[0] + f * (EX2[1] + f * (EX2[2] + f * p)));
-    let scale = f32::from_bits(((whole(k) + 127) as u32) << 23);
+    let scale = f32::from_bits((whole(k).wrapping_add(127) as u32) << 23);
     // 2^16 is beyond the range of the machine, as every result it is clamped.
     clamp(p * scale)
 }
@@ -171,8 +176,9 @@ pub fn rcp(x: f32) -> f32 {
 /// At most 1e-6 plus one rounding of the result (`smooth_functions_are_within_bounds`).
 #[inline(always)]
 pub fn spl(x: f32) -> f32 {
-    let positive = if x > 0.0 { x } else { 0.0 };
-    clamp(positive + log2(1.0 + ex2(-x.abs())))
+    // The sign bit as a mask keeps x where it is positive.
+    let mask = !((x.to_bits() as i32 >> 31) as u32);
+    clamp(f32::from_bits(x.to_bits() & mask) + log2(1.0 + ex2(-x.abs())))
 }
 
 #[cfg(test)]

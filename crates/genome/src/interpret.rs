@@ -37,15 +37,19 @@ impl Output {
     /// Turns the squares of the results into reflectance: f = scale (matrix g^2) + offset, rows from left to right.
     #[inline(always)]
     pub fn apply<T: Arithmetic>(&self, squares: [T; 3]) -> [T; 3] {
+        std::array::from_fn(|channel| self.channel(channel, squares))
+    }
+
+    /// [`Output::apply`] for channel 0, 1 or 2.
+    #[inline(always)]
+    pub fn channel<T: Arithmetic>(&self, channel: usize, [red, green, blue]: [T; 3]) -> T {
+        let row = self.matrix()[channel].map(T::from_f32);
         let zero = T::from_f32(0.0);
-        std::array::from_fn(|channel| {
-            let row = self.matrix()[channel].map(T::from_f32);
-            let red = squares[0].output_mul_add(row[0], zero);
-            let red_green = squares[1].output_mul_add(row[1], red);
-            let mixed = squares[2].output_mul_add(row[2], red_green);
-            let scale = T::from_f32(self.scale()[channel]);
-            mixed.output_mul_add(scale, T::from_f32(self.offset()[channel]))
-        })
+        let mixed = red.output_mul_add(row[0], zero);
+        let mixed = green.output_mul_add(row[1], mixed);
+        let mixed = blue.output_mul_add(row[2], mixed);
+        let scale = T::from_f32(self.scale()[channel]);
+        mixed.output_mul_add(scale, T::from_f32(self.offset()[channel]))
     }
 }
 

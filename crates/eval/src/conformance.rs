@@ -1,0 +1,83 @@
+//! What every evaluator must do, exported so that each backend instantiates the same suite.
+//!
+//! An exact evaluator gives the canonical bits in every case. One that is not exact stays within the tolerance table on
+//! single operations. There are no private tolerances.
+
+mod cases;
+mod tolerance;
+
+pub use cases::{programs, sample_sets};
+pub use tolerance::{TOLERANCES, Tolerance};
+
+use brood_program::{Program, execute};
+use brood_scene::SampleSet;
+
+use crate::Evaluator;
+
+/// Runs the whole suite.
+///
+/// # Panics
+/// At the first difference, with the program, the sample and both values.
+pub fn check(evaluator: &dyn Evaluator) {
+    check_shapes(evaluator);
+    if evaluator.is_exact() {
+        check_bits(evaluator);
+    }
+    tolerance::check(evaluator);
+}
+
+/// Empty batches and sets, many programs at once, sets of all sizes around a block.
+fn check_shapes(evaluator: &dyn Evaluator) {
+    let programs = programs(3);
+    let batch: Vec<&Program> = programs.iter().collect();
+    let mut out = vec![1.0; 7];
+    evaluator.eval(&[], &sample_sets()[0], &mut out).expect("an empty batch is evaluated");
+    assert!(out.is_empty(), "nothing comes of no programs");
+    for set in sample_sets() {
+        evaluator.eval(&batch, &set, &mut out).expect("the batch is evaluated");
+        assert_eq!(out.len(), batch.len() * 3 * set.len(), "one f per program, channel, sample");
+        let bad = out.iter().position(|f| !f.is_finite() || *f < 0.0);
+        assert!(bad.is_none(), "f is finite and not negative, not {:?}", bad.map(|at| out[at]));
+    }
+}
+
+/// Every bit, over programs of all dialects and every sample set.
+fn check_bits(evaluator: &dyn Evaluator) {
+    let programs = programs(24);
+    let batch: Vec<&Program> = programs.iter().collect();
+    for set in sample_sets() {
+        let mut out = Vec::new();
+        evaluator.eval(&batch, &set, &mut out).expect("the batch is evaluated");
+        for (index, program) in programs.iter().enumerate() {
+            let of_program = &out[index * 3 * set.len()..(index + 1) * 3 * set.len()];
+            if let Some((sample, got, expected)) = first_difference(program, &set, of_program) {
+                panic!(
+                    "{}: program {index} of {} operations, sample {sample} of {}: \
+                     {got:?} instead of {expected:?}\n{program:#?}",
+                    evaluator.name(),
+                    program.operations(),
+                    set.len(),
+                );
+            }
+        }
+    }
+}
+
+/// The first sample on which an evaluator's output for one program differs in any bit from the canonical value, with
+/// both values.
+#[must_use]
+pub fn first_difference(
+    program: &Program,
+    set: &SampleSet,
+    f: &[f32],
+) -> Option<(usize, [f32; 3], [f32; 3])> {
+    (0..set.len()).find_map(|sample| {
+        let expected = canonical(program, set, sample);
+        let got = [0, 1, 2].map(|channel| f[channel * set.len() + sample]);
+        (got.map(f32::to_bits) != expected.map(f32::to_bits)).then_some((sample, got, expected))
+    })
+}
+
+fn canonical(program: &Program, set: &SampleSet, sample: usize) -> [f32; 3] {
+    execute(program, |input| set.input(input)[sample], |constant| constant.canonical)
+}

@@ -1,0 +1,107 @@
+//! The tolerance table: how far f64 and canonical f32 may be apart after one operation.
+
+use brood_genome::{Genome, Opcode};
+use brood_program::Program;
+use brood_scene::SampleSet;
+
+use super::{canonical, sample_sets};
+use crate::Evaluator;
+
+/// How far an evaluator that is not exact may be off after one opcode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// The opcode, applied once to inputs in [-2, 2].
+    pub opcode: Opcode,
+    /// Largest difference in g = sqrt(f), relative to max(1, |g|).
+    pub bound: f64,
+}
+
+/// The table. Every opcode has an entry; a bound more than four times what is measured for the reference fails.
+pub const TOLERANCES: [Tolerance; 17] = [
+    Tolerance { opcode: Opcode::Add, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Sub, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Mul, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Mov, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Mad, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Lrp, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Dp3, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Dp4, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Dst, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::X2d, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Sin, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Cos, bound: 1.2e-7 },
+    Tolerance { opcode: Opcode::Ex2, bound: 1.8e-7 },
+    Tolerance { opcode: Opcode::Lg2, bound: 2.4e-7 },
+    Tolerance { opcode: Opcode::Rcp, bound: 4.8e-7 },
+    Tolerance { opcode: Opcode::Rsq, bound: 4.8e-7 },
+    Tolerance { opcode: Opcode::Spl, bound: 2.4e-7 },
+];
+
+/// The largest difference over the suite's samples, for one opcode.
+fn measure(evaluator: &dyn Evaluator, opcode: Opcode) -> f64 {
+    let operands = match (opcode.operands(), opcode.is_scalar()) {
+        (1, true) => "R2.y",
+        (1, false) => "R2",
+        (2, _) => "R2, R3.zwyx",
+        _ => "R2, R3.zwyx, R4.yxwz",
+    };
+    let text = format!(
+        "brood 1\n.dialect extended smooth registers 10 homogeneous\n{} R0, {operands}\n",
+        opcode.name()
+    );
+    let genome: Genome = text.parse().expect("one instruction of the extended dialect");
+    let program = Program::lower(&genome);
+    let mut worst: f64 = 0.0;
+    for set in sample_sets() {
+        let mut out = Vec::new();
+        evaluator.eval(&[&program], &set, &mut out).expect("one operation is evaluated");
+        for sample in 0..set.len() {
+            worst = worst.max(difference(&program, &set, &out, sample));
+        }
+    }
+    worst
+}
+
+fn difference(program: &Program, set: &SampleSet, out: &[f32], sample: usize) -> f64 {
+    let expected = canonical(program, set, sample);
+    (0..3)
+        .map(|channel| {
+            let got = f64::from(out[channel * set.len() + sample]).sqrt();
+            let expected = f64::from(expected[channel]).sqrt();
+            (got - expected).abs() / expected.max(1.0)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Holds an evaluator against the table; exact ones must not differ at all.
+pub(super) fn check(evaluator: &dyn Evaluator) {
+    for opcode in Opcode::ALL {
+        let entry = TOLERANCES.iter().find(|tolerance| tolerance.opcode == opcode);
+        let bound = entry.map(|tolerance| tolerance.bound);
+        let bound = bound.unwrap_or_else(|| panic!("{} has no tolerance", opcode.name()));
+        let bound = if evaluator.is_exact() { 0.0 } else { bound };
+        let measured = measure(evaluator, opcode);
+        let name = evaluator.name();
+        assert!(
+            measured <= bound,
+            "{name}: {} is off by {measured:e}, allowed {bound:e}",
+            opcode.name(),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ReferenceEvaluator;
+
+    #[test]
+    fn table_is_no_more_than_four_times_what_is_measured() {
+        for tolerance in TOLERANCES {
+            let measured = measure(&ReferenceEvaluator, tolerance.opcode);
+            let slack = tolerance.bound / measured.max(3e-8);
+            println!("{}: measured {measured:.2e}, slack {slack:.2}", tolerance.opcode.name());
+            assert!(slack <= 4.0, "{}: {measured:e}", tolerance.opcode.name());
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Evaluation on the CPU: programs on sample sets, radiance images, film, encoded pictures.
+//!
+//! This crate owns the evaluator trait, the canonical f32 evaluator, the f64 reference, development of pictures, and
+//! the conformance suite that every evaluator anywhere passes. It refuses to know genomes as genotypes, meshes,
+//! cameras, files and networks: it sees a `Program` and a `SampleSet`.
+
+mod canonical;
+pub mod conformance;
+mod evaluator;
+mod film;
+mod picture;
+mod radiance;
+mod reference;
+
+pub use canonical::CanonicalEvaluator;
+pub use evaluator::{EvalError, Evaluator};
+pub use film::{Developed, develop, encode_srgb};
+pub use picture::{PictureError, SheetCell, centre_px, decode_png, encode_exr, encode_png, sheet};
+pub use radiance::{RadianceImage, shade};
+pub use reference::ReferenceEvaluator;

@@ -1,0 +1,7 @@
+//! Encoded pictures and contact sheets.
+
+mod codec;
+mod sheet;
+
+pub use codec::{PictureError, decode_png, encode_exr, encode_png};
+pub use sheet::{SheetCell, centre_px, sheet};

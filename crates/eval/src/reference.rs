@@ -1,0 +1,73 @@
+//! The reference evaluator: the same operations and clamps in f64. It measures error and nothing else.
+
+use brood_program::{Program, execute};
+use brood_scene::SampleSet;
+use rayon::prelude::*;
+
+use crate::{EvalError, Evaluator};
+
+/// f64 on the CPU, sample by sample.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReferenceEvaluator;
+
+impl ReferenceEvaluator {
+    /// The reflectance of one program on each sample, in full precision.
+    ///
+    /// # Shapes
+    /// One (red, green, blue) a sample.
+    #[must_use]
+    pub fn reflectance(program: &Program, set: &SampleSet) -> Vec<[f64; 3]> {
+        let mask = program.inputs();
+        let inputs: Vec<(usize, &[f32])> =
+            mask.iter().map(|input| (input.index(), set.input(input))).collect();
+        let sample = |index: usize| {
+            let value = |input: brood_brdf::Input| {
+                let column = inputs.iter().find(|(other, _)| *other == input.index());
+                f64::from(column.expect("the mask names every input read").1[index])
+            };
+            execute(program, value, |constant| constant.reference)
+        };
+        (0..set.len()).into_par_iter().map(sample).collect()
+    }
+}
+
+impl Evaluator for ReferenceEvaluator {
+    fn name(&self) -> &str {
+        "reference"
+    }
+
+    fn is_exact(&self) -> bool {
+        false
+    }
+
+    fn eval(
+        &self,
+        programs: &[&Program],
+        set: &SampleSet,
+        out: &mut Vec<f32>,
+    ) -> Result<(), EvalError> {
+        out.clear();
+        for program in programs {
+            let f = Self::reflectance(program, set);
+            for channel in 0..3 {
+                out.extend(f.iter().map(|rgb| nearest(rgb[channel])));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
+fn nearest(value: f64) -> f32 {
+    value as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reference_evaluator_is_within_the_tolerance_table() {
+        crate::conformance::check(&ReferenceEvaluator);
+    }
+}
