@@ -42,9 +42,6 @@ pub fn develop(image: &RadianceImage, exposure: Exposure) -> Developed {
 }
 
 fn pixel(radiance: [f32; 3], coverage: f32, factor: f32) -> [u8; 4] {
-    if coverage <= 0.0 {
-        return [0; 4];
-    }
     let [red, green, blue] = radiance.map(|channel| encode_srgb(channel * factor / coverage));
     [red, green, blue, (coverage * 255.0 + 0.5) as u8]
 }
