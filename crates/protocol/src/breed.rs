@@ -9,8 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use crate::{IndividualId, Seed};
 
 /// A parent: an individual of any lineage, or a genome by its hash. In JSON the id or the hash as a string.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, utoipa::ToSchema)]
-#[schema(value_type = String)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ParentRef {
     /// By individual.
     Individual(IndividualId),
@@ -22,6 +21,14 @@ pub enum ParentRef {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("a parent is the id of an individual or the hash of a genome")]
 pub struct ParentRefError;
+
+impl utoipa::PartialSchema for ParentRef {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
+        String::schema()
+    }
+}
+
+impl utoipa::ToSchema for ParentRef {}
 
 impl FromStr for ParentRef {
     type Err = ParentRefError;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_program::Program;
+use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
 use crate::lease::Frame;
@@ -12,7 +12,9 @@ use crate::lease::Frame;
 pub const RENDERER_VERSION: u32 = 1;
 
 /// Which evaluator is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, utoipa::ToSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, utoipa::ToSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Whatever is fastest among the bit-exact ones.
@@ -85,11 +87,17 @@ impl PictureKey {
     /// The key of a program's picture in a frame.
     #[must_use]
     pub fn new(program: &Program, frame: &Frame) -> Self {
+        Self::of(&program.hash(), &frame.identity())
+    }
+
+    /// The same key from the program's hash and the frame's [`Frame::identity`], for those who have many of both.
+    #[must_use]
+    pub fn of(program: &ProgramHash, frame: &blake3::Hash) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"brood picture\n");
         hasher.update(&RENDERER_VERSION.to_le_bytes());
-        hasher.update(program.hash().as_bytes());
-        hasher.update(frame.identity().as_bytes());
+        hasher.update(program.as_bytes());
+        hasher.update(frame.as_bytes());
         Self(*hasher.finalize().as_bytes())
     }
 }

@@ -16,7 +16,9 @@ impl<'de> Deserialize<'de> for Seed {
             type Value = Seed;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a whole number from 0 to 18446744073709551615, as a number or a string")
+                f.write_str(
+                    "a whole number from 0 to 18446744073709551615, as a number or a string",
+                )
             }
 
             fn visit_u64<E: de::Error>(self, value: u64) -> Result<Seed, E> {

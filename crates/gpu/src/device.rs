@@ -1,0 +1,182 @@
+//! One open device: errors caught in scopes, waits bounded, loss noticed. It knows nothing of programs and samples.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::time::Duration;
+
+use crate::adapter::find;
+use crate::{GpuError, GpuOptions};
+
+/// The shader counts elements in 32 bits.
+const MAX_BUFFER_BYTES: u64 = 1 << 30;
+/// How many times longer than others the first submission of a pipeline may take.
+const FIRST_USE: u32 = 4;
+
+/// A device with its queue, and the instance that keeps both alive.
+#[derive(Debug)]
+pub(crate) struct Device {
+    pub api: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub info: wgpu::AdapterInfo,
+    /// Most bytes of one buffer: the device's and the options' bound.
+    pub buffer_bytes: u64,
+    timeout: Duration,
+    lost: Arc<Mutex<Option<String>>>,
+    _instance: wgpu::Instance,
+}
+
+impl Device {
+    /// Opens the best adapter that the options allow; where it gives no device, the next one.
+    pub(crate) fn open(options: &GpuOptions) -> Result<Self, GpuError> {
+        let (instance, adapters) = find(options);
+        let mut failure = GpuError::NoAdapter;
+        for adapter in adapters {
+            match Self::request(&instance, &adapter, options) {
+                Ok(device) => return Ok(device),
+                Err(error) => {
+                    tracing::warn!(%error, adapter = adapter.get_info().name, "passed over");
+                    failure = error;
+                }
+            }
+        }
+        Err(failure)
+    }
+
+    fn request(
+        instance: &wgpu::Instance,
+        adapter: &wgpu::Adapter,
+        options: &GpuOptions,
+    ) -> Result<Self, GpuError> {
+        let offered = adapter.limits();
+        let bound = offered.max_buffer_size.min(offered.max_storage_buffer_binding_size);
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("brood"),
+            required_limits: wgpu::Limits {
+                max_buffer_size: offered.max_buffer_size,
+                max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+                ..wgpu::Limits::downlevel_defaults()
+            },
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (api, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| GpuError::NoDevice(error.to_string()))?;
+        let lost = Arc::new(Mutex::new(None));
+        let note = Arc::clone(&lost);
+        api.set_device_lost_callback(move |reason, message| {
+            let text = format!("{reason:?}: {message}");
+            *note.lock().unwrap_or_else(PoisonError::into_inner) = Some(text);
+        });
+        // Without a handler an error outside every scope is a panic.
+        api.on_uncaptured_error(Arc::new(|error| {
+            tracing::error!(%error, "error of the graphics API outside of every scope");
+        }));
+        Ok(Self {
+            api,
+            queue,
+            info: adapter.get_info(),
+            buffer_bytes: options.buffer_bytes.min(bound).min(MAX_BUFFER_BYTES),
+            timeout: options.timeout,
+            lost,
+            _instance: instance.clone(),
+        })
+    }
+
+    /// Runs `work` and turns whatever the API had to say about it into an error.
+    pub(crate) fn scoped<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+        let validation = self.api.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = self.api.push_error_scope(wgpu::ErrorFilter::Internal);
+        let memory = self.api.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let result = work();
+        let memory = pollster::block_on(memory.pop());
+        let internal = pollster::block_on(internal.pop());
+        let validation = pollster::block_on(validation.pop());
+        if let Some(error) = memory {
+            return Err(GpuError::OutOfMemory(error.to_string()));
+        }
+        match internal.or(validation) {
+            // A lost device refuses everything; the loss is the reason that matters, and it is told in a poll.
+            Some(error) => {
+                let _ = catch_unwind(AssertUnwindSafe(|| self.api.poll(wgpu::PollType::Poll)));
+                Err(self.loss().unwrap_or(GpuError::Rejected(error.to_string())))
+            }
+            None => self.loss().map_or(Ok(result), Err),
+        }
+    }
+
+    /// Waits for a submission, no longer than the options allow.
+    pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
+        self.wait_for(submission, self.timeout)
+    }
+
+    /// Waits for the first submission that a pipeline is used in: the driver may have to compile it before.
+    pub(crate) fn wait_for_first_use(
+        &self,
+        submission: wgpu::SubmissionIndex,
+    ) -> Result<(), GpuError> {
+        self.wait_for(submission, self.timeout * FIRST_USE)
+    }
+
+    fn wait_for(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        timeout: Duration,
+    ) -> Result<(), GpuError> {
+        let poll =
+            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
+        // The API panics where the driver reports the loss during a wait.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.api.poll(poll)));
+        match polled {
+            Ok(Ok(_)) => self.loss().map_or(Ok(()), Err),
+            Ok(Err(wgpu::PollError::Timeout)) => {
+                let timeout_ms = u64::try_from(timeout.as_millis()).unwrap_or(u64::MAX);
+                Err(GpuError::Timeout { timeout_ms })
+            }
+            // A submission that failed without an error in its scope was one to a lost device.
+            Ok(Err(error @ wgpu::PollError::WrongSubmissionIndex(..))) => {
+                Err(self.loss().unwrap_or(GpuError::Lost(error.to_string())))
+            }
+            Err(_) => Err(self.loss().unwrap_or(GpuError::Lost("while waiting".to_owned()))),
+        }
+    }
+
+    /// Maps the first `bytes` of a buffer once `submission` is through, and hands them to `read`.
+    pub(crate) fn read(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+        submission: wgpu::SubmissionIndex,
+        read: impl FnOnce(&[u8]),
+    ) -> Result<(), GpuError> {
+        let (sender, receiver) = mpsc::channel();
+        let map = || {
+            buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
+                // The receiver is gone where the wait below has failed, which is reported there.
+                let _ = sender.send(result);
+            });
+        };
+        self.scoped(map)?;
+        self.wait(submission)?;
+        match receiver.try_recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(self.loss().unwrap_or(GpuError::Lost(error.to_string()))),
+            Err(_) => return Err(GpuError::Lost("a buffer was not mapped in time".to_owned())),
+        }
+        let view = buffer
+            .get_mapped_range(..bytes)
+            .map_err(|error| self.loss().unwrap_or(GpuError::Lost(error.to_string())))?;
+        read(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(())
+    }
+
+    /// Whether the device has gone away.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.loss().is_some()
+    }
+
+    fn loss(&self) -> Option<GpuError> {
+        let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+        lost.clone().map(GpuError::Lost)
+    }
+}

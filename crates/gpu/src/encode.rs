@@ -1,0 +1,145 @@
+//! The encoding of tapes for the shader: what is in the words that it reads.
+//!
+//! A batch is a directory of one entry a program, then the constants and steps of all of them. An entry is first and end
+//! of the steps, first constant, three result operands, and fifteen numbers of the output stage. A step is two words:
+//! operation and destination, then both operands in 16 bits each, a kind above an index.
+
+use brood_brdf::InputMask;
+use brood_program::{Program, Tape, TapeOperand};
+
+use crate::GpuError;
+
+/// Samples that one invocation evaluates.
+pub(crate) const LANES: u32 = 4;
+/// Invocations in a workgroup.
+pub(crate) const WORKGROUP: u32 = 64;
+/// Words of a directory entry.
+pub(crate) const ENTRY_WORDS: u32 = 21;
+/// Bits of an operand's index; its kind is above.
+pub(crate) const INDEX_BITS: u32 = 14;
+/// Most steps of a program: some drivers cut a loop at 65,535 rounds without a word.
+pub(crate) const MAX_STEPS: usize = 60_000;
+
+/// Where an operand is read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Kind {
+    Register = 0,
+    Input = 1,
+    Constant = 2,
+}
+
+/// One program, encoded but for its place in a batch.
+#[derive(Debug)]
+pub(crate) struct Encoded {
+    constants: Vec<u32>,
+    steps: Vec<u32>,
+    results: [u32; 3],
+    output: [u32; 15],
+    registers: u32,
+}
+
+impl Encoded {
+    /// Encodes a program whose inputs lie in rows in the order of `inputs`, the union of the batch.
+    pub(crate) fn new(program: &Program, inputs: InputMask) -> Result<Self, GpuError> {
+        let tape = Tape::new(program);
+        let too_large = |what, given: usize, most: usize| GpuError::TooLarge { what, given, most };
+        let indices = 1usize << INDEX_BITS;
+        if tape.steps().len() > MAX_STEPS {
+            return Err(too_large("steps", tape.steps().len(), MAX_STEPS));
+        }
+        if tape.constants().len() > indices {
+            return Err(too_large("constants", tape.constants().len(), indices));
+        }
+        if usize::from(tape.registers()) > indices {
+            return Err(too_large("registers", tape.registers().into(), indices));
+        }
+        let operand = |operand: TapeOperand| match operand {
+            TapeOperand::Register(index) => word(Kind::Register, index.into()),
+            TapeOperand::Constant(index) => word(Kind::Constant, index.into()),
+            TapeOperand::Input(input) => {
+                let below = inputs.iter().take_while(|other| *other != input).count();
+                word(Kind::Input, u32::try_from(below).expect("there are 32 inputs at most"))
+            }
+        };
+        let steps = tape.steps().iter().flat_map(|step| {
+            let head = u32::from(step.operation.number()) << 16 | u32::from(step.dst);
+            [head, operand(step.a) | operand(step.b) << 16]
+        });
+        let output = program.output();
+        let mut numbers = output.matrix().as_flattened().iter().chain(output.scale());
+        let mut offsets = output.offset().iter();
+        Ok(Self {
+            constants: tape.constants().iter().map(|c| c.canonical.to_bits()).collect(),
+            steps: steps.collect(),
+            results: tape.results().map(operand),
+            output: std::array::from_fn(|_| {
+                let number = numbers.next().or_else(|| offsets.next());
+                number.expect("an output stage is fifteen numbers").to_bits()
+            }),
+            registers: tape.registers().into(),
+        })
+    }
+
+    /// Rounds of the interpreter's loop for each sample, with what beginning and end of a program cost.
+    pub(crate) fn rounds(&self) -> u64 {
+        self.steps.len() as u64 / 2 + 4
+    }
+
+    /// Length of the register file that it needs.
+    pub(crate) fn registers(&self) -> u32 {
+        self.registers
+    }
+
+    /// Words in a batch, the directory entry included.
+    pub(crate) fn words(&self) -> u64 {
+        u64::from(ENTRY_WORDS) + (self.constants.len() + self.steps.len()) as u64
+    }
+}
+
+/// Puts programs together into the words of one batch.
+pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
+    let mut words = vec![0; programs.len() * ENTRY_WORDS as usize];
+    let place = |words: &[u32]| u32::try_from(words.len()).expect("buffers are below 2^32 bytes");
+    for (program, index) in programs.iter().zip(0..) {
+        let constants = place(&words);
+        words.extend(&program.constants);
+        let steps = place(&words);
+        words.extend(&program.steps);
+        let entry = &mut words[index * ENTRY_WORDS as usize..][..ENTRY_WORDS as usize];
+        let end = steps + u32::try_from(program.steps.len()).expect("bounded by MAX_STEPS");
+        entry[..3].copy_from_slice(&[steps, end, constants]);
+        entry[3..6].copy_from_slice(&program.results);
+        entry[6..].copy_from_slice(&program.output);
+    }
+    words
+}
+
+fn word(kind: Kind, index: u32) -> u32 {
+    (kind as u32) << INDEX_BITS | index
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use brood_genome::{BirthKey, Dialect, Variation};
+
+    #[test]
+    fn pack_places_every_program_where_its_entry_says() {
+        let random = Variation::random(Dialect::default());
+        let programs: Vec<Program> = (0..5)
+            .map(|slot| Program::lower(&random.birth(BirthKey { seed: 3, slot, attempt: 0 })))
+            .collect();
+        let inputs = programs.iter().fold(InputMask::EMPTY, |mask, p| mask.union(p.inputs()));
+        let encoded: Vec<Encoded> =
+            programs.iter().map(|p| Encoded::new(p, inputs).unwrap()).collect();
+        let words = pack(&encoded);
+        assert_eq!(words.len() as u64, encoded.iter().map(Encoded::words).sum::<u64>());
+        for (index, program) in encoded.iter().enumerate() {
+            let entry = &words[index * ENTRY_WORDS as usize..][..ENTRY_WORDS as usize];
+            let [steps, end, constants] = [entry[0], entry[1], entry[2]].map(|at| at as usize);
+            assert_eq!(words[steps..end], program.steps);
+            assert_eq!(words[constants..steps], program.constants);
+            assert_eq!(entry[6..9].to_vec(), [1.0f32, 0.0, 0.0].map(f32::to_bits));
+        }
+    }
+}

@@ -1,0 +1,106 @@
+// The canonical functions on the GPU. CPU twin: brood-genome's functions.rs, whose constants, order of operations and
+// clamps these are, bit for bit. Error: that of the twin; none against it where the start-up probe passes.
+//
+// `V` is one f32 or several that are evaluated together (`VI`, `VU`: the same number of i32, u32). `hold` stands
+// wherever contraction or reassociation would be possible. Built-in sin, exp2, mix, pow, sqrt and division are never
+// used: their errors are the driver's choice.
+
+const TWO_OVER_PI: f32 = 0.63661977236758134308;
+const HALF_PI_0: f32 = 0x1.921p+0;
+const HALF_PI_1: f32 = 0x1.f6ap-13;
+const HALF_PI_2: f32 = 0x1.11p-26;
+const HALF_PI_3: f32 = 0x1.68c234p-39;
+const EPSILON: f32 = 0x1p-24;
+const SQRT_HALF_BITS: u32 = 0x3f3504f3u;
+
+// Comparisons as in the twin, so that zeros keep the sign they have there.
+fn limit_to(x: V, low: f32, high: f32) -> V {
+    let y = select(V(low), x, x > V(low));
+    return select(V(high), y, y < V(high));
+}
+
+fn limit(x: V) -> V {
+    return limit_to(x, -RANGE, RANGE);
+}
+
+fn product(a: V, b: V) -> V {
+    return hold(a * b);
+}
+
+// a + b c, two roundings.
+fn step(a: f32, b: V, c: V) -> V {
+    return hold(V(a) + product(b, c));
+}
+
+// sin(x) where `quarter` is 0, cos(x) where it is 1: the quadrant counts on by one quarter turn.
+fn sine(angle: V, quarter: i32) -> V {
+    let x = limit_to(angle, -1024.0, 1024.0);
+    // WGSL rounds halves to even, as adding and subtracting 1.5 * 2^23 does on the CPU.
+    let k = round(product(x, V(TWO_OVER_PI)));
+    var r = hold(x - product(k, V(HALF_PI_0)));
+    r = hold(r - product(k, V(HALF_PI_1)));
+    r = hold(r - product(k, V(HALF_PI_2)));
+    r = hold(r - product(k, V(HALF_PI_3)));
+    let z = product(r, r);
+    let s_inner = step(-0.16666655, z, step(0.008332179, z, V(-0.0001951727)));
+    let s = hold(r + product(product(r, z), s_inner));
+    let c_inner = step(0.041666646, z, step(-0.0013887375, z, V(2.443912e-5)));
+    let c_outer = hold(V(1.0) - product(V(0.5), z));
+    let c = hold(c_outer + product(product(z, z), c_inner));
+    let quadrant = VI(k) + VI(quarter);
+    let value = select(c, s, (quadrant & VI(1)) == VI(0));
+    return bitcast<V>(bitcast<VU>(value) ^ ((bitcast<VU>(quadrant) & VU(2u)) << VU(30u)));
+}
+
+fn ex2(exponent: V) -> V {
+    let x = limit_to(exponent, -24.0, 16.0);
+    let k = round(x);
+    let f = hold(x - k);
+    let high = step(0.009618006, f, step(0.0013400249, f, V(0.00015475875)));
+    let low = step(0.6931472, f, step(0.2402265, f, step(0.05550328, f, high)));
+    let p = step(1.0, f, low);
+    let scale = bitcast<V>(bitcast<VU>(VI(k) + VI(127)) << VU(23u));
+    // 2^16 is beyond the range of the machine; as every result it is clamped.
+    return limit(product(p, scale));
+}
+
+// log2 of a positive normal number.
+fn log2_of(t: V) -> V {
+    let bits = bitcast<VU>(t);
+    let offset = (bits - VU(SQRT_HALF_BITS)) & VU(0xff800000u);
+    let exponent = V(bitcast<VI>(offset) >> VU(23u));
+    let f = hold(bitcast<V>(bits - offset) - V(1.0));
+    var p = step(-0.1906129, f, step(0.1878259, f, V(-0.112973355)));
+    p = step(0.28858528, f, step(-0.23963657, f, step(0.20429617, f, p)));
+    p = step(-0.72134733, f, step(0.4808979, f, step(-0.36069643, f, p)));
+    p = product(f, step(1.442695, f, p));
+    return hold(exponent + p);
+}
+
+// x^2 + 2^-24.
+fn softened_square(x: V) -> V {
+    return hold(product(x, x) + V(EPSILON));
+}
+
+// 1 / sqrt(x^2 + 2^-24).
+fn rsq(x: V) -> V {
+    let t = softened_square(x);
+    let half = product(V(0.5), t);
+    var y = bitcast<V>(VU(0x5f375a86u) - (bitcast<VU>(t) >> VU(1u)));
+    y = product(y, hold(V(1.5) - product(product(half, y), y)));
+    y = product(y, hold(V(1.5) - product(product(half, y), y)));
+    y = product(y, hold(V(1.5) - product(product(half, y), y)));
+    y = product(y, hold(V(1.5) - product(product(half, y), y)));
+    return y;
+}
+
+// x / (x^2 + 2^-24), clamped.
+fn rcp(x: V) -> V {
+    let t = softened_square(x);
+    var y = bitcast<V>(VU(0x7ef311c7u) - bitcast<VU>(t));
+    y = product(y, hold(V(2.0) - product(t, y)));
+    y = product(y, hold(V(2.0) - product(t, y)));
+    y = product(y, hold(V(2.0) - product(t, y)));
+    y = product(y, hold(V(2.0) - product(t, y)));
+    return limit(product(x, y));
+}

@@ -1,0 +1,110 @@
+// The interpreter: one workgroup row per program, one invocation per block of samples. CPU twin: brood-program's
+// execute.rs over a `Tape`, in the encoding of encode.rs. What is generated around this text (numbers of operations,
+// widths, `hold`) comes from shader.rs.
+
+struct Tile {
+    // Always 0; the compiler must not know.
+    zero: u32,
+    first_program: u32,
+    first_block: u32,
+    end_block: u32,
+    // Blocks in a row of inputs and in a row of outputs.
+    stride: u32,
+}
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(1) var<storage, read> words: array<u32>;
+@group(0) @binding(2) var<storage, read> inputs: array<V>;
+@group(0) @binding(3) var<storage, read_write> outputs: array<V>;
+
+var<private> registers: array<V, REGISTERS>;
+
+fn number(at: u32) -> V {
+    return V(bitcast<f32>(words[at]));
+}
+
+fn fetch(operand: u32, constants: u32, block: u32) -> V {
+    let index = operand & INDEX_MASK;
+    switch operand >> INDEX_BITS {
+        case KIND_REGISTER: {
+            return registers[index];
+        }
+        case KIND_INPUT: {
+            return inputs[index * tile.stride + block];
+        }
+        default: {
+            return number(constants + index);
+        }
+    }
+}
+
+fn execute(operation: u32, a: V, b: V) -> V {
+    switch operation {
+        case OP_ADD, OP_SUB: {
+            // Negation is exact, so a - b is a + (-b).
+            return limit(hold(a + select(b, -b, operation == OP_SUB)));
+        }
+        case OP_MUL: {
+            return limit(product(a, b));
+        }
+        case OP_SIN, OP_COS: {
+            return sine(a, select(0, 1, operation == OP_COS));
+        }
+        case OP_EX2, OP_EX2_NEG: {
+            return ex2(select(a, -a, operation == OP_EX2_NEG));
+        }
+        case OP_LG2, OP_SPL, OP_SPL_NEG: {
+            let x = select(a, -a, operation == OP_SPL_NEG);
+            let is_lg2 = operation == OP_LG2;
+            let argument = select(hold(V(1.0) + ex2(-abs(x))), softened_square(x), is_lg2);
+            let logarithm = log2_of(argument);
+            let positive = select(V(0.0), x, x > V(0.0));
+            return select(limit(hold(positive + logarithm)), logarithm, is_lg2);
+        }
+        case OP_RCP: {
+            return rcp(a);
+        }
+        case OP_RSQ: {
+            return rsq(a);
+        }
+        default: {
+            return V(0.0);
+        }
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn evaluate(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let block = tile.first_block + group.x * WORKGROUP + local;
+    if block >= tile.end_block {
+        return;
+    }
+    let program = tile.first_program + group.y;
+    let entry = program * ENTRY_WORDS;
+    let end = words[entry + 1u];
+    let constants = words[entry + 2u];
+    for (var at = words[entry]; at < end; at += 2u) {
+        let head = words[at];
+        let operands = words[at + 1u];
+        let a = fetch(operands & 0xffffu, constants, block);
+        let b = fetch(operands >> 16u, constants, block);
+        registers[head & 0xffffu] = execute(head >> 16u, a, b);
+    }
+    let red = fetch(words[entry + 3u], constants, block);
+    let green = fetch(words[entry + 4u], constants, block);
+    let blue = fetch(words[entry + 5u], constants, block);
+    let squares = array<V, 3>(product(red, red), product(green, green), product(blue, blue));
+    let output = entry + 6u;
+    for (var channel = 0u; channel < 3u; channel += 1u) {
+        let row = output + 3u * channel;
+        let first = product(squares[0], number(row));
+        let second = hold(product(squares[1], number(row + 1u)) + first);
+        let mixed = hold(product(squares[2], number(row + 2u)) + second);
+        let scaled = product(mixed, number(output + 9u + channel));
+        let f = hold(scaled + number(output + 12u + channel));
+        outputs[(program * 3u + channel) * tile.stride + block] = f;
+    }
+}

@@ -1,0 +1,200 @@
+//! How a batch is cut: into slabs of samples and groups of programs that fit the device's buffers, and those into tiles
+//! that keep the device busy for a bounded time. Pure arithmetic; it knows no device.
+
+use std::ops::Range;
+
+use crate::encode::{Encoded, LANES, WORKGROUP};
+
+/// Most workgroups along one axis of a dispatch that every device takes.
+const MAX_GROUPS: u64 = 65_535;
+const BYTES: u64 = 4;
+const CHANNELS: u64 = 3;
+
+/// Whole-buffer bounds of one pass.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    /// Most bytes of one buffer.
+    pub buffer_bytes: u64,
+}
+
+impl Bounds {
+    /// Samples of a slab: as many as a row of every input and the outputs of one program leave room for, at least one
+    /// workgroup's.
+    pub(crate) fn slab(&self, inputs: usize) -> usize {
+        let group = u64::from(LANES * WORKGROUP);
+        let rows = CHANNELS.max(inputs as u64);
+        let groups = (self.buffer_bytes / (BYTES * rows * group)).clamp(1, MAX_GROUPS);
+        usize::try_from(groups * group).expect("a buffer's bytes fit an address")
+    }
+
+    /// Cuts programs into groups whose outputs, for a slab of `samples`, and whose words fit. Every group has at least
+    /// one program.
+    pub(crate) fn groups(&self, programs: &[Encoded], samples: usize) -> Vec<Range<usize>> {
+        let outputs = self.buffer_bytes / (BYTES * CHANNELS * padded(samples)).max(1);
+        let most = outputs.clamp(1, MAX_GROUPS);
+        let mut groups = Vec::new();
+        let mut start = 0;
+        let mut bytes = 0;
+        for (index, program) in programs.iter().enumerate() {
+            let more = program.words() * BYTES;
+            let full = (index - start) as u64 == most || bytes + more > self.buffer_bytes;
+            if full && index > start {
+                groups.push(start..index);
+                (start, bytes) = (index, 0);
+            }
+            bytes += more;
+        }
+        groups.push(start..programs.len());
+        groups
+    }
+}
+
+/// Samples in a row, filled up to whole blocks.
+pub(crate) fn padded(samples: usize) -> u64 {
+    (samples as u64).next_multiple_of(LANES.into())
+}
+
+/// One dispatch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Tile {
+    /// Programs of the group.
+    pub programs: Range<u32>,
+    /// Blocks of the slab.
+    pub blocks: Range<u32>,
+    /// Samples times rounds.
+    pub work: u64,
+}
+
+/// Cuts off the next tile of at most `budget` sample-rounds (at least one program on one workgroup of blocks), beginning
+/// with program and block `from`. Tiles are whole programs where those fit, and otherwise part of one program.
+pub(crate) fn next_tile(
+    programs: &[Encoded],
+    blocks: u32,
+    from: (u32, u32),
+    budget: u64,
+) -> Option<Tile> {
+    let (first, block) = from;
+    let rounds = |program: &Encoded| program.rounds() * u64::from(LANES);
+    let here = rounds(programs.get(first as usize)?);
+    let left = u64::from(blocks - block);
+    if block > 0 || here * left > budget {
+        let group = u64::from(WORKGROUP);
+        let fits = (budget / here / group * group).max(group).min(left);
+        let end = block + u32::try_from(fits).expect("no more than the blocks left");
+        return Some(Tile { programs: first..first + 1, blocks: block..end, work: here * fits });
+    }
+    let mut work = 0;
+    let mut end = first;
+    for program in &programs[first as usize..] {
+        let more = rounds(program) * left;
+        if work + more > budget {
+            break;
+        }
+        work += more;
+        end += 1;
+    }
+    Some(Tile { programs: first..end, blocks: 0..blocks, work })
+}
+
+/// Where the tile after this one begins.
+pub(crate) fn after(tile: &Tile, blocks: u32) -> (u32, u32) {
+    if tile.blocks.end < blocks {
+        (tile.programs.start, tile.blocks.end)
+    } else {
+        (tile.programs.end, 0)
+    }
+}
+
+/// Learns how much work a device does in the time that one tile may take.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    target_s: f64,
+    /// Sample-rounds for the next tile.
+    budget: u64,
+}
+
+impl Pace {
+    /// A first guess low enough for a processor that plays a graphics device.
+    const FIRST: u64 = 4_000_000;
+    const LEAST: u64 = 100_000;
+
+    pub(crate) fn new(target_s: f64) -> Self {
+        Self { target_s, budget: Self::FIRST }
+    }
+
+    /// Work for the next tile.
+    pub(crate) fn budget(&self) -> u64 {
+        self.budget
+    }
+
+    /// Takes note of how long a tile took; the budget at most quadruples, because small tiles measure the overhead.
+    pub(crate) fn note(&mut self, work: u64, seconds: f64) {
+        let factor = (self.target_s / seconds.max(1e-6)).clamp(1.0 / 16.0, 4.0);
+        let fitting = (work as f64 * factor) as u64;
+        // A tile below the budget says nothing against the budget unless it was slow.
+        self.budget = if factor < 1.0 { fitting } else { fitting.max(self.budget) };
+        self.budget = self.budget.max(Self::LEAST);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use brood_brdf::InputMask;
+    use brood_genome::{BirthKey, Dialect, Variation};
+    use brood_program::Program;
+
+    fn programs(count: u32) -> Vec<Encoded> {
+        let random = Variation::random(Dialect::default());
+        let genome = |slot| random.birth(BirthKey { seed: 3, slot, attempt: 0 });
+        let programs: Vec<_> = (0..count).map(|slot| Program::lower(&genome(slot))).collect();
+        let inputs = programs.iter().fold(InputMask::EMPTY, |mask, p| mask.union(p.inputs()));
+        programs.iter().map(|p| Encoded::new(p, inputs).unwrap()).collect()
+    }
+
+    #[test]
+    fn tiles_cover_every_program_and_block_once_whatever_the_budget() {
+        let programs = programs(7);
+        for (blocks, budget) in [(1, 1), (1000, 1), (1000, 40_000), (1000, 200_000), (64, u64::MAX)]
+        {
+            let mut seen = vec![0; programs.len() * blocks as usize];
+            let mut from = (0, 0);
+            while let Some(tile) = next_tile(&programs, blocks, from, budget) {
+                for program in tile.programs.clone() {
+                    for block in tile.blocks.clone() {
+                        seen[(program * blocks + block) as usize] += 1;
+                    }
+                }
+                let least = tile.programs.len() == 1 && tile.blocks.len() <= WORKGROUP as usize;
+                assert!(tile.work <= budget || least, "{tile:?} {budget}");
+                from = after(&tile, blocks);
+            }
+            assert!(seen.iter().all(|times| *times == 1), "{blocks} {budget}");
+        }
+    }
+
+    #[test]
+    fn groups_and_slabs_fit_the_buffers() {
+        let programs = programs(50);
+        let bounds = Bounds { buffer_bytes: 100_000 };
+        let slab = bounds.slab(8);
+        assert!(slab * 8 * 4 <= 100_000 && slab > 2000, "{slab}");
+        let groups = bounds.groups(&programs, slab);
+        assert_eq!(groups.iter().map(ExactSizeIterator::len).sum::<usize>(), 50);
+        assert!(groups.iter().all(|group| !group.is_empty()));
+        assert!(groups.iter().all(|group| group.len() * slab * 12 <= 100_000));
+        assert_eq!(bounds.slab(0) % (LANES * WORKGROUP) as usize, 0);
+    }
+
+    #[test]
+    fn pace_follows_the_device() {
+        let mut pace = Pace::new(0.05);
+        let first = pace.budget();
+        pace.note(first, 0.001);
+        assert_eq!(pace.budget(), 4 * first);
+        pace.note(10, 0.000_01);
+        assert_eq!(pace.budget(), 4 * first, "a small tile does not shrink the budget");
+        pace.note(4 * first, 0.5);
+        assert!(pace.budget() < first);
+    }
+}

@@ -1,0 +1,87 @@
+//! The film of a scene: what becomes of radiance before it is shown.
+
+use std::fmt;
+
+use serde::de::{Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Exposure and tone curve.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[serde(default, deny_unknown_fields)]
+pub struct Film {
+    /// "auto" or a fixed number of EV.
+    pub exposure: Exposure,
+    /// The tone curve.
+    pub tone: Tone,
+}
+
+/// How bright the picture is made.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Exposure {
+    /// Measured from the picture.
+    #[default]
+    Auto,
+    /// Radiance is multiplied by 2 to this power.
+    Ev(f64),
+}
+
+/// The curve between exposed radiance and display.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Tone {
+    /// Clipped, nothing else.
+    #[default]
+    None,
+}
+
+impl Serialize for Exposure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match (serializer.is_human_readable(), self) {
+            (true, Self::Auto) => serializer.serialize_str("auto"),
+            (true, Self::Ev(ev)) => serializer.serialize_f64(*ev),
+            (false, Self::Auto) => serializer.serialize_none(),
+            (false, Self::Ev(ev)) => serializer.serialize_some(ev),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Exposure {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            return deserializer.deserialize_any(AutoOrEv);
+        }
+        Ok(Option::<f64>::deserialize(deserializer)?.map_or(Self::Auto, Self::Ev))
+    }
+}
+
+struct AutoOrEv;
+
+impl Visitor<'_> for AutoOrEv {
+    type Value = Exposure;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("\"auto\" or a number of EV")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Exposure, E> {
+        match text {
+            "auto" => Ok(Exposure::Auto),
+            _ => Err(E::invalid_value(Unexpected::Other("another word"), &self)),
+        }
+    }
+
+    fn visit_f64<E: Error>(self, ev: f64) -> Result<Exposure, E> {
+        Ok(Exposure::Ev(ev))
+    }
+
+    // Integers beyond 2^53 round; validation refuses them anyway.
+    fn visit_i64<E: Error>(self, ev: i64) -> Result<Exposure, E> {
+        Ok(Exposure::Ev(ev as f64))
+    }
+
+    fn visit_u64<E: Error>(self, ev: u64) -> Result<Exposure, E> {
+        Ok(Exposure::Ev(ev as f64))
+    }
+}

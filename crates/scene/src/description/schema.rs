@@ -1,0 +1,181 @@
+//! OpenAPI schemas of the parts of a scene whose JSON form is written by hand.
+
+#![expect(dead_code, reason = "the types here are only described, never made")]
+#![expect(unused_qualifications, reason = "the derive macro writes paths in full")]
+
+use std::borrow::Cow;
+
+use utoipa::openapi::schema::{AdditionalProperties, Object, OneOf, Schema, SchemaType, Type};
+use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::{Camera, Exposure, Light, MeshRef};
+
+/// On a sphere about the centre of the mesh, looking at it.
+#[derive(ToSchema)]
+struct OrbitCamera {
+    /// Azimuth (0 looks from +z, 90 from +x) and elevation, degrees.
+    #[schema(default = json!([30, 20]))]
+    orbit_deg: Option<[f64; 2]>,
+    /// Distance from the centre; null frames the mesh.
+    distance: Option<f64>,
+    /// Vertical field of view, degrees.
+    #[schema(default = 30)]
+    fov_y_deg: Option<f64>,
+}
+
+/// Anywhere, looking at a point.
+#[derive(ToSchema)]
+struct LookAtCamera {
+    /// Position of the eye.
+    eye: [f64; 3],
+    /// The point in the middle of the picture.
+    #[schema(default = json!([0, 0, 0]))]
+    target: Option<[f64; 3]>,
+    /// A direction that is upwards in the picture.
+    #[schema(default = json!([0, 1, 0]))]
+    up: Option<[f64; 3]>,
+    /// Vertical field of view, degrees.
+    #[schema(default = 30)]
+    fov_y_deg: Option<f64>,
+}
+
+/// Parallel rays along -z, the world's origin in the middle.
+#[derive(ToSchema)]
+struct OrthographicCamera {
+    /// Half the height of what is seen.
+    orthographic: f64,
+}
+
+#[derive(ToSchema)]
+#[serde(rename_all = "lowercase")]
+enum LightKind {
+    Point,
+}
+
+/// A point light.
+#[derive(ToSchema)]
+struct PointLight {
+    #[schema(inline, required = false)]
+    kind: LightKind,
+    /// Position; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Radiant intensity per channel; null gives irradiance pi at the centre of the mesh.
+    intensity: Option<[f64; 3]>,
+}
+
+/// The object schema of `T`, with all other fields refused.
+fn closed<T: PartialSchema>() -> Schema {
+    match T::schema() {
+        RefOr::T(Schema::Object(mut object)) => {
+            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+            Schema::Object(object)
+        }
+        RefOr::T(other) => other,
+        RefOr::Ref(_) => unreachable!("a derived struct's own schema is never a reference"),
+    }
+}
+
+fn one_of(items: OneOfBuilder) -> RefOr<Schema> {
+    let schema: OneOf = items.build();
+    RefOr::T(Schema::OneOf(schema))
+}
+
+impl PartialSchema for Camera {
+    fn schema() -> RefOr<Schema> {
+        let items = OneOfBuilder::new()
+            .description(Some("Where the scene is seen from; the fields tell the form."))
+            .item(closed::<OrbitCamera>())
+            .item(closed::<LookAtCamera>())
+            .item(closed::<OrthographicCamera>());
+        one_of(items)
+    }
+}
+
+impl ToSchema for Camera {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Camera")
+    }
+}
+
+impl PartialSchema for Light {
+    fn schema() -> RefOr<Schema> {
+        RefOr::T(closed::<PointLight>())
+    }
+}
+
+impl ToSchema for Light {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Light")
+    }
+}
+
+impl PartialSchema for MeshRef {
+    fn schema() -> RefOr<Schema> {
+        let text = "\"sphere\", \"torus\", \"cube\", \"knob\" or the id of an uploaded mesh";
+        let object: Object = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .min_length(Some(1))
+            .max_length(Some(128))
+            .description(Some(text))
+            .build();
+        RefOr::T(Schema::Object(object))
+    }
+}
+
+impl ToSchema for MeshRef {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("MeshRef")
+    }
+}
+
+impl PartialSchema for Exposure {
+    fn schema() -> RefOr<Schema> {
+        let auto = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .enum_values(Some(["auto"]));
+        let ev = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::Number))
+            .minimum(Some(-32.0))
+            .maximum(Some(32.0));
+        let items = OneOfBuilder::new()
+            .description(Some("Measured from the picture, or a fixed number of EV."))
+            .item(auto)
+            .item(ev);
+        one_of(items)
+    }
+}
+
+impl ToSchema for Exposure {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Exposure")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    #[test]
+    fn schema_names_every_field_and_refuses_others() {
+        let camera = serde_json::to_value(Camera::schema()).unwrap();
+        let forms = camera["oneOf"].as_array().unwrap();
+        assert_eq!(forms.len(), 3);
+        for form in forms {
+            assert_eq!(form["additionalProperties"], false, "{form}");
+        }
+        assert_eq!(forms[1]["required"], serde_json::json!(["eye"]));
+        let light = serde_json::to_value(Light::schema()).unwrap();
+        assert!(light["properties"]["position"].is_object(), "{light}");
+        assert_eq!(light["additionalProperties"], false);
+        assert_eq!(light["properties"]["kind"]["type"], "string", "{light}");
+        assert!(light["required"].is_null(), "{light}");
+        let scene = serde_json::to_value(Scene::schema()).unwrap();
+        let written = serde_json::to_value(Scene::default()).unwrap();
+        for field in written.as_object().unwrap().keys() {
+            assert!(scene["properties"][field].is_object(), "{field}: {scene}");
+        }
+        assert!(scene["required"].is_null(), "every field has a default: {scene}");
+    }
+}

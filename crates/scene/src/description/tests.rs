@@ -1,0 +1,115 @@
+use super::{BuiltinMesh, Camera, Exposure, Light, MeshRef, Scene, Tone};
+
+fn read(json: &str) -> Result<Scene, String> {
+    serde_json::from_str(json).map_err(|error| error.to_string())
+}
+
+#[test]
+fn scene_has_a_default_for_every_field_when_the_object_is_empty() {
+    let scene = read("{}").unwrap();
+    assert_eq!(scene, Scene::default());
+    assert_eq!(scene.validate(), Ok(()));
+    assert_eq!(read(r#"{"lights": [{}], "film": {}, "camera": {}}"#).unwrap(), scene);
+    assert_eq!(read(r#"{"camera": {"distance": null}}"#).unwrap(), scene);
+}
+
+#[test]
+fn scene_survives_json_and_binary_when_it_is_written_and_read() {
+    let mut scenes = vec![Scene::default()];
+    let cameras = [
+        Camera::Orbit { orbit_deg: [-20.0, 90.0], distance: Some(3.25), fov_y_deg: 45.0 },
+        Camera::LookAt {
+            eye: [1.0, 2.0, 3.0],
+            target: [0.1, 0.0, 0.0],
+            up: [0.0, 0.0, 1.0],
+            fov_y_deg: 12.5,
+        },
+        Camera::Orthographic { orthographic: 1.05 },
+    ];
+    for camera in cameras {
+        let mut scene = Scene { camera, scale: 0.5, ..Scene::default() }.with_light_deg(45.0);
+        scene.mesh = MeshRef::from("0199-ab");
+        scene.film.exposure = Exposure::Ev(-1.5);
+        scene.lights.push(Light::Point {
+            position: Some([3.0, 4.0, 5.0]),
+            intensity: Some([1.0, 0.5, 0.25]),
+        });
+        scenes.push(scene);
+    }
+    for scene in scenes {
+        let json = serde_json::to_string(&scene).unwrap();
+        assert_eq!(read(&json).unwrap(), scene, "{json}");
+        let bytes = postcard::to_stdvec(&scene).unwrap();
+        assert_eq!(postcard::from_bytes::<Scene>(&bytes).unwrap(), scene, "{json}");
+        assert_eq!(scene.validate(), Ok(()));
+    }
+}
+
+#[test]
+fn scene_is_written_in_the_shape_of_the_interface() {
+    let json = serde_json::to_value(Scene::default()).unwrap();
+    let expected = serde_json::json!({
+        "mesh": "sphere", "rotation_deg": [0.0, 0.0, 0.0], "scale": 1.0,
+        "camera": {"orbit_deg": [30.0, 20.0], "distance": null, "fov_y_deg": 30.0},
+        "lights": [{"kind": "point", "position": null, "intensity": null}],
+        "film": {"exposure": "auto", "tone": "none"}, "light_deg": 0.0,
+    });
+    assert_eq!(json, expected);
+    assert_eq!(read(r#"{"film": {"exposure": 2}}"#).unwrap().film.exposure, Exposure::Ev(2.0));
+    assert_eq!(Tone::default(), Tone::None);
+    for mesh in BuiltinMesh::ALL {
+        assert_eq!(MeshRef::from(mesh.name()), MeshRef::Builtin(mesh));
+    }
+}
+
+#[test]
+fn scene_is_refused_with_a_readable_reason_when_json_is_wrong() {
+    let cases = [
+        (r#"{"colour": 1}"#, "unknown field `colour`"),
+        (r#"{"camera": {"orbit": 1}}"#, "unknown field `orbit`"),
+        (r#"{"camera": {"eye": [0,0,1], "orbit_deg": [1,2]}}"#, "not both orbit_deg and eye"),
+        (r#"{"camera": {"target": [0,0,1]}}"#, "needs eye"),
+        (r#"{"camera": {"orthographic": 1, "fov_y_deg": 3}}"#, "has no fov_y_deg"),
+        (r#"{"camera": 7}"#, "expected a camera object"),
+        (r#"{"film": {"exposure": "bright"}}"#, "expected \"auto\" or a number of EV"),
+        (r#"{"film": {"exposure": []}}"#, "expected \"auto\" or a number of EV"),
+        (r#"{"film": {"tone": "aces"}}"#, "unknown variant `aces`"),
+        (r#"{"lights": [{"kind": "spot"}]}"#, "unknown variant `spot`, expected `point`"),
+        (r#"{"lights": [{"power": 1}]}"#, "unknown field `power`"),
+        (r#"{"scale": 1, "scale": 2}"#, "duplicate field `scale`"),
+        (r#"{"rotation_deg": [1, 2]}"#, "invalid length 2"),
+    ];
+    for (json, expected) in cases {
+        let error = read(json).unwrap_err();
+        assert!(error.contains(expected), "{json}: {error}");
+    }
+}
+
+#[test]
+fn scene_is_refused_with_a_pointer_when_a_number_is_out_of_range() {
+    let with_camera = |json: &str| read(&format!(r#"{{"camera": {json}}}"#)).unwrap();
+    let mut cases = vec![
+        (with_camera(r#"{"fov_y_deg": 170}"#), "/camera/fov_y_deg"),
+        (with_camera(r#"{"fov_y_deg": 0.1}"#), "/camera/fov_y_deg"),
+        (with_camera(r#"{"orbit_deg": [0, 90.5]}"#), "/camera/orbit_deg/1"),
+        (with_camera(r#"{"distance": 0}"#), "/camera/distance"),
+        (with_camera(r#"{"eye": [0, 0, 0]}"#), "/camera/eye"),
+        (with_camera(r#"{"eye": [0, 2, 0]}"#), "/camera/up"),
+        (with_camera(r#"{"eye": [0, 0, 1], "up": [0, 0, 0]}"#), "/camera/up"),
+        (with_camera(r#"{"orthographic": -1}"#), "/camera/orthographic"),
+        (read(r#"{"scale": 0}"#).unwrap(), "/scale"),
+        (read(r#"{"scale": 1001}"#).unwrap(), "/scale"),
+        (read(r#"{"mesh": ""}"#).unwrap(), "/mesh"),
+        (read(r#"{"lights": []}"#).unwrap(), "/lights"),
+        (read(r#"{"lights": [{}, {"position": [0, 1e39, 0]}]}"#).unwrap(), "/lights/1/position"),
+        (read(r#"{"lights": [{"intensity": [0, -1, 0]}]}"#).unwrap(), "/lights/0/intensity"),
+        (read(r#"{"film": {"exposure": 33}}"#).unwrap(), "/film/exposure"),
+    ];
+    cases.push((Scene { scale: f64::NAN, ..Scene::default() }, "/scale"));
+    cases.push((Scene { rotation_deg: [0.0, f64::NAN, 0.0], ..Scene::default() }, "/rotation_deg"));
+    cases.push((Scene::default().with_light_deg(f64::INFINITY), "/light_deg"));
+    cases.push((Scene { lights: vec![Light::default(); 17], ..Scene::default() }, "/lights"));
+    for (scene, pointer) in cases {
+        assert_eq!(scene.validate().unwrap_err().pointer, pointer, "{scene:?}");
+    }
+}

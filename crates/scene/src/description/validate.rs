@@ -1,0 +1,118 @@
+//! What makes a scene valid: finite numbers within ranges in which every later step stays finite.
+
+use glam::DVec3;
+
+use super::{Camera, Exposure, Light, MeshRef, Scene};
+
+/// Most lights of a scene.
+pub const LIGHTS_MAX: usize = 16;
+/// Largest size of an object.
+const SCALE_MAX: f64 = 1000.0;
+/// Bounds of the vertical field of view, degrees, both excluded.
+const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
+/// Largest exposure either way.
+const EV_MAX: f64 = 32.0;
+/// Positions, distances and intensities stay in the range of f32, as the vertices of a mesh do.
+const MAGNITUDE_MAX: f64 = f32::MAX as f64;
+/// Longest id of a mesh.
+const ID_BYTES_MAX: usize = 128;
+/// Sine of the smallest angle between the view direction and up.
+const UP_SINE_MIN: f64 = 1e-6;
+
+/// Why a scene is refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{pointer}: {reason}")]
+pub struct SceneError {
+    /// JSON pointer to the field, such as `/camera/fov_y_deg`.
+    pub pointer: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl Scene {
+    /// Checks every field.
+    ///
+    /// # Error
+    /// The first field that is out of its range, in the order of the description.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if let MeshRef::Uploaded(id) = &self.mesh {
+            require(!id.is_empty(), "/mesh", "the id of the mesh is empty")?;
+            require(id.len() <= ID_BYTES_MAX, "/mesh", "the id of the mesh is over 128 bytes")?;
+        }
+        finite(&self.rotation_deg, "/rotation_deg")?;
+        let in_range = self.scale > 0.0 && self.scale <= SCALE_MAX;
+        require(in_range, "/scale", "must be above 0 and at most 1000")?;
+        self.camera.validate()?;
+        let count = self.lights.len();
+        require((1..=LIGHTS_MAX).contains(&count), "/lights", "must have 1 to 16 lights")?;
+        for (index, light) in self.lights.iter().enumerate() {
+            let Light::Point { position, intensity } = light;
+            if let Some(position) = position {
+                finite(position, &format!("/lights/{index}/position"))?;
+            }
+            if let Some(intensity) = intensity {
+                let pointer = format!("/lights/{index}/intensity");
+                finite(intensity, &pointer)?;
+                let lit = intensity.iter().all(|channel| *channel >= 0.0);
+                require(lit, &pointer, "must not be negative")?;
+            }
+        }
+        if let Exposure::Ev(ev) = self.film.exposure {
+            require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 32 EV of 0")?;
+        }
+        finite(&[self.light_deg], "/light_deg")
+    }
+}
+
+impl Camera {
+    fn validate(&self) -> Result<(), SceneError> {
+        match self {
+            Self::Orbit { orbit_deg, distance, fov_y_deg } => {
+                finite(orbit_deg, "/camera/orbit_deg")?;
+                let elevation = orbit_deg[1].abs() <= 90.0;
+                require(elevation, "/camera/orbit_deg/1", "elevation must be within 90 degrees")?;
+                if let Some(distance) = distance {
+                    positive(*distance, "/camera/distance")?;
+                }
+                field_of_view(*fov_y_deg)
+            }
+            Self::LookAt { eye, target, up, fov_y_deg } => {
+                finite(eye, "/camera/eye")?;
+                finite(target, "/camera/target")?;
+                finite(up, "/camera/up")?;
+                let back = DVec3::from(*eye) - DVec3::from(*target);
+                require(back.length() > 0.0, "/camera/eye", "must differ from the target")?;
+                let up = DVec3::from(*up);
+                require(up.length() > 0.0, "/camera/up", "must not be zero")?;
+                let sine = (back / back.length()).cross(up / up.length()).length();
+                let reason = "must not point along the view direction";
+                require(sine > UP_SINE_MIN, "/camera/up", reason)?;
+                field_of_view(*fov_y_deg)
+            }
+            Self::Orthographic { orthographic } => positive(*orthographic, "/camera/orthographic"),
+        }
+    }
+}
+
+fn require(holds: bool, pointer: &str, reason: &str) -> Result<(), SceneError> {
+    if holds {
+        return Ok(());
+    }
+    Err(SceneError { pointer: pointer.to_owned(), reason: reason.to_owned() })
+}
+
+fn finite(numbers: &[f64], pointer: &str) -> Result<(), SceneError> {
+    let holds = numbers.iter().all(|number| number.abs() <= MAGNITUDE_MAX);
+    require(holds, pointer, "must be finite and within the range of 32-bit floats")
+}
+
+/// Above 0 by enough that ratios of such numbers stay finite.
+fn positive(number: f64, pointer: &str) -> Result<(), SceneError> {
+    let holds = number >= f64::from(f32::MIN_POSITIVE) && number <= MAGNITUDE_MAX;
+    require(holds, pointer, "must be above 0 and within the range of 32-bit floats")
+}
+
+fn field_of_view(degrees: f64) -> Result<(), SceneError> {
+    let holds = degrees > FOV_Y_DEG.0 && degrees < FOV_Y_DEG.1;
+    require(holds, "/camera/fov_y_deg", "must be between 0.1 and 170 degrees")
+}

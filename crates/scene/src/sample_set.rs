@@ -1,0 +1,157 @@
+//! The sample set: the one batch type that every evaluator shades.
+//!
+//! Owns the pairs of directions, what is computed from them at first use, the light that falls on each sample, and the
+//! way back from samples to pixels. Knows nothing of programs and colours.
+
+mod frame;
+mod layout;
+mod lighting;
+mod render;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use std::sync::OnceLock;
+
+use brood_brdf::{DirectionPair, Input};
+use glam::DVec2;
+use rayon::prelude::*;
+
+pub use layout::{ImageLayout, PixelSpan, SampleCounts};
+
+use crate::{Mesh, Scene};
+
+/// Shading samples as a structure of arrays.
+///
+/// # Shapes
+/// Every array has [`SampleSet::len`] entries. In sets of an image, samples are in the order of pixels, in a pixel of
+/// subsamples, in a subsample of lights, and only lit and covered ones are there.
+#[derive(Debug)]
+pub struct SampleSet {
+    pairs: Vec<DirectionPair>,
+    uvs: Vec<DVec2>,
+    irradiance: [Vec<f32>; 3],
+    image: Option<ImageLayout>,
+    counts: SampleCounts,
+    inputs: [OnceLock<Vec<f32>>; Input::ALL.len()],
+}
+
+impl SampleSet {
+    /// The samples of a square picture of `mesh` in `scene`, whose own mesh reference is not looked at.
+    ///
+    /// # Domain
+    /// A scene that [`Scene::validate`] accepts; another one gives a meaningless set. No shadows.
+    ///
+    /// # Panics
+    /// Where `size_px` or `samples_per_pixel` is not in 1..=65535, or the set would have 2^32 samples.
+    ///
+    /// # Error
+    /// The same to the bit for any number of threads.
+    #[must_use]
+    pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, samples_per_pixel: u32) -> Self {
+        render::render(mesh, scene, size_px, samples_per_pixel)
+    }
+
+    /// One sample per pair of directions with irradiance 1 and no image; no `uvs` at all stand for zeros.
+    ///
+    /// # Domain
+    /// Finite `uvs`. Pairs below the surface are kept.
+    ///
+    /// # Panics
+    /// Where `uvs` is neither empty nor as long as `pairs`.
+    #[must_use]
+    pub fn from_pairs(pairs: &[DirectionPair], uvs: &[DVec2]) -> Self {
+        let count = pairs.len();
+        assert!(uvs.is_empty() || uvs.len() == count, "{} uvs for {count} pairs", uvs.len());
+        let uvs = if uvs.is_empty() { vec![DVec2::ZERO; count] } else { uvs.to_vec() };
+        let counts = SampleCounts { rays: 0, covered: count as u64, lit: count as u64 };
+        let irradiance = [(); 3].map(|()| vec![1.0; count]);
+        Self::new(pairs.to_vec(), uvs, irradiance, None, counts)
+    }
+
+    fn new(
+        pairs: Vec<DirectionPair>,
+        uvs: Vec<DVec2>,
+        irradiance: [Vec<f32>; 3],
+        image: Option<ImageLayout>,
+        counts: SampleCounts,
+    ) -> Self {
+        Self { pairs, uvs, irradiance, image, counts, inputs: Default::default() }
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
+    }
+
+    /// An input for every sample: computed in f64 and rounded once, at first use, then kept.
+    #[must_use]
+    pub fn input(&self, input: Input) -> &[f32] {
+        let kept = &self.inputs[input.index()];
+        if kept.get().is_none() {
+            // Not inside `get_or_init`: a thread that waits for its share of this loop may be given a task that asks
+            // for the same input, and would wait for itself. Computing twice does no harm.
+            let values = self
+                .pairs
+                .par_iter()
+                .zip(&self.uvs)
+                .with_min_len(1024)
+                .map(|(pair, uv)| round_to_f32(input.evaluate(pair, *uv)))
+                .collect();
+            kept.get_or_init(|| values);
+        }
+        kept.get().expect("the input has just been computed")
+    }
+
+    /// The directions and the texture position of a sample.
+    ///
+    /// # Panics
+    /// Where there is no such sample.
+    #[must_use]
+    pub fn pair(&self, index: usize) -> (DirectionPair, DVec2) {
+        (self.pairs[index], self.uvs[index])
+    }
+
+    /// For red, green and blue: the light per sample, which reflected radiance is f times.
+    ///
+    /// # Units
+    /// Irradiance at normal incidence times cos_i; finite, not negative. 1 in sets of pairs.
+    #[must_use]
+    pub fn irradiance(&self) -> [&[f32]; 3] {
+        [&self.irradiance[0], &self.irradiance[1], &self.irradiance[2]]
+    }
+
+    /// The way back to pixels, for sets that a scene made.
+    #[must_use]
+    pub fn image(&self) -> Option<&ImageLayout> {
+        self.image.as_ref()
+    }
+
+    /// How much was traced and how much of it is here.
+    #[must_use]
+    pub fn counts(&self) -> SampleCounts {
+        self.counts
+    }
+
+    /// Memory that the set takes at most, with every input computed.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let per_sample = size_of::<DirectionPair>()
+            + size_of::<DVec2>()
+            + (self.irradiance.len() + Input::ALL.len()) * size_of::<f32>();
+        let layout = self.image.as_ref().map_or(0, ImageLayout::bytes);
+        size_of::<Self>() + self.len() * per_sample + layout
+    }
+}
+
+/// Rounded to the nearest f32; beyond its range the largest finite one.
+fn round_to_f32(value: f64) -> f32 {
+    (value as f32).clamp(f32::MIN, f32::MAX)
+}

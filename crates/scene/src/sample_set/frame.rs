@@ -1,0 +1,76 @@
+//! The local frame of a hit (z = n, x = u, y = n x u) and directions in it.
+
+use glam::{DVec2, DVec3};
+
+use crate::mesh::{MeshParts, fixed_tangent};
+use crate::trace::Hit;
+
+/// The cosine that wo is given where the interpolated normal turns away from the eye.
+const SILHOUETTE_COS: f64 = 1e-4;
+/// Interpolated normals and tangents shorter than this have cancelled.
+const CANCELLED: f64 = 1e-9;
+
+/// A hit, ready to be shaded.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShadedPoint {
+    /// Where it is, relative to the mesh's own origin.
+    pub place: DVec3,
+    /// Texture position.
+    pub uv: DVec2,
+    /// To the eye, in the local frame.
+    pub wo: DVec3,
+    u: DVec3,
+    b: DVec3,
+    n: DVec3,
+}
+
+impl ShadedPoint {
+    /// The frame of a hit, turned towards `eye`, the unit direction to the eye.
+    ///
+    /// # Domain
+    /// Any hit of a valid mesh. The frame is orthonormal and cos_o positive, also where normals or tangents of the
+    /// corners oppose each other.
+    pub fn new(parts: &MeshParts, hit: &Hit, eye: DVec3) -> Self {
+        let corners = parts.triangles[hit.triangle].map(|corner| corner as usize);
+        let weighted = |values: &[DVec3]| -> DVec3 {
+            corners.iter().zip(hit.weights).map(|(corner, weight)| values[*corner] * weight).sum()
+        };
+        let n = surface_normal(parts, corners, weighted(&parts.normals), eye);
+        let u = weighted(&parts.tangents);
+        let u = u - n * u.dot(n);
+        let u = if u.length() > CANCELLED { u.normalize() } else { fixed_tangent(n) };
+        let b = n.cross(u);
+        let uv = corners.iter().zip(hit.weights).map(|(corner, w)| parts.uvs[*corner] * w).sum();
+        let mut point = Self { place: weighted(&parts.positions), uv, wo: DVec3::Z, u, b, n };
+        point.wo = above_horizon(point.local(eye));
+        point
+    }
+
+    /// A direction in the local frame.
+    pub fn local(&self, w: DVec3) -> DVec3 {
+        DVec3::new(w.dot(self.u), w.dot(self.b), w.dot(self.n)).normalize()
+    }
+}
+
+/// The interpolated normal, on the side of the surface that the eye sees.
+fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) -> DVec3 {
+    let [a, b, c] = corners.map(|corner| parts.positions[corner]);
+    let face = (b - a).cross(c - a);
+    let face = face / face.length();
+    // Outside is where the given normals point, whichever way the corners go round.
+    let given: DVec3 = corners.iter().map(|corner| parts.normals[*corner]).sum();
+    let outwards = if face.dot(given) < 0.0 { -face } else { face };
+    let n = if n.length() > CANCELLED { n.normalize() } else { outwards };
+    if outwards.dot(eye) < 0.0 { -n } else { n }
+}
+
+/// The direction itself where its cosine is positive, else the one of its azimuth just above the horizon.
+fn above_horizon(w: DVec3) -> DVec3 {
+    if w.z > 0.0 {
+        return w;
+    }
+    let level = w.truncate();
+    // Straight from below there is no azimuth to keep.
+    let level = if level.length() > CANCELLED { level.normalize() } else { DVec2::X };
+    (level * (1.0 - SILHOUETTE_COS * SILHOUETTE_COS).sqrt()).extend(SILHOUETTE_COS)
+}

@@ -1,0 +1,344 @@
+use brood_brdf::{DirectionPair, Input};
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+
+use super::SampleSet;
+use crate::{BuiltinMesh, Camera, Light, Mesh, MeshParts, Scene, parse_obj};
+
+fn sphere() -> Mesh {
+    Mesh::builtin(BuiltinMesh::Sphere)
+}
+
+fn obj(text: &str) -> Mesh {
+    parse_obj(text.as_bytes(), &crate::ObjLimits::default()).unwrap().mesh
+}
+
+fn with_camera(camera: Camera) -> Scene {
+    Scene { camera, ..Scene::default() }
+}
+
+fn orbit(azimuth: f64, elevation: f64) -> Camera {
+    Camera::Orbit { orbit_deg: [azimuth, elevation], distance: None, fov_y_deg: 30.0 }
+}
+
+/// Light at the eye, so that everything seen is lit.
+fn headlight(azimuth: f64, elevation: f64) -> Scene {
+    let eye = crate::angle::orbit_direction(azimuth, elevation) * 100.0;
+    let light = Light::Point { position: Some(eye.to_array()), intensity: None };
+    Scene { lights: vec![light], ..with_camera(orbit(azimuth, elevation)) }
+}
+
+/// What every set promises, whatever the mesh and the scene.
+fn check_promises(samples: &SampleSet) {
+    let image = samples.image().unwrap();
+    let mut next = 0;
+    let mut last_pixel = None;
+    for span in &image.spans {
+        assert_eq!(span.start, next, "spans follow one another");
+        assert!(span.start < span.first_end && span.first_end <= span.end, "{span:?}");
+        assert!(last_pixel < Some(span.pixel), "pixels ascend");
+        assert!(image.covered[span.pixel as usize] > 0, "{span:?}");
+        last_pixel = Some(span.pixel);
+        next = span.end;
+    }
+    assert_eq!(next as usize, samples.len(), "spans cover all samples");
+    let counts = samples.counts();
+    let pixels = u64::from(image.width) * u64::from(image.height);
+    assert_eq!(image.covered.len() as u64, pixels);
+    assert_eq!(counts.rays, pixels * u64::from(image.samples_per_pixel));
+    assert_eq!(counts.covered, image.covered.iter().map(|n| u64::from(*n)).sum::<u64>());
+    assert_eq!(counts.lit, samples.len() as u64);
+    for index in 0..samples.len() {
+        let (pair, uv) = samples.pair(index);
+        assert!((pair.wi().length() - 1.0).abs() < 1e-12, "{pair:?}");
+        assert!((pair.wo().length() - 1.0).abs() < 1e-12, "{pair:?}");
+        assert!(pair.cos_i() > 0.0 && pair.cos_o() > 0.0, "{pair:?}");
+        assert!(uv.is_finite());
+    }
+    for channel in samples.irradiance() {
+        assert_eq!(channel.len(), samples.len());
+        assert!(channel.iter().all(|e| e.is_finite() && *e >= 0.0));
+    }
+}
+
+/// Bounds of the covered pixels: left, right, top, bottom.
+fn bounds(samples: &SampleSet) -> [u32; 4] {
+    let image = samples.image().unwrap();
+    let pixels = (0u32..).zip(&image.covered).filter(|(_, covered)| **covered > 0);
+    pixels.fold([u32::MAX, 0, u32::MAX, 0], |[left, right, top, bottom], (pixel, _)| {
+        let (x, y) = (pixel % image.width, pixel / image.width);
+        [left.min(x), right.max(x), top.min(y), bottom.max(y)]
+    })
+}
+
+#[test]
+fn sphere_has_the_right_radius_in_pixels() {
+    // Framed: radius over half the picture is tan(asin(1/d)) / tan(fov/2) with d = 1.04 / sin(fov/2).
+    let framed = (15f64.to_radians().sin() / 1.04).asin().tan() / 15f64.to_radians().tan();
+    let near = (1f64 / 3.0).asin().tan() / 20f64.to_radians().tan();
+    let eye = [1.0, 2.0, 2.0];
+    let cases = [
+        (orbit(40.0, -70.0), framed),
+        (Camera::Orbit { orbit_deg: [0.0, 0.0], distance: Some(3.0), fov_y_deg: 40.0 }, near),
+        (Camera::LookAt { eye, target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y_deg: 40.0 }, near),
+        (Camera::Orthographic { orthographic: 1.25 }, 0.8),
+    ];
+    for (camera, fraction) in cases {
+        let samples = SampleSet::render(&sphere(), &with_camera(camera.clone()), 300, 1);
+        let radius = (samples.counts().covered as f64 / std::f64::consts::PI).sqrt();
+        assert!((radius - 150.0 * fraction).abs() < 0.25, "{camera:?} {radius} {fraction}");
+        let [left, right, top, bottom] = bounds(&samples);
+        assert!(left.abs_diff(299 - right) <= 1 && top.abs_diff(299 - bottom) <= 1, "{camera:?}");
+        check_promises(&samples);
+    }
+}
+
+#[test]
+fn cameras_have_x_to_the_right_and_y_upwards() {
+    // A flag: a corner far to +x, one far up, the right angle at the origin's lower left.
+    let flag = obj("v -1 -1 0\nv 1 -1 0\nv -1 1 0\nf 1 2 3\n");
+    let up = [0.0, 1.0, 0.0];
+    let look_at = Camera::LookAt { eye: [0.0, 0.0, 9.0], target: [0.0; 3], up, fov_y_deg: 30.0 };
+    let cameras = [orbit(0.0, 0.0), look_at, Camera::Orthographic { orthographic: 2.0 }];
+    for camera in cameras {
+        let samples = SampleSet::render(&flag, &with_camera(camera.clone()), 64, 1);
+        let image = samples.image().unwrap();
+        let covered = |x: u32, y: u32| image.covered[(y * 64 + x) as usize] > 0;
+        let [left, right, top, bottom] = bounds(&samples);
+        assert!(covered(left, top + 1) && covered(right - 1, bottom), "{camera:?}");
+        assert!(!covered(right, top), "{camera:?}");
+    }
+    // From the right side +z is to the left; from above, at azimuth 0, +z is down and +x to the right.
+    let marker = obj("v 0 0 0\nv 0 .4 3\nv 0 0 3\nv -3 0 0\nv -3 0 -.1\nf 1 2 3\nf 1 4 5\n");
+    let seen = bounds(&SampleSet::render(&marker, &with_camera(orbit(90.0, 0.0)), 65, 1));
+    assert!(seen[0] < 32 && seen[1] < 65 - seen[0], "{seen:?}");
+    let above =
+        bounds(&SampleSet::render(&flag_on_the_ground(), &with_camera(orbit(0.0, 90.0)), 65, 1));
+    assert_eq!((above[0] < 22, above[3] > 42), (true, true), "{above:?}");
+}
+
+/// The flag of the camera test laid on its back: y became -z.
+fn flag_on_the_ground() -> Mesh {
+    obj("v -1 0 1\nv 1 0 1\nv -1 0 -1\nf 1 2 3\n")
+}
+
+#[test]
+fn frame_of_the_sphere_points_to_the_light_and_the_eye() {
+    let scene = headlight(25.0, 10.0);
+    let samples = SampleSet::render(&sphere(), &scene, 129, 1);
+    assert_eq!(samples.counts().lit, samples.counts().covered, "light at the eye leaves no dark");
+    let image = samples.image().unwrap();
+    let sample = |pixel: u32| {
+        let span = image.spans.iter().find(|span| span.pixel == pixel).unwrap();
+        samples.pair(span.start as usize)
+    };
+    let (middle, uv) = sample(64 * 129 + 64);
+    assert!(middle.wo().z > 0.999_999 && middle.wi().z > 0.999_9);
+    assert!((uv - DVec2::new(0.5 + 25.0 / 360.0, 100.0 / 180.0)).length() < 1e-3, "{uv}");
+    // To the right of the middle the eye is to the left: against u, which grows to the right.
+    let (right, right_uv) = sample(64 * 129 + 84);
+    assert!(right.wo().x < -0.2 && right.wo().y.abs() < 0.1 && right_uv.x > uv.x, "{right:?}");
+    let (upper, upper_uv) = sample(44 * 129 + 64);
+    assert!(upper.wo().y < -0.2 && upper.wo().x.abs() < 0.1 && upper_uv.y > uv.y, "{upper:?}");
+}
+
+#[test]
+fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
+    // A small square around the centre, facing the light.
+    let square = obj("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    for (intensity, position, expected) in [
+        (None, [0.0, 0.0, 5.0], std::f64::consts::PI),
+        (Some([50.0, 0.0, 25.0]), [0.0, 0.0, 5.0], 2.0),
+        (Some([50.0, 0.0, 25.0]), [3.0, 0.0, 4.0], 2.0 * 0.8),
+    ] {
+        let lights = vec![Light::Point { position: Some(position), intensity }];
+        let scene = Scene { lights, ..with_camera(orbit(0.0, 0.0)) };
+        let samples = SampleSet::render(&square, &scene, 65, 1);
+        let image = samples.image().unwrap();
+        let middle = image.spans.iter().find(|span| span.pixel == 32 * 65 + 32).unwrap();
+        let [r, g, b] = samples.irradiance().map(|e| f64::from(e[middle.start as usize]));
+        assert!((r - expected).abs() < 1e-5, "{position:?} {r}");
+        if intensity.is_some() {
+            assert!(g == 0.0 && (b - 0.5 * r).abs() < 1e-6, "{g} {b}");
+        }
+    }
+}
+
+#[test]
+fn scene_turned_as_a_whole_gives_the_same_picture() {
+    let mesh = Mesh::builtin(BuiltinMesh::Knob);
+    let light = Light::Point { position: Some([3.0, 2.0, 4.0]), intensity: None };
+    let base = Scene { lights: vec![light], ..with_camera(orbit(10.0, 20.0)) };
+    let turned = Scene {
+        rotation_deg: [0.0, 75.0, 0.0],
+        camera: orbit(85.0, 20.0),
+        ..base.with_light_deg(75.0)
+    };
+    let (a, b) = (SampleSet::render(&mesh, &base, 48, 1), SampleSet::render(&mesh, &turned, 48, 1));
+    assert_eq!(a.image(), b.image());
+    for index in 0..a.len() {
+        let (here, there) = (a.pair(index).0, b.pair(index).0);
+        assert!((here.wi() - there.wi()).length() < 1e-9, "{index} {here:?} {there:?}");
+        assert!((here.wo() - there.wo()).length() < 1e-9, "{index} {here:?} {there:?}");
+    }
+    let other = SampleSet::render(&mesh, &base.with_light_deg(30.0), 48, 1);
+    assert_ne!(a.counts().lit, other.counts().lit, "the light circle moves the light");
+}
+
+#[test]
+fn object_is_turned_and_scaled_about_its_centre() {
+    // Off the world's origin; the camera frames the mesh at scale 1.
+    let cube = obj("v 7 7 7\nv 8 7 7\nv 8 9 7\nv 7 9 7\nf 1 2 3 4\n");
+    let area = |scene: &Scene| SampleSet::render(&cube, scene, 400, 1).counts().covered as f64;
+    let base = with_camera(orbit(0.0, 0.0));
+    let half = area(&Scene { scale: 0.5, ..base.clone() });
+    let ratio = area(&base) / half;
+    assert!((ratio - 4.0).abs() < 0.1, "{ratio}: half the size, a quarter of the area");
+    let lying = bounds(&SampleSet::render(
+        &cube,
+        &Scene { rotation_deg: [0.0, 0.0, 90.0], ..base.clone() },
+        100,
+        1,
+    ));
+    assert!(lying[1] - lying[0] > 3 * (lying[3] - lying[2]) / 2, "{lying:?}");
+    assert!((lying[0] + lying[1]).abs_diff(99) <= 1, "still in the middle: {lying:?}");
+}
+
+#[test]
+fn open_surface_is_shaded_from_both_sides() {
+    let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n";
+    for (face, azimuth) in [("f 1 2 3 4", 0.0), ("f 1 2 3 4", 180.0), ("f 4 3 2 1", 0.0)] {
+        let samples =
+            SampleSet::render(&obj(&format!("{square}{face}")), &headlight(azimuth, 0.0), 33, 1);
+        assert!(samples.counts().covered > 200);
+        assert_eq!(samples.counts().lit, samples.counts().covered, "{face} {azimuth}");
+        assert!((0..samples.len()).all(|k| samples.pair(k).0.cos_o() > 0.9), "{face} {azimuth}");
+    }
+    // Normals against the winding: still the side that is seen.
+    let against = format!("{square}vn 0 0 -1\nf 1//1 2//1 3//1 4//1");
+    let samples = SampleSet::render(&obj(&against), &headlight(0.0, 0.0), 33, 1);
+    assert!(samples.len() > 200 && (0..samples.len()).all(|k| samples.pair(k).0.cos_o() > 0.9));
+}
+
+#[test]
+fn direction_to_the_eye_is_lifted_when_the_interpolated_normal_turns_away() {
+    // The face looks at the eye, its normals lean beyond the horizon to +x.
+    let leaning = obj("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvn 1 0 .001\nf 1//1 2//1 3//1\n");
+    let scene = Scene {
+        lights: vec![Light::Point { position: Some([9.0, 0.0, 9.0]), intensity: None }],
+        camera: Camera::Orbit { orbit_deg: [-3.0, 0.0], distance: None, fov_y_deg: 1.0 },
+        ..Scene::default()
+    };
+    let samples = SampleSet::render(&leaning, &scene, 33, 1);
+    assert!(samples.len() > 100);
+    for index in 0..samples.len() {
+        assert!((samples.pair(index).0.cos_o() - 1e-4).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let scene = Scene { rotation_deg: [10.0, 20.0, 30.0], ..Scene::default() };
+    let make = |threads: usize| {
+        pool(threads).install(|| {
+            let samples = SampleSet::render(&Mesh::builtin(BuiltinMesh::Knob), &scene, 64, 3);
+            for input in Input::ALL {
+                let _ = samples.input(input);
+            }
+            samples
+        })
+    };
+    let (one, four) = (make(1), make(4));
+    assert_eq!(one.image(), four.image());
+    assert_eq!(one.pairs, four.pairs);
+    assert_eq!(one.uvs, four.uvs);
+    assert_eq!(one.irradiance(), four.irradiance());
+    for input in Input::ALL {
+        assert_eq!(one.input(input), four.input(input), "{}", input.name());
+    }
+    assert_eq!(one.input(Input::U)[7], one.pair(7).1.x as f32);
+}
+
+#[test]
+fn subsamples_are_counted_per_pixel_and_their_first_is_the_centre() {
+    let mut scene = Scene::default();
+    scene.lights.push(Light::Point { position: Some([-4.0, 0.0, 2.0]), intensity: None });
+    let mesh = sphere();
+    let (single, many) =
+        (SampleSet::render(&mesh, &scene, 40, 1), SampleSet::render(&mesh, &scene, 40, 8));
+    check_promises(&many);
+    let image = many.image().unwrap();
+    assert_eq!(image.covered.iter().max(), Some(&8));
+    assert!(image.covered.iter().any(|n| (1..8).contains(n)), "edges are partly covered");
+    assert!(image.spans.iter().any(|span| span.first_end - span.start == 2), "two lights");
+    for span in &single.image().unwrap().spans {
+        let fine = image.spans.iter().find(|fine| fine.pixel == span.pixel).unwrap();
+        assert_eq!(single.pair(span.start as usize), many.pair(fine.start as usize));
+    }
+}
+
+#[test]
+fn set_of_pairs_has_no_image_and_irradiance_one() {
+    let pairs: Vec<DirectionPair> = [0.2, -0.5, 1.3f64]
+        .iter()
+        .map(|t| DirectionPair::new(DVec3::new(t.sin(), 0.0, t.cos()), DVec3::Z).unwrap())
+        .collect();
+    let samples = SampleSet::from_pairs(&pairs, &[]);
+    assert_eq!((samples.len(), samples.is_empty(), samples.image()), (3, false, None));
+    assert_eq!(samples.irradiance(), [&[1.0f32; 3][..]; 3]);
+    assert_eq!(samples.input(Input::V), [0.0; 3]);
+    assert_eq!(samples.input(Input::P1)[2], (1.3f64.cos() + 1.0) as f32);
+    let with_uvs = SampleSet::from_pairs(&pairs, &[DVec2::ONE, DVec2::X, DVec2::Y]);
+    assert_eq!(with_uvs.input(Input::V), [1.0, 0.0, 1.0]);
+    assert!(SampleSet::from_pairs(&[], &[]).is_empty());
+}
+
+/// Triangles between random places, with normals and tangents that need not fit.
+fn wild_mesh() -> impl Strategy<Value = Mesh> {
+    let unit = || {
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0f64)
+            .prop_map(|(x, y, z)| DVec3::new(x, y, z))
+            .prop_filter("a direction", |w| w.length() > 0.1)
+            .prop_map(DVec3::normalize)
+    };
+    let vertex = (unit(), unit(), prop::sample::select(vec![1e-6, 1.0, 1e6]));
+    prop::collection::vec(vertex, 3..30).prop_map(|vertices| {
+        let size = vertices[0].2;
+        let count = vertices.len() as u32;
+        let normals: Vec<DVec3> = vertices.iter().map(|vertex| vertex.1).collect();
+        let tangents = normals.iter().map(|n| crate::mesh::fixed_tangent(*n)).collect();
+        let parts = MeshParts {
+            positions: vertices.iter().map(|vertex| vertex.0 * size).collect(),
+            uvs: vertices.iter().map(|vertex| vertex.0.truncate()).collect(),
+            triangles: (0..count).map(|k| [k, (k + 1) % count, (k * 5 + 2) % count]).collect(),
+            normals,
+            tangents,
+            has_uv: true,
+        };
+        Mesh::from_parts(parts).unwrap()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn promises_hold_whatever_the_mesh_and_the_scene(
+        mesh in wild_mesh(),
+        rotation in prop::array::uniform3(-400.0..400.0f64),
+        angles in (-180.0..180.0f64, -90.0..90.0f64),
+        scale in prop::sample::select(vec![1e-3, 1.0, 30.0]),
+        light in prop::option::of(prop::array::uniform3(-3.0..3.0f64)),
+    ) {
+        let intensity = light.map(|position| position.map(f64::abs));
+        let scene = Scene {
+            rotation_deg: rotation,
+            scale,
+            lights: vec![Light::default(), Light::Point { position: light, intensity }],
+            ..with_camera(orbit(angles.0, angles.1))
+        };
+        prop_assert_eq!(scene.validate(), Ok(()));
+        check_promises(&SampleSet::render(&mesh, &scene, 16, 2));
+    }
+}

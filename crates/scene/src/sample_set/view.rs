@@ -1,0 +1,136 @@
+//! The rays of a camera, in the unit frame of the mesh.
+//!
+//! Unit frame: the mesh as it is stored, centre of its bounding sphere 0, radius 1. Turning and scaling the object is
+//! turning and scaling everything else the other way, so that no vertex is ever moved.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::angle::{orbit_direction, rotation_xyz_deg, sin_cos_deg};
+use crate::trace::Ray;
+use crate::{Camera, Mesh, Scene};
+
+/// Distance of a framing camera over the one at which the bounding sphere touches the picture's edge.
+const FRAMING_MARGIN: f64 = 1.04;
+
+/// From the world to the unit frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct UnitFrame {
+    centre: DVec3,
+    radius: f64,
+    pub scale: f64,
+    /// World to object: the inverse of the object's rotation.
+    unturn: DMat3,
+}
+
+impl UnitFrame {
+    pub fn new(mesh: &Mesh, scene: &Scene) -> Self {
+        Self {
+            centre: mesh.centre(),
+            radius: mesh.radius(),
+            scale: scene.scale,
+            unturn: rotation_xyz_deg(scene.rotation_deg).transpose(),
+        }
+    }
+
+    /// A place of the world, relative to the centre and in radii of the mesh at scale 1.
+    pub fn relative(&self, world: [f64; 3]) -> DVec3 {
+        (DVec3::from(world) - self.centre) / self.radius
+    }
+
+    /// A relative place in the unit frame.
+    pub fn place(&self, relative: DVec3) -> DVec3 {
+        self.direction(relative) / self.scale
+    }
+
+    /// A direction of the world in the unit frame.
+    pub fn direction(&self, world: DVec3) -> DVec3 {
+        self.unturn * world
+    }
+
+    /// A length of the world in radii of the mesh at scale 1.
+    pub fn length(&self, world: f64) -> f64 {
+        world / self.radius
+    }
+}
+
+/// A camera, ready to cast rays.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    /// The eye, or where the ray of the picture's middle starts.
+    origin: DVec3,
+    /// Half the picture's width and height: in directions at distance 1, or in places.
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    parallel: bool,
+}
+
+impl View {
+    pub fn new(camera: &Camera, frame: &UnitFrame) -> Self {
+        match *camera {
+            Camera::Orbit { orbit_deg: [azimuth, elevation], distance, fov_y_deg } => {
+                let back = orbit_direction(azimuth, elevation);
+                // Known for elevation 90 too, where a cross product with y is not.
+                let right = orbit_direction(azimuth + 90.0, 0.0);
+                let framing = FRAMING_MARGIN / sin_cos_deg(0.5 * fov_y_deg).0;
+                let distance = distance.map_or(framing, |distance| frame.length(distance));
+                let axes = [right, back.cross(right), back];
+                Self::perspective(back * distance, axes, fov_y_deg, frame)
+            }
+            Camera::LookAt { eye, target, up, fov_y_deg } => {
+                let back = (DVec3::from(eye) - DVec3::from(target)).normalize();
+                let right = DVec3::from(up).normalize().cross(back).normalize();
+                let axes = [right, back.cross(right), back];
+                Self::perspective(frame.relative(eye), axes, fov_y_deg, frame)
+            }
+            Camera::Orthographic { orthographic } => {
+                // Starts in front of the object, wherever the world's origin is.
+                let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale);
+                let half = frame.length(orthographic) / frame.scale;
+                Self {
+                    origin: frame.place(middle),
+                    right: frame.direction(DVec3::X) * half,
+                    up: frame.direction(DVec3::Y) * half,
+                    forward: frame.direction(DVec3::NEG_Z),
+                    parallel: true,
+                }
+            }
+        }
+    }
+
+    fn perspective(
+        eye: DVec3,
+        [right, up, back]: [DVec3; 3],
+        fov_y_deg: f64,
+        frame: &UnitFrame,
+    ) -> Self {
+        let (sin, cos) = sin_cos_deg(0.5 * fov_y_deg);
+        let half = sin / cos;
+        Self {
+            origin: frame.place(eye),
+            right: frame.direction(right) * half,
+            up: frame.direction(up) * half,
+            forward: frame.direction(-back),
+            parallel: false,
+        }
+    }
+
+    /// The ray through a place of the picture: x to the right and y upwards, both within [-1, 1].
+    pub fn ray(&self, place: DVec2) -> Ray {
+        let aside = self.right * place.x + self.up * place.y;
+        if self.parallel {
+            return Ray { origin: self.origin + aside, direction: self.forward };
+        }
+        Ray { origin: self.origin, direction: (self.forward + aside).normalize() }
+    }
+}
+
+/// Places of the subsamples in a pixel, within [0, 1)^2; the first is the centre.
+///
+/// # Source
+/// Roberts 2018, the R2 sequence: steps of 1/g and 1/g^2 with g^3 = g + 1.
+pub(super) fn subsample_places(samples_per_pixel: u32) -> Vec<DVec2> {
+    const G: f64 = 1.324_717_957_244_746;
+    let step = DVec2::new(1.0 / G, 1.0 / (G * G));
+    (0..samples_per_pixel).map(|k| (DVec2::splat(0.5) + step * f64::from(k)).fract()).collect()
+}

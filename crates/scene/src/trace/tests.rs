@@ -1,0 +1,94 @@
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::{Ray, Tracer};
+
+fn direction() -> impl Strategy<Value = DVec3> {
+    (-1.0..1.0, -1.0..1.0, -1.0..1.0f64)
+        .prop_map(|(x, y, z)| DVec3::new(x, y, z))
+        .prop_filter("a direction", |w| w.length() > 0.1)
+        .prop_map(DVec3::normalize)
+}
+
+/// Nearest hit by testing every triangle.
+fn exhaustive(tracer: &Tracer, ray: Ray) -> Option<(usize, f64)> {
+    let ahead = -ray.origin.dot(ray.direction);
+    let origin = ray.origin + ray.direction * (ahead - 1.5).max(0.0);
+    let sheared = super::ShearedRay::new(origin, ray.direction)?;
+    let mut best = None;
+    for triangle in 0..tracer.triangles.len() {
+        tracer.test(&sheared, triangle, &mut best);
+    }
+    best.map(|hit| (hit.triangle, hit.distance))
+}
+
+proptest! {
+    #[test]
+    fn trace_finds_what_testing_every_triangle_finds(
+        places in prop::collection::vec(direction(), 3..60),
+        from in direction(),
+        distance in prop::sample::select(vec![0.0, 0.5, 3.0, 1e6]),
+        towards in direction(),
+    ) {
+        let count = places.len() as u32;
+        let triangles: Vec<[u32; 3]> =
+            (0..count).map(|k| [k, (k * 7 + 1) % count, (k * 3 + 2) % count]).collect();
+        let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
+        let origin = from * distance;
+        let ray = Ray { origin, direction: (towards * 0.5 - origin).normalize() };
+        let hit = tracer.trace(ray, &mut Vec::new());
+        prop_assert_eq!(hit.map(|hit| (hit.triangle, hit.distance)), exhaustive(&tracer, ray));
+        if let Some(hit) = hit {
+            prop_assert!(hit.weights.iter().all(|w| *w >= 0.0));
+            prop_assert!((hit.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn hit_is_the_lowest_triangle_when_several_are_at_one_place() {
+    let places = [DVec3::NEG_ONE * 0.5, DVec3::X, DVec3::Y];
+    let triangles = [[0, 0, 1], [1, 2, 0], [0, 1, 2], [2, 1, 0]];
+    let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
+    let middle = (places[0] + places[1] + places[2]) / 3.0;
+    for side in [1.0, -1.0] {
+        let origin = middle + DVec3::new(1.0, 1.0, -3.0) * side;
+        let ray = Ray { origin, direction: (middle - origin).normalize() };
+        assert_eq!(tracer.trace(ray, &mut Vec::new()).map(|hit| hit.triangle), Some(1));
+    }
+}
+
+#[test]
+fn rays_do_not_slip_through_when_they_meet_edges_and_corners() {
+    // A square of 8 x 8 cells around the axis; rays through every corner and the middle of every edge.
+    let place = |i: u32, j: u32| {
+        DVec3::new(f64::from(i), f64::from(j), 0.0) / 16.0 - DVec3::new(0.25, 0.25, 0.1)
+    };
+    let places: Vec<DVec3> = (0..9).flat_map(|j| (0..9).map(move |i| place(i, j))).collect();
+    let triangles: Vec<[u32; 3]> = (0..8)
+        .flat_map(|j| (0..8).map(move |i| j * 9 + i))
+        .flat_map(|a| [[a, a + 1, a + 10], [a, a + 10, a + 9]])
+        .collect();
+    let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
+    for eye in [DVec3::Z * 2.0, DVec3::new(0.3, -0.7, 1.9), DVec3::new(1e5, 2e5, 3e5)] {
+        for i in 1..32 {
+            for j in 1..32 {
+                let target = DVec3::new(f64::from(i), f64::from(j), 0.0) / 64.0
+                    - DVec3::new(0.25, 0.25, 0.1);
+                let ray = Ray { origin: eye, direction: (target - eye).normalize() };
+                assert!(tracer.trace(ray, &mut Vec::new()).is_some(), "{eye} {i} {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_hit_when_no_triangle_has_an_area_or_the_ray_is_not_finite() {
+    let places = [DVec3::ZERO, DVec3::X, DVec3::X * 0.5];
+    let flat = Tracer::new(&places, &[[0, 1, 2]], DVec3::ZERO, 1.0);
+    let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };
+    assert_eq!(flat.trace(ray, &mut Vec::new()), None);
+    let solid = Tracer::new(&[DVec3::X, DVec3::Y, DVec3::NEG_ONE], &[[0, 1, 2]], DVec3::ZERO, 1.0);
+    let nowhere = Ray { origin: DVec3::NAN, direction: DVec3::Z };
+    assert_eq!(solid.trace(nowhere, &mut Vec::new()), None);
+}

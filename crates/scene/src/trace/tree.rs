@@ -1,0 +1,226 @@
+//! The tree of boxes over triangles, built from the top by binned surface areas.
+//!
+//! Own code because a tree must be built in bounded time whatever a file holds: builders that merge neighbours from
+//! the bottom take time quadratic in the triangles where these lie in or on one another. Here a level costs one pass, and
+//! below a depth that real models do not reach halves are cut at the median.
+
+/// Triangles of a leaf at most.
+const LEAF_MAX: usize = 4;
+/// Bins per split.
+const BINS: usize = 16;
+/// From this depth on the median is taken; it bounds the depth by this and the binary logarithm of the count.
+const MEDIAN_DEPTH: u32 = 48;
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    pub low: [f32; 3],
+    pub high: [f32; 3],
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+
+    fn extend(&mut self, other: &Self) {
+        for axis in 0..3 {
+            self.low[axis] = self.low[axis].min(other.low[axis]);
+            self.high[axis] = self.high[axis].max(other.high[axis]);
+        }
+    }
+
+    /// Half the surface; 0 where empty.
+    fn area(&self) -> f32 {
+        let [x, y, z] = [0, 1, 2].map(|axis| (self.high[axis] - self.low[axis]).max(0.0));
+        x * y + y * z + z * x
+    }
+
+    /// Twice the middle along an axis.
+    fn middle(&self, axis: usize) -> f32 {
+        self.low[axis] + self.high[axis]
+    }
+}
+
+/// A box with either `count` triangles from `first` on in the order, or (count 0) two nodes from `first` on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    pub bounds: Bounds,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// What is sorted into the tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Item {
+    pub bounds: Bounds,
+    pub triangle: u32,
+}
+
+/// Nodes, root first (none for no items), and triangles in the order of the leaves.
+///
+/// # Domain
+/// Fewer than 2^31 items with finite boxes.
+pub(super) fn build(mut items: Vec<Item>) -> (Vec<Node>, Vec<u32>) {
+    let mut nodes = Vec::new();
+    let mut open = Vec::new();
+    if !items.is_empty() {
+        nodes.push(node(Bounds::EMPTY, 0, 0));
+        open.push((0, 0..items.len(), 0));
+    }
+    while let Some((index, range, depth)) = open.pop() {
+        let part = &mut items[range.clone()];
+        let mut bounds = Bounds::EMPTY;
+        part.iter().for_each(|item| bounds.extend(&item.bounds));
+        if part.len() <= LEAF_MAX {
+            nodes[index] = node(bounds, range.start, part.len());
+            continue;
+        }
+        let middle = range.start + split(part, depth);
+        let first = nodes.len();
+        nodes[index] = node(bounds, first, 0);
+        nodes.extend([node(Bounds::EMPTY, 0, 0); 2]);
+        open.push((first, range.start..middle, depth + 1));
+        open.push((first + 1, middle..range.end, depth + 1));
+    }
+    (nodes, items.into_iter().map(|item| item.triangle).collect())
+}
+
+fn node(bounds: Bounds, first: usize, count: usize) -> Node {
+    let index = |k: usize| u32::try_from(k).expect("a mesh has fewer than 2^31 triangles");
+    Node { bounds, first: index(first), count: index(count) }
+}
+
+/// Sorts the part into two and says where the second begins; neither is empty.
+fn split(part: &mut [Item], depth: u32) -> usize {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for item in part.iter() {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(item.bounds.middle(axis));
+            high[axis] = high[axis].max(item.bounds.middle(axis));
+        }
+    }
+    let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+    let axis = if extent[0] >= extent[1] && extent[0] >= extent[2] {
+        0
+    } else if extent[1] >= extent[2] {
+        1
+    } else {
+        2
+    };
+    let half = part.len() / 2;
+    if depth >= MEDIAN_DEPTH {
+        let key = |item: &Item| item.bounds.middle(axis);
+        part.select_nth_unstable_by(half, |a, b| {
+            key(a).total_cmp(&key(b)).then(a.triangle.cmp(&b.triangle))
+        });
+        return half;
+    }
+    let scale = BINS as f32 / extent[axis];
+    if !scale.is_finite() {
+        return half;
+    }
+    let bin = |item: &Item| {
+        // Truncated; the highest middle alone would fall into a bin of its own.
+        (((item.bounds.middle(axis) - low[axis]) * scale) as usize).min(BINS - 1)
+    };
+    let mut bins = [(Bounds::EMPTY, 0usize); BINS];
+    for item in part.iter() {
+        let (bounds, count) = &mut bins[bin(item)];
+        bounds.extend(&item.bounds);
+        *count += 1;
+    }
+    let cut = cheapest_cut(&bins);
+    let mut middle = 0;
+    for k in 0..part.len() {
+        if bin(&part[k]) < cut {
+            part.swap(k, middle);
+            middle += 1;
+        }
+    }
+    if middle == 0 || middle == part.len() { half } else { middle }
+}
+
+/// The first bin of the second part for which area times count of both parts is least.
+fn cheapest_cut(bins: &[(Bounds, usize); BINS]) -> usize {
+    let mut costs = [f32::INFINITY; BINS];
+    let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+    for cut in (1..BINS).rev() {
+        bounds.extend(&bins[cut].0);
+        count += bins[cut].1;
+        if count > 0 {
+            costs[cut] = bounds.area() * count as f32;
+        }
+    }
+    let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+    let mut best = (f32::INFINITY, 1);
+    for cut in 1..BINS {
+        bounds.extend(&bins[cut - 1].0);
+        count += bins[cut - 1].1;
+        let cost = costs[cut] + bounds.area() * count as f32;
+        if count > 0 && cost < best.0 {
+            best = (cost, cut);
+        }
+    }
+    best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Depth of the tree, having checked that boxes hold their parts and that leaves hold every item once.
+    fn check(items: &[Item]) -> usize {
+        let (nodes, order) = build(items.to_vec());
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..items.len() as u32).collect::<Vec<_>>());
+        let (mut deepest, mut held) = (0, 0);
+        let mut open = vec![(0usize, 1)];
+        while let Some((index, depth)) = open.pop() {
+            deepest = deepest.max(depth);
+            let Node { bounds, first, count } = nodes[index];
+            let inside: Vec<Bounds> = if count > 0 {
+                held += count as usize;
+                let leaf = &order[first as usize..(first + count) as usize];
+                leaf.iter().map(|triangle| items[*triangle as usize].bounds).collect()
+            } else {
+                let children = [first as usize, first as usize + 1];
+                open.extend(children.map(|child| (child, depth + 1)));
+                children.map(|child| nodes[child].bounds).to_vec()
+            };
+            for part in inside {
+                for axis in 0..3 {
+                    assert!(bounds.low[axis] <= part.low[axis]);
+                    assert!(bounds.high[axis] >= part.high[axis]);
+                }
+            }
+        }
+        assert_eq!(held, items.len());
+        deepest
+    }
+
+    fn items(count: u32, bounds: impl Fn(f32) -> ([f32; 3], [f32; 3])) -> Vec<Item> {
+        (0..count)
+            .map(|triangle| {
+                let (low, high) = bounds(triangle as f32);
+                Item { bounds: Bounds { low, high }, triangle }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn tree_stays_flat_when_boxes_are_equal_nested_or_crowded() {
+        let cases = [
+            items(1, |_| ([0.0; 3], [1.0; 3])),
+            items(5000, |_| ([0.0; 3], [1.0; 3])),
+            items(5000, |k| ([0.0; 3], [1.0 + k * 1e-4; 3])),
+            items(5000, |k| ([k.sin(), k.cos(), 0.0], [1.0 + k.sin(), 1.0, 1.0])),
+            // Each half as far as the one before: binning takes one at a time off the crowd.
+            items(5000, |k| ([(-k).exp2(), 0.0, 0.0], [(-k).exp2(), 0.1, 0.1])),
+        ];
+        for (case, items) in cases.iter().enumerate() {
+            let depth = check(items);
+            assert!(depth <= MEDIAN_DEPTH as usize + 14, "case {case}: {depth}");
+        }
+        assert!(build(Vec::new()).0.is_empty());
+    }
+}

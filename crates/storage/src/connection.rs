@@ -1,0 +1,154 @@
+//! How connections are opened, and the proof that they are as durability needs them. Owns pragmas, the least version
+//! of SQLite, migrations and the check after an unclean end; refuses to know tables.
+
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::migrate::MigrateError;
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
+use sqlx::{ConnectOptions, Row, SqliteConnection};
+
+use crate::StorageError;
+
+/// Older ones have bugs in the write-ahead log.
+const LEAST_SQLITE: [u32; 3] = [3, 51, 3];
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+/// The log is cut back to this size after a checkpoint.
+const JOURNAL_SIZE_LIMIT_BYTES: i64 = 64 << 20;
+
+static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations");
+
+/// Options of the one connection that writes.
+pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(file)
+        .create_if_missing(create)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(SqliteSynchronous::Full)
+        .foreign_keys(true)
+        .busy_timeout(BUSY_TIMEOUT)
+        .pragma("journal_size_limit", JOURNAL_SIZE_LIMIT_BYTES.to_string())
+        .pragma("wal_autocheckpoint", "0")
+        .thread_name(|_| "brood-sql-write".to_owned())
+        .disable_statement_logging()
+}
+
+/// Options of connections that only read.
+pub(crate) fn reading(file: &Path) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(file)
+        .read_only(true)
+        .foreign_keys(true)
+        .busy_timeout(BUSY_TIMEOUT)
+        .pragma("query_only", "ON")
+        .thread_name(|n| format!("brood-sql-{n}"))
+        .disable_statement_logging()
+}
+
+/// Fails unless the write connection has what durability rests on.
+pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    let mode: String = sqlx::query_scalar("PRAGMA journal_mode").fetch_one(&mut *conn).await?;
+    if mode != "wal" {
+        return Err(StorageError::Unsupported(format!(
+            "the data directory does not allow a write-ahead log (journal_mode is {mode})"
+        )));
+    }
+    let busy_ms = i64::try_from(BUSY_TIMEOUT.as_millis()).expect("a timeout is short");
+    expect(conn, "synchronous", "PRAGMA synchronous", 2).await?;
+    expect(conn, "foreign_keys", "PRAGMA foreign_keys", 1).await?;
+    expect(conn, "wal_autocheckpoint", "PRAGMA wal_autocheckpoint", 0).await?;
+    expect(conn, "busy_timeout", "PRAGMA busy_timeout", busy_ms).await
+}
+
+/// Fails unless the connection cannot write.
+pub(crate) async fn assert_reading(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    expect(conn, "query_only", "PRAGMA query_only", 1).await
+}
+
+async fn expect(
+    conn: &mut SqliteConnection,
+    name: &str,
+    sql: &'static str,
+    wanted: i64,
+) -> Result<(), StorageError> {
+    let found: i64 = sqlx::query_scalar(sql).fetch_one(conn).await?;
+    if found == wanted {
+        return Ok(());
+    }
+    Err(StorageError::Unsupported(format!("SQLite set {name} to {found} instead of {wanted}")))
+}
+
+/// The library's version, refused where it is too old.
+pub(crate) async fn sqlite_version(conn: &mut SqliteConnection) -> Result<String, StorageError> {
+    let version: String = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(conn).await?;
+    if is_recent_enough(&version) {
+        return Ok(version);
+    }
+    let [major, minor, patch] = LEAST_SQLITE;
+    Err(StorageError::Unsupported(format!(
+        "SQLite is {version}; at least {major}.{minor}.{patch} is needed"
+    )))
+}
+
+fn is_recent_enough(version: &str) -> bool {
+    let numbers: Result<Vec<u32>, _> = version.split('.').map(str::parse).collect();
+    numbers.is_ok_and(|numbers| numbers.as_slice() >= LEAST_SQLITE.as_slice())
+}
+
+/// Brings the tables up to date; refuses a file that a later build has written.
+pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    match MIGRATIONS.run(conn).await {
+        Ok(()) => Ok(()),
+        Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => Err(foreign()),
+        Err(MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) => {
+            Err(error.into())
+        }
+        Err(error) => Err(StorageError::Unsupported(error.to_string())),
+    }
+}
+
+/// Fails unless the tables are those of this build, for those who come second and must not migrate.
+pub(crate) async fn assert_migrated(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
+    let rows = sqlx::query(sql).fetch_all(conn).await?;
+    let mut applied = Vec::with_capacity(rows.len());
+    for row in rows {
+        applied.push((row.try_get::<i64, _>("version")?, row.try_get::<Vec<u8>, _>("checksum")?));
+    }
+    let known = MIGRATIONS.iter().map(|step| (step.version, step.checksum.to_vec()));
+    if known.eq(applied) { Ok(()) } else { Err(foreign()) }
+}
+
+fn foreign() -> StorageError {
+    StorageError::Unsupported("the data directory belongs to another version of brood".to_owned())
+}
+
+/// Looks the whole file over. Costs time with its size, so it is done after unclean ends only.
+pub(crate) async fn check(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    let verdict: String = sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&mut *conn).await?;
+    if verdict != "ok" {
+        return Err(StorageError::Corrupt(verdict));
+    }
+    match sqlx::query("PRAGMA foreign_key_check").fetch_optional(conn).await? {
+        None => Ok(()),
+        Some(row) => {
+            let table: String = row.try_get(0)?;
+            Err(StorageError::Corrupt(format!("a row of {table} refers to nothing")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_recent_enough;
+
+    #[test]
+    fn sqlite_is_refused_when_older_or_unreadable() {
+        for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
+            assert!(is_recent_enough(version), "{version}");
+        }
+        for version in ["3.51.2", "3.9.9", "2.99.99", "", "3.51", "x.y.z"] {
+            assert!(!is_recent_enough(version), "{version}");
+        }
+    }
+}

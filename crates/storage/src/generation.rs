@@ -1,0 +1,365 @@
+//! Generations: births and history. Owns the tables `generation` and `generation_parent`, and the one transaction that
+//! a birth is; refuses to know how children are made.
+
+use brood_genome::GenomeHash;
+use brood_protocol::{
+    Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
+};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
+
+use crate::genome::{self, CHUNK_ROWS, NewGenome};
+use crate::individual::{self, StoredIndividual, select_individual};
+use crate::row::{Columns, Key, damaged, narrow, set, signed};
+use crate::{Idempotency, NewJob, NewPicture, StorageError, Store, idempotency, job, picture};
+
+/// A generation to be stored, with all that becomes true with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewGeneration {
+    /// Its id.
+    pub id: GenerationId,
+    /// Its lineage.
+    pub lineage: LineageId,
+    /// The seed.
+    pub seed: Seed,
+    /// The parents of all its individuals.
+    pub parents: Vec<ParentRef>,
+    /// The parent shown large.
+    pub centre: Option<IndividualId>,
+    /// Amount of mutation.
+    pub mutation: f32,
+    /// Expected share of the second parent.
+    pub recombination: f32,
+    /// How much was done for variety.
+    pub curation: Curation,
+    /// Overrides as asked for.
+    pub constraints: DialectConstraints,
+    /// Colour matrix as asked for.
+    pub saturation: Option<f32>,
+    /// When it was made, milliseconds since 1970.
+    pub created_ms: i64,
+    /// The children.
+    pub individuals: Vec<NewIndividual>,
+    /// Keys of their pictures.
+    pub pictures: Vec<NewPicture>,
+    /// The job that renders them.
+    pub job: Option<NewJob>,
+    /// The answer to be remembered.
+    pub idempotency: Option<Idempotency>,
+}
+
+/// A child to be stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewIndividual {
+    /// Its id.
+    pub id: IndividualId,
+    /// Place in its brood.
+    pub slot: u32,
+    /// Hash of its genome.
+    pub hash: GenomeHash,
+    /// Canonical text of its genome.
+    pub genome_text: String,
+    /// Hash of its program.
+    pub program_hash: [u8; 32],
+    /// `random`, `mutate` or `recombine`.
+    pub operator: &'static str,
+    /// Instructions that can change the result.
+    pub live_instructions: u32,
+    /// How often it was drawn, at least once.
+    pub attempts: u32,
+    /// No draw gave a program unlike its parents' and siblings'.
+    pub twin: bool,
+}
+
+/// A generation as it is stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredGeneration {
+    /// Its id.
+    pub id: GenerationId,
+    /// Its lineage.
+    pub lineage: LineageId,
+    /// Position in the lineage, from 0.
+    pub index: u64,
+    /// The seed.
+    pub seed: Seed,
+    /// The parents: by id, or by hash where they were given so or are gone.
+    pub parents: Vec<ParentRef>,
+    /// The parent shown large, unless it is gone.
+    pub centre: Option<StoredIndividual>,
+    /// Amount of mutation.
+    pub mutation: f32,
+    /// Expected share of the second parent.
+    pub recombination: f32,
+    /// How much was done for variety.
+    pub curation: Curation,
+    /// Overrides as asked for.
+    pub constraints: DialectConstraints,
+    /// Colour matrix as asked for.
+    pub saturation: Option<f32>,
+    /// When it was made, milliseconds since 1970.
+    pub created_ms: i64,
+    /// The children by slot.
+    pub individuals: Vec<StoredIndividual>,
+}
+
+macro_rules! select {
+    ($rest:literal) => {
+        concat!(
+            "SELECT id, lineage_id, position, seed_bits, centre_id, mutation, recombination,
+                    curation, isotropic, homogeneous, saturation, created_ms
+             FROM generation ",
+            $rest
+        )
+    };
+}
+
+const BY_ID: &str = select!("WHERE id = ?");
+const OF_LINEAGE: &str = select!("WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?");
+const CHILDREN: &str = select_individual!(
+    "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
+     ORDER BY individual.generation_id, individual.slot"
+);
+
+impl Store {
+    /// Stores a generation with its individuals, genomes, parents, picture keys, job and remembered answer: all of it
+    /// or nothing. Its index is the next free one of the lineage. A lineage, parent or scene that does not exist:
+    /// [`StorageError::NotFound`].
+    pub async fn create_generation(
+        &self,
+        new: NewGeneration,
+    ) -> Result<StoredGeneration, StorageError> {
+        self.write(move |conn| Box::pin(async move { insert(conn, new).await })).await
+    }
+
+    /// One generation.
+    pub async fn generation(&self, id: GenerationId) -> Result<StoredGeneration, StorageError> {
+        let mut conn = self.snapshot().await?;
+        let row = sqlx::query(BY_ID).bind(id.key()).fetch_one(&mut *conn).await?;
+        let mut generations = complete(&mut conn, std::slice::from_ref(&row)).await?;
+        generations.pop().ok_or(StorageError::NotFound)
+    }
+
+    /// The generations of a lineage, oldest first, after an index.
+    pub async fn list_generations(
+        &self,
+        lineage: LineageId,
+        after_index: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<StoredGeneration>, StorageError> {
+        let mut conn = self.snapshot().await?;
+        crate::lineage::fetch(&mut conn, lineage).await?;
+        let rows = sqlx::query(OF_LINEAGE)
+            .bind(lineage.key())
+            .bind(after_index.map_or(-1, signed))
+            .bind(limit)
+            .fetch_all(&mut *conn)
+            .await?;
+        complete(&mut conn, &rows).await
+    }
+}
+
+/// Stores a generation with all that belongs to it.
+pub(crate) async fn insert(
+    conn: &mut SqliteConnection,
+    new: NewGeneration,
+) -> Result<StoredGeneration, StorageError> {
+    if let Some(answer) = &new.idempotency {
+        idempotency::insert(conn, answer, new.created_ms).await?;
+    }
+    let index = insert_row(conn, &new).await?;
+    insert_parents(conn, new.id, &new.parents).await?;
+    genome::insert(conn, &genomes(&new.individuals)).await?;
+    insert_individuals(conn, &new).await?;
+    picture::insert(conn, &new.pictures).await?;
+    if let Some(job) = &new.job {
+        job::insert(conn, job).await?;
+    }
+    let centre = match new.centre {
+        Some(id) => Some(individual::fetch(conn, id).await?),
+        None => None,
+    };
+    Ok(stored(new, index, centre))
+}
+
+async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<u64, StorageError> {
+    sqlx::query(
+        "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
+             recombination, curation, isotropic, homogeneous, saturation, created_ms)
+         SELECT ?1, ?2, coalesce((SELECT max(position) + 1 FROM generation WHERE lineage_id = ?2), 0),
+             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11
+         RETURNING position",
+    )
+    .bind(new.id.key())
+    .bind(new.lineage.key())
+    .bind(new.seed.0.cast_signed())
+    .bind(new.centre.as_ref().map(|id| id.key().to_vec()))
+    .bind(new.mutation)
+    .bind(new.recombination)
+    .bind(curation_word(new.curation))
+    .bind(new.constraints.isotropic)
+    .bind(new.constraints.homogeneous)
+    .bind(new.saturation)
+    .bind(new.created_ms)
+    .fetch_one(conn)
+    .await?
+    .whole("position")
+}
+
+async fn insert_parents(
+    conn: &mut SqliteConnection,
+    generation: GenerationId,
+    parents: &[ParentRef],
+) -> Result<(), StorageError> {
+    for (place, parent) in (0_i64..).zip(parents) {
+        let query = match parent {
+            ParentRef::Individual(id) => sqlx::query(
+                "INSERT INTO generation_parent (generation_id, place, genome_hash, individual_id)
+                 SELECT ?1, ?2, genome_hash, id FROM individual WHERE id = ?3",
+            )
+            .bind(generation.key())
+            .bind(place)
+            .bind(id.key()),
+            ParentRef::Genome(hash) => sqlx::query(
+                "INSERT INTO generation_parent (generation_id, place, genome_hash)
+                 VALUES (?1, ?2, ?3)",
+            )
+            .bind(generation.key())
+            .bind(place)
+            .bind(hash.as_bytes().as_slice()),
+        };
+        if query.execute(&mut *conn).await?.rows_affected() == 0 {
+            return Err(StorageError::NotFound);
+        }
+    }
+    Ok(())
+}
+
+async fn insert_individuals(
+    conn: &mut SqliteConnection,
+    new: &NewGeneration,
+) -> Result<(), StorageError> {
+    for chunk in new.individuals.chunks(CHUNK_ROWS) {
+        let mut query = QueryBuilder::<Sqlite>::new(
+            "INSERT INTO individual (id, lineage_id, generation_id, slot, genome_hash, operator,
+                                     attempts, twin) ",
+        );
+        query.push_values(chunk, |mut row, child| {
+            row.push_bind(child.id.key())
+                .push_bind(new.lineage.key())
+                .push_bind(new.id.key())
+                .push_bind(child.slot)
+                .push_bind(child.hash.as_bytes().as_slice())
+                .push_bind(child.operator)
+                .push_bind(child.attempts)
+                .push_bind(child.twin);
+        });
+        query.build().execute(&mut *conn).await?;
+    }
+    Ok(())
+}
+
+fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
+    let genome = |child: &NewIndividual| NewGenome {
+        hash: child.hash,
+        text: child.genome_text.clone(),
+        program_hash: child.program_hash,
+        live_instructions: child.live_instructions,
+    };
+    individuals.iter().map(genome).collect()
+}
+
+/// What reading the generation back would give, without the reading.
+fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> StoredGeneration {
+    let child = |child: NewIndividual| StoredIndividual {
+        id: child.id,
+        lineage: new.lineage,
+        generation: new.id,
+        hash: child.hash,
+        program_hash: child.program_hash,
+        slot: child.slot,
+        parents: new.parents.clone(),
+        operator: child.operator.to_owned(),
+        live_instructions: child.live_instructions,
+        attempts: child.attempts,
+        twin: child.twin,
+        favourite: false,
+        note: String::new(),
+        version: 1,
+    };
+    let mut individuals: Vec<_> = new.individuals.into_iter().map(child).collect();
+    individuals.sort_by_key(|child| child.slot);
+    StoredGeneration {
+        id: new.id,
+        lineage: new.lineage,
+        index,
+        seed: new.seed,
+        parents: new.parents,
+        centre,
+        mutation: new.mutation,
+        recombination: new.recombination,
+        curation: new.curation,
+        constraints: new.constraints,
+        saturation: new.saturation,
+        created_ms: new.created_ms,
+        individuals,
+    }
+}
+
+/// Generations from their rows, with parents, centres and children.
+async fn complete(
+    conn: &mut SqliteConnection,
+    rows: &[SqliteRow],
+) -> Result<Vec<StoredGeneration>, StorageError> {
+    let mut generations = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let mut parents = individual::parents(conn, generations.iter().map(|(one, _)| one.id)).await?;
+    let wanted = set(generations.iter().map(|(one, _)| one.id.key()));
+    let children = sqlx::query(CHILDREN).bind(wanted).fetch_all(&mut *conn).await?;
+    let children = individual::with_parents(conn, &children).await?;
+    let centres: Vec<_> = generations.iter().filter_map(|(_, centre)| *centre).collect();
+    let centres = individual::fetch_all(conn, &centres).await?;
+    for (generation, centre) in &mut generations {
+        generation.parents = parents.remove(&generation.id).unwrap_or_default();
+        generation.centre = centres.iter().find(|one| Some(one.id) == *centre).cloned();
+        // Children come sorted by generation and slot.
+        let start = children.partition_point(|child| child.generation < generation.id);
+        let own = children[start..].iter().take_while(|child| child.generation == generation.id);
+        generation.individuals = own.cloned().collect();
+    }
+    Ok(generations.into_iter().map(|(generation, _)| generation).collect())
+}
+
+/// A generation without its relations, and the id of its centre.
+fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), StorageError> {
+    let generation = StoredGeneration {
+        id: row.id("id")?,
+        lineage: row.id("lineage_id")?,
+        index: row.whole("position")?,
+        seed: Seed(row.integer("seed_bits")?.cast_unsigned()),
+        parents: Vec::new(),
+        centre: None,
+        mutation: row.single("mutation")?,
+        recombination: row.single("recombination")?,
+        curation: match row.text("curation")?.as_str() {
+            "off" => Curation::Off,
+            "distinct" => Curation::Distinct,
+            "diverse" => Curation::Diverse,
+            _ => return Err(damaged("curation")),
+        },
+        constraints: DialectConstraints {
+            isotropic: row.try_get("isotropic")?,
+            homogeneous: row.try_get("homogeneous")?,
+        },
+        saturation: row.try_get::<Option<f64>, _>("saturation")?.map(narrow),
+        created_ms: row.integer("created_ms")?,
+        individuals: Vec::new(),
+    };
+    Ok((generation, row.optional_id("centre_id")?))
+}
+
+fn curation_word(curation: Curation) -> &'static str {
+    match curation {
+        Curation::Off => "off",
+        Curation::Distinct => "distinct",
+        Curation::Diverse => "diverse",
+    }
+}

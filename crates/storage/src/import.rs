@@ -1,0 +1,60 @@
+//! Taking in a whole lineage at once. Owns the one transaction that makes an import all or nothing; refuses to know the
+//! form of lineage files.
+
+use brood_protocol::{IndividualId, Lineage, PatchIndividual};
+
+use crate::lineage::{self, NewLineage};
+use crate::row::Key;
+use crate::{
+    Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
+};
+
+/// A lineage to be taken in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewImport {
+    /// The lineage.
+    pub lineage: NewLineage,
+    /// Genomes of parents that are not among its individuals.
+    pub genomes: Vec<NewGenome>,
+    /// Its generations, oldest first.
+    pub generations: Vec<NewGeneration>,
+    /// Favourites and notes of its individuals.
+    pub marks: Vec<(IndividualId, PatchIndividual)>,
+    /// The answer to be remembered.
+    pub idempotency: Option<Idempotency>,
+}
+
+impl Store {
+    /// Stores a lineage with its whole history: all of it or nothing.
+    pub async fn import_lineage(&self, new: NewImport) -> Result<Lineage, StorageError> {
+        self.write(move |conn| {
+            Box::pin(async move {
+                if let Some(answer) = &new.idempotency {
+                    idempotency::insert(conn, answer, new.lineage.created_ms).await?;
+                }
+                lineage::insert(conn, &new.lineage).await?;
+                genome::insert(conn, &new.genomes).await?;
+                for one in new.generations {
+                    generation::insert(conn, one).await?;
+                }
+                for (id, mark) in new.marks {
+                    let done = sqlx::query(
+                        "UPDATE individual SET favourite = coalesce(?, favourite),
+                             note = coalesce(?, note)
+                         WHERE id = ?",
+                    )
+                    .bind(mark.favourite)
+                    .bind(mark.note)
+                    .bind(id.key())
+                    .execute(&mut *conn)
+                    .await?;
+                    if done.rows_affected() == 0 {
+                        return Err(StorageError::NotFound);
+                    }
+                }
+                lineage::fetch(conn, new.lineage.id).await
+            })
+        })
+        .await
+    }
+}

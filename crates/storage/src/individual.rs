@@ -1,0 +1,211 @@
+//! Individuals: reading them with their parents, marking favourites, notes. Owns the table `individual`; they are born
+//! in `generation`, and their relations are `family`'s.
+
+use std::collections::HashMap;
+use std::collections::HashSet;
+
+use brood_genome::GenomeHash;
+use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual};
+use sqlx::SqliteConnection;
+use sqlx::sqlite::SqliteRow;
+
+use crate::row::{Columns, Key, set, signed};
+use crate::{StorageError, Store};
+
+/// An individual as it is stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredIndividual {
+    /// Its id.
+    pub id: IndividualId,
+    /// Its lineage.
+    pub lineage: LineageId,
+    /// Its generation.
+    pub generation: GenerationId,
+    /// Its genome.
+    pub hash: GenomeHash,
+    /// The program that the genome lowered to when it was stored.
+    pub program_hash: [u8; 32],
+    /// Place in its brood.
+    pub slot: u32,
+    /// Its parents: by id, or by hash where they were given so or are gone.
+    pub parents: Vec<ParentRef>,
+    /// `random`, `mutate` or `recombine`.
+    pub operator: String,
+    /// Instructions that can change the result.
+    pub live_instructions: u32,
+    /// How often it was drawn.
+    pub attempts: u32,
+    /// No draw gave a program unlike its parents' and siblings'.
+    pub twin: bool,
+    /// Marked by a person.
+    pub favourite: bool,
+    /// A person's words.
+    pub note: String,
+    /// Counted up by each change.
+    pub version: u64,
+}
+
+/// A SELECT of all that [`read`] needs, followed by what is given.
+macro_rules! select_individual {
+    ($rest:literal) => {
+        concat!(
+            "SELECT individual.id, individual.lineage_id, individual.generation_id,
+                    individual.genome_hash, individual.slot, individual.operator,
+                    individual.attempts, individual.twin, individual.favourite, individual.note,
+                    individual.version, genome.program_hash, genome.live_instructions
+             FROM individual JOIN genome ON genome.hash = individual.genome_hash ",
+            $rest
+        )
+    };
+}
+pub(crate) use select_individual;
+
+const BY_IDS: &str =
+    select_individual!("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
+const FAVOURITES: &str = select_individual!(
+    "JOIN lineage ON lineage.id = individual.lineage_id
+     WHERE individual.favourite = 1 AND lineage.hidden = 0 AND (?1 IS NULL OR individual.id < ?1)
+     ORDER BY individual.id DESC LIMIT ?2"
+);
+
+impl Store {
+    /// One individual.
+    pub async fn individual(&self, id: IndividualId) -> Result<StoredIndividual, StorageError> {
+        fetch(&mut *self.snapshot().await?, id).await
+    }
+
+    /// Many individuals, in the order asked for; one that does not exist: [`StorageError::NotFound`].
+    pub async fn individuals(
+        &self,
+        ids: &[IndividualId],
+    ) -> Result<Vec<StoredIndividual>, StorageError> {
+        let mut conn = self.snapshot().await?;
+        let found = fetch_all(&mut conn, ids).await?;
+        let found: HashMap<_, _> = found.into_iter().map(|one| (one.id, one)).collect();
+        ids.iter().map(|id| found.get(id).cloned().ok_or(StorageError::NotFound)).collect()
+    }
+
+    /// Marks an individual or changes its note, if it still has the version that the caller has seen.
+    pub async fn patch_individual(
+        &self,
+        id: IndividualId,
+        expected_version: u64,
+        patch: PatchIndividual,
+    ) -> Result<StoredIndividual, StorageError> {
+        self.write(move |conn| {
+            Box::pin(async move {
+                let done = sqlx::query(
+                    "UPDATE individual SET favourite = coalesce(?, favourite),
+                         note = coalesce(?, note), version = version + 1
+                     WHERE id = ? AND version = ?",
+                )
+                .bind(patch.favourite)
+                .bind(patch.note)
+                .bind(id.key())
+                .bind(signed(expected_version))
+                .execute(&mut *conn)
+                .await?;
+                let individual = fetch(conn, id).await?;
+                if done.rows_affected() == 0 {
+                    return Err(StorageError::StaleVersion { current: individual.version });
+                }
+                Ok(individual)
+            })
+        })
+        .await
+    }
+
+    /// Favourites of lineages that are not hidden, youngest first, after the cursor.
+    pub async fn favourites(
+        &self,
+        cursor: Option<IndividualId>,
+        limit: u32,
+    ) -> Result<Vec<StoredIndividual>, StorageError> {
+        let mut conn = self.snapshot().await?;
+        let rows = sqlx::query(FAVOURITES)
+            .bind(cursor.map(|id| id.key().to_vec()))
+            .bind(limit)
+            .fetch_all(&mut *conn)
+            .await?;
+        with_parents(&mut conn, &rows).await
+    }
+}
+
+/// Reads one individual.
+pub(crate) async fn fetch(
+    conn: &mut SqliteConnection,
+    id: IndividualId,
+) -> Result<StoredIndividual, StorageError> {
+    fetch_all(conn, &[id]).await?.pop().ok_or(StorageError::NotFound)
+}
+
+/// Reads those individuals that exist, in any order.
+pub(crate) async fn fetch_all(
+    conn: &mut SqliteConnection,
+    ids: &[IndividualId],
+) -> Result<Vec<StoredIndividual>, StorageError> {
+    let wanted = set(ids.iter().map(Key::key));
+    let rows = sqlx::query(BY_IDS).bind(wanted).fetch_all(&mut *conn).await?;
+    with_parents(conn, &rows).await
+}
+
+/// Individuals from rows of `select_individual`, with the parents of their generations.
+pub(crate) async fn with_parents(
+    conn: &mut SqliteConnection,
+    rows: &[SqliteRow],
+) -> Result<Vec<StoredIndividual>, StorageError> {
+    let mut individuals = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let generations: HashSet<_> = individuals.iter().map(|one| one.generation).collect();
+    let parents = parents(conn, generations).await?;
+    for individual in &mut individuals {
+        if let Some(parents) = parents.get(&individual.generation) {
+            individual.parents.clone_from(parents);
+        }
+    }
+    Ok(individuals)
+}
+
+/// The parents of generations, in their places.
+pub(crate) async fn parents(
+    conn: &mut SqliteConnection,
+    generations: impl IntoIterator<Item = GenerationId>,
+) -> Result<HashMap<GenerationId, Vec<ParentRef>>, StorageError> {
+    let generations: Vec<_> = generations.into_iter().collect();
+    let rows = sqlx::query(
+        "SELECT generation_id, genome_hash, individual_id FROM generation_parent
+         WHERE generation_id IN (SELECT unhex(value) FROM json_each(?))
+         ORDER BY generation_id, place",
+    )
+    .bind(set(generations.iter().map(Key::key)))
+    .fetch_all(conn)
+    .await?;
+    let mut parents: HashMap<_, Vec<_>> = HashMap::new();
+    for row in rows {
+        let parent = match row.optional_id("individual_id")? {
+            Some(id) => ParentRef::Individual(id),
+            None => ParentRef::Genome(GenomeHash::from_bytes(row.hash("genome_hash")?)),
+        };
+        parents.entry(row.id("generation_id")?).or_default().push(parent);
+    }
+    Ok(parents)
+}
+
+/// An individual without its parents, which its generation has.
+fn read(row: &SqliteRow) -> Result<StoredIndividual, StorageError> {
+    Ok(StoredIndividual {
+        id: row.id("id")?,
+        lineage: row.id("lineage_id")?,
+        generation: row.id("generation_id")?,
+        hash: GenomeHash::from_bytes(row.hash("genome_hash")?),
+        program_hash: row.hash("program_hash")?,
+        slot: row.whole("slot")?,
+        parents: Vec::new(),
+        operator: row.text("operator")?,
+        live_instructions: row.whole("live_instructions")?,
+        attempts: row.whole("attempts")?,
+        twin: row.flag("twin")?,
+        favourite: row.flag("favourite")?,
+        note: row.text("note")?,
+        version: row.whole("version")?,
+    })
+}

@@ -1,0 +1,195 @@
+//! Lineages: making, listing, changing, hiding. Owns the table `lineage`; removing one for good is `purge`'s.
+
+use brood_genome::Dialect;
+use brood_protocol::{Lineage, LineageId, PatchLineage, SceneId};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{Row, SqliteConnection};
+
+use crate::idempotency::{self, Idempotency};
+use crate::row::{Columns, Key, damaged, signed};
+use crate::{StorageError, Store};
+
+/// A lineage to be stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewLineage {
+    /// Its id.
+    pub id: LineageId,
+    /// Its name.
+    pub name: String,
+    /// Free text.
+    pub notes: String,
+    /// The scene its thumbnails show.
+    pub scene: SceneId,
+    /// Side of its thumbnails in pixels.
+    pub thumbnail_px: u32,
+    /// What its genomes may use.
+    pub dialect: Dialect,
+    /// Colour matrix of random children.
+    pub saturation: f32,
+    /// When it was made, milliseconds since 1970.
+    pub created_ms: i64,
+}
+
+macro_rules! select {
+    ($rest:literal) => {
+        concat!(
+            "SELECT id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, created_ms,
+                    version,
+                    (SELECT count(*) FROM generation WHERE lineage_id = lineage.id) AS generations
+             FROM lineage ",
+            $rest
+        )
+    };
+}
+
+const BY_ID: &str = select!("WHERE id = ?");
+const NEWEST: &str = select!("WHERE (hidden = 0 OR ?1) ORDER BY created_ms DESC, id DESC LIMIT ?2");
+const NEWEST_AFTER: &str = select!(
+    "WHERE (hidden = 0 OR ?1) AND (created_ms, id) < (?3, ?4)
+     ORDER BY created_ms DESC, id DESC LIMIT ?2"
+);
+
+impl Store {
+    /// Stores a lineage. A scene that does not exist: [`StorageError::NotFound`].
+    pub async fn create_lineage(
+        &self,
+        new: NewLineage,
+        idempotency: Option<Idempotency>,
+    ) -> Result<Lineage, StorageError> {
+        self.write(move |conn| {
+            Box::pin(async move {
+                if let Some(answer) = &idempotency {
+                    idempotency::insert(conn, answer, new.created_ms).await?;
+                }
+                insert(conn, &new).await?;
+                fetch(conn, new.id).await
+            })
+        })
+        .await
+    }
+
+    /// Lineages, newest first, after the cursor; a cursor that is gone: [`StorageError::NotFound`].
+    pub async fn list_lineages(
+        &self,
+        cursor: Option<LineageId>,
+        limit: u32,
+        include_hidden: bool,
+    ) -> Result<Vec<Lineage>, StorageError> {
+        let mut conn = self.snapshot().await?;
+        let rows = match cursor {
+            None => {
+                sqlx::query(NEWEST).bind(include_hidden).bind(limit).fetch_all(&mut *conn).await
+            }
+            Some(id) => {
+                let created_ms: i64 =
+                    sqlx::query_scalar("SELECT created_ms FROM lineage WHERE id = ?")
+                        .bind(id.key())
+                        .fetch_one(&mut *conn)
+                        .await?;
+                let query = sqlx::query(NEWEST_AFTER).bind(include_hidden).bind(limit);
+                query.bind(created_ms).bind(id.key()).fetch_all(&mut *conn).await
+            }
+        }?;
+        rows.iter().map(read).collect()
+    }
+
+    /// A lineage, hidden or not.
+    pub async fn lineage(&self, id: LineageId) -> Result<Lineage, StorageError> {
+        fetch(&mut *self.reader().await?, id).await
+    }
+
+    /// Changes a lineage, if it still has the version that the caller has seen.
+    pub async fn patch_lineage(
+        &self,
+        id: LineageId,
+        expected_version: u64,
+        patch: PatchLineage,
+    ) -> Result<Lineage, StorageError> {
+        self.write(move |conn| {
+            Box::pin(async move {
+                let done = sqlx::query(
+                    "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
+                         scene_id = coalesce(?, scene_id), saturation = coalesce(?, saturation),
+                         version = version + 1
+                     WHERE id = ? AND version = ?",
+                )
+                .bind(patch.name)
+                .bind(patch.notes)
+                .bind(patch.scene.as_ref().map(|scene| scene.key().to_vec()))
+                .bind(patch.saturation)
+                .bind(id.key())
+                .bind(signed(expected_version))
+                .execute(&mut *conn)
+                .await?;
+                let lineage = fetch(conn, id).await?;
+                if done.rows_affected() == 0 {
+                    return Err(StorageError::StaleVersion { current: lineage.version });
+                }
+                Ok(lineage)
+            })
+        })
+        .await
+    }
+
+    /// Leaves a lineage out of lists. Everything stays, and its links keep working.
+    pub async fn hide_lineage(&self, id: LineageId) -> Result<(), StorageError> {
+        self.write(move |conn| {
+            Box::pin(async move {
+                let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?");
+                match query.bind(id.key()).execute(conn).await?.rows_affected() {
+                    0 => Err(StorageError::NotFound),
+                    _ => Ok(()),
+                }
+            })
+        })
+        .await
+    }
+}
+
+/// Stores a lineage.
+pub(crate) async fn insert(
+    conn: &mut SqliteConnection,
+    new: &NewLineage,
+) -> Result<(), StorageError> {
+    let dialect = serde_json::to_string(&new.dialect).expect("a dialect is words and numbers");
+    sqlx::query(
+        "INSERT INTO lineage
+             (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, created_ms)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+    )
+    .bind(new.id.key())
+    .bind(new.name.as_str())
+    .bind(new.notes.as_str())
+    .bind(new.scene.key())
+    .bind(new.thumbnail_px)
+    .bind(dialect)
+    .bind(new.saturation)
+    .bind(new.created_ms)
+    .execute(conn)
+    .await?;
+    Ok(())
+}
+
+/// Reads one lineage.
+pub(crate) async fn fetch(
+    conn: &mut SqliteConnection,
+    id: LineageId,
+) -> Result<Lineage, StorageError> {
+    read(&sqlx::query(BY_ID).bind(id.key()).fetch_one(conn).await?)
+}
+
+fn read(row: &SqliteRow) -> Result<Lineage, StorageError> {
+    let dialect: &str = row.try_get("dialect_json")?;
+    Ok(Lineage {
+        id: row.id("id")?,
+        name: row.text("name")?,
+        notes: row.text("notes")?,
+        scene: row.id("scene_id")?,
+        thumbnail_px: row.whole("thumbnail_px")?,
+        dialect: serde_json::from_str(dialect).map_err(|_| damaged("dialect_json"))?,
+        saturation: row.single("saturation")?,
+        generations: row.whole("generations")?,
+        created_ms: row.integer("created_ms")?,
+        version: row.whole("version")?,
+    })
+}

@@ -1,0 +1,140 @@
+//! Tests of the store through its public methods, on real files. Here: the facts that they share.
+
+mod access;
+mod content;
+mod durability;
+mod family;
+mod history;
+mod queue;
+mod removal;
+
+use brood_genome::{Dialect, GenomeHash};
+use brood_protocol::{
+    Backend, Curation, DialectConstraints, GenerationId, IndividualId, JobId, LineageId, ParentRef,
+    PictureFormat, PictureKey, SceneId, Seed,
+};
+use tempfile::TempDir;
+
+use crate::{
+    Idempotency, JobKind, NewGeneration, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
+    Store, StoredGeneration,
+};
+
+async fn open() -> (TempDir, Store) {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).await.unwrap();
+    (dir, store)
+}
+
+fn hash(text: &str) -> [u8; 32] {
+    *blake3::hash(text.as_bytes()).as_bytes()
+}
+
+fn genome(name: &str) -> GenomeHash {
+    GenomeHash::from_bytes(hash(name))
+}
+
+fn key(name: &str) -> PictureKey {
+    PictureKey(hash(name))
+}
+
+async fn scene(store: &Store) -> SceneId {
+    store.put_scene("{}", hash("{}"), 1).await.unwrap()
+}
+
+fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> NewLineage {
+    NewLineage {
+        id: LineageId::fresh(),
+        name: name.to_owned(),
+        notes: "seen at dusk".to_owned(),
+        scene,
+        thumbnail_px: 256,
+        dialect: Dialect { isotropic: true, ..Dialect::default() },
+        saturation: 0.1,
+        created_ms,
+    }
+}
+
+async fn lineage(store: &Store) -> LineageId {
+    let new = new_lineage("first", scene(store).await, 5);
+    store.create_lineage(new, None).await.unwrap().id
+}
+
+/// A child whose genome and program are told by their names.
+fn child(slot: u32, genome_name: &str) -> NewIndividual {
+    NewIndividual {
+        id: IndividualId::fresh(),
+        slot,
+        hash: genome(genome_name),
+        genome_text: format!("brood 1\n# {genome_name}\n"),
+        program_hash: hash(&format!("program of {genome_name}")),
+        operator: "mutate",
+        live_instructions: 41,
+        attempts: 2,
+        twin: false,
+    }
+}
+
+/// A generation of three, with genomes named after the given name.
+fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewGeneration {
+    NewGeneration {
+        id: GenerationId::fresh(),
+        lineage,
+        seed: Seed(u64::MAX - 7),
+        parents: parents.to_vec(),
+        centre: None,
+        mutation: 0.3,
+        recombination: 0.7,
+        curation: Curation::Distinct,
+        constraints: DialectConstraints { isotropic: Some(true), homogeneous: None },
+        saturation: Some(0.1),
+        created_ms: 1_700_000_000_123,
+        individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),
+        pictures: Vec::new(),
+        job: None,
+        idempotency: None,
+    }
+}
+
+async fn generation(
+    store: &Store,
+    lineage: LineageId,
+    parents: &[ParentRef],
+    name: &str,
+) -> StoredGeneration {
+    store.create_generation(new_generation(lineage, parents, name)).await.unwrap()
+}
+
+fn picture(name: &str, genome_name: &str, scene: SceneId) -> NewPicture {
+    NewPicture {
+        key: key(name),
+        genome_hash: genome(genome_name),
+        scene,
+        light_deg: 22.5,
+        size_px: 256,
+        samples: 4,
+        format: PictureFormat::Png,
+        backend: Backend::Auto,
+        renderer_version: 1,
+    }
+}
+
+fn job(queue: Queue) -> NewJob {
+    NewJob {
+        id: JobId::fresh(),
+        kind: JobKind::Render,
+        queue,
+        payload: b"pixels, please".to_vec(),
+        created_ms: 9,
+    }
+}
+
+fn idempotency(key: &str) -> Idempotency {
+    Idempotency {
+        key: key.to_owned(),
+        route: "POST /v1/lineages".to_owned(),
+        body_hash: hash("body"),
+        status: 201,
+        answer: b"made".to_vec(),
+    }
+}

@@ -1,0 +1,85 @@
+//! Genomes, scenes, meshes and picture keys: what is told by content.
+
+use std::collections::HashMap;
+
+use brood_protocol::{Backend, MeshId, PictureFormat};
+
+use super::{genome, hash, key, open, picture, scene};
+use crate::{MeshRow, NewMesh, StorageError};
+
+#[tokio::test]
+async fn genome_is_stored_once() {
+    let (_dir, store) = open().await;
+    for _ in 0..2 {
+        let text = "brood 1\n".to_owned();
+        store.put_genome(genome("a"), text, hash("p"), 3).await.unwrap();
+    }
+    store.put_genome(genome("b"), "brood 2\n".to_owned(), hash("p"), 4).await.unwrap();
+    assert_eq!(store.counts().await.unwrap().genomes, 2);
+    assert_eq!(store.genome_text(genome("a")).await.unwrap(), "brood 1\n");
+    let missing = store.genome_text(genome("c")).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
+    let texts = store.genome_texts(&[genome("b"), genome("c"), genome("a")]).await.unwrap();
+    let both = [(genome("a"), "brood 1\n".to_owned()), (genome("b"), "brood 2\n".to_owned())];
+    assert_eq!(texts, HashMap::from(both));
+    assert!(store.genome_texts(&[]).await.unwrap().is_empty());
+}
+
+#[tokio::test]
+async fn scene_keeps_its_id_when_stored_again() {
+    let (_dir, store) = open().await;
+    let first = store.put_scene("{\"a\":1}", hash("1"), 1).await.unwrap();
+    let other = store.put_scene("{\"a\":2}", hash("2"), 2).await.unwrap();
+    assert_eq!(store.put_scene("{\"a\":1}", hash("1"), 3).await.unwrap(), first);
+    assert_ne!(first, other);
+    assert_eq!(store.scene(other).await.unwrap(), "{\"a\":2}");
+}
+
+#[tokio::test]
+async fn mesh_keeps_its_id_when_stored_again() {
+    let (_dir, store) = open().await;
+    let new = NewMesh {
+        id: MeshId::fresh(),
+        content_hash: hash("cow"),
+        vertices: 3,
+        triangles: 1,
+        has_uv: true,
+        warnings_json: "[]".to_owned(),
+        data: vec![7; 100_000],
+    };
+    let id = store.put_mesh(new.clone()).await.unwrap();
+    assert_eq!(id, new.id);
+    let again = store.put_mesh(NewMesh { id: MeshId::fresh(), ..new.clone() }).await.unwrap();
+    assert_eq!(again, id);
+    let row = MeshRow {
+        id,
+        content_hash: new.content_hash,
+        vertices: 3,
+        triangles: 1,
+        has_uv: true,
+        warnings_json: "[]".to_owned(),
+    };
+    assert_eq!(store.mesh(id).await.unwrap(), row);
+    assert_eq!(store.mesh_data(hash("cow")).await.unwrap(), new.data);
+    assert!(matches!(store.mesh(MeshId::fresh()).await, Err(StorageError::NotFound)));
+    assert!(matches!(store.mesh_data(hash("pig")).await, Err(StorageError::NotFound)));
+}
+
+#[tokio::test]
+async fn picture_keys_stay_as_first_stored() {
+    let (_dir, store) = open().await;
+    let scene = scene(&store).await;
+    store.put_genome(genome("a"), String::new(), hash("p"), 1).await.unwrap();
+    let mut first = picture("1", "a", scene);
+    first.format = PictureFormat::Exr;
+    first.backend = Backend::Reference;
+    store.put_pictures(vec![first.clone()]).await.unwrap();
+    let mut changed = first.clone();
+    changed.size_px = 999;
+    store.put_pictures(vec![changed, picture("2", "a", scene)]).await.unwrap();
+    assert_eq!(store.picture(key("1")).await.unwrap(), first);
+    assert_eq!(store.picture(key("2")).await.unwrap(), picture("2", "a", scene));
+    assert!(matches!(store.picture(key("3")).await, Err(StorageError::NotFound)));
+    let unknown = store.put_pictures(vec![picture("3", "nobody", scene)]).await;
+    assert!(matches!(unknown, Err(StorageError::NotFound)), "{unknown:?}");
+}

@@ -1,0 +1,320 @@
+//! What survives, and who is kept out.
+
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::{ConnectOptions, Connection};
+use tempfile::TempDir;
+
+use super::{
+    generation, hash, job, key, lineage, new_generation, new_lineage, open, picture, scene,
+};
+use crate::{Queue, Scope, StorageError, Store, connection};
+
+/// The files as a killed process would leave them at this moment.
+fn image(dir: &Path) -> TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for name in ["brood.db", "brood.db-wal"] {
+        std::fs::copy(dir.join(name), copy.path().join(name)).unwrap();
+    }
+    copy
+}
+
+#[tokio::test]
+async fn acknowledged_writes_are_there_when_the_process_is_killed() {
+    let (dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let mut made = Vec::new();
+    for n in 0..5 {
+        let mut new = new_generation(lineage, &[], &n.to_string());
+        new.job = Some(job(Queue::Interactive));
+        new.pictures = vec![picture(&n.to_string(), &format!("{n} 0"), scene(&store).await)];
+        made.push(store.create_generation(new).await.unwrap());
+        let killed = image(dir.path());
+        let again = Store::open(killed.path()).await.unwrap();
+        assert_eq!(again.list_generations(lineage, None, 50).await.unwrap(), made);
+        assert_eq!(again.picture(key(&n.to_string())).await.unwrap().size_px, 256);
+        assert_eq!(again.counts().await.unwrap().jobs, n + 1);
+        again.close().await.unwrap();
+    }
+    store.claim("w").await.unwrap().unwrap();
+    let killed = image(dir.path());
+    let again = Store::open(killed.path()).await.unwrap();
+    assert_eq!(again.requeue_all_leased().await.unwrap(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn concurrent_births_are_all_acknowledged_and_all_there() {
+    let (dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let mut births = tokio::task::JoinSet::new();
+    for n in 0..100 {
+        let store = store.clone();
+        births.spawn(async move { generation(&store, lineage, &[], &n.to_string()).await });
+    }
+    let mut acknowledged = births.join_all().await;
+    acknowledged.sort_by_key(|one| one.index);
+    let indices: Vec<_> = acknowledged.iter().map(|one| one.index).collect();
+    assert_eq!(indices, (0..100).collect::<Vec<_>>());
+    let killed = image(dir.path());
+    let again = Store::open(killed.path()).await.unwrap();
+    assert_eq!(again.list_generations(lineage, None, 200).await.unwrap(), acknowledged);
+}
+
+#[tokio::test]
+async fn flood_is_answered_as_busy_and_nothing_acknowledged_is_lost() {
+    let (_dir, store) = open().await;
+    let mut flood = tokio::task::JoinSet::new();
+    for n in 0..1000 {
+        let store = store.clone();
+        flood.spawn(async move {
+            store.create_token(&n.to_string(), Scope::Read, hash(&n.to_string()), None).await
+        });
+    }
+    let answers = flood.join_all().await;
+    let acknowledged = answers.iter().filter(|answer| answer.is_ok()).count();
+    let busy = answers.iter().filter(|answer| matches!(answer, Err(StorageError::Busy))).count();
+    assert!(acknowledged >= 256 && busy > 0, "{acknowledged} done, {busy} busy");
+    assert_eq!(acknowledged + busy, 1000);
+    assert_eq!(store.list_tokens().await.unwrap().len(), acknowledged);
+}
+
+#[tokio::test]
+async fn refused_operation_leaves_its_group_alone() {
+    let (_dir, store) = open().await;
+    let scene = scene(&store).await;
+    let good = new_lineage("good", scene, 1);
+    let (first, refused, last) = tokio::join!(
+        store.create_lineage(good.clone(), None),
+        store.create_lineage(good.clone(), None),
+        store.create_lineage(new_lineage("also", scene, 2), None),
+    );
+    assert!(first.is_ok() && last.is_ok(), "{first:?} {last:?}");
+    assert!(matches!(refused, Err(StorageError::Conflict { .. })), "{refused:?}");
+    assert_eq!(store.counts().await.unwrap().lineages, 2);
+}
+
+#[tokio::test]
+async fn second_server_is_kept_out_until_the_first_is_closed() {
+    let (dir, store) = open().await;
+    let second = Store::open(dir.path()).await;
+    assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
+    let clone = store.clone();
+    store.close().await.unwrap();
+    let late = clone.create_token("t", Scope::Read, hash("t"), None).await;
+    assert!(matches!(late, Err(StorageError::Closed)), "{late:?}");
+    let late = clone.any_token().await;
+    assert!(matches!(late, Err(StorageError::Closed)), "{late:?}");
+    assert!(matches!(clone.close().await, Err(StorageError::Closed)));
+    assert!(!dir.path().join("brood.db-wal").exists());
+    Store::open(dir.path()).await.unwrap().close().await.unwrap();
+}
+
+#[tokio::test]
+async fn directory_is_free_when_all_clones_are_dropped() {
+    let (dir, store) = open().await;
+    store.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
+    drop(store);
+    let mut tries = 0;
+    let store = loop {
+        match Store::open(dir.path()).await {
+            Ok(store) => break store,
+            Err(StorageError::Locked) if tries < 500 => tries += 1,
+            Err(error) => panic!("{error:?}"),
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    };
+    assert!(store.any_token().await.unwrap());
+}
+
+#[tokio::test]
+async fn command_works_beside_a_running_server() {
+    let (dir, server) = open().await;
+    let command = Store::open_beside(dir.path()).await.unwrap();
+    command.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
+    assert!(server.any_token().await.unwrap());
+    lineage(&server).await;
+    assert_eq!(command.counts().await.unwrap().lineages, 1);
+    command.close().await.unwrap();
+    server.create_token("u", Scope::Read, hash("u"), None).await.unwrap();
+    server.close().await.unwrap();
+
+    let alone = Store::open_beside(dir.path()).await.unwrap();
+    assert_eq!(alone.list_tokens().await.unwrap().len(), 2);
+    assert!(matches!(Store::open(dir.path()).await, Err(StorageError::Locked)));
+}
+
+#[tokio::test]
+async fn backup_is_a_store_of_its_own() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let made = generation(&store, lineage, &[], "a").await;
+    let copy = tempfile::tempdir().unwrap();
+    let file = copy.path().join("brood.db");
+    store.backup(&file).await.unwrap();
+    generation(&store, lineage, &[], "b").await;
+    let again = Store::open(copy.path()).await.unwrap();
+    assert_eq!(again.list_generations(lineage, None, 9).await.unwrap(), [made]);
+    let taken = store.backup(&file).await;
+    assert!(matches!(taken, Err(StorageError::Conflict { .. })), "{taken:?}");
+    let nowhere = store.backup(&copy.path().join("no/such/folder")).await;
+    assert!(matches!(nowhere, Err(StorageError::Directory(_))), "{nowhere:?}");
+}
+
+#[tokio::test]
+async fn full_disk_refuses_writes_and_recovers() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let made = generation(&store, lineage, &[], "a").await;
+    limit_pages(&store, "PRAGMA max_page_count = 1").await;
+    let mut big = new_generation(lineage, &[], "b");
+    big.individuals[0].genome_text = "x".repeat(1 << 20);
+    let refused = store.create_generation(big.clone()).await;
+    assert!(matches!(refused, Err(StorageError::Full)), "{refused:?}");
+    assert_eq!(store.list_generations(lineage, None, 9).await.unwrap(), [made]);
+    assert!(!store.is_poisoned());
+    limit_pages(&store, "PRAGMA max_page_count = 1000000").await;
+    assert_eq!(store.create_generation(big).await.unwrap().index, 1);
+}
+
+async fn limit_pages(store: &Store, sql: &'static str) {
+    store
+        .write(move |conn| {
+            Box::pin(async move {
+                sqlx::query(sql).execute(conn).await?;
+                Ok(())
+            })
+        })
+        .await
+        .unwrap();
+}
+
+#[tokio::test]
+async fn store_takes_no_more_writes_when_the_disk_has_failed() {
+    let (dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let failed: Result<(), _> = store
+        .write(|_| {
+            let error = std::io::Error::other("fsync");
+            Box::pin(async move { Err(StorageError::Database(sqlx::Error::Io(error))) })
+        })
+        .await;
+    assert!(matches!(failed, Err(StorageError::Poisoned)), "{failed:?}");
+    assert!(store.is_poisoned());
+    let late = store.create_generation(new_generation(lineage, &[], "a")).await;
+    assert!(matches!(late, Err(StorageError::Poisoned)), "{late:?}");
+    assert_eq!(store.lineage(lineage).await.unwrap().generations, 0);
+    assert!(matches!(store.close().await, Err(StorageError::Poisoned)));
+    let killed = image(dir.path());
+    let again = Store::open(killed.path()).await.unwrap();
+    assert_eq!(again.lineage(lineage).await.unwrap().id, lineage);
+}
+
+#[tokio::test]
+async fn store_takes_no_more_writes_when_a_transaction_is_lost() {
+    let (_dir, store) = open().await;
+    let lost = store
+        .write(|conn| {
+            Box::pin(async move {
+                sqlx::query("ROLLBACK").execute(conn).await?;
+                Ok(())
+            })
+        })
+        .await;
+    assert!(matches!(lost, Err(StorageError::Poisoned)), "{lost:?}");
+}
+
+#[tokio::test]
+async fn store_takes_no_more_writes_when_an_operation_panics() {
+    let (_dir, store) = open().await;
+    let bug: Result<(), _> = store.write(|_| Box::pin(async { panic!("a bug") })).await;
+    assert!(matches!(bug, Err(StorageError::Poisoned)), "{bug:?}");
+    let late = store.create_token("t", Scope::Read, hash("t"), None).await;
+    assert!(matches!(late, Err(StorageError::Poisoned)), "{late:?}");
+}
+
+#[tokio::test]
+async fn relaxed_commits_do_not_loosen_later_facts() {
+    let (_dir, store) = open().await;
+    store.enqueue(job(Queue::Interactive), 9).await.unwrap();
+    let level = |store: Store| async move {
+        store
+            .write(|conn| {
+                Box::pin(async move {
+                    Ok(sqlx::query_scalar::<_, i64>("PRAGMA synchronous").fetch_one(conn).await?)
+                })
+            })
+            .await
+            .unwrap()
+    };
+    assert_eq!(level(store.clone()).await, 2);
+    store.claim("w").await.unwrap().unwrap();
+    assert_eq!(level(store.clone()).await, 2);
+}
+
+#[tokio::test]
+async fn log_does_not_grow_without_end() {
+    let (dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    for n in 0..300 {
+        let mut new = new_generation(lineage, &[], &n.to_string());
+        new.individuals[0].genome_text.push_str(&"#".repeat(50_000));
+        store.create_generation(new).await.unwrap();
+    }
+    let log_bytes = std::fs::metadata(dir.path().join("brood.db-wal")).unwrap().len();
+    assert!(log_bytes < 10_000_000, "{log_bytes}");
+}
+
+#[tokio::test]
+async fn readers_cannot_write() {
+    let (_dir, store) = open().await;
+    let mut conn = store.reader().await.unwrap();
+    let refused = sqlx::query("DELETE FROM token").execute(&mut *conn).await;
+    assert!(refused.is_err(), "{refused:?}");
+}
+
+#[tokio::test]
+async fn damage_is_told_when_the_last_end_was_unclean() {
+    let (dir, store) = open().await;
+    let killed = image(dir.path());
+    drop(store);
+    // A row that refers to nothing can only come from outside: SQLite refuses to write it.
+    let options = connection::writing(&killed.path().join("brood.db"), false).foreign_keys(false);
+    let mut conn = options.connect().await.unwrap();
+    sqlx::query(
+        "INSERT INTO individual (id, lineage_id, generation_id, slot, genome_hash, operator,
+                                 attempts, twin)
+         VALUES (randomblob(16), randomblob(16), randomblob(16), 0, randomblob(32), 'x', 1, 0)",
+    )
+    .execute(&mut conn)
+    .await
+    .unwrap();
+    let damaged = image(killed.path());
+    conn.close().await.unwrap();
+    let opened = Store::open(damaged.path()).await;
+    assert!(matches!(opened, Err(StorageError::Corrupt(_))), "{opened:?}");
+}
+
+#[tokio::test]
+async fn file_is_refused_when_it_is_not_ours() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(
+        dir.path().join("brood.db"),
+        "This is a letter, and no database at all. ".repeat(200),
+    )
+    .unwrap();
+    let opened = Store::open(dir.path()).await;
+    assert!(matches!(opened, Err(StorageError::Corrupt(_))), "{opened:?}");
+
+    let (dir, store) = open().await;
+    store.close().await.unwrap();
+    let options = connection::writing(&dir.path().join("brood.db"), false);
+    let mut conn = options.connect().await.unwrap();
+    let sql =
+        "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+               VALUES (9999, 'from the future', 1, x'00', 0)";
+    sqlx::query(sql).execute(&mut conn).await.unwrap();
+    conn.close().await.unwrap();
+    let opened = Store::open(dir.path()).await;
+    assert!(matches!(opened, Err(StorageError::Unsupported(_))), "{opened:?}");
+}

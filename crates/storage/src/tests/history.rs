@@ -1,0 +1,209 @@
+//! Lineages, generations and individuals.
+
+use brood_protocol::{
+    GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual, PatchLineage, SceneId,
+};
+
+use super::{
+    generation, genome, hash, idempotency, job, key, lineage, new_generation, new_lineage, open,
+    picture, scene,
+};
+use crate::{NewImport, Queue, StorageError};
+
+#[tokio::test]
+async fn lineage_is_read_back_as_written() {
+    let (_dir, store) = open().await;
+    let new = new_lineage("'; DROP TABLE lineage; --", scene(&store).await, 5);
+    let made = store.create_lineage(new.clone(), None).await.unwrap();
+    assert_eq!((made.id, made.name, made.notes), (new.id, new.name.clone(), new.notes.clone()));
+    assert_eq!((made.scene, made.dialect, made.saturation), (new.scene, new.dialect, 0.1));
+    assert_eq!((made.thumbnail_px, made.created_ms), (256, 5));
+    assert_eq!((made.generations, made.version), (0, 1));
+    generation(&store, new.id, &[], "g").await;
+    assert_eq!(store.lineage(new.id).await.unwrap().generations, 1);
+
+    let taken = store.create_lineage(new, None).await;
+    assert!(matches!(taken, Err(StorageError::Conflict { .. })), "{taken:?}");
+    let nowhere = store.create_lineage(new_lineage("x", SceneId::fresh(), 5), None).await;
+    assert!(matches!(nowhere, Err(StorageError::NotFound)), "{nowhere:?}");
+    assert!(matches!(store.lineage(LineageId::fresh()).await, Err(StorageError::NotFound)));
+}
+
+#[tokio::test]
+async fn lineage_is_not_changed_when_the_version_is_stale() {
+    let (_dir, store) = open().await;
+    let id = lineage(&store).await;
+    let patch = PatchLineage { name: Some("second".to_owned()), ..PatchLineage::default() };
+    let changed = store.patch_lineage(id, 1, patch.clone()).await.unwrap();
+    assert_eq!((changed.name.as_str(), changed.notes.as_str()), ("second", "seen at dusk"));
+    assert_eq!(changed.version, 2);
+    let patch = PatchLineage { name: Some("third".to_owned()), ..patch };
+    let stale = store.patch_lineage(id, 1, patch.clone()).await;
+    assert!(matches!(stale, Err(StorageError::StaleVersion { current: 2 })), "{stale:?}");
+    assert_eq!(store.lineage(id).await.unwrap(), changed);
+    let nobody = store.patch_lineage(LineageId::fresh(), 1, patch).await;
+    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let patch = PatchLineage { scene: Some(SceneId::fresh()), ..PatchLineage::default() };
+    let nowhere = store.patch_lineage(id, 2, patch).await;
+    assert!(matches!(nowhere, Err(StorageError::NotFound)), "{nowhere:?}");
+}
+
+#[tokio::test]
+async fn lineages_are_paged_without_loss_when_made_in_one_millisecond() {
+    let (_dir, store) = open().await;
+    let scene = scene(&store).await;
+    let mut ids = Vec::new();
+    for created_ms in [7, 7, 7, 7, 3, 7, 9] {
+        let new = new_lineage("l", scene, created_ms);
+        ids.push((created_ms, new.id));
+        store.create_lineage(new, None).await.unwrap();
+    }
+    let hidden = ids.remove(2).1;
+    store.hide_lineage(hidden).await.unwrap();
+    ids.sort_unstable();
+    ids.reverse();
+    let mut seen = Vec::new();
+    let mut cursor = None;
+    loop {
+        let page = store.list_lineages(cursor, 2, false).await.unwrap();
+        let Some(last) = page.last() else { break };
+        cursor = Some(last.id);
+        seen.extend(page.iter().map(|one| (one.created_ms, one.id)));
+    }
+    assert_eq!(seen, ids);
+    assert_eq!(store.list_lineages(None, 50, true).await.unwrap().len(), 7);
+    assert_eq!(store.lineage(hidden).await.unwrap().id, hidden);
+    let gone = store.list_lineages(Some(LineageId::fresh()), 2, false).await;
+    assert!(matches!(gone, Err(StorageError::NotFound)), "{gone:?}");
+}
+
+#[tokio::test]
+async fn generation_is_read_back_as_written() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let first = generation(&store, lineage, &[], "a").await;
+    assert_eq!((first.index, first.centre.as_ref()), (0, None));
+    let parents =
+        [ParentRef::Individual(first.individuals[1].id), ParentRef::Genome(genome("a 2"))];
+    let mut new = new_generation(lineage, &parents, "b");
+    new.centre = Some(first.individuals[1].id);
+    new.individuals.reverse();
+    new.pictures = vec![picture("b0", "b 0", scene(&store).await)];
+    new.job = Some(job(Queue::Interactive));
+    let made = store.create_generation(new.clone()).await.unwrap();
+    assert_eq!((made.index, made.seed, made.parents.as_slice()), (1, new.seed, parents.as_slice()));
+    assert_eq!(made.centre.as_ref(), Some(&first.individuals[1]));
+    assert_eq!((made.mutation, made.recombination, made.saturation), (0.3, 0.7, Some(0.1)));
+    assert_eq!((made.curation, made.constraints), (new.curation, new.constraints));
+    assert_eq!(made.individuals.iter().map(|one| one.slot).collect::<Vec<_>>(), [0, 1, 2]);
+    assert_eq!(made.individuals[0].program_hash, hash("program of b 0"));
+    assert_eq!(made.individuals[0].parents, parents);
+    assert_eq!(store.generation(new.id).await.unwrap(), made);
+    assert_eq!(store.individual(made.individuals[2].id).await.unwrap(), made.individuals[2]);
+    assert_eq!(store.picture(key("b0")).await.unwrap(), new.pictures[0]);
+    assert_eq!(store.claim("w").await.unwrap().unwrap().id, new.job.unwrap().id);
+    assert!(matches!(store.generation(GenerationId::fresh()).await, Err(StorageError::NotFound)));
+}
+
+#[tokio::test]
+async fn generation_leaves_nothing_behind_when_a_part_of_it_is_refused() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let parent = ParentRef::Individual(IndividualId::fresh());
+    let mut orphans = vec![new_generation(LineageId::fresh(), &[], "x")];
+    orphans.push(new_generation(lineage, &[parent], "x"));
+    orphans.push(new_generation(lineage, &[], "x"));
+    orphans[2].centre = Some(IndividualId::fresh());
+    orphans.push(new_generation(lineage, &[], "x"));
+    orphans[3].pictures = vec![picture("p", "nobody", scene(&store).await)];
+    for mut orphan in orphans {
+        orphan.job = Some(job(Queue::Interactive));
+        let refused = store.create_generation(orphan).await;
+        assert!(matches!(refused, Err(StorageError::NotFound)), "{refused:?}");
+    }
+    let mut doubled = new_generation(lineage, &[], "x");
+    doubled.individuals[1].slot = 0;
+    let refused = store.create_generation(doubled).await;
+    assert!(matches!(refused, Err(StorageError::Conflict { .. })), "{refused:?}");
+    let counts = store.counts().await.unwrap();
+    assert_eq!((counts.generations, counts.individuals, counts.genomes), (0, 0, 0));
+    assert_eq!((counts.jobs, counts.pictures), (0, 0));
+}
+
+#[tokio::test]
+async fn generations_are_listed_oldest_first() {
+    let (_dir, store) = open().await;
+    let (one, two) = (lineage(&store).await, lineage(&store).await);
+    let mut made = Vec::new();
+    for n in 0..5 {
+        made.push(generation(&store, one, &[], &format!("g{n}")).await);
+    }
+    generation(&store, two, &[], "other").await;
+    assert_eq!(store.list_generations(one, None, 50).await.unwrap(), made);
+    assert_eq!(store.list_generations(one, Some(1), 2).await.unwrap(), made[2..4]);
+    assert!(store.list_generations(one, Some(4), 2).await.unwrap().is_empty());
+    let nobody = store.list_generations(LineageId::fresh(), None, 2).await;
+    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+}
+
+#[tokio::test]
+async fn individuals_come_in_the_order_asked_for() {
+    let (_dir, store) = open().await;
+    let made = generation(&store, lineage(&store).await, &[], "a").await.individuals;
+    let ids = [made[2].id, made[0].id, made[2].id];
+    let found = store.individuals(&ids).await.unwrap();
+    assert_eq!(found, [made[2].clone(), made[0].clone(), made[2].clone()]);
+    let unknown = store.individuals(&[made[0].id, IndividualId::fresh()]).await;
+    assert!(matches!(unknown, Err(StorageError::NotFound)), "{unknown:?}");
+}
+
+#[tokio::test]
+async fn favourites_are_paged_youngest_first_and_leave_hidden_lineages_out() {
+    let (_dir, store) = open().await;
+    let (shown, hidden) = (lineage(&store).await, lineage(&store).await);
+    let mark = PatchIndividual { favourite: Some(true), note: None };
+    let mut marked = Vec::new();
+    for (lineage, name) in [(shown, "a"), (hidden, "b"), (shown, "c")] {
+        for one in generation(&store, lineage, &[], name).await.individuals {
+            let one = store.patch_individual(one.id, 1, mark.clone()).await.unwrap();
+            assert!(one.favourite && one.version == 2, "{one:?}");
+            marked.extend((lineage == shown).then_some(one));
+        }
+    }
+    store.hide_lineage(hidden).await.unwrap();
+    let note = PatchIndividual { favourite: Some(false), note: Some("dull".to_owned()) };
+    let stale = store.patch_individual(marked[0].id, 1, note.clone()).await;
+    assert!(matches!(stale, Err(StorageError::StaleVersion { current: 2 })), "{stale:?}");
+    let unmarked = store.patch_individual(marked[0].id, 2, note).await.unwrap();
+    assert_eq!((unmarked.favourite, unmarked.note.as_str()), (false, "dull"));
+    marked.remove(0);
+    marked.reverse();
+    let first = store.favourites(None, 3).await.unwrap();
+    let rest = store.favourites(Some(first[2].id), 3).await.unwrap();
+    assert_eq!([first, rest].concat(), marked);
+}
+
+#[tokio::test]
+async fn import_is_all_or_nothing() {
+    let (_dir, store) = open().await;
+    let lineage = new_lineage("brought", scene(&store).await, 8);
+    let first = new_generation(lineage.id, &[], "a");
+    let parent = first.individuals[0].id;
+    let second = new_generation(lineage.id, &[ParentRef::Individual(parent)], "b");
+    let mark = PatchIndividual { favourite: Some(true), note: None };
+    let mut import = NewImport {
+        lineage,
+        genomes: Vec::new(),
+        generations: vec![first, second],
+        marks: vec![(IndividualId::fresh(), mark.clone())],
+        idempotency: Some(idempotency("k")),
+    };
+    let refused = store.import_lineage(import.clone()).await;
+    assert!(matches!(refused, Err(StorageError::NotFound)), "{refused:?}");
+    let counts = store.counts().await.unwrap();
+    assert_eq!((counts.lineages, counts.genomes, counts.idempotency), (0, 0, 0));
+    import.marks = vec![(parent, mark)];
+    let made = store.import_lineage(import).await.unwrap();
+    assert_eq!((made.generations, made.name.as_str()), (2, "brought"));
+    assert_eq!(store.favourites(None, 5).await.unwrap()[0].id, parent);
+}

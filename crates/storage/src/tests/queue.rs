@@ -1,0 +1,136 @@
+//! The work queue.
+
+use super::{job, open};
+use crate::{JobState, Queue, StorageError, Store};
+
+const NO_LIMIT: u64 = 1000;
+
+async fn enqueue(store: &Store, queue: Queue) -> brood_protocol::JobId {
+    let job = job(queue);
+    let id = job.id;
+    store.enqueue(job, NO_LIMIT).await.unwrap();
+    id
+}
+
+#[tokio::test]
+async fn job_goes_from_queue_to_worker_to_nowhere() {
+    let (_dir, store) = open().await;
+    assert_eq!(store.claim("w").await.unwrap(), None);
+    let id = enqueue(&store, Queue::Interactive).await;
+    let claimed = store.claim("w").await.unwrap().unwrap();
+    assert_eq!((claimed.id, claimed.epoch), (id, 1));
+    assert_eq!(claimed.payload, b"pixels, please");
+    assert_eq!(store.claim("x").await.unwrap(), None);
+    let row = store.job(id).await.unwrap();
+    assert_eq!((row.state, row.worker.as_deref(), row.epoch), (JobState::Leased, Some("w"), 1));
+    store.complete(id, 1).await.unwrap();
+    assert!(matches!(store.job(id).await, Err(StorageError::NotFound)));
+    let twice = store.complete(id, 1).await;
+    assert!(matches!(twice, Err(StorageError::Conflict { .. })), "{twice:?}");
+}
+
+#[tokio::test]
+async fn stale_epoch_changes_nothing() {
+    let (_dir, store) = open().await;
+    let id = enqueue(&store, Queue::Interactive).await;
+    let first = store.claim("slow").await.unwrap().unwrap();
+    assert_eq!(store.release(id, first.epoch, true).await.unwrap(), JobState::Queued);
+    let unleased = store.complete(id, first.epoch).await;
+    assert!(matches!(unleased, Err(StorageError::Conflict { .. })), "{unleased:?}");
+    let second = store.claim("fast").await.unwrap().unwrap();
+    assert_eq!((second.id, second.epoch), (id, 2));
+    let before = store.job(id).await.unwrap();
+    for late in [
+        store.complete(id, 1).await,
+        store.fail(id, 1, "late").await,
+        store.release(id, 1, true).await.map(drop),
+        store.complete(id, 3).await,
+    ] {
+        assert!(matches!(late, Err(StorageError::Conflict { .. })), "{late:?}");
+    }
+    assert_eq!(store.job(id).await.unwrap(), before);
+    store.complete(id, 2).await.unwrap();
+}
+
+#[tokio::test]
+async fn job_is_dead_when_three_workers_died_of_it() {
+    let (_dir, store) = open().await;
+    let id = enqueue(&store, Queue::Interactive).await;
+    let mut states = Vec::new();
+    for died in [true, false, false, true, true] {
+        let epoch = store.claim("w").await.unwrap().unwrap().epoch;
+        states.push(store.release(id, epoch, died).await.unwrap());
+    }
+    use JobState::{Dead, Queued};
+    assert_eq!(states, [Queued, Queued, Queued, Queued, Dead]);
+    let row = store.job(id).await.unwrap();
+    assert_eq!((row.deaths, row.reason.as_deref()), (3, Some("worker_lost")));
+    assert_eq!(store.claim("w").await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn failed_job_is_kept_with_its_reason() {
+    let (_dir, store) = open().await;
+    let id = enqueue(&store, Queue::Batch).await;
+    let epoch = store.claim("w").await.unwrap().unwrap().epoch;
+    store.fail(id, epoch, "no such mesh").await.unwrap();
+    let row = store.job(id).await.unwrap();
+    assert_eq!((row.state, row.reason.as_deref()), (JobState::Failed, Some("no such mesh")));
+    for _ in 0..105 {
+        let id = enqueue(&store, Queue::Batch).await;
+        store.claim("w").await.unwrap().unwrap();
+        store.fail(id, 1, "again").await.unwrap();
+    }
+    assert_eq!(store.queue_depth().await.unwrap().of(Queue::Batch, JobState::Failed), 100);
+    assert!(matches!(store.job(id).await, Err(StorageError::NotFound)));
+}
+
+#[tokio::test]
+async fn batch_is_served_now_and_then_when_people_keep_coming() {
+    let (_dir, store) = open().await;
+    for _ in 0..20 {
+        enqueue(&store, Queue::Interactive).await;
+    }
+    let batch = [enqueue(&store, Queue::Batch).await, enqueue(&store, Queue::Batch).await];
+    let mut turns = Vec::new();
+    let mut interactive = Vec::new();
+    for n in 1..=22 {
+        let id = store.claim("w").await.unwrap().unwrap().id;
+        if batch.contains(&id) {
+            turns.push(n);
+        } else {
+            interactive.push(id);
+        }
+    }
+    assert_eq!(turns, [8, 16]);
+    assert!(interactive.is_sorted());
+    assert_eq!(store.claim("w").await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn queue_is_bounded_each_for_itself() {
+    let (_dir, store) = open().await;
+    store.enqueue(job(Queue::Batch), 2).await.unwrap();
+    store.enqueue(job(Queue::Batch), 2).await.unwrap();
+    let full = store.enqueue(job(Queue::Batch), 2).await;
+    assert!(matches!(full, Err(StorageError::QueueFull)), "{full:?}");
+    store.enqueue(job(Queue::Interactive), 2).await.unwrap();
+    store.claim("w").await.unwrap().unwrap();
+    let depth = store.queue_depth().await.unwrap();
+    let all: Vec<_> = depth.iter().collect();
+    let expected = [(Queue::Interactive, JobState::Leased, 1), (Queue::Batch, JobState::Queued, 2)];
+    assert_eq!(all, expected);
+    assert_eq!(depth.of(Queue::Batch, JobState::Leased), 0);
+}
+
+#[tokio::test]
+async fn leased_jobs_are_requeued_at_start() {
+    let (_dir, store) = open().await;
+    let id = enqueue(&store, Queue::Interactive).await;
+    enqueue(&store, Queue::Interactive).await;
+    store.claim("w").await.unwrap().unwrap();
+    assert_eq!(store.requeue_all_leased().await.unwrap(), 1);
+    let row = store.job(id).await.unwrap();
+    assert_eq!((row.state, row.deaths, row.worker), (JobState::Queued, 0, None));
+    assert_eq!(store.claim("w").await.unwrap().unwrap().epoch, 2);
+}

@@ -1,0 +1,208 @@
+/**
+ * The server's routes as functions. Owns headers, retries and the reading of problems; knows nothing of the page's state.
+ *
+ * @import { Generation, Individual, Knobs, Lineage, MeshAnswer, Problem, Scene, SystemAnswer } from "./types.js"
+ */
+
+const TRIES = 5;
+
+/** An answer that was not a success, or none at all (status 0). */
+export class ProblemError extends Error {
+  /** @param {Problem} problem */
+  constructor(problem) {
+    super(problem.detail || problem.title);
+    /** @type {Problem} */
+    this.problem = problem;
+  }
+}
+
+/** Asks the person for a token; answers whether there is a new one. @type {() => Promise<boolean>} */
+let askForToken = async () => false;
+
+/** @param {() => Promise<boolean>} ask */
+export function setTokenAsker(ask) {
+  askForToken = ask;
+}
+
+/**
+ * @param {unknown} error
+ * @returns {Problem}
+ */
+export function problemOf(error) {
+  if (error instanceof ProblemError) return error.problem;
+  return { title: "The page failed", status: 0, detail: error instanceof Error ? error.message : String(error) };
+}
+
+/** @param {number} ms */
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+/**
+ * @param {Response} response
+ * @returns {Promise<Problem>}
+ */
+async function readProblem(response) {
+  const fallback = { title: response.statusText || "Refused", status: response.status, detail: "" };
+  try {
+    return { ...fallback, ...(await response.json()) };
+  } catch {
+    return { ...fallback, detail: `The server answered ${response.status} without words.` };
+  }
+}
+
+/**
+ * One request, sent again where that is safe: a POST carries one Idempotency-Key through all its tries.
+ * @param {string} method
+ * @param {string} path
+ * @param {{json?: unknown, body?: Blob, type?: string, version?: number, asks?: boolean}} [options]
+ * @returns {Promise<any>}
+ */
+async function request(method, path, options = {}) {
+  /** @type {Record<string, string>} */
+  const headers = { Accept: "application/json, application/problem+json" };
+  if (method === "POST") headers["Idempotency-Key"] = newKey();
+  if (options.version !== undefined) headers["If-Match"] = `"${options.version}"`;
+  if (options.type) headers["Content-Type"] = options.type;
+  else if (options.json !== undefined) headers["Content-Type"] = "application/json";
+  const body = options.body ?? (options.json === undefined ? undefined : JSON.stringify(options.json));
+  for (let tried = 1; ; tried += 1) {
+    let response;
+    try {
+      response = await fetch(path, { method, headers, body, credentials: "same-origin" });
+    } catch {
+      if (tried < TRIES) {
+        await pause(250 * 2 ** tried);
+        continue;
+      }
+      throw new ProblemError({
+        title: "The server cannot be reached",
+        status: 0,
+        detail: "Nothing is lost; try again when it is back.",
+      });
+    }
+    if (response.ok) return response.status === 204 ? null : response.json();
+    if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
+    const later = response.status === 503 || response.status === 429 || (response.status === 409 && method === "POST");
+    if (later && tried < TRIES) {
+      const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
+      await pause(Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried);
+      continue;
+    }
+    throw new ProblemError(await readProblem(response));
+  }
+}
+
+/** crypto.randomUUID exists only in secure contexts; a page served by address over plain HTTP has none. */
+function newKey() {
+  if (globalThis.isSecureContext) return crypto.randomUUID();
+  return [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/**
+ * Reads a list to its end.
+ * @param {string} path
+ * @returns {Promise<any[]>}
+ */
+async function readAll(path) {
+  const items = [];
+  let cursor = null;
+  do {
+    const query = cursor ? `?limit=200&cursor=${encodeURIComponent(cursor)}` : "?limit=200";
+    const answer = await request("GET", path + query);
+    items.push(...answer.items);
+    cursor = answer.next;
+  } while (cursor);
+  return items;
+}
+
+/**
+ * Changes a thing by its version, once more with the present version where someone else was faster.
+ * @param {string} path
+ * @param {number} version
+ * @param {unknown} json
+ */
+async function patch(path, version, json) {
+  try {
+    return await request("PATCH", path, { json, version });
+  } catch (error) {
+    if (problemOf(error).status !== 412) throw error;
+    const present = await request("GET", path);
+    return request("PATCH", path, { json, version: present.version });
+  }
+}
+
+/** @returns {Promise<SystemAnswer>} */
+export const getSystem = () => request("GET", "/v1/system");
+
+/** @param {string} token */
+export const makeSession = (token) => request("POST", "/v1/session", { json: { token }, asks: false });
+
+export const endSession = () => request("DELETE", "/v1/session", { asks: false });
+
+/** @returns {Promise<Lineage[]>} */
+export const listLineages = () => readAll("/v1/lineages");
+
+/** @param {string} id @returns {Promise<Lineage>} */
+export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
+
+/** @param {{name: string, scene?: string, thumbnail_px: number, saturation: number}} json @returns {Promise<Lineage>} */
+export const createLineage = (json) => request("POST", "/v1/lineages", { json });
+
+/**
+ * @param {Lineage} of
+ * @param {{name?: string, scene?: string, saturation?: number}} json
+ * @returns {Promise<Lineage>}
+ */
+export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.version, json);
+
+/** @param {Lineage} of */
+export async function hideLineage(of) {
+  const path = `/v1/lineages/${of.id}`;
+  const present = await request("GET", path);
+  return request("DELETE", path, { version: present.version });
+}
+
+/** @param {string} lineageId @returns {Promise<Generation[]>} */
+export const listGenerations = (lineageId) => readAll(`/v1/lineages/${lineageId}/generations`);
+
+/** @param {string} id @returns {Promise<Generation>} */
+export const getGeneration = (id) => request("GET", `/v1/generations/${id}`);
+
+/**
+ * @param {string} lineageId
+ * @param {string[]} parents
+ * @param {Knobs} knobs
+ * @param {number} count
+ * @returns {Promise<Generation>}
+ */
+export const breed = (lineageId, parents, knobs, count) =>
+  request("POST", `/v1/lineages/${lineageId}/generations`, {
+    json: {
+      parents,
+      count,
+      mutation: knobs.mutation,
+      recombination: knobs.recombination,
+      saturation: knobs.saturation,
+      constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
+    },
+  });
+
+/** @param {Individual} of @param {{favourite?: boolean, note?: string}} json @returns {Promise<Individual>} */
+export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, of.version, json);
+
+/** @param {string} id @returns {Promise<Scene>} */
+export const getScene = (id) => request("GET", `/v1/scenes/${id}`);
+
+/** @param {Scene} scene @returns {Promise<Scene>} */
+export function createScene(scene) {
+  const { id: _, ...json } = scene;
+  return request("POST", "/v1/scenes", { json });
+}
+
+/** @param {Blob} file @returns {Promise<MeshAnswer>} */
+export const createMesh = (file) => request("POST", "/v1/meshes", { body: file, type: "model/obj" });
+
+/** @param {string} id @param {string} sceneId @param {number} size */
+export const pictureUrl = (id, sceneId, size) => `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}`;
+
+/** @param {string} lineageId */
+export const eventsUrl = (lineageId) => `/v1/lineages/${lineageId}/events`;

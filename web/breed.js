@@ -1,0 +1,125 @@
+/**
+ * Breeding and what a person does to single individuals: pick, mate, re-roll, start afresh, favourite, note. Owns who the
+ * parents are; knows nothing of hands, keys and drawing.
+ *
+ * @import { Cell, Individual, Place, Problem } from "./types.js"
+ */
+import * as api from "./api.js";
+import { holdBack } from "./events.js";
+import { guarded, putBred, setFirstBreeder, show } from "./lineage.js";
+import { startClock } from "./pictures.js";
+import { sceneSettled } from "./scene.js";
+import {
+  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, knobs, large, lineage, mate, tell,
+} from "./state.js";
+
+/**
+ * Where a refused brood is told: at the knob that the server names, else at the frames.
+ * @param {Problem} problem
+ * @returns {Place}
+ */
+function placeOf(problem) {
+  const knob = problem.pointer?.split("/")[1];
+  return knob === "mutation" || knob === "recombination" || knob === "saturation" ? knob : "stage";
+}
+
+/**
+ * Makes a brood of these parents and shows it. One at a time: a second click while one is made is not a second brood.
+ * @param {string[]} parents ids; none for a random start
+ */
+export async function breed(parents) {
+  const of = lineage.value;
+  if (!of || breeding.value) return;
+  breeding.value = true;
+  startClock();
+  forget("stage", "mutation", "recombination", "saturation");
+  const work = (async () => {
+    await sceneSettled();
+    const made = await api.breed(of.id, parents, knobs.value, FRAMES);
+    if (lineage.value?.id !== of.id) return;
+    putBred(made);
+    await show(made.id, "visit");
+  })();
+  holdBack(work);
+  try {
+    await work;
+  } catch (error) {
+    const problem = api.problemOf(error);
+    tell(placeOf(problem), { problem, retry: () => void breed(parents) });
+  } finally {
+    breeding.value = false;
+  }
+}
+
+setFirstBreeder(() => breed([]));
+
+/**
+ * Breeds from a frame: with the mate where one is marked, else by mutation alone.
+ * @param {Cell} cell
+ */
+export async function pick(cell) {
+  const chosen = individualIn(cell);
+  if (!chosen) return;
+  const other = mate.value;
+  await breed(other && other.id !== chosen.id ? [chosen.id, other.id] : [chosen.id]);
+}
+
+/** Marks the individual in a frame as the mate, or takes the mark away. @param {Cell} cell */
+export function toggleMate(cell) {
+  const chosen = individualIn(cell);
+  if (!chosen) return;
+  mate.value = mate.value?.id === chosen.id ? null : chosen;
+  announcement.value = mate.value
+    ? `${nameOf(cell)} is the mate. Choose the other parent, or press Escape.`
+    : "No mate is marked.";
+}
+
+export function cancelMate() {
+  if (!mate.value) return;
+  mate.value = null;
+  announcement.value = "No mate is marked.";
+}
+
+/** The same parents once more, with a new seed. */
+export const reroll = () => breed(generation.value?.parents ?? []);
+
+/** A random brood. */
+export const afresh = () => breed([]);
+
+/** @param {Cell} cell */
+export const nameOf = (cell) => (cell === "centre" ? "The centre" : `Frame ${cell + 1}`);
+
+/** @param {Cell} cell */
+export async function toggleFavourite(cell) {
+  const chosen = individualIn(cell);
+  if (chosen) await setFavourite(chosen, !chosen.favourite, nameOf(cell));
+}
+
+/** @param {Individual} of @param {boolean} favourite @param {string} name */
+export async function setFavourite(of, favourite, name) {
+  await guarded("stage", async () => {
+    const changed = await api.patchIndividual(of, { favourite });
+    changeIndividual(of.id, { favourite: changed.favourite, version: changed.version });
+    announcement.value = `${name} is ${changed.favourite ? "a" : "no longer a"} favourite.`;
+  });
+}
+
+/** @param {string} note */
+export async function setNote(note) {
+  const of = large.value;
+  if (!of || of.note === note) return;
+  await guarded("centre", async () => {
+    const changed = await api.patchIndividual(of, { note });
+    changeIndividual(of.id, { note: changed.note, version: changed.version });
+  });
+}
+
+/** Keeps the saturation as the lineage's own, for random starts and for the next visit. @param {number} saturation */
+export async function keepSaturation(saturation) {
+  await guarded("saturation", async () => {
+    await sceneSettled();
+    const of = lineage.value;
+    if (!of || of.saturation === saturation) return;
+    lineage.value = await api.patchLineage(of, { saturation });
+  });
+}

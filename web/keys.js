@@ -1,0 +1,76 @@
+/**
+ * The keyboard: moving over the frames, and the same deeds as by hand. Owns which key does what; knows nothing of drawing
+ * beyond the frame that is to have the focus.
+ *
+ * @import { Cell } from "./types.js"
+ */
+import { pick, toggleFavourite, toggleMate } from "./breed.js";
+import { cellOf, letGo } from "./hands.js";
+import { redo, undo } from "./lineage.js";
+import { focused } from "./state.js";
+
+/** Row and column of the frames by slot: row by row around the 4 x 4 centre. */
+export const PLACES = [...Array(36).keys()]
+  .map((at) => /** @type {[number, number]} */ ([Math.floor(at / 6), at % 6]))
+  .filter(([row, column]) => row % 5 === 0 || column % 5 === 0);
+
+/** Where the cursor entered the centre, so that leaving it goes straight on. @type {[number, number]} */
+let cursor = [1, 1];
+
+/** @type {Record<string, [number, number]>} */
+const STEPS = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+
+/**
+ * The neighbour of a cell; the cell itself at the rim.
+ * @param {Cell} from
+ * @param {[number, number]} by rows and columns
+ * @returns {Cell}
+ */
+export function neighbour(from, [rows, columns]) {
+  let [row, column] = from === "centre" ? cursor : PLACES[from];
+  do {
+    row += rows;
+    column += columns;
+  } while (from === "centre" && inCentre(row, column));
+  if (row < 0 || row > 5 || column < 0 || column > 5) return from;
+  cursor = [row, column];
+  return inCentre(row, column) ? "centre" : PLACES.findIndex((place) => place[0] === row && place[1] === column);
+}
+
+/** @param {number} row @param {number} column */
+const inCentre = (row, column) => row > 0 && row < 5 && column > 0 && column < 5;
+
+/** @param {Cell} cell */
+function focus(cell) {
+  focused.value = cell;
+  const found = document.querySelector(`[data-cell="${cell}"]`);
+  if (found instanceof HTMLElement) found.focus();
+}
+
+/** @param {KeyboardEvent} event */
+export function keyOnFrames(event) {
+  const cell = cellOf(event.target);
+  const inside = event.target instanceof HTMLElement && event.target.dataset.cell === undefined;
+  if (cell === null || inside || event.ctrlKey || event.metaKey || event.altKey) return;
+  const step = STEPS[event.key];
+  if (step) focus(neighbour(cell, step));
+  else if (event.key === "Home") focus(0);
+  else if (event.key === "End") focus(19);
+  else if (event.key === "Enter" || event.key === " ") void pick(cell);
+  else if (event.key.toLowerCase() === "m") toggleMate(cell);
+  else if (event.key.toLowerCase() === "f") void toggleFavourite(cell);
+  else return;
+  event.preventDefault();
+}
+
+/** @param {KeyboardEvent} event */
+export function keyAnywhere(event) {
+  if (event.key === "Escape") letGo();
+  const typing = event.target instanceof HTMLInputElement && event.target.type === "text";
+  if (!(event.ctrlKey || event.metaKey) || typing || event.target instanceof HTMLTextAreaElement) return;
+  const key = event.key.toLowerCase();
+  if (key === "z") void (event.shiftKey ? redo() : undo());
+  else if (key === "y") void redo();
+  else return;
+  event.preventDefault();
+}

@@ -1,0 +1,227 @@
+/**
+ * Opening, making, renaming and hiding lineages, and showing their generations. Owns the road from an address to a shown
+ * generation; knows nothing of breeding or drawing.
+ *
+ * @import { Lineage, Trail } from "./types.js"
+ */
+import { batch, effect } from "./vendor/signals-core.js";
+import * as api from "./api.js";
+import * as events from "./events.js";
+import { redoTarget, step, undoTarget } from "./history.js";
+import { keep, recall } from "./memory.js";
+import { ready, unready } from "./pictures.js";
+import * as route from "./route.js";
+import {
+  DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, mate,
+  putGenerations, scene, shown, system, tell, trail,
+} from "./state.js";
+
+/** The scene that a generation's picture addresses were read for. @type {Map<string, string>} */
+const readFor = new Map();
+/** The newest wish wins over answers that come late. */
+let wish = 0;
+
+/** @param {() => Promise<void>} work @param {import("./types.js").Place} place */
+export async function guarded(place, work) {
+  try {
+    forget(place);
+    await work();
+  } catch (error) {
+    tell(place, { problem: api.problemOf(error), retry: () => void guarded(place, work) });
+  }
+}
+
+/** Restores what the address says; without one, the newest lineage; without any, a new one. */
+export async function start() {
+  await guarded("stage", async () => {
+    const wanted = route.parse(location.hash);
+    [system.value, lineages.value] = await Promise.all([api.getSystem(), api.listLineages()]);
+    if (wanted.lineage) return open(wanted.lineage, wanted.generation);
+    const newest = lineages.value.toSorted((a, b) => b.created_ms - a.created_ms)[0];
+    return newest ? open(newest.id, null) : create("first");
+  });
+}
+
+/** @param {string} name */
+export async function create(name) {
+  const made = await api.createLineage({ name, thumbnail_px: 256, saturation: DEFAULT_SATURATION });
+  lineages.value = [...lineages.value, made];
+  await open(made.id, null);
+}
+
+/** Breeds the first brood of an empty lineage; put here by the breeding module, which depends on this one. */
+let breedFirst = async () => {};
+
+/** @param {() => Promise<void>} breed */
+export function setFirstBreeder(breed) {
+  breedFirst = breed;
+}
+
+/**
+ * @param {string} id
+ * @param {string|null} wanted a generation; the newest where null
+ */
+export async function open(id, wanted) {
+  const mine = ++wish;
+  unready();
+  const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
+  const its = await api.getScene(of.scene);
+  if (mine !== wish) return;
+  const newest = all.at(-1);
+  const target = all.find((one) => one.id === wanted) ?? newest ?? null;
+  readFor.clear();
+  for (const one of all) readFor.set(one.id, of.scene);
+  batch(() => {
+    lineage.value = of;
+    scene.value = its;
+    generations.value = new Map(all.map((one) => [one.id, one]));
+    shown.value = null;
+    mate.value = null;
+    trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), sessionStorage);
+    knobs.value = recall(`knobs.${id}`, {
+      mutation: target?.mutation ?? 0.3,
+      recombination: target?.recombination ?? 0.5,
+      isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
+      homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
+      saturation: target?.saturation ?? of.saturation,
+    });
+    lineagesOpen.value = false;
+  });
+  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync });
+  forget("stage");
+  if (wanted && target?.id !== wanted) {
+    tell("stage", {
+      problem: { title: "Not in this lineage", status: 404, detail: "The link names a generation that this lineage does not have; the newest is shown." },
+    });
+  }
+  if (target) await show(target.id, "visit");
+  else await breedFirst();
+}
+
+/**
+ * Shows a generation of the open lineage.
+ * @param {string} id
+ * @param {"visit"|"undo"|"redo"} how
+ */
+export async function show(id, how) {
+  const mine = ++wish;
+  const of = lineage.value;
+  if (!of || shown.value === id) return;
+  if (readFor.get(id) !== of.scene) await readGeneration(id, of.scene);
+  if (mine !== wish) return;
+  unready();
+  batch(() => {
+    trail.value = step(trail.value, shown.value, id, how);
+    shown.value = id;
+    mate.value = null;
+  });
+  keep(`trail.${of.id}`, trail.value, sessionStorage);
+  route.write(of.id, id);
+}
+
+export const undo = () => move("undo", undoTarget(trail.value, descent.value, shown.value));
+export const redo = () => move("redo", redoTarget(trail.value, descent.value, shown.value));
+
+/** @param {"undo"|"redo"|"visit"} how @param {string|null} target */
+async function move(how, target) {
+  if (target) await guarded("stage", () => show(target, how));
+}
+
+/** @param {string} id */
+export const visit = (id) => move("visit", id);
+
+/** Follows an address that was typed, or the browser's own back and forward. */
+export async function follow() {
+  const wanted = route.parse(location.hash);
+  if (!wanted.lineage) return;
+  await guarded("stage", async () => {
+    if (wanted.lineage !== lineage.value?.id) return open(/** @type {string} */ (wanted.lineage), wanted.generation);
+    const id = wanted.generation;
+    if (!id || id === shown.value) return;
+    if (id === undoTarget(trail.value, descent.value, shown.value)) return show(id, "undo");
+    if (id === redoTarget(trail.value, descent.value, shown.value)) return show(id, "redo");
+    return show(id, "visit");
+  });
+}
+
+/**
+ * @param {string} id
+ * @param {string} sceneId
+ */
+async function readGeneration(id, sceneId) {
+  const read = await api.getGeneration(id);
+  if (read.lineage !== lineage.value?.id) throw new api.ProblemError({ title: "Not in this lineage", status: 404, detail: "That generation belongs to another lineage." });
+  readFor.set(id, sceneId);
+  putGenerations([read]);
+}
+
+/** Reads the shown generation's picture addresses anew, after the scene has changed. */
+export async function rereadShown() {
+  const of = lineage.value;
+  if (of && shown.value) await readGeneration(shown.value, of.scene);
+}
+
+/**
+ * Takes in a generation that was just bred here.
+ * @param {import("./types.js").Generation} made
+ */
+export function putBred(made) {
+  if (made.lineage !== lineage.value?.id) return;
+  readFor.set(made.id, lineage.value.scene);
+  putGenerations([made]);
+}
+
+/** A generation bred elsewhere: it joins the strip and is not shown unasked. @param {string} id */
+async function adopt(id) {
+  if (lineage.value) await guarded("stage", () => readGeneration(id, lineage.value?.scene ?? ""));
+}
+
+/** The listener was too slow for the server's events: everything is read again, what is shown stays. */
+async function resync() {
+  const of = lineage.value;
+  if (!of) return;
+  await guarded("stage", async () => {
+    const [present, all] = await Promise.all([api.getLineage(of.id), api.listGenerations(of.id)]);
+    if (lineage.value?.id !== of.id) return;
+    const its = present.scene === scene.value?.id ? scene.value : await api.getScene(present.scene);
+    for (const one of all) readFor.set(one.id, present.scene);
+    batch(() => {
+      lineage.value = present;
+      scene.value = its;
+      putGenerations(all);
+    });
+  });
+}
+
+/** @param {Lineage} of @param {string} name */
+export async function rename(of, name) {
+  const changed = await api.patchLineage(of, { name });
+  lineages.value = lineages.value.map((one) => (one.id === changed.id ? changed : one));
+  if (lineage.value?.id === changed.id) lineage.value = changed;
+}
+
+/** @param {Lineage} of */
+export async function hide(of) {
+  await api.hideLineage(of);
+  lineages.value = lineages.value.filter((one) => one.id !== of.id);
+  if (lineage.value?.id !== of.id) return;
+  const next = lineages.value.at(-1);
+  await (next ? open(next.id, null) : create("first"));
+}
+
+/** Keeps the knobs of the open lineage and the title of the window, and asks who draws until that is known. */
+export function watchLineage() {
+  effect(() => {
+    if (ready.value === null || !system.peek() || system.peek()?.backend) return;
+    void guarded("stage", async () => {
+      system.value = await api.getSystem();
+    });
+  });
+  effect(() => {
+    if (lineage.value) keep(`knobs.${lineage.value.id}`, knobs.value);
+  });
+  effect(() => {
+    const name = lineage.value?.name;
+    document.title = name ? `${name} · generation ${generation.value?.index ?? "-"} · brood` : "brood";
+  });
+}

@@ -1,0 +1,37 @@
+/**
+ * Starts the page: draws it from the state whenever the state changes, and connects hands, keys, files, events and address.
+ * Owns the order of starting and nothing else.
+ */
+import { effect } from "./vendor/signals-core.js";
+import { render } from "./vendor/preact.js";
+import { restWhileHidden } from "./events.js";
+import { listenToFiles } from "./files.js";
+import { html } from "./html.js";
+import { keyAnywhere } from "./keys.js";
+import { follow, start, watchLineage } from "./lineage.js";
+import { keep, recall } from "./memory.js";
+import { watchReady } from "./pictures.js";
+import { recallMeshes } from "./scene.js";
+import { greySurround } from "./state.js";
+import { askOnce } from "./token.js";
+import { App } from "./view/app.js";
+
+const root = document.getElementById("app");
+if (!root) throw new Error("index.html has no #app");
+
+greySurround.value = recall("grey", false);
+recallMeshes();
+askOnce();
+// One synchronous pass over the whole tree: every signal that is read while drawing is tracked, with no second library.
+effect(() => render(html`<${App} />`, root));
+effect(() => {
+  document.body.dataset.surround = greySurround.value ? "grey" : "dark";
+  keep("grey", greySurround.value);
+});
+watchLineage();
+watchReady();
+restWhileHidden();
+listenToFiles();
+addEventListener("hashchange", () => void follow());
+addEventListener("keydown", keyAnywhere);
+void start();

@@ -1,0 +1,103 @@
+/**
+ * Changes of the scene: object, rotation, scale, exposure, and OBJ files. Owns the order of changes (one at a time, none
+ * lost); knows nothing of hands and drawing.
+ *
+ * @import { Place, Scene } from "./types.js"
+ */
+import { batch } from "./vendor/signals-core.js";
+import * as api from "./api.js";
+import { guarded, rereadShown } from "./lineage.js";
+import { keep, recall } from "./memory.js";
+import { startClock, unready } from "./pictures.js";
+import { announcement, forget, knobsOpen, lineage, meshes, scene, sceneBusy, tell, wished, wishedScene } from "./state.js";
+
+/** Objects that the server makes by code. */
+export const BUILT_IN = ["sphere", "torus", "cube", "knob"];
+
+/** The server's limit, said before 32 MiB are sent in vain. */
+const OBJ_BYTES = 32 * 1024 * 1024;
+
+/** @type {Promise<unknown>} */
+let queue = Promise.resolve();
+let waiting = 0;
+
+/** Resolves when no change of the scene is on its way. */
+export const sceneSettled = () => queue;
+
+/**
+ * Changes the scene of the open lineage; its pictures follow.
+ * @param {Place} place where a refusal is told
+ * @param {(present: Scene) => Partial<Scene>} change
+ * @returns {Promise<void>}
+ */
+export function changeScene(place, change) {
+  const left = wishedScene.value;
+  const of = lineage.value;
+  if (!left || !of) return Promise.resolve();
+  const changes = change(left);
+  waiting += 1;
+  wished.value = { ...wished.value, ...changes };
+  sceneBusy.value = true;
+  unready();
+  startClock();
+  const work = queue.then(() => guarded(place, () => apply(of.id, changes)));
+  queue = work.finally(() => {
+    waiting -= 1;
+    if (waiting > 0) return;
+    wished.value = null;
+    sceneBusy.value = false;
+  });
+  return work;
+}
+
+/** @param {string} lineageId @param {Partial<Scene>} changes */
+async function apply(lineageId, changes) {
+  const of = lineage.value;
+  const present = scene.value;
+  if (!of || !present || of.id !== lineageId) return;
+  const next = await api.createScene({ ...present, ...changes });
+  if (next.id === present.id) return;
+  const changed = await api.patchLineage(of, { scene: next.id });
+  if (lineage.value?.id !== of.id) return;
+  batch(() => {
+    lineage.value = changed;
+    scene.value = next;
+  });
+  await rereadShown();
+}
+
+/** @param {string} mesh */
+export async function chooseObject(mesh) {
+  if (mesh === wishedScene.value?.mesh) return;
+  await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1 }));
+}
+
+/** @param {"auto"|number} exposure */
+export const setExposure = (exposure) => changeScene("film", (present) => ({ film: { ...present.film, exposure } }));
+
+/**
+ * Reads an OBJ file, shows what was odd about it, and breeds on it from now on.
+ * @param {File} file
+ */
+export async function uploadObj(file) {
+  forget("object");
+  knobsOpen.value = true;
+  if (file.size > OBJ_BYTES) {
+    tell("object", {
+      problem: { title: "The file is too large", status: 413, detail: `${file.name} has ${(file.size / 2 ** 20).toFixed(1)} MiB; an OBJ may have 32 MiB.` },
+    });
+    return;
+  }
+  announcement.value = `Reading ${file.name}.`;
+  await guarded("object", async () => {
+    const answer = await api.createMesh(file);
+    meshes.value = [...meshes.value.filter((one) => one.answer.id !== answer.id), { name: file.name, answer }].slice(-20);
+    keep("meshes", meshes.value);
+    announcement.value = `${file.name}: ${answer.triangles} triangles, ${answer.warnings.length} warnings.`;
+    await chooseObject(answer.id);
+  });
+}
+
+export function recallMeshes() {
+  meshes.value = recall("meshes", meshes.value);
+}

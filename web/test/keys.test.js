@@ -1,0 +1,36 @@
+/** Moving over the frames with the arrow keys, and the address. */
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { neighbour, PLACES } from "../keys.js";
+import { format, parse } from "../route.js";
+
+const UP = [-1, 0];
+const DOWN = [1, 0];
+const LEFT = [0, -1];
+const RIGHT = [0, 1];
+
+test("slots go row by row around the centre", () => {
+  assert.equal(PLACES.length, 20);
+  assert.deepEqual([PLACES[5], PLACES[6], PLACES[7], PLACES[13], PLACES[14]], [[0, 5], [1, 0], [1, 5], [4, 5], [5, 0]]);
+});
+
+test("arrows go straight through the centre in the row or column where they entered", () => {
+  assert.equal(neighbour(2, DOWN), "centre");
+  assert.equal(neighbour("centre", DOWN), 16);
+  assert.equal(neighbour(10, RIGHT), "centre");
+  assert.equal(neighbour("centre", RIGHT), 11);
+  assert.equal(neighbour(3, DOWN), "centre");
+  assert.equal(neighbour("centre", UP), 3);
+});
+
+test("arrows stay at the rim", () => {
+  assert.equal(neighbour(0, UP), 0);
+  assert.equal(neighbour(0, LEFT), 0);
+  assert.equal(neighbour(0, RIGHT), 1);
+});
+
+test("an address comes back as it was written", () => {
+  assert.deepEqual(parse(format("a-1", "b-2")), { lineage: "a-1", generation: "b-2" });
+  assert.deepEqual(parse(format("a-1", null)), { lineage: "a-1", generation: null });
+  assert.deepEqual(parse(""), { lineage: null, generation: null });
+});

@@ -1,0 +1,56 @@
+/**
+ * Shapes of what the server says and of what the page keeps. Owns no code; knows nothing of how it is fetched or drawn.
+ *
+ * @typedef {{id: string, hash: string, slot: number, parents: string[], operator: string, live_instructions: number,
+ *   thumbnail: string, favourite: boolean, note: string, twin?: boolean, version: number}} Individual
+ *
+ * @typedef {{isotropic?: boolean, homogeneous?: boolean}} Constraints
+ *
+ * @typedef {{id: string, lineage: string, index: number, seed: string, parents: string[], centre: Individual|null,
+ *   mutation: number, recombination: number, curation: string, constraints?: Constraints, saturation?: number,
+ *   individuals: Individual[], created_ms: number}} Generation
+ *
+ * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,
+ *   isotropic?: boolean, homogeneous?: boolean}} Dialect
+ *
+ * @typedef {{id: string, name: string, notes: string, scene: string, thumbnail_px: number, dialect: Dialect,
+ *   saturation: number, generations: number, created_ms: number, version: number}} Lineage
+ *
+ * @typedef {[number, number, number]} Vec3
+ *
+ * @typedef {{orbit_deg?: [number, number], distance?: number|null, fov_y_deg?: number, eye?: Vec3, target?: Vec3,
+ *   up?: Vec3, orthographic?: number}} Camera
+ *
+ * @typedef {{exposure: "auto"|number, tone: string}} Film
+ *
+ * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film}} Scene
+ *   A scene carries more than these fields; what the page does not know it hands back unchanged.
+ *
+ * @typedef {{line: number, text: string}} MeshWarning
+ *
+ * @typedef {{id: string, vertices: number, triangles: number, has_uv: boolean, warnings: MeshWarning[]}} MeshAnswer
+ *
+ * @typedef {{version: string, backend: {name: string, adapter: string, exact: boolean, reason: string}|null}} SystemAnswer
+ *
+ * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
+ *   column?: number}} Problem
+ *
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"film"|"lineages"|"centre"} Place
+ *   Where on the page a problem is told.
+ *
+ * @typedef {{problem: Problem, retry?: () => void}} Trouble
+ *
+ * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean, saturation: number}} Knobs
+ *
+ * @typedef {{past: string[], future: string[]}} Trail
+ *   Generations seen before the one shown, and those that undo left behind; nearest last.
+ *
+ * @typedef {number|"centre"} Cell
+ *   Slot 0 to 19 of the frames around, or the centre.
+ *
+ * @typedef {{rotation: number[], scale: number, kind: "rotate"|"scale"}} Turning
+ *   An object being moved by hand: its whole rotation as a row-major 3 x 3 matrix, and its whole scale.
+ *
+ * @typedef {{name: string, answer: MeshAnswer}} UploadedMesh
+ */
+export {};

@@ -1,0 +1,36 @@
+/**
+ * The page as a whole: bar, panes, stage, strip, and what lies over them. Owns the arrangement; each part draws itself.
+ */
+import { html } from "../html.js";
+import { announcement, detailsOpen, fileOver, knobsOpen } from "../state.js";
+import { Bar } from "./bar.js";
+import { Details } from "./details.js";
+import { Frames } from "./frames.js";
+import { Knobs } from "./knobs.js";
+import { Lineages } from "./lineages.js";
+import { Strip } from "./strip.js";
+import { TokenQuestion } from "./token_question.js";
+import { Trouble } from "./trouble.js";
+
+export function App() {
+  return html`
+    <${Bar} />
+    <div class="middle">
+      ${knobsOpen.value && html`<${Knobs} />`}
+      <main class="stage" aria-label="Brood">
+        <${Frames} />
+        <${Trouble} place="stage" />
+        <p class="hint">
+          <span class="mouse">left click breeds · right click picks a mate · dragging the centre turns, the wheel scales</span>
+          <span class="touch">a tap breeds · a long press picks a mate · dragging the centre turns, pinching scales</span>
+        </p>
+      </main>
+      ${detailsOpen.value && html`<${Details} />`}
+    </div>
+    <${Strip} />
+    <${Lineages} />
+    <${TokenQuestion} />
+    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop the OBJ to breed on it</p></div>`}
+    <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>
+  `;
+}

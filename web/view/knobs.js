@@ -1,0 +1,154 @@
+/**
+ * The left pane: breeding, object, film, view. Owns the controls and their words; what they change is done elsewhere.
+ *
+ * @import { Place } from "../types.js"
+ */
+import { keepSaturation } from "../breed.js";
+import { takeFiles } from "../files.js";
+import { html } from "../html.js";
+import { BUILT_IN, chooseObject, setExposure } from "../scene.js";
+import { signal } from "../vendor/signals-core.js";
+import { forget, greySurround, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
+import { Trouble } from "./trouble.js";
+
+/** An exposure being dragged, before it is let go. @type {import("../vendor/signals-core.js").Signal<number|null>} */
+const draggedEv = signal(null);
+
+/** @param {Event} event */
+const valueOf = (event) => Number(/** @type {HTMLInputElement} */ (event.target).value);
+/** @param {Event} event */
+const checkedIn = (event) => /** @type {HTMLInputElement} */ (event.target).checked;
+
+/**
+ * @param {{id: string, name: string, value: number, min: number, max: number, step: number, shown: string, dim?: boolean,
+ *   turns: (value: number) => void, rests?: (value: number) => void}} props
+ */
+function Slider({ id, name, value, min, max, step, shown, dim, turns, rests }) {
+  return html`
+    <div class=${dim ? "slider dim" : "slider"}>
+      <label for=${id}>${name}</label>
+      <input type="range" id=${id} data-testid=${id} min=${min} max=${max} step=${step} value=${value} aria-valuetext=${shown}
+        onInput=${(/** @type {Event} */ event) => turns(valueOf(event))} onChange=${(/** @type {Event} */ event) => rests?.(valueOf(event))} />
+      <output for=${id}>${shown}</output>
+    </div>
+  `;
+}
+
+/** @param {{id: string, name: string, on: boolean, turns: (on: boolean) => void, title?: string}} props */
+function Switch({ id, name, on, turns, title }) {
+  return html`
+    <label class=${on ? "chip on" : "chip"} title=${title}>
+      <input type="checkbox" role="switch" data-testid=${id} checked=${on} onChange=${(/** @type {Event} */ event) => turns(checkedIn(event))} />
+      <span>${name}</span>
+    </label>
+  `;
+}
+
+/** @param {"mutation"|"recombination"|"saturation"} key @param {number} value */
+function turn(key, value) {
+  forget(/** @type {Place} */ (key));
+  knobs.value = { ...knobs.value, [key]: value };
+}
+
+function Breeding() {
+  const { mutation, recombination, saturation, isotropic, homogeneous } = knobs.value;
+  return html`
+    <section aria-labelledby="breeding">
+      <h2 id="breeding">Breeding</h2>
+      <${Slider} id="mutation" name="Mutation" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} turns=${(/** @type {number} */ to) => turn("mutation", to)} />
+      <${Trouble} place="mutation" />
+      <${Slider} id="recombination" name="Recombination" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} turns=${(/** @type {number} */ to) => turn("recombination", to)} />
+      <${Trouble} place="recombination" />
+      <${Slider} id="saturation" name="Saturation" value=${saturation} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} turns=${(/** @type {number} */ to) => turn("saturation", to)} rests=${keepSaturation} />
+      <${Trouble} place="saturation" />
+      <div class="chips">
+        <${Switch} id="isotropic" name="isotropic" on=${isotropic} title="New children look the same however they are turned" turns=${(/** @type {boolean} */ on) => (knobs.value = { ...knobs.value, isotropic: on })} />
+        <${Switch} id="homogeneous" name="homogeneous" on=${homogeneous} title="New children have no texture" turns=${(/** @type {boolean} */ on) => (knobs.value = { ...knobs.value, homogeneous: on })} />
+      </div>
+      <p class="small">These act on the next brood.</p>
+    </section>
+  `;
+}
+
+/** @param {Event} event */
+function filesChosen(event) {
+  const input = /** @type {HTMLInputElement} */ (event.target);
+  void takeFiles(input.files).finally(() => {
+    // The same file, mended, may be chosen again.
+    input.value = "";
+  });
+}
+
+/** What was odd about the uploaded object. */
+function MeshFacts() {
+  const mesh = meshes.value.find((one) => one.answer.id === scene.value?.mesh);
+  if (!mesh) return null;
+  const { vertices, triangles, has_uv, warnings } = mesh.answer;
+  return html`
+    <div class="facts" data-testid="mesh-facts">
+      <p class="small">${vertices} vertices, ${triangles} triangles, ${has_uv ? "with" : "without"} texture coordinates</p>
+      ${warnings.length > 0 && html`
+        <details open>
+          <summary>${warnings.length} ${warnings.length === 1 ? "warning" : "warnings"}</summary>
+          <ul>${warnings.map((warning) => html`<li>line ${warning.line}: ${warning.text}</li>`)}</ul>
+        </details>
+      `}
+    </div>
+  `;
+}
+
+function ObjectChooser() {
+  const present = wishedScene.value?.mesh ?? "sphere";
+  const uploaded = meshes.value.map((one) => ({ id: one.answer.id, name: one.name }));
+  const known = BUILT_IN.includes(present) || uploaded.some((one) => one.id === present);
+  return html`
+    <section aria-labelledby="object-title">
+      <h2 id="object-title">Object</h2>
+      <div class="row">
+        <select data-testid="object" aria-label="Object" value=${present} disabled=${!scene.value} onChange=${(/** @type {Event} */ event) => chooseObject(/** @type {HTMLSelectElement} */ (event.target).value)}>
+          ${BUILT_IN.map((name) => html`<option value=${name} selected=${name === present}>${name}</option>`)}
+          ${uploaded.map((one) => html`<option value=${one.id} selected=${one.id === present}>${one.name}</option>`)}
+          ${!known && html`<option value=${present} selected>uploaded</option>`}
+        </select>
+        <label class="button">
+          <input type="file" accept=".obj,model/obj" data-testid="obj-file" aria-label="Open or drop an OBJ" onChange=${filesChosen} />
+          <span>Open or drop an OBJ</span>
+        </label>
+      </div>
+      <${Trouble} place="object" />
+      <${MeshFacts} />
+    </section>
+  `;
+}
+
+function Film() {
+  const exposure = wishedScene.value?.film.exposure ?? "auto";
+  const auto = exposure === "auto" && draggedEv.value === null;
+  const ev = draggedEv.value ?? (exposure === "auto" ? 0 : exposure);
+  /** @param {number} to */
+  const rest = (to) => {
+    void setExposure(to);
+    draggedEv.value = null;
+  };
+  return html`
+    <section aria-labelledby="film">
+      <h2 id="film">Film</h2>
+      <${Slider} id="exposure" name="Exposure" value=${ev} min=${-8} max=${8} step=${0.25} dim=${auto}
+        shown=${auto ? "auto" : `${ev > 0 ? "+" : ""}${ev} EV`} turns=${(/** @type {number} */ to) => (draggedEv.value = to)} rests=${rest} />
+      <div class="chips">
+        <${Switch} id="exposure-auto" name="automatic" on=${auto} title="Each picture at its own exposure" turns=${(/** @type {boolean} */ on) => setExposure(on ? "auto" : ev)} />
+        <${Switch} id="surround" name="grey surround" on=${greySurround.value} title="18 % grey around the frames" turns=${(/** @type {boolean} */ on) => (greySurround.value = on)} />
+      </div>
+      <${Trouble} place="film" />
+    </section>
+  `;
+}
+
+export function Knobs() {
+  return html`
+    <aside class="pane left" aria-label="Knobs">
+      <button type="button" class="close" aria-label="Close the knobs" onClick=${() => (knobsOpen.value = false)}>×</button>
+      <${Breeding} /><${ObjectChooser} /><${Film} />
+    </aside>
+  `;
+}

@@ -1,0 +1,108 @@
+/**
+ * The list of lineages: open, new, rename, hide. Owns the dialog; the deeds are elsewhere.
+ *
+ * @import { Lineage } from "../types.js"
+ */
+import { signal } from "../vendor/signals-core.js";
+import * as api from "../api.js";
+import { html } from "../html.js";
+import { create, guarded, hide, open, rename } from "../lineage.js";
+import { forget, lineage, lineages, lineagesOpen } from "../state.js";
+import { forgetToken, given } from "../token.js";
+import { Trouble } from "./trouble.js";
+
+/** Id of the lineage whose name is being written. @type {import("../vendor/signals-core.js").Signal<string|null>} */
+const renaming = signal(null);
+/** Id of the lineage that is about to be hidden. @type {import("../vendor/signals-core.js").Signal<string|null>} */
+const hiding = signal(null);
+
+/** @param {HTMLDialogElement|null} dialog */
+function opened(dialog) {
+  if (!dialog || dialog.open) return;
+  dialog.showModal();
+  void guarded("lineages", async () => {
+    lineages.value = await api.listLineages();
+  });
+}
+
+function close() {
+  renaming.value = null;
+  hiding.value = null;
+  lineagesOpen.value = false;
+  forget("lineages");
+}
+
+/** @param {Event} event @param {string} field */
+function fieldOf(event, field) {
+  event.preventDefault();
+  const form = /** @type {HTMLFormElement} */ (event.target);
+  return String(new FormData(form).get(field) ?? "").trim();
+}
+
+/** @param {() => Promise<void>} work */
+const does = (work) => () => void guarded("lineages", work);
+
+/** @param {Lineage} of */
+function Row(of) {
+  const now = of.id === lineage.value?.id;
+  if (renaming.value === of.id) {
+    const submit = (/** @type {Event} */ event) => {
+      const name = fieldOf(event, "name");
+      void guarded("lineages", async () => {
+        if (name && name !== of.name) await rename(of, name);
+        renaming.value = null;
+      });
+    };
+    return html`
+      <li key=${of.id}><form class="row" onSubmit=${submit}>
+        <input type="text" name="name" aria-label="New name" maxlength="200" required value=${of.name} data-testid="lineage-rename-name" />
+        <button type="submit">Rename</button>
+        <button type="button" onClick=${() => (renaming.value = null)}>Cancel</button>
+      </form></li>
+    `;
+  }
+  if (hiding.value === of.id) {
+    return html`
+      <li key=${of.id}><div class="row">
+        <span class="grow">Hide “${of.name}”? Nothing of it is deleted.</span>
+        <button type="button" data-testid=${`lineage-hide-${of.id}`} onClick=${does(async () => { await hide(of); hiding.value = null; })}>Hide</button>
+        <button type="button" onClick=${() => (hiding.value = null)}>Cancel</button>
+      </div></li>
+    `;
+  }
+  return html`
+    <li key=${of.id}><div class="row">
+      <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${does(() => open(of.id, null))}>
+        <span class="cut">${of.name}</span> <span class="small">${new Date(of.created_ms).toLocaleDateString()}</span>
+      </button>
+      <button type="button" aria-label=${`Rename ${of.name}`} onClick=${() => (renaming.value = of.id)}>Rename</button>
+      <button type="button" aria-label=${`Hide ${of.name}`} onClick=${() => (hiding.value = of.id)}>Hide</button>
+    </div></li>
+  `;
+}
+
+/** @param {Event} event */
+function createNamed(event) {
+  const name = fieldOf(event, "name");
+  if (name) void guarded("lineages", () => create(name));
+}
+
+export function Lineages() {
+  if (!lineagesOpen.value) return null;
+  const newestFirst = [...lineages.value].sort((a, b) => b.created_ms - a.created_ms);
+  return html`
+    <dialog ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
+      <h2 id="lineages-title">Lineages</h2>
+      <form class="row" onSubmit=${createNamed}>
+        <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />
+        <button type="submit" data-testid="lineage-new">New</button>
+      </form>
+      <${Trouble} place="lineages" />
+      <ul class="lineages">${newestFirst.map(Row)}</ul>
+      <div class="row end">
+        ${given.value && html`<button type="button" data-testid="forget-token" onClick=${does(forgetToken)}>Forget the token</button>`}
+        <button type="button" onClick=${close}>Close</button>
+      </div>
+    </dialog>
+  `;
+}

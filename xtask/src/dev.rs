@@ -1,0 +1,27 @@
+//! The quick loop: everything that can be checked without building wgpu.
+//!
+//! Owns which packages are left out of a working day's loop. Refuses to know the full suite.
+
+use anyhow::Result;
+
+use crate::shell;
+
+/// Packages that need wgpu, or a built server, or a browser.
+const LEFT_OUT: [&str; 2] = ["brood-gpu", "brood-tests"];
+
+/// Checks and unit tests of the libraries, the server, and of worker and command line without the `gpu` feature.
+pub fn run() -> Result<()> {
+    let mut check = shell::cargo();
+    check.args(["check", "--workspace", "--all-targets", "--no-default-features"]);
+    shell::run(exclude(&mut check))?;
+    let mut test = shell::cargo();
+    test.args(["test", "--workspace", "--lib", "--bins", "--no-default-features"]);
+    shell::run(exclude(&mut test))
+}
+
+fn exclude(command: &mut std::process::Command) -> &mut std::process::Command {
+    for package in LEFT_OUT {
+        command.args(["--exclude", package]);
+    }
+    command
+}

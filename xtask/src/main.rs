@@ -1,0 +1,51 @@
+//! `cargo xtask`: the tasks of this repository as one small program.
+//!
+//! Owns what is run, in which order, and what counts as a pass. Refuses to know how anything is computed: it starts
+//! cargo, node and the package manager, and reads their answers. Kept light, because it is built before everything else.
+
+mod dev;
+mod golden;
+mod prerequisite;
+mod shell;
+mod suite;
+mod tidy;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask <task>
+
+  test                        install what is missing, build once, run everything
+  ci                          the same; what .ci/run calls
+  dev                         quick loop: check and unit tests without the gpu feature
+  golden [--update]           compare the golden images, or write them anew; report in target/golden/
+  tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
+  help                        this text
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        ["test" | "ci"] => suite::run(),
+        ["dev"] => dev::run(),
+        ["golden"] => golden::run(false),
+        ["golden", "--update"] => golden::run(true),
+        ["tidy"] => tidy::run(),
+        ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
+        [] | ["help" | "--help" | "-h"] => {
+            print!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprint!("xtask: unknown task: {}\n\n{USAGE}", words.join(" "));
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
