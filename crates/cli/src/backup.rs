@@ -1,0 +1,45 @@
+//! `brood backup`: the whole database in one file, beside a running server or without one.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
+use brood_storage::Store;
+use clap::Args;
+use serde_json::json;
+
+use crate::{logging, output, place};
+
+/// Options of `brood backup`.
+#[derive(Debug, Args)]
+pub struct BackupArgs {
+    /// The file to write; it must not be there yet
+    file: PathBuf,
+    /// The server's data directory
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    ensure!(!args.file.exists(), "{} is there already", args.file.display());
+    let data = place::data_dir(args.data.as_ref())?;
+    ensure!(data.join("brood.db").exists(), "there is no data in {}", data.display());
+    let part = output::name_beside(&args.file)?;
+    let spinner = output::spinner("copying");
+    let copied = place::runtime()?.block_on(async {
+        let store = Store::open_beside(&data).await.context("open the data directory")?;
+        let copied = store.backup(&part).await.context("copy the database");
+        store.close().await?;
+        copied
+    });
+    spinner.finish_and_clear();
+    copied?;
+    fs::rename(&part, &args.file).with_context(|| format!("name {}", args.file.display()))?;
+    let bytes = fs::metadata(&args.file).context("look at the backup")?.len();
+    if json {
+        return output::print_json(&json!({ "file": args.file, "bytes": bytes }));
+    }
+    output::print(&format!("{}: {bytes} bytes\n", args.file.display()))
+}

@@ -1,0 +1,233 @@
+//! `brood breed`: a brood without a server, the same one that a server breeds from the same options.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use brood_eval::{Developed, SheetCell, centre_px};
+use brood_genome::{Constraints, Dialect, Genome, Output, Variation};
+use brood_program::{BroodRequest, Child, Program, make_brood};
+use brood_protocol::{Curation, PictureFormat};
+use brood_worker::Renderer;
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use crate::dialect::DialectWords;
+use crate::frame::FrameArgs;
+use crate::{genome_file, logging, output};
+
+/// Between the pictures of a sheet.
+const GAP_PX: u32 = 4;
+/// Children that go around a centre.
+const RING: usize = 20;
+
+/// Options of `brood breed`.
+#[derive(Debug, Args)]
+pub struct BreedArgs {
+    /// None: a random start. One: mutation. Two: recombination, then mutation
+    #[arg(long = "parent", value_name = "GENOME")]
+    pub parents: Vec<PathBuf>,
+    /// Drawn and reported where absent
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// How many children
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub count: u32,
+    /// Amount of mutation, 0 to 1
+    #[arg(long, value_name = "X", default_value_t = 0.3, value_parser = amount)]
+    pub mutation: f32,
+    /// Expected share of the second parent, 0 to 1
+    #[arg(long, value_name = "Y", default_value_t = 0.5, value_parser = amount)]
+    pub recombination: f32,
+    /// Whether children that look like a parent or a sibling to the program hash are drawn again
+    #[arg(long, value_name = "CURATION", default_value = "distinct")]
+    pub curation: CurationWord,
+    /// Colour of the children: 0 grey to 1 as evolved; absent: as the first parent
+    #[arg(long, value_name = "X", value_parser = amount)]
+    pub saturation: Option<f32>,
+    /// What random genomes may use, as in 'smooth registers 7' or 'extended registers 12 length 60'
+    #[arg(long, value_name = "WORDS")]
+    pub dialect: Option<DialectWords>,
+    /// Children are unchanged by rotations about the normal
+    #[arg(long)]
+    pub isotropic: bool,
+    /// Children are the same everywhere on the surface
+    #[arg(long)]
+    pub homogeneous: bool,
+    #[command(flatten)]
+    pub frame: FrameArgs,
+    /// Where the genomes and the sheet go
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// The words of [`Curation`].
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum CurationWord {
+    /// First draws as they are
+    Off,
+    /// Redraws until the program hash is new
+    Distinct,
+    /// Previews as well
+    Diverse,
+}
+
+impl From<CurationWord> for Curation {
+    fn from(word: CurationWord) -> Self {
+        match word {
+            CurationWord::Off => Self::Off,
+            CurationWord::Distinct => Self::Distinct,
+            CurationWord::Diverse => Self::Diverse,
+        }
+    }
+}
+
+fn amount(text: &str) -> Result<f32, String> {
+    let amount = text.parse().ok().filter(|amount| (0.0..=1.0).contains(amount));
+    amount.ok_or_else(|| "an amount is a number from 0 to 1".to_owned())
+}
+
+/// Runs the command.
+pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let parents: Vec<Genome> = args.parents.iter().map(genome_file::read).collect::<Result<_>>()?;
+    let distinct = match args.curation.into() {
+        Curation::Off => false,
+        Curation::Distinct => true,
+        Curation::Diverse => bail!("curation diverse is not available in this version"),
+    };
+    let variation = variation(args, &parents)?;
+    let seed = match args.seed {
+        Some(seed) => seed,
+        None => random_seed()?,
+    };
+    let children = make_brood(&BroodRequest { variation, count: args.count, seed, distinct });
+    output::make_dir(&args.output)?;
+    let renderer = Renderer::new(args.frame.backend);
+    let sheet = sheet(args, &renderer, &children, parents.first())?;
+    for child in &children {
+        let path = args.output.join(file_name(child.slot));
+        output::write_file(&path, child.genome.to_string().as_bytes())?;
+    }
+    output::write_file(&args.output.join("sheet.png"), &sheet)?;
+    report(&children, variation.operator_name(), seed, args.seed.is_none(), json)
+}
+
+fn variation<'a>(args: &BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
+    let variation = match parents {
+        [] => {
+            let dialect = args.dialect.map_or_else(Dialect::default, |words| words.0);
+            Variation::random(dialect)
+        }
+        [parent] => {
+            ensure!(args.mutation > 0.0, "one parent with mutation 0 would only give copies");
+            Variation::mutate(parent, args.mutation)
+        }
+        [first, second] => {
+            ensure!(
+                first.dialect().is_compatible(second.dialect()),
+                "the parents are of different dialects and cannot be crossed"
+            );
+            Variation::recombine(first, second, args.recombination, args.mutation)
+        }
+        _ => bail!("a brood has at most two parents"),
+    };
+    if let (Some(DialectWords(dialect)), Some(parent)) = (args.dialect, parents.first()) {
+        ensure!(
+            dialect.is_compatible(parent.dialect()),
+            "the parents are of another dialect than --dialect says"
+        );
+    }
+    let constraints = Constraints {
+        isotropic: args.isotropic.then_some(true),
+        homogeneous: args.homogeneous.then_some(true),
+    };
+    let output = args.saturation.map(Output::saturation).transpose()?;
+    Ok(variation.with_constraints(constraints).with_output(output))
+}
+
+/// Below 2^53, so that every JSON reader keeps it whole.
+fn random_seed() -> Result<u64> {
+    let mut bytes = [0; 8];
+    getrandom::fill(&mut bytes).context("draw a seed")?;
+    Ok(u64::from_le_bytes(bytes) >> 11)
+}
+
+/// The children around the first parent, or around the first child where there is no parent.
+fn sheet(
+    args: &BreedArgs,
+    renderer: &Renderer,
+    children: &[Child],
+    centre: Option<&Genome>,
+) -> Result<Vec<u8>> {
+    let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
+    let programs: Vec<&Program> = children.iter().map(|child| &child.program).collect();
+    let spinner = output::spinner("rendering the sheet");
+    let pictures = renderer.develop(&frame, &mesh, &programs)?;
+    let centre = if children.len() == RING {
+        let program = centre.map_or_else(|| children[0].program.clone(), Program::lower);
+        let mut large = frame.clone();
+        large.size_px = centre_px(frame.size_px, GAP_PX);
+        renderer.develop(&large, &mesh, &[&program])?.pop()
+    } else {
+        None
+    };
+    spinner.finish_and_clear();
+    let cells: Vec<SheetCell<'_>> = pictures.iter().map(cell).collect();
+    let centre = centre.as_ref().map(cell);
+    let (width, height, rgba) = brood_eval::sheet(&cells, centre, args.frame.size, GAP_PX);
+    Ok(brood_eval::encode_png(width, height, &rgba))
+}
+
+fn cell(picture: &Developed) -> SheetCell<'_> {
+    SheetCell { width: picture.width, height: picture.height, rgba: &picture.rgba }
+}
+
+fn file_name(slot: u32) -> String {
+    format!("{slot:02}.brood")
+}
+
+fn report(children: &[Child], operator: &str, seed: u64, drawn: bool, json: bool) -> Result<()> {
+    if json {
+        let individual = |child: &Child| {
+            json!({
+                "slot": child.slot,
+                "hash": child.hash.to_string(),
+                "program_hash": child.program_hash.to_string(),
+                "live_instructions": child.live_instructions,
+                "attempts": child.attempts,
+                "twin": child.twin,
+                "file": file_name(child.slot),
+            })
+        };
+        let individuals: Vec<_> = children.iter().map(individual).collect();
+        return output::print_json(
+            &json!({ "seed": seed, "operator": operator, "individuals": individuals }),
+        );
+    }
+    if drawn {
+        eprintln!("seed {seed}");
+    }
+    let line =
+        |child: &Child| format!("{:02} {} {}\n", child.slot, child.hash, child.live_instructions);
+    output::print(&children.iter().map(line).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amount_is_refused_when_outside_0_to_1() {
+        assert_eq!(amount("0.25"), Ok(0.25));
+        for text in ["-0.1", "1.1", "NaN", "x"] {
+            assert!(amount(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn drawn_seed_is_below_2_to_the_53() {
+        for _ in 0..100 {
+            assert!(random_seed().unwrap() < 1 << 53);
+        }
+    }
+}

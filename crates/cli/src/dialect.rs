@@ -1,0 +1,84 @@
+//! The words of `--dialect`: those of the text form's `.dialect` line, each of them optional.
+
+use std::iter::Peekable;
+use std::str::{FromStr, SplitWhitespace};
+
+use brood_genome::{Dialect, OpcodeSet, Parametrisation};
+
+/// A dialect as the command line gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DialectWords(pub Dialect);
+
+impl FromStr for DialectWords {
+    type Err = String;
+
+    /// `[paper|extended] [smooth|paper] [registers N] [length N] [isotropic] [homogeneous]`; a single `paper` is the
+    /// parametrisation, because the paper's opcodes are the default anyway.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut words = text.split_whitespace().peekable();
+        let mut dialect = Dialect::default();
+        let first = words.next_if(|word| matches!(*word, "paper" | "extended" | "smooth"));
+        let second = words.next_if(|word| matches!(*word, "paper" | "smooth"));
+        match (first, second) {
+            (Some("smooth"), Some(_)) => return Err("opcodes come before parametrisation".into()),
+            (Some("extended"), _) => dialect = extended(dialect),
+            _ => {}
+        }
+        if second.or(first) == Some("paper") {
+            dialect.parametrisation = Parametrisation::Paper;
+        }
+        while let Some(word) = words.next() {
+            match word {
+                "registers" => dialect.registers = number(&mut words, "registers")?,
+                "length" => dialect.length = number(&mut words, "length")?,
+                "isotropic" => dialect.isotropic = true,
+                "homogeneous" => dialect.homogeneous = true,
+                _ => return Err(format!("`{word}` is not a word of a dialect")),
+            }
+        }
+        dialect.validate().map_err(|error| error.to_string())?;
+        Ok(Self(dialect))
+    }
+}
+
+fn extended(dialect: Dialect) -> Dialect {
+    Dialect { opcodes: OpcodeSet::Extended, registers: 10, ..dialect }
+}
+
+fn number<T: FromStr>(words: &mut Peekable<SplitWhitespace<'_>>, name: &str) -> Result<T, String> {
+    words.next().and_then(|word| word.parse().ok()).ok_or(format!("`{name}` takes a number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Dialect, String> {
+        text.parse::<DialectWords>().map(|words| words.0)
+    }
+
+    #[test]
+    fn words_make_the_dialect_they_name() {
+        let default = Dialect::default();
+        assert_eq!(parse(""), Ok(default));
+        assert_eq!(parse("smooth registers 7"), Ok(default));
+        assert_eq!(parse("paper smooth registers 7"), Ok(default));
+        let paper = Dialect { parametrisation: Parametrisation::Paper, ..default };
+        assert_eq!(parse("paper"), Ok(paper));
+        assert_eq!(parse("paper paper length 30").map(|d| (d.parametrisation, d.length)), {
+            Ok((Parametrisation::Paper, 30))
+        });
+        let wide = Dialect { isotropic: true, ..extended(default) };
+        assert_eq!(parse("extended isotropic"), Ok(wide));
+        assert_eq!(parse("extended paper registers 12").map(|d| d.registers), Ok(12));
+    }
+
+    #[test]
+    fn words_are_refused_when_they_are_no_dialect() {
+        for text in
+            ["registers", "registers x", "smooth extended", "registers 3", "length 0", "foo"]
+        {
+            assert!(parse(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! `brood eval`: reflectance for anyone's pairs of directions.
+
+use std::fmt::Write;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use brood_program::Program;
+use brood_protocol::Backend;
+use brood_scene::SampleSet;
+use brood_worker::Renderer;
+use clap::Args;
+use serde_json::json;
+
+use crate::pairs::{self, Row};
+use crate::{genome_file, logging, output};
+
+const LIMIT_BYTES: u64 = 1 << 30;
+/// Rows evaluated at once, to bound memory.
+const BATCH: usize = 1 << 18;
+
+/// Options of `brood eval`.
+#[derive(Debug, Args)]
+pub struct EvalArgs {
+    /// A `.brood` or JSON file; - is stdin
+    pub genome: PathBuf,
+    /// CSV with the columns wix, wiy, wiz, wox, woy, woz, and u, v where wanted; - is stdin
+    pub pairs: PathBuf,
+    /// auto, cpu, gpu or reference
+    #[arg(long, default_value = "auto")]
+    pub backend: Backend,
+    /// Divide by the largest albedo where it is above 1
+    #[arg(long)]
+    pub limit: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    if args.limit {
+        bail!("the energy limit is not available in this version");
+    }
+    let stdin = Path::new("-");
+    ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
+    let program = Program::lower(&genome_file::read(&args.genome)?);
+    let text = read_text(&args.pairs)?;
+    let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
+    let renderer = Renderer::new(args.backend);
+    let mut values = Vec::with_capacity(rows.len());
+    for rows in rows.chunks(BATCH) {
+        values.extend(evaluate(&renderer, args.backend, &program, rows)?);
+    }
+    if json {
+        return output::print_json(&json!({ "backend": renderer.report(), "f": values }));
+    }
+    let mut text = String::from("r,g,b\n");
+    for [r, g, b] in values {
+        writeln!(text, "{r},{g},{b}").expect("a string takes everything");
+    }
+    output::print(&text)
+}
+
+/// f of each row; nothing is reflected where a direction is not above the surface.
+fn evaluate(
+    renderer: &Renderer,
+    backend: Backend,
+    program: &Program,
+    rows: &[Row],
+) -> Result<Vec<[f32; 3]>> {
+    let directions: Vec<_> = rows.iter().map(|row| row.pair).collect();
+    let uvs: Vec<_> = rows.iter().map(|row| row.uv).collect();
+    let set = SampleSet::from_pairs(&directions, &uvs);
+    let f = renderer.reflectance(backend, &[program], &set)?;
+    let count = rows.len();
+    let value = |(index, row): (usize, &Row)| {
+        let above = row.pair.cos_i() > 0.0 && row.pair.cos_o() > 0.0;
+        if above { [f[index], f[count + index], f[2 * count + index]] } else { [0.0; 3] }
+    };
+    Ok(rows.iter().enumerate().map(value).collect())
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    if path != Path::new("-") {
+        let bytes = output::read_file(path, LIMIT_BYTES)?;
+        return String::from_utf8(bytes).with_context(|| format!("{} is no text", path.display()));
+    }
+    let mut text = String::new();
+    let stdin = std::io::stdin().lock();
+    stdin.take(LIMIT_BYTES).read_to_string(&mut text).context("read the pairs from stdin")?;
+    Ok(text)
+}

@@ -1,0 +1,161 @@
+//! What offline pictures show: the options for scene, mesh, light, size and evaluator.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Scene, parse_obj};
+use brood_worker::{LoadedMesh, Renderer};
+use clap::Args;
+
+use crate::output::read_file;
+
+const SCENE_LIMIT_BYTES: u64 = 256 << 10;
+const OBJ_LIMIT_BYTES: u64 = 32 << 20;
+
+/// Options that `render` and `breed` share.
+#[derive(Debug, Args)]
+pub struct FrameArgs {
+    /// Side of a picture in pixels
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub size: u32,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub samples: u32,
+    /// An OBJ file, or sphere, torus, cube or knob
+    #[arg(long, value_name = "OBJ")]
+    pub mesh: Option<String>,
+    /// A scene as JSON
+    #[arg(long, value_name = "JSON")]
+    pub scene: Option<PathBuf>,
+    /// One point light at this position, as bright as the default light
+    #[arg(long, value_name = "X,Y,Z", conflicts_with = "light_deg", allow_hyphen_values = true)]
+    pub light: Option<Position>,
+    /// Position on the light circle in degrees
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub light_deg: Option<f64>,
+    /// `auto`, or exposure in EV
+    #[arg(long, value_name = "auto|EV", allow_hyphen_values = true)]
+    pub exposure: Option<ExposureWord>,
+    /// auto, cpu, gpu or reference
+    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    pub backend: Backend,
+}
+
+/// `x,y,z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Position(pub [f64; 3]);
+
+/// `auto` or a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExposureWord(pub Exposure);
+
+impl FromStr for Position {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+        numbers
+            .filter(|numbers| numbers.iter().all(|n: &f64| n.is_finite()))
+            .and_then(|numbers| numbers.try_into().ok())
+            .map(Self)
+            .ok_or_else(|| "a position is three numbers, as in 1,2.5,-3".to_owned())
+    }
+}
+
+impl FromStr for ExposureWord {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self(Exposure::Auto));
+        }
+        let ev = text.parse().ok().filter(|ev: &f64| ev.is_finite());
+        ev.map(|ev| Self(Exposure::Ev(ev))).ok_or_else(|| "an exposure is auto or a number".into())
+    }
+}
+
+impl FrameArgs {
+    /// The frame and its mesh.
+    pub fn load(
+        &self,
+        renderer: &Renderer,
+        format: PictureFormat,
+    ) -> Result<(Frame, Arc<LoadedMesh>)> {
+        let mut scene = self.read_scene()?;
+        let (mesh, source) = match (&self.mesh, &scene.mesh) {
+            (Some(name), _) => match BuiltinMesh::from_name(name) {
+                Some(mesh) => {
+                    scene.mesh = MeshRef::Builtin(mesh);
+                    (renderer.builtin(mesh), MeshSource::Builtin)
+                }
+                None => {
+                    scene.mesh = MeshRef::Uploaded("file".to_owned());
+                    let mesh = read_obj(Path::new(name))?;
+                    let source = MeshSource::Uploaded(*mesh.hash());
+                    (Arc::new(mesh), source)
+                }
+            },
+            (None, MeshRef::Builtin(mesh)) => (renderer.builtin(*mesh), MeshSource::Builtin),
+            (None, MeshRef::Uploaded(_)) => {
+                bail!("the scene shows an uploaded mesh; give its file with --mesh")
+            }
+        };
+        let how = (format, self.backend);
+        Ok((Frame::new(&scene, source, self.size, self.samples, how), mesh))
+    }
+
+    fn read_scene(&self) -> Result<Scene> {
+        let mut scene = match &self.scene {
+            None => Scene::default(),
+            Some(path) => {
+                let bytes = read_file(path, SCENE_LIMIT_BYTES)?;
+                serde_json::from_slice(&bytes).with_context(|| path.display().to_string())?
+            }
+        };
+        if let Some(Position(position)) = self.light {
+            scene.lights = vec![Light::Point { position: Some(position), intensity: None }];
+        }
+        if let Some(degrees) = self.light_deg {
+            scene = scene.with_light_deg(degrees);
+        }
+        if let Some(ExposureWord(exposure)) = self.exposure {
+            scene.film.exposure = exposure;
+        }
+        scene.validate().context("the scene is refused")?;
+        Ok(scene)
+    }
+}
+
+fn read_obj(path: &Path) -> Result<LoadedMesh> {
+    let bytes = read_file(path, OBJ_LIMIT_BYTES)?;
+    let file =
+        parse_obj(&bytes, &ObjLimits::default()).with_context(|| path.display().to_string())?;
+    for warning in &file.warnings {
+        eprintln!("warning: {}: line {}: {}", path.display(), warning.line, warning.text);
+    }
+    Ok(LoadedMesh::new(file.mesh))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn position_is_three_finite_numbers() {
+        assert_eq!("1, 2.5,-3".parse(), Ok(Position([1.0, 2.5, -3.0])));
+        for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "nan,0,0"] {
+            assert!(text.parse::<Position>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn exposure_is_auto_or_a_finite_number() {
+        assert_eq!("auto".parse(), Ok(ExposureWord(Exposure::Auto)));
+        assert_eq!("-1.5".parse(), Ok(ExposureWord(Exposure::Ev(-1.5))));
+        assert!("bright".parse::<ExposureWord>().is_err());
+        assert!("inf".parse::<ExposureWord>().is_err());
+    }
+}

@@ -1,0 +1,30 @@
+//! Where log lines go: stderr, filtered by `BROOD_LOG`.
+
+use std::io::IsTerminal;
+
+use tracing_subscriber::EnvFilter;
+
+/// What long-running commands log unless told otherwise.
+const SERVICE: &str = "info,hyper=warn,hyper_util=warn,reqwest=warn,sqlx=warn,wgpu_core=warn,wgpu_hal=error,naga=warn";
+/// What offline commands log unless told otherwise.
+const OFFLINE: &str = "warn,wgpu_hal=error";
+
+/// Logging for `serve` and `worker`.
+pub fn start_service() {
+    start(SERVICE);
+}
+
+/// Logging for commands that print a result and end.
+pub fn start_offline() {
+    start(OFFLINE);
+}
+
+fn start(default: &str) {
+    let filter = EnvFilter::try_from_env("BROOD_LOG").unwrap_or_else(|_| EnvFilter::new(default));
+    // A second start can only come from a test that runs two commands in one process; the first one stays.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .try_init();
+}

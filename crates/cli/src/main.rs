@@ -1,0 +1,142 @@
+//! The `brood` binary: one command line over the server, the worker and the libraries.
+//!
+//! This file owns the list of commands and the exit codes: 0 done, 1 refused or failed with one line on stderr, 2 bad
+//! usage. What a command does stands in the module of its name.
+
+mod backup;
+mod bench;
+mod breed;
+mod dialect;
+mod diff;
+mod eval;
+mod frame;
+mod genome_file;
+mod inspect;
+mod listing;
+mod logging;
+mod output;
+mod pairs;
+mod physics;
+mod place;
+mod render;
+mod serve;
+mod supervisor;
+mod token;
+mod worker;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Breeds materials by eye, by script and by search. Without a command it serves.
+#[derive(Parser)]
+#[command(name = "brood", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: serve::ServeArgs,
+    /// Machine-readable output
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Serve the page and the API, with workers of its own (the default)
+    Serve(serve::ServeArgs),
+    /// Render for a server
+    Worker(worker::WorkerArgs),
+    /// Make, list and revoke tokens
+    #[command(subcommand)]
+    Token(token::TokenCommand),
+    /// Write the database into one file
+    Backup(backup::BackupArgs),
+    /// Breed a brood without a server
+    Breed(breed::BreedArgs),
+    /// Render a genome into a PNG or EXR file
+    Render(render::RenderArgs),
+    /// Print the reflectance of a genome for pairs of directions
+    Eval(eval::EvalArgs),
+    /// Show what a genome is and check its physics
+    Inspect(inspect::InspectArgs),
+    /// Compare two pictures
+    Diff(diff::DiffArgs),
+    /// Measure
+    #[command(subcommand)]
+    Bench(bench::BenchCommand),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let command = cli.command.unwrap_or(Command::Serve(cli.serve));
+    let result = match command {
+        Command::Serve(args) => serve::run(&args, cli.json),
+        Command::Worker(args) => worker::run(args),
+        Command::Token(command) => token::run(&command, cli.json),
+        Command::Backup(args) => backup::run(&args, cli.json),
+        Command::Breed(args) => breed::run(&args, cli.json),
+        Command::Render(args) => render::run(&args, cli.json),
+        Command::Eval(args) => eval::run(&args, cli.json),
+        Command::Inspect(args) => inspect::run(&args, cli.json),
+        Command::Diff(args) => diff::run(&args, cli.json),
+        Command::Bench(command) => bench::run(&command, cli.json),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", one_line(&error));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The error and its causes; a cause that the error's own text quotes is not said twice.
+fn one_line(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        if !line.contains(&text) {
+            line += if line.is_empty() { "" } else { ": " };
+            line += &text;
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::Context;
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn serve_is_the_command_when_none_is_given() {
+        let cli = Cli::try_parse_from(["brood"]).unwrap();
+        assert!(cli.command.is_none());
+        assert_eq!(cli.serve.listen.to_string(), "127.0.0.1:7320");
+        let cli = Cli::try_parse_from(["brood", "--listen", "127.0.0.1:0"]).unwrap();
+        assert_eq!(cli.serve.listen.port(), 0);
+    }
+
+    #[test]
+    fn cause_is_said_once_when_the_error_quotes_it() {
+        let cause = std::io::Error::other("the disk\nis gone");
+        let quoting = anyhow::Error::from(cause).context("write x: the disk is gone");
+        assert_eq!(one_line(&quoting), "write x: the disk is gone");
+        let plain = Err::<(), _>(std::io::Error::other("why")).context("write x").unwrap_err();
+        assert_eq!(one_line(&plain), "write x: why");
+    }
+
+    #[test]
+    fn json_is_taken_after_any_command() {
+        let cli = Cli::try_parse_from(["brood", "inspect", "x.brood", "--json"]).unwrap();
+        assert!(cli.json);
+    }
+}

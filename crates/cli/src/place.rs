@@ -1,0 +1,48 @@
+//! Where data is kept on this computer. Refuses to know what is kept there.
+
+use std::env;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+
+/// The data directory: as said, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.
+pub fn data_dir(said: Option<&PathBuf>) -> Result<PathBuf> {
+    if let Some(dir) = said {
+        return Ok(dir.clone());
+    }
+    choose(env::var_os("XDG_DATA_HOME").map(PathBuf::from), env::home_dir())
+}
+
+fn choose(xdg: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathBuf> {
+    // A relative XDG_DATA_HOME is to be ignored by its specification.
+    if let Some(xdg) = xdg.filter(|dir| dir.is_absolute()) {
+        return Ok(xdg.join("brood"));
+    }
+    match home.filter(|dir| dir.is_absolute()) {
+        Some(home) => Ok(home.join(".local/share/brood")),
+        None => bail!("there is no home directory to keep data in; say where with --data DIR"),
+    }
+}
+
+/// A runtime for one command.
+pub fn runtime() -> Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("start the async runtime")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_dir_falls_back_when_xdg_is_missing_or_relative() {
+        let home = || Some(PathBuf::from("/h"));
+        assert_eq!(choose(Some("/x".into()), home()).unwrap(), PathBuf::from("/x/brood"));
+        let fallback = PathBuf::from("/h/.local/share/brood");
+        assert_eq!(choose(Some("x".into()), home()).unwrap(), fallback);
+        assert_eq!(choose(None, home()).unwrap(), fallback);
+        assert!(choose(None, None).is_err());
+    }
+}

@@ -1,0 +1,146 @@
+//! `brood serve`: the server, and workers of its own around it.
+
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use brood_protocol::Backend;
+use brood_server::{Server, ServerConfig};
+use clap::Args;
+use serde_json::json;
+use tokio_util::sync::CancellationToken;
+
+use crate::supervisor::{self, WorkerPlan};
+use crate::{logging, output, place};
+
+/// Options of `brood serve`.
+#[derive(Debug, Args)]
+pub struct ServeArgs {
+    /// Address and port; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7320")]
+    pub listen: SocketAddr,
+    /// Where everything is kept; $XDG_DATA_HOME/brood or ~/.local/share/brood unless said
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Worker processes to start; 0 where others do the work
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
+    pub workers: u16,
+    /// auto, cpu, gpu or reference
+    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    pub backend: Backend,
+    /// Bound of the cache of rendered pictures
+    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    pub cache_mib: u64,
+    /// A host name to answer to besides localhost
+    #[arg(long = "allow-host", value_name = "NAME")]
+    pub allow_hosts: Vec<String>,
+    /// Serve the page from this directory instead of the embedded copy
+    #[arg(long, value_name = "DIR", hide = true)]
+    pub web_dir: Option<PathBuf>,
+}
+
+/// Runs the command until SIGINT or SIGTERM.
+pub fn run(args: &ServeArgs, json: bool) -> Result<()> {
+    logging::start_service();
+    place::runtime()?.block_on(serve(args, json))
+}
+
+async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
+    let config = ServerConfig {
+        cache_mib: args.cache_mib,
+        allow_hosts: args.allow_hosts.clone(),
+        backend: args.backend,
+        web_dir: args.web_dir.clone(),
+        ..ServerConfig::new(args.listen, place::data_dir(args.data.as_ref())?)
+    };
+    // Before the line that says the server is there: who reads it may send a signal at once.
+    let shutdown = shutdown_on_signal()?;
+    let server = Server::bind(config).await?;
+    let address = server.local_addr();
+    let url = format!("http://{address}");
+    if json {
+        output::print_json(&json!({ "listening": url }))?;
+    } else {
+        output::print(&format!("brood is listening on {url}\n"))?;
+    }
+    let plan = WorkerPlan {
+        server: format!("http://{}", reachable(address)),
+        token: server.worker_token(),
+        backend: args.backend,
+        threads: threads_each(args.workers),
+    };
+    // Workers outlive the server's drain, so that what is being waited for is still rendered.
+    let stop = CancellationToken::new();
+    let workers = tokio::spawn(supervisor::supervise(args.workers, plan, stop.clone()));
+    let result = server.run(shutdown).await;
+    stop.cancel();
+    workers.await.context("end the workers")?;
+    Ok(result?)
+}
+
+/// Cancelled by SIGINT or SIGTERM.
+pub fn shutdown_on_signal() -> Result<CancellationToken> {
+    let token = CancellationToken::new();
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let mut terminate = signal(SignalKind::terminate()).context("listen for SIGTERM")?;
+        let mut interrupt = signal(SignalKind::interrupt()).context("listen for SIGINT")?;
+        let token = token.clone();
+        tokio::spawn(async move {
+            tokio::select! {
+                _ = terminate.recv() => tracing::info!("SIGTERM: stopping"),
+                _ = interrupt.recv() => tracing::info!("SIGINT: stopping"),
+            }
+            token.cancel();
+        });
+    }
+    #[cfg(not(unix))]
+    {
+        let token = token.clone();
+        tokio::spawn(async move {
+            if tokio::signal::ctrl_c().await.is_ok() {
+                token.cancel();
+            }
+        });
+    }
+    Ok(token)
+}
+
+/// The address that a process on this machine can connect to.
+fn reachable(listen: SocketAddr) -> SocketAddr {
+    let ip = match listen.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        IpAddr::V6(ip) if ip.is_unspecified() => IpAddr::V6(Ipv6Addr::LOCALHOST),
+        ip => ip,
+    };
+    SocketAddr::new(ip, listen.port())
+}
+
+/// The cores shared out among the workers; one worker takes what it finds.
+fn threads_each(workers: u16) -> Option<NonZeroUsize> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    (workers > 1).then(|| NonZeroUsize::new(cores.div_ceil(workers.into()))).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn workers_connect_to_loopback_when_the_server_listens_everywhere() {
+        let check = |listen: &str, expected: &str| {
+            assert_eq!(reachable(listen.parse().unwrap()).to_string(), expected);
+        };
+        check("0.0.0.0:7320", "127.0.0.1:7320");
+        check("[::]:7320", "[::1]:7320");
+        check("127.0.0.1:1", "127.0.0.1:1");
+    }
+
+    #[test]
+    fn cores_are_shared_when_there_are_several_workers() {
+        assert_eq!(threads_each(1), None);
+        assert!(threads_each(2).unwrap() >= threads_each(200).unwrap());
+    }
+}

@@ -1,0 +1,199 @@
+//! The offline commands as scripts meet them: spawned, judged by files, stdout, stderr and exit code.
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn brood(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_brood"))
+        .args(args)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the binary starts")
+}
+
+fn done(args: &[&str]) -> String {
+    let output = brood(args);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line on stderr of a command that fails with exit code 1.
+fn refused(args: &[&str]) -> String {
+    let output = brood(args);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{args:?}: {stderr}");
+    let line = stderr.lines().last().unwrap_or_default();
+    assert!(line.starts_with("error: ") && stderr.matches("error: ").count() == 1, "{stderr}");
+    line.to_owned()
+}
+
+fn bred(dir: &Path, options: &[&str]) -> String {
+    let mut args = vec!["breed", "--size", "16", "-o", dir.to_str().unwrap()];
+    args.extend(options);
+    done(&args)
+}
+
+fn path(dir: &tempfile::TempDir, name: &str) -> String {
+    dir.path().join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn breed_writes_the_same_files_when_the_seed_is_the_same() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let lines = bred(a.path(), &["--seed", "5", "--count", "20"]);
+    assert_eq!(lines, bred(b.path(), &["--seed", "5", "--count", "20"]));
+    assert_eq!(lines.lines().count(), 20);
+    for (slot, line) in lines.lines().enumerate() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        assert_eq!(words[0].parse::<usize>().unwrap(), slot);
+        assert_eq!(words[1].len(), 64);
+        assert!(words[2].parse::<u32>().unwrap() <= 100);
+        let file = path(&a, &format!("{slot:02}.brood"));
+        if slot % 7 == 0 {
+            assert!(done(&["inspect", &file]).contains(words[1]), "{file}");
+        }
+    }
+    let sheet = |dir: &tempfile::TempDir| std::fs::read(dir.path().join("sheet.png")).unwrap();
+    assert_eq!(sheet(&a), sheet(&b));
+    assert!(sheet(&a).starts_with(b"\x89PNG"));
+    assert_eq!(std::fs::read_dir(a.path()).unwrap().count(), 21);
+}
+
+#[test]
+fn breed_reports_a_drawn_seed_that_gives_the_same_children() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let first: serde_json::Value = serde_json::from_str(&bred(a.path(), &["--json"])).unwrap();
+    let seed = first["seed"].to_string();
+    let again: serde_json::Value =
+        serde_json::from_str(&bred(b.path(), &["--json", "--seed", &seed])).unwrap();
+    assert_eq!(first, again);
+    assert_eq!(first["individuals"].as_array().unwrap().len(), 20);
+}
+
+#[test]
+fn breed_mutates_and_recombines_parents() {
+    let dir = tempfile::tempdir().unwrap();
+    bred(dir.path(), &["--seed", "1", "--count", "2"]);
+    let (first, second) = (path(&dir, "00.brood"), path(&dir, "01.brood"));
+    let children = dir.path().join("children");
+    let mutants = bred(&children, &["--seed", "2", "--parent", &first]);
+    let crossed = bred(&children, &["--seed", "2", "--parent", &first, "--parent", &second]);
+    assert_ne!(mutants, crossed);
+    let plain = bred(&children, &["--seed", "2", "--parent", &first, "--isotropic"]);
+    assert_ne!(mutants, plain);
+    let text = std::fs::read_to_string(children.join("07.brood")).unwrap();
+    assert!(text.lines().nth(1).unwrap().ends_with("isotropic"), "{text}");
+    refused(&["breed", "--parent", &first, "--mutation", "0", "-o", "unused"]);
+    refused(&["breed", "--parent", &first, "--dialect", "paper paper", "-o", "unused"]);
+    refused(&["breed", "--curation", "diverse", "-o", "unused"]);
+}
+
+#[test]
+fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
+    let dir = tempfile::tempdir().unwrap();
+    bred(dir.path(), &["--seed", "3", "--count", "1"]);
+    let genome = path(&dir, "00.brood");
+    let render = |name: &str, options: &[&str]| {
+        let file = path(&dir, name);
+        let mut args = vec!["render", &genome, "--size", "32", "-o", &file];
+        args.extend(options);
+        done(&args);
+        std::fs::read(&file).unwrap()
+    };
+    let plain = render("a.png", &[]);
+    assert!(plain.starts_with(b"\x89PNG"));
+    assert_eq!(plain, render("b.png", &["--backend", "cpu"]));
+    assert_ne!(plain, render("c.png", &["--light-deg", "120"]));
+    assert_ne!(plain, render("d.png", &["--light", "-3,1,2", "--mesh", "torus"]));
+    assert!(render("e.exr", &[]).starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    let zero = done(&["diff", &path(&dir, "a.png"), &path(&dir, "b.png")]);
+    assert_eq!(zero, "0\n");
+    for metric in ["rmse", "flip", "itp"] {
+        let value = done(&["diff", &path(&dir, "a.png"), &path(&dir, "c.png"), "--metric", metric]);
+        assert!(value.trim().parse::<f64>().unwrap() > 0.0, "{metric} {value}");
+    }
+    let reference = render("f.exr", &["--backend", "reference"]);
+    assert!(reference.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    let apart = done(&["diff", &path(&dir, "e.exr"), &path(&dir, "f.exr")]);
+    assert!(apart.trim().parse::<f64>().unwrap() < 1.0, "{apart}");
+}
+
+#[test]
+fn render_shows_an_obj_file_and_refuses_a_broken_one() {
+    let dir = tempfile::tempdir().unwrap();
+    bred(dir.path(), &["--seed", "3", "--count", "1"]);
+    let genome = path(&dir, "00.brood");
+    let (obj, bad, png) = (path(&dir, "a.obj"), path(&dir, "bad.obj"), path(&dir, "o.png"));
+    std::fs::write(&obj, "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(&bad, "v -1 -1 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    done(&["render", &genome, "--size", "24", "--mesh", &obj, "-o", &png]);
+    let line = refused(&["render", &genome, "--mesh", &bad, "-o", &path(&dir, "no.png")]);
+    assert!(line.contains("line 2"), "{line}");
+    assert!(!dir.path().join("no.png").exists());
+    refused(&["render", &genome, "-o", &path(&dir, "no.gif")]);
+    refused(&["render", &path(&dir, "missing.brood"), "-o", &png]);
+}
+
+#[test]
+fn eval_prints_shortest_decimals_and_zero_below_the_surface() {
+    let dir = tempfile::tempdir().unwrap();
+    let (genome, pairs) = (path(&dir, "g.brood"), path(&dir, "p.csv"));
+    let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 0.5 0.25 0 0\nMOV R0.xy, C0\nMOV R0.z, R1.z\n";
+    std::fs::write(&genome, text).unwrap();
+    let rows = "wix,wiy,wiz,wox,woy,woz,u\n0,0,1,0,0,1,0.5\n0,0,1,0,0,-1,0\n0.6,0,0.8,0,1,0,1\n0,0,1,0.6,0,0.8,0.1\n";
+    std::fs::write(&pairs, rows).unwrap();
+    let expected =
+        format!("r,g,b\n0.25,0.0625,0.25\n0,0,0\n0,0,0\n0.25,0.0625,{}\n", 0.1f32 * 0.1f32);
+    assert_eq!(done(&["eval", &genome, &pairs]), expected);
+    let json: serde_json::Value =
+        serde_json::from_str(&done(&["eval", &genome, &pairs, "--json"])).unwrap();
+    assert_eq!(json["f"][0], serde_json::json!([0.25, 0.0625, 0.25]));
+    let line = refused(&["eval", &genome, &pairs, "--limit"]);
+    assert!(line.contains("not available in this version"), "{line}");
+    std::fs::write(&pairs, "wix,wiy,wiz,wox,woy,woz\n0,0,1,0,0,1\n0,0,1.1,0,0,1\n").unwrap();
+    let line = refused(&["eval", &genome, &pairs]);
+    assert!(line.contains("row 2"), "{line}");
+}
+
+#[test]
+fn inspect_shows_counts_and_physics() {
+    let dir = tempfile::tempdir().unwrap();
+    bred(dir.path(), &["--seed", "9", "--count", "1"]);
+    let json = done(&["inspect", &path(&dir, "00.brood"), "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["physics"]["non_finite"], 0);
+    assert_eq!(json["physics"]["not_reciprocal"], 0);
+    assert!(json["physics"]["min_f"].as_f64().unwrap() >= 0.0);
+    assert_eq!(json["counts"]["instructions"], 100);
+    let line = refused(&["inspect", &path(&dir, "sheet.png")]);
+    assert!(line.starts_with("error: "), "{line}");
+}
+
+#[test]
+fn bad_usage_ends_with_2() {
+    for args in [&["breed"][..], &["render", "x"], &["breed", "--count", "257", "-o", "x"], &["x"]]
+    {
+        assert_eq!(brood(args).status.code(), Some(2), "{args:?}");
+    }
+    assert!(done(&["--version"]).starts_with("brood "));
+}
+
+#[test]
+fn tokens_are_made_listed_and_revoked() {
+    let dir = tempfile::tempdir().unwrap();
+    let data = dir.path().to_str().unwrap();
+    let token = done(&["token", "add", "laptop", "--scope", "breed", "--data", data]);
+    assert_eq!(token.trim().len(), 64);
+    refused(&["token", "add", "laptop", "--scope", "read", "--data", data]);
+    assert_eq!(done(&["token", "list", "--data", data]), "breed  laptop\n");
+    done(&["token", "revoke", "laptop", "--data", data]);
+    assert_eq!(done(&["token", "list", "--data", data]), "");
+    refused(&["token", "revoke", "laptop", "--data", data]);
+    let file = path(&dir, "copy.db");
+    done(&["backup", &file, "--data", data]);
+    assert!(std::fs::read(&file).unwrap().starts_with(b"SQLite format 3"));
+    refused(&["backup", &file, "--data", data]);
+    refused(&["backup", &path(&dir, "x.db"), "--data", &path(&dir, "nothing-here")]);
+}

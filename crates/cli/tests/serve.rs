@@ -1,0 +1,155 @@
+//! `brood serve` as a process: its line, its workers, its end. Unix only, because signals are.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A server that is killed when a test ends early.
+struct Served {
+    child: Child,
+    address: String,
+}
+
+impl Served {
+    fn start(data: &Path, workers: &str) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_brood"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--backend", "cpu", "--workers", workers])
+            .arg("--data")
+            .arg(data)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim_end().strip_prefix("brood is listening on http://");
+        let address = address.unwrap_or_else(|| panic!("{line:?}")).to_owned();
+        Self { child, address }
+    }
+
+    /// Sends a request on a connection of its own and returns the whole answer.
+    fn request(&self, method: &str, path: &str, body: &str) -> String {
+        let mut stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            self.address,
+            body.len()
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args([name, &pid]).status().unwrap().success());
+    }
+
+    /// The processes whose parent this server is.
+    fn workers(&self) -> Vec<u32> {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap();
+        let children = threads.map(|thread| {
+            // A thread may be gone again by now.
+            std::fs::read_to_string(thread.unwrap().path().join("children")).unwrap_or_default()
+        });
+        let children: Vec<String> = children.collect();
+        let pids = children.iter().flat_map(|text| text.split_whitespace());
+        pids.map(|pid| pid.parse().unwrap()).collect()
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Waits for something that must come true.
+fn until(what: &str, condition: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < Duration::from_secs(30), "{what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn is_running(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.starts_with(" Z"))
+}
+
+#[test]
+fn server_breeds_and_ends_with_0_when_terminated() {
+    let data = tempfile::tempdir().unwrap();
+    let mut served = Served::start(data.path(), "1");
+    let answer = served.request("POST", "/v1/lineages", r#"{"name": "first", "thumbnail_px": 32}"#);
+    assert!(answer.starts_with("HTTP/1.1 201"), "{answer}");
+    let json: serde_json::Value =
+        serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
+    let path = format!("/v1/lineages/{}/generations", json["id"].as_str().unwrap());
+    let answer = served.request("POST", &path, r#"{"seed": 7}"#);
+    let json: serde_json::Value =
+        serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
+    // The same options on the command line give the same children.
+    let offline = tempfile::tempdir().unwrap();
+    let bred = Command::new(env!("CARGO_BIN_EXE_brood"))
+        .args(["breed", "--seed", "7", "--size", "16", "-o"])
+        .arg(offline.path())
+        .output()
+        .unwrap();
+    for (line, child) in String::from_utf8(bred.stdout).unwrap().lines().zip(0..) {
+        assert!(line.contains(json["individuals"][child]["hash"].as_str().unwrap()), "{line}");
+    }
+    let thumbnail = json["individuals"][3]["thumbnail"].as_str().unwrap();
+    let picture = served.request("GET", thumbnail, "");
+    assert!(picture.starts_with("HTTP/1.1 200") && picture.contains("PNG"), "no picture");
+    served.signal("-TERM");
+    assert_eq!(served.child.wait().unwrap().code(), Some(0));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn dead_worker_is_replaced_and_none_outlives_its_server() {
+    let data = tempfile::tempdir().unwrap();
+    let mut served = Served::start(data.path(), "1");
+    until("a worker is started", || served.workers().len() == 1);
+    let first = served.workers()[0];
+    assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().unwrap().success());
+    until("another worker is started", || {
+        served.workers().iter().any(|pid| *pid != first && is_running(*pid))
+    });
+    let second = *served.workers().iter().find(|pid| **pid != first).unwrap();
+    served.signal("-KILL");
+    served.child.wait().unwrap();
+    until("the worker ends with its server", || !is_running(second));
+}
+
+#[test]
+fn second_server_is_refused_in_one_line() {
+    let data = tempfile::tempdir().unwrap();
+    let served = Served::start(data.path(), "0");
+    let serve = |listen: &str, data: &Path| {
+        let output = Command::new(env!("CARGO_BIN_EXE_brood"))
+            .args(["serve", "--workers", "0", "--listen", listen, "--data"])
+            .arg(data)
+            .env("BROOD_LOG", "off")
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1, "{stderr}");
+        stderr
+    };
+    serve("127.0.0.1:0", data.path());
+    let other = tempfile::tempdir().unwrap();
+    let line = serve(&served.address, other.path());
+    assert!(line.contains(served.address.rsplit(':').next().unwrap()), "{line}");
+    serve("0.0.0.0:0", other.path());
+}

@@ -1,0 +1,241 @@
+//! A connection under watch: slow heads, silence, and clients that never read are cut off.
+//!
+//! hyper's own timer cannot tell a slow head from a kept-alive connection that waits for its next request; this one
+//! can, because the service tells it when requests begin and end.
+
+use std::io;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::time::{Instant, Sleep};
+
+use crate::limit;
+
+/// Counts the requests of one connection.
+#[derive(Debug, Default)]
+pub struct Requests {
+    begun: AtomicU64,
+    ended: AtomicU64,
+}
+
+impl Requests {
+    /// Marks a request as running until the guard is dropped.
+    pub fn begin(self: &Arc<Self>) -> Running {
+        self.begun.fetch_add(1, Ordering::Relaxed);
+        Running(self.clone())
+    }
+
+    fn counts(&self) -> (u64, bool) {
+        let begun = self.begun.load(Ordering::Relaxed);
+        (begun, begun > self.ended.load(Ordering::Relaxed))
+    }
+}
+
+/// A request that is running.
+#[derive(Debug)]
+pub struct Running(Arc<Requests>);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.0.ended.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A stream with deadlines.
+pub struct Watched<S> {
+    stream: S,
+    requests: Arc<Requests>,
+    /// Requests begun when the present head's first byte had not come yet.
+    seen: u64,
+    head_since: Option<Instant>,
+    moved: Instant,
+    blocked_since: Option<Instant>,
+    read_timer: Pin<Box<Sleep>>,
+    write_timer: Pin<Box<Sleep>>,
+}
+
+impl<S> Watched<S> {
+    /// Watches a stream on which those requests come.
+    pub fn new(stream: S, requests: Arc<Requests>) -> Self {
+        Self {
+            stream,
+            requests,
+            seen: 0,
+            head_since: None,
+            moved: Instant::now(),
+            blocked_since: None,
+            read_timer: Box::pin(tokio::time::sleep(limit::IDLE)),
+            write_timer: Box::pin(tokio::time::sleep(limit::IDLE)),
+        }
+    }
+
+    /// When waiting for bytes has to end; `None` while a request is running, whose body has a limit of its own.
+    fn read_deadline(&mut self) -> Option<Instant> {
+        let (begun, running) = self.requests.counts();
+        if begun != self.seen {
+            self.seen = begun;
+            self.head_since = None;
+        }
+        if running {
+            return None;
+        }
+        let idle = self.moved + limit::IDLE;
+        Some(self.head_since.map_or(idle, |since| idle.min(since + limit::HEAD)))
+    }
+}
+
+fn expired(timer: &mut Pin<Box<Sleep>>, deadline: Instant, cx: &mut Context<'_>) -> bool {
+    if timer.deadline() != deadline {
+        timer.as_mut().reset(deadline);
+    }
+    timer.as_mut().poll(cx).is_ready()
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buf: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let this = &mut *self;
+        let before = buf.filled().len();
+        if let Poll::Ready(result) = Pin::new(&mut this.stream).poll_read(cx, buf) {
+            if buf.filled().len() > before {
+                this.moved = Instant::now();
+                if this.read_deadline().is_some() && this.head_since.is_none() {
+                    this.head_since = Some(this.moved);
+                }
+            }
+            return Poll::Ready(result);
+        }
+        match this.read_deadline() {
+            Some(deadline) if expired(&mut this.read_timer, deadline, cx) => {
+                Poll::Ready(Err(io::ErrorKind::TimedOut.into()))
+            }
+            _ => Poll::Pending,
+        }
+    }
+}
+
+impl<S: AsyncWrite + Unpin> Watched<S> {
+    fn wrote<T>(
+        &mut self,
+        cx: &mut Context<'_>,
+        result: Poll<io::Result<T>>,
+    ) -> Poll<io::Result<T>> {
+        if result.is_ready() {
+            self.moved = Instant::now();
+            self.blocked_since = None;
+            return result;
+        }
+        let since = *self.blocked_since.get_or_insert_with(Instant::now);
+        if expired(&mut self.write_timer, since + limit::IDLE, cx) {
+            return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
+        }
+        Poll::Pending
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buf: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        let result = Pin::new(&mut self.stream).poll_write(cx, buf);
+        self.wrote(cx, result)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bufs: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        let result = Pin::new(&mut self.stream).poll_write_vectored(cx, bufs);
+        self.wrote(cx, result)
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(cx)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        // A client that never reads must not hold the goodbye either.
+        let result = ready!(Pin::new(&mut self.stream).poll_shutdown(cx));
+        Poll::Ready(result)
+    }
+}
+
+/// How long a connection may live after shutdown was asked for.
+pub const GRACE: Duration = limit::DRAIN;
+
+#[cfg(test)]
+mod tests {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+
+    use super::*;
+
+    fn watched(
+        size: usize,
+    ) -> (Watched<tokio::io::DuplexStream>, tokio::io::DuplexStream, Arc<Requests>) {
+        let (near, far) = duplex(size);
+        let requests = Arc::new(Requests::default());
+        (Watched::new(near, requests.clone()), far, requests)
+    }
+
+    async fn seconds_until_cut(stream: &mut Watched<tokio::io::DuplexStream>) -> u64 {
+        let start = Instant::now();
+        let mut byte = [0; 1];
+        while stream.read(&mut byte).await.is_ok() {}
+        start.elapsed().as_secs()
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn connection_is_cut_when_idle_for_30_s() {
+        let (mut stream, _far, _) = watched(64);
+        assert_eq!(seconds_until_cut(&mut stream).await, 30);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn connection_is_cut_5_s_after_the_first_byte_of_a_head() {
+        let (mut stream, mut far, _) = watched(64);
+        let trickle = tokio::spawn(async move {
+            while far.write_all(b"G").await.is_ok() {
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+        });
+        assert_eq!(seconds_until_cut(&mut stream).await, 5);
+        trickle.abort();
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn connection_stays_while_a_request_runs() {
+        let (mut stream, mut far, requests) = watched(64);
+        far.write_all(b"G").await.unwrap();
+        let mut byte = [0; 1];
+        stream.read_exact(&mut byte).await.unwrap();
+        let running = requests.begin();
+        let wait = tokio::time::timeout(Duration::from_secs(300), stream.read(&mut byte)).await;
+        assert!(wait.is_err(), "no deadline while a request runs");
+        stream.write_all(b"answer").await.unwrap();
+        drop(running);
+        assert_eq!(seconds_until_cut(&mut stream).await, 30);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn connection_is_cut_when_the_client_never_reads() {
+        let (mut stream, _far, requests) = watched(4);
+        let _running = requests.begin();
+        let start = Instant::now();
+        assert!(stream.write_all(&[0; 64]).await.is_err());
+        assert_eq!(start.elapsed().as_secs(), 30);
+    }
+}

@@ -1,0 +1,67 @@
+//! The event stream of a lineage.
+
+use std::convert::Infallible;
+use std::time::Duration;
+
+use async_stream::stream;
+use axum::extract::State;
+use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use brood_protocol::LineageId;
+use http::{HeaderMap, HeaderValue, header};
+use tokio::sync::broadcast::error::RecvError;
+
+use crate::event::{Event, Subscription};
+use crate::extract::{NoQuery, Path};
+use crate::problem::ApiError;
+use crate::state::{App, AppState};
+
+const KEEP_ALIVE: Duration = Duration::from_secs(15);
+
+/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `resync`.
+#[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
+    params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
+    responses((status = 200, content_type = "text/event-stream")))]
+pub async fn stream_events(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    app.store.lineage(id).await?;
+    let last_id = headers.get("last-event-id").map(|value| value.to_str().unwrap_or_default());
+    let Subscription { resync, missed, mut receiver } = app.events.subscribe(id, last_id);
+    let events = stream! {
+        // Something to read at once, so that proxies and clients know that the stream is open.
+        yield Ok::<_, Infallible>(SseEvent::default().comment("open"));
+        if resync {
+            yield Ok(resynchronise());
+        }
+        for event in missed {
+            yield Ok(present(&app, &event));
+        }
+        loop {
+            let event = tokio::select! {
+                event = receiver.recv() => event,
+                () = app.stopping.cancelled() => break,
+            };
+            match event {
+                Ok(event) => yield Ok(present(&app, &event)),
+                Err(RecvError::Lagged(_)) => yield Ok(resynchronise()),
+                Err(RecvError::Closed) => break,
+            }
+        }
+    };
+    let keep_alive = KeepAlive::new().interval(KEEP_ALIVE);
+    let mut response = Sse::new(events).keep_alive(keep_alive).into_response();
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    Ok(response)
+}
+
+fn present(app: &AppState, event: &Event) -> SseEvent {
+    SseEvent::default().id(app.events.id(event)).event(event.name).data(&event.data)
+}
+
+fn resynchronise() -> SseEvent {
+    SseEvent::default().event("resync").data("{}")
+}

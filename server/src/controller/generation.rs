@@ -1,0 +1,80 @@
+//! Generations: bred and read.
+
+use axum::Json;
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::{Breed, Generation, GenerationId, LineageId, Page};
+use serde_json::Value;
+
+use super::created;
+use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::presenter::Presenter;
+use crate::problem::ApiError;
+use crate::state::App;
+
+const COLLECTION: &str = "/v1/generations";
+
+/// Breeds.
+#[utoipa::path(post, path = "/v1/lineages/{id}/generations", tag = "generations",
+    params(("id" = LineageId, Path)), request_body = Breed,
+    responses((status = 201, body = Generation)))]
+pub async fn breed(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+    key: IdempotencyKey,
+    body: JsonBody<Breed>,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let lineage = app.store.lineage(id).await?;
+    let generation = app.breed(&lineage, body.value, &attempt).await?;
+    Ok(created(COLLECTION, &generation))
+}
+
+/// The index is known only once the transaction is done: what is remembered gets it from the generation itself.
+async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
+    let id = answer.get("id").and_then(Value::as_str).and_then(|id| id.parse().ok());
+    let id: GenerationId = id.ok_or_else(|| ApiError::internal("a remembered answer has no id"))?;
+    answer["index"] = app.store.generation(id).await?.index.into();
+    Ok(answer)
+}
+
+/// The generations of a lineage, oldest first.
+#[utoipa::path(get, path = "/v1/lineages/{id}/generations", tag = "generations",
+    params(("id" = LineageId, Path), PageQuery),
+    responses((status = 200, body = Page<Generation>)))]
+pub async fn list(
+    State(app): State<App>,
+    Path(id): Path<LineageId>,
+    Query(query): Query<PageQuery>,
+) -> Result<Json<Page<Generation>>, ApiError> {
+    let limit = query.limit()?;
+    let stored = app.store.list_generations(id, query.cursor::<u64>()?, limit + 1).await?;
+    let Page { items, next } = page(stored, limit, |last| last.index.to_string(), |one| one);
+    let mut presenter = Presenter::new(&app);
+    let mut generations = Vec::with_capacity(items.len());
+    for stored in items {
+        generations.push(presenter.generation(stored).await?);
+    }
+    presenter.finish().await?;
+    Ok(Json(Page { items: generations, next }))
+}
+
+/// One generation.
+#[utoipa::path(get, path = "/v1/generations/{id}", tag = "generations",
+    params(("id" = GenerationId, Path)), responses((status = 200, body = Generation)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<GenerationId>,
+) -> Result<Json<Generation>, ApiError> {
+    let stored = app.store.generation(id).await?;
+    let mut presenter = Presenter::new(&app);
+    let generation = presenter.generation(stored).await?;
+    presenter.finish().await?;
+    Ok(Json(generation))
+}

@@ -1,0 +1,110 @@
+//! Genomes: saved and loaded, as text or JSON.
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use brood_genome::{Genome, GenomeHash};
+use brood_program::{Program, live_instructions};
+use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
+
+use super::{created, has_already};
+use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
+use crate::problem::ApiError;
+use crate::state::{App, now_ms};
+
+const TEXT: &str = "text/x-brood";
+const COLLECTION: &str = "/v1/genomes";
+
+/// The hash of a genome that was saved.
+#[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
+pub struct GenomeAnswer {
+    /// Content hash, 64 hexadecimal digits.
+    hash: String,
+}
+
+/// Saves a genome.
+#[utoipa::path(post, path = "/v1/genomes", tag = "genomes",
+    request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
+    responses((status = 201, body = GenomeAnswer)))]
+pub async fn create(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    let (head, body) = request.into_parts();
+    let content_type = ContentType::of(&head.headers);
+    content_type.require(&["application/json", TEXT])?;
+    let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
+    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let is_text = content_type.is(TEXT);
+    let parsed = app.on_processor(move || -> Result<_, ApiError> {
+        let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
+        let program = Program::lower(&genome);
+        let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+        Ok((genome, program, live))
+    });
+    let (genome, program, live) = parsed.await??;
+    let hash = genome.hash();
+    let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
+    let program_hash = *program.hash().as_bytes();
+    app.store.put_genome(hash, genome.to_string(), program_hash, live).await?;
+    app.library.keep(hash, genome, program);
+    let answer = GenomeAnswer { hash: hash.to_string() };
+    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
+        app.store.remember_answer(record, now_ms()).await?;
+    }
+    Ok(created(COLLECTION, &answer))
+}
+
+/// A genome: JSON, or its text where `Accept` asks for `text/x-brood`.
+#[utoipa::path(get, path = "/v1/genomes/{hash}", tag = "genomes",
+    params(("hash" = String, Path, description = "64 hexadecimal digits")),
+    responses((status = 200, content((serde_json::Value = "application/json"), (String = "text/x-brood")))))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(hash): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let hash: GenomeHash = hash
+        .parse()
+        .map_err(|_| ApiError::not_found("a genome's hash is 64 hexadecimal digits"))?;
+    let accept = headers.get_all(header::ACCEPT).iter();
+    let text = accept.filter_map(|value| value.to_str().ok()).any(|value| value.contains(TEXT));
+    let material = app.library.material(hash).await?;
+    let etag = format!("\"{hash}{}\"", if text { "-text" } else { "" });
+    let mut response = if has_already(&headers, &etag) {
+        StatusCode::NOT_MODIFIED.into_response()
+    } else if text {
+        let content_type = (header::CONTENT_TYPE, "text/x-brood; charset=utf-8");
+        ([content_type], material.genome.to_string()).into_response()
+    } else {
+        Json(material.genome.to_json()).into_response()
+    };
+    let headers = response.headers_mut();
+    headers.insert(header::ETAG, HeaderValue::from_str(&etag).expect("hexadecimal digits"));
+    headers.insert(header::VARY, HeaderValue::from_static("accept"));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
+    Ok(response)
+}
+
+fn from_text(bytes: &[u8]) -> Result<Genome, ApiError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let good = &bytes[..error.valid_up_to()];
+        let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+        ApiError::bad_genome("the text is not UTF-8")
+            .at_line(u32::try_from(line).unwrap_or(u32::MAX), None)
+    })?;
+    Ok(text.parse::<Genome>()?)
+}
+
+fn from_json(bytes: &[u8]) -> Result<Genome, ApiError> {
+    Ok(Genome::from_json(parse_json(bytes)?)?)
+}

@@ -1,0 +1,116 @@
+//! Workers: leases, heartbeats, results, and the meshes that they need. Binary, and not part of the public document.
+
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use brood_protocol::{
+    CONTENT_TYPE, LeaseId, LeaseRequest, LeaseResults, LeaseTicket, decode, encode,
+};
+use http::{Request, StatusCode, header};
+use serde::de::DeserializeOwned;
+
+use crate::extract::{ContentType, NoQuery, Path, read_body};
+use crate::limit;
+use crate::problem::{ApiError, quote};
+use crate::state::App;
+
+const NAME_CHARS: usize = 200;
+
+/// Waits for a job: 200 with a grant, 204 where there was none.
+#[utoipa::path(post, path = "/v1/leases", tag = "workers",
+    request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
+    responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
+pub async fn claim(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    let mut asked: LeaseRequest = read(request, limit::JSON_BYTES).await?;
+    let clean = asked.worker.chars().map(|c| if c.is_control() { ' ' } else { c });
+    asked.worker = clean.take(NAME_CHARS).collect();
+    Ok(match app.lease(&asked).await? {
+        Some(grant) => ([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&grant)).into_response(),
+        None => StatusCode::NO_CONTENT.into_response(),
+    })
+}
+
+/// Keeps a lease.
+#[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", tag = "workers",
+    params(("id" = LeaseId, Path)),
+    request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
+    responses((status = 204)))]
+pub async fn heartbeat(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LeaseId>,
+    request: Request<Body>,
+) -> Result<StatusCode, ApiError> {
+    let ticket: LeaseTicket = read(request, limit::JSON_BYTES).await?;
+    check_same(id, &ticket)?;
+    app.heartbeat(&ticket)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Takes results.
+#[utoipa::path(post, path = "/v1/leases/{id}/results", tag = "workers",
+    params(("id" = LeaseId, Path)),
+    request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
+    responses((status = 204)))]
+pub async fn results(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LeaseId>,
+    request: Request<Body>,
+) -> Result<StatusCode, ApiError> {
+    let results: LeaseResults = read(request, limit::LEASE_BYTES).await?;
+    check_same(id, &results.ticket)?;
+    app.results(results).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Gives a lease back undone.
+#[utoipa::path(delete, path = "/v1/leases/{id}", tag = "workers",
+    params(("id" = LeaseId, Path)),
+    request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
+    responses((status = 204)))]
+pub async fn release(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LeaseId>,
+    request: Request<Body>,
+) -> Result<StatusCode, ApiError> {
+    let ticket: LeaseTicket = read(request, limit::JSON_BYTES).await?;
+    check_same(id, &ticket)?;
+    app.release(&ticket).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// An uploaded mesh by its content hash.
+#[utoipa::path(get, path = "/v1/leases/meshes/{hash}", tag = "workers",
+    params(("hash" = String, Path)),
+    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+pub async fn mesh(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(hash): Path<String>,
+) -> Result<Response, ApiError> {
+    let hash = blake3::Hash::from_hex(&hash)
+        .map_err(|_| ApiError::not_found("a mesh's hash is 64 hexadecimal digits"))?;
+    // Stored as it is sent.
+    let data = app.store.mesh_data(*hash.as_bytes()).await?;
+    Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], data).into_response())
+}
+
+async fn read<T: DeserializeOwned>(request: Request<Body>, max: usize) -> Result<T, ApiError> {
+    let (head, body) = request.into_parts();
+    ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
+    let bytes = read_body(&head.headers, body, max).await?;
+    decode(&bytes).map_err(|error| ApiError::bad_request(quote(&error.to_string())))
+}
+
+fn check_same(id: LeaseId, ticket: &LeaseTicket) -> Result<(), ApiError> {
+    if id == ticket.lease {
+        return Ok(());
+    }
+    Err(ApiError::bad_request("the ticket is of another lease than the address"))
+}

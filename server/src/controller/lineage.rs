@@ -1,0 +1,181 @@
+//! Lineages: made, listed, read, changed, hidden, purged.
+
+use axum::Json;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use brood_protocol::{CreateLineage, Lineage, LineageId, Page, PatchLineage, SceneId};
+use brood_scene::Scene;
+use brood_storage::NewLineage;
+use http::StatusCode;
+use serde::Deserialize;
+
+use super::{check_length, created, versioned};
+use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
+use crate::problem::ApiError;
+use crate::state::{App, now_ms};
+
+const COLLECTION: &str = "/v1/lineages";
+
+/// Makes a lineage.
+#[utoipa::path(post, path = "/v1/lineages", tag = "lineages", request_body = CreateLineage,
+    responses((status = 201, body = Lineage)))]
+pub async fn create(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    body: JsonBody<CreateLineage>,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let asked = body.value;
+    check_name(&asked.name)?;
+    check_length(&asked.notes, limit::NOTE_CHARS, "/notes")?;
+    check_saturation(asked.saturation)?;
+    let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
+    if !sides.contains(&asked.thumbnail_px) {
+        let words = format!("{} to {} pixels", sides.start(), sides.end());
+        return Err(ApiError::refused(words).at("/thumbnail_px"));
+    }
+    asked
+        .dialect
+        .validate()
+        .map_err(|error| ApiError::refused(error.to_string()).at("/dialect"))?;
+    let scene = match asked.scene {
+        Some(scene) => check_scene(&app, scene).await?,
+        None => super::scene::store(&app, &Scene::default()).await?,
+    };
+    let new = NewLineage {
+        id: LineageId::fresh(),
+        name: asked.name,
+        notes: asked.notes,
+        scene,
+        thumbnail_px: asked.thumbnail_px,
+        dialect: asked.dialect,
+        saturation: asked.saturation,
+        created_ms: now_ms(),
+    };
+    let answer = Lineage {
+        id: new.id,
+        name: new.name.clone(),
+        notes: new.notes.clone(),
+        scene,
+        thumbnail_px: new.thumbnail_px,
+        dialect: new.dialect,
+        saturation: new.saturation,
+        generations: 0,
+        created_ms: new.created_ms,
+        version: 1,
+    };
+    let record = attempt.record(StatusCode::CREATED, &answer);
+    let lineage = app.store.create_lineage(new, record).await?;
+    Ok(created(COLLECTION, &lineage))
+}
+
+/// The lineages, newest first, without hidden ones.
+#[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(PageQuery),
+    responses((status = 200, body = Page<Lineage>)))]
+pub async fn list(
+    State(app): State<App>,
+    Query(query): Query<PageQuery>,
+) -> Result<Json<Page<Lineage>>, ApiError> {
+    let limit = query.limit()?;
+    let cursor = query.cursor::<LineageId>()?;
+    let items = app.store.list_lineages(cursor, limit + 1, false).await?;
+    Ok(Json(page(items, limit, |lineage| lineage.id.to_string(), |lineage| lineage)))
+}
+
+/// One lineage.
+#[utoipa::path(get, path = "/v1/lineages/{id}", tag = "lineages",
+    params(("id" = LineageId, Path)), responses((status = 200, body = Lineage)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+) -> Result<Response, ApiError> {
+    let lineage = app.store.lineage(id).await?;
+    Ok(versioned(lineage.version, &lineage))
+}
+
+/// Changes name, notes, scene or saturation.
+#[utoipa::path(patch, path = "/v1/lineages/{id}", tag = "lineages",
+    params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as it was read")),
+    request_body = PatchLineage, responses((status = 200, body = Lineage)))]
+pub async fn patch(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+    IfMatch(version): IfMatch,
+    body: JsonBody<PatchLineage>,
+) -> Result<Response, ApiError> {
+    let patch = body.value;
+    if let Some(name) = &patch.name {
+        check_name(name)?;
+    }
+    if let Some(notes) = &patch.notes {
+        check_length(notes, limit::NOTE_CHARS, "/notes")?;
+    }
+    if let Some(saturation) = patch.saturation {
+        check_saturation(saturation)?;
+    }
+    if let Some(scene) = patch.scene {
+        check_scene(&app, scene).await?;
+    }
+    let version = match version {
+        Some(version) => version,
+        None => app.store.lineage(id).await?.version,
+    };
+    let lineage = app.store.patch_lineage(id, version, patch).await?;
+    Ok(versioned(lineage.version, &lineage))
+}
+
+/// What to do besides hiding.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct DeleteQuery {
+    /// Remove it and all that is in it for good.
+    #[serde(default)]
+    purge: bool,
+}
+
+/// Hides a lineage, or removes it for good.
+#[utoipa::path(delete, path = "/v1/lineages/{id}", tag = "lineages",
+    params(("id" = LineageId, Path), DeleteQuery), responses((status = 204)))]
+pub async fn delete(
+    State(app): State<App>,
+    Path(id): Path<LineageId>,
+    Query(query): Query<DeleteQuery>,
+) -> Result<Response, ApiError> {
+    if query.purge {
+        app.store.purge_lineage(id).await?;
+    } else {
+        app.store.hide_lineage(id).await?;
+    }
+    Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// Refuses names that nobody could read.
+pub fn check_name(name: &str) -> Result<(), ApiError> {
+    if name.trim().is_empty() || name.chars().any(char::is_control) {
+        let words = "a name has characters that can be seen, and no control characters";
+        return Err(ApiError::refused(words).at("/name"));
+    }
+    check_length(name, limit::NAME_CHARS, "/name")
+}
+
+/// Refuses amounts outside 0 to 1.
+pub fn check_saturation(saturation: f32) -> Result<(), ApiError> {
+    if (0.0..=1.0).contains(&saturation) {
+        return Ok(());
+    }
+    Err(ApiError::refused("this is an amount from 0 to 1").at("/saturation"))
+}
+
+async fn check_scene(app: &App, scene: SceneId) -> Result<SceneId, ApiError> {
+    app.library.scene(scene).await.map_err(|error| error.at("/scene"))?;
+    Ok(scene)
+}

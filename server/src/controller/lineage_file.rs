@@ -1,0 +1,202 @@
+//! Lineage files: a whole history as one JSON document, given out and taken in again.
+
+mod form;
+mod import;
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use brood_genome::GenomeHash;
+use brood_protocol::{IndividualId, Lineage, LineageId, MeshSource, ParentRef};
+use brood_storage::StoredGeneration;
+use http::{Request, StatusCode, header};
+
+pub use form::LineageFile;
+use form::{FileGeneration, FileIndividual};
+
+use super::created;
+use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// Rows of one read.
+const CHUNK: usize = 200;
+
+/// A whole lineage as one file.
+#[utoipa::path(get, path = "/v1/lineages/{id}/file", tag = "lineages",
+    params(("id" = LineageId, Path)), responses((status = 200, body = LineageFile)))]
+pub async fn export(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+) -> Result<Response, ApiError> {
+    let lineage = app.store.lineage(id).await?;
+    let known = app.library.scene(lineage.scene).await?;
+    let mesh = match known.mesh {
+        MeshSource::Builtin => None,
+        MeshSource::Uploaded(hash) => {
+            Some(BASE64_STANDARD.encode(app.store.mesh_data(hash).await?))
+        }
+    };
+    let stored = generations(&app, id).await?;
+    let own: HashSet<IndividualId> =
+        stored.iter().flat_map(|one| &one.individuals).map(|one| one.id).collect();
+    let foreign = foreign_parents(&app, &stored, &own).await?;
+    let hashes = stored.iter().flat_map(|one| {
+        let parents = one.parents.iter().filter_map(|parent| match parent {
+            ParentRef::Genome(hash) => Some(*hash),
+            ParentRef::Individual(id) => foreign.get(id).copied(),
+        });
+        one.individuals.iter().map(|child| child.hash).chain(parents)
+    });
+    let hashes: BTreeSet<GenomeHash> = hashes.collect();
+    let file = LineageFile {
+        brood_lineage: form::VERSION,
+        name: lineage.name,
+        notes: lineage.notes,
+        dialect: lineage.dialect,
+        thumbnail_px: lineage.thumbnail_px,
+        saturation: lineage.saturation,
+        scene: known.scene.clone(),
+        mesh,
+        genomes: texts(&app, &hashes).await?,
+        generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
+    };
+    let disposition = format!("attachment; filename=\"lineage-{id}.json\"");
+    Ok(([(header::CONTENT_DISPOSITION, disposition)], Json(file)).into_response())
+}
+
+/// Takes a lineage file in: new ids, the same hashes.
+#[utoipa::path(post, path = "/v1/lineages/import", tag = "lineages", request_body = LineageFile,
+    responses((status = 201, body = Lineage)))]
+pub async fn import(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    let (head, body) = request.into_parts();
+    ContentType::of(&head.headers).require(&["application/json"])?;
+    let bytes = read_body(&head.headers, body, limit::LINEAGE_FILE_BYTES).await?;
+    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
+        Begun::Replay(answer) => return Ok(created("/v1/lineages", &answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let checked = app.on_processor(move || import::check(parse_json(&bytes)?)).await??;
+    let import::Checked { file, genomes, mesh } = checked;
+    let scene = match mesh {
+        Some(mesh) => {
+            let id = app.store.put_mesh(mesh).await?;
+            let mesh = brood_scene::MeshRef::Uploaded(id.to_string());
+            brood_scene::Scene { mesh, ..file.scene.clone() }
+        }
+        None => file.scene.clone(),
+    };
+    app.library.mesh(&scene).await.map_err(|error| error.at("/scene/mesh"))?;
+    let scene = super::scene::store(&app, &scene).await?;
+    let mut new = import::assemble(file, genomes, scene)?;
+    let answer = Lineage {
+        id: new.lineage.id,
+        name: new.lineage.name.clone(),
+        notes: new.lineage.notes.clone(),
+        scene,
+        thumbnail_px: new.lineage.thumbnail_px,
+        dialect: new.lineage.dialect,
+        saturation: new.lineage.saturation,
+        generations: new.generations.len() as u64,
+        created_ms: new.lineage.created_ms,
+        version: 1,
+    };
+    new.idempotency = attempt.record(StatusCode::CREATED, &answer);
+    let lineage = app.store.import_lineage(new).await?;
+    Ok(created("/v1/lineages", &lineage))
+}
+
+async fn generations(app: &App, id: LineageId) -> Result<Vec<StoredGeneration>, ApiError> {
+    let mut all: Vec<StoredGeneration> = Vec::new();
+    loop {
+        let after = all.last().map(|one| one.index);
+        let mut some = app.store.list_generations(id, after, limit::PAGE).await?;
+        if some.is_empty() {
+            return Ok(all);
+        }
+        all.append(&mut some);
+    }
+}
+
+/// Parents that were born in other lineages, and their genomes.
+async fn foreign_parents(
+    app: &App,
+    generations: &[StoredGeneration],
+    own: &HashSet<IndividualId>,
+) -> Result<HashMap<IndividualId, GenomeHash>, ApiError> {
+    let ids = generations.iter().flat_map(|one| &one.parents).filter_map(|parent| match parent {
+        ParentRef::Individual(id) if !own.contains(id) => Some(*id),
+        _ => None,
+    });
+    let ids: Vec<_> = ids.collect::<BTreeSet<_>>().into_iter().collect();
+    let mut found = HashMap::new();
+    for some in ids.chunks(CHUNK) {
+        let individuals = app.store.individuals(some).await?;
+        found.extend(individuals.into_iter().map(|one| (one.id, one.hash)));
+    }
+    Ok(found)
+}
+
+async fn texts(
+    app: &App,
+    hashes: &BTreeSet<GenomeHash>,
+) -> Result<BTreeMap<String, String>, ApiError> {
+    let hashes: Vec<_> = hashes.iter().copied().collect();
+    let mut texts = BTreeMap::new();
+    for some in hashes.chunks(CHUNK) {
+        let found = app.store.genome_texts(some).await?;
+        texts.extend(found.into_iter().map(|(hash, text)| (hash.to_string(), text)));
+    }
+    Ok(texts)
+}
+
+fn present(
+    stored: StoredGeneration,
+    own: &HashSet<IndividualId>,
+    foreign: &HashMap<IndividualId, GenomeHash>,
+) -> FileGeneration {
+    let parent = |parent: &ParentRef| match parent {
+        ParentRef::Individual(id) => {
+            foreign.get(id).map_or(*parent, |hash| ParentRef::Genome(*hash))
+        }
+        ParentRef::Genome(_) => *parent,
+    };
+    FileGeneration {
+        seed: stored.seed,
+        parents: stored.parents.iter().map(parent).collect(),
+        centre: stored.centre.map(|centre| centre.id).filter(|id| own.contains(id)),
+        mutation: stored.mutation,
+        recombination: stored.recombination,
+        curation: stored.curation,
+        constraints: stored.constraints,
+        saturation: stored.saturation,
+        created_ms: stored.created_ms,
+        individuals: stored
+            .individuals
+            .into_iter()
+            .map(|one| FileIndividual {
+                id: one.id,
+                hash: one.hash.to_string(),
+                slot: one.slot,
+                operator: one.operator,
+                attempts: one.attempts,
+                twin: one.twin,
+                favourite: one.favourite,
+                note: one.note,
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,98 @@
+//! Meshes: OBJ files taken in; what is kept is the mesh as it was read, never the file.
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::{MeshAnswer, MeshId, MeshWarning, encode};
+use brood_scene::{ObjFile, ObjLimits, ObjWarning, parse_obj};
+use brood_storage::{MeshRow, NewMesh};
+use http::{Request, StatusCode};
+
+use super::created;
+use crate::extract::{ContentType, NoQuery, Path, read_body};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
+use crate::problem::{ApiError, quote};
+use crate::state::{App, now_ms};
+
+const COLLECTION: &str = "/v1/meshes";
+
+/// Takes an OBJ file in.
+#[utoipa::path(post, path = "/v1/meshes", tag = "meshes",
+    request_body(content = String, content_type = "model/obj"),
+    responses((status = 201, body = MeshAnswer)))]
+pub async fn create(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    let (head, body) = request.into_parts();
+    ContentType::of(&head.headers).require(&["model/obj"])?;
+    let bytes = read_body(&head.headers, body, limit::OBJ_BYTES).await?;
+    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let parsed = app.on_processor(move || -> Result<NewMesh, ApiError> {
+        let ObjFile { mesh, warnings } = parse_obj(&bytes, &ObjLimits::default())?;
+        Ok(NewMesh {
+            id: MeshId::fresh(),
+            content_hash: mesh.content_hash(),
+            vertices: mesh.vertex_count() as u64,
+            triangles: mesh.triangle_count() as u64,
+            has_uv: mesh.has_uv(),
+            warnings_json: warnings_json(warnings),
+            data: encode(&mesh),
+        })
+    });
+    let new = parsed.await??;
+    let hash = new.content_hash;
+    let mut row = MeshRow {
+        id: new.id,
+        content_hash: hash,
+        vertices: new.vertices,
+        triangles: new.triangles,
+        has_uv: new.has_uv,
+        warnings_json: new.warnings_json.clone(),
+    };
+    row.id = app.store.put_mesh(new).await?;
+    let answer = answer(row)?;
+    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
+        app.store.remember_answer(record, now_ms()).await?;
+    }
+    Ok(created(COLLECTION, &answer))
+}
+
+/// One mesh, without its geometry.
+#[utoipa::path(get, path = "/v1/meshes/{id}", tag = "meshes",
+    params(("id" = MeshId, Path)), responses((status = 200, body = MeshAnswer)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<MeshId>,
+) -> Result<Json<MeshAnswer>, ApiError> {
+    answer(app.store.mesh(id).await?).map(Json)
+}
+
+fn warnings_json(warnings: Vec<ObjWarning>) -> String {
+    let warnings: Vec<_> = warnings
+        .into_iter()
+        .map(|warning| MeshWarning { line: warning.line, text: warning.text })
+        .collect();
+    serde_json::to_string(&warnings).expect("warnings are numbers and text")
+}
+
+fn answer(row: MeshRow) -> Result<MeshAnswer, ApiError> {
+    let warnings = serde_json::from_str(&row.warnings_json).map_err(|error| {
+        ApiError::internal(format!("stored warnings cannot be read: {}", quote(&error.to_string())))
+    })?;
+    Ok(MeshAnswer {
+        id: row.id,
+        vertices: row.vertices,
+        triangles: row.triangles,
+        has_uv: row.has_uv,
+        warnings,
+    })
+}

@@ -1,0 +1,117 @@
+//! Handlers, one file a resource: requests in, answers out, and nothing that another file could know better.
+
+pub mod event;
+pub mod generation;
+pub mod genome;
+pub mod individual;
+pub mod lease;
+pub mod lineage;
+pub mod lineage_file;
+pub mod mesh;
+pub mod operation;
+pub mod page;
+pub mod render;
+pub mod scene;
+pub mod session;
+pub mod sheet;
+pub mod system;
+pub mod thumbnail;
+
+use axum::Json;
+use axum::response::{IntoResponse, Response};
+use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use serde::Serialize;
+
+use crate::extract::etag;
+use crate::problem::ApiError;
+
+/// 201 with the place of what was made below `collection`, and its ETag where it has a version.
+fn created<T: Serialize>(collection: &str, answer: &T) -> Response {
+    let answer = serde_json::to_value(answer).expect("answers are plain data");
+    let id = ["id", "hash"].iter().find_map(|name| answer.get(name)?.as_str());
+    let location = format!("{collection}/{}", id.unwrap_or_default());
+    let version = answer.get("version").and_then(serde_json::Value::as_u64);
+    let mut response = (StatusCode::CREATED, Json(answer)).into_response();
+    if let Ok(location) = HeaderValue::from_str(&location) {
+        response.headers_mut().insert(header::LOCATION, location);
+    }
+    if let Some(version) = version {
+        response.headers_mut().insert(header::ETAG, etag(version));
+    }
+    response
+}
+
+/// 200 with the ETag of a version.
+fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
+    ([(header::ETAG, etag(version))], Json(answer)).into_response()
+}
+
+/// Whether the client has what carries this ETag already.
+fn has_already(headers: &HeaderMap, etag: &str) -> bool {
+    let values = headers.get_all(header::IF_NONE_MATCH).iter();
+    let mut tags = values.filter_map(|value| value.to_str().ok()).flat_map(|text| text.split(','));
+    tags.any(|tag| {
+        let tag = tag.trim();
+        tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == etag
+    })
+}
+
+/// A file with an ETag, or 304 where the client has it already.
+fn file(
+    headers: &HeaderMap,
+    etag: &str,
+    content_type: &str,
+    cache: &'static str,
+    bytes: impl Into<bytes::Bytes>,
+) -> Response {
+    let fixed = |name: HeaderName, text: &str| (name, HeaderValue::from_str(text).ok());
+    let common = [
+        fixed(header::ETAG, etag),
+        fixed(header::CACHE_CONTROL, cache),
+        fixed(header::CONTENT_TYPE, content_type),
+    ];
+    let mut response = if has_already(headers, etag) {
+        StatusCode::NOT_MODIFIED.into_response()
+    } else {
+        axum::body::Body::from(bytes.into()).into_response()
+    };
+    for (name, value) in common {
+        if let Some(value) = value {
+            response.headers_mut().insert(name, value);
+        }
+    }
+    response
+}
+
+/// Refuses text that is longer than it may be.
+fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiError> {
+    if text.chars().count() > max_chars {
+        let words = format!("at most {max_chars} characters");
+        return Err(ApiError::refused(words).at(pointer));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_is_not_sent_again_when_the_client_has_it() {
+        let mut headers = HeaderMap::new();
+        let status =
+            |headers: &HeaderMap| file(headers, "\"a\"", "image/png", "no-cache", "x").status();
+        assert_eq!(status(&headers), 200);
+        headers.insert(header::IF_NONE_MATCH, "\"b\", W/\"a\"".parse().unwrap());
+        assert_eq!(status(&headers), 304);
+        headers.insert(header::IF_NONE_MATCH, "\"b\"".parse().unwrap());
+        assert_eq!(status(&headers), 200);
+    }
+
+    #[test]
+    fn created_says_where() {
+        let response = created("/v1/lineages", &serde_json::json!({"id": "x", "version": 1}));
+        assert_eq!(response.headers()[header::LOCATION], "/v1/lineages/x");
+        assert_eq!(response.headers()[header::ETAG], "\"1\"");
+    }
+}

@@ -1,0 +1,66 @@
+//! Scenes: stored by content, read by id.
+
+use axum::Json;
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::{SceneAnswer, SceneId};
+use brood_scene::Scene;
+use http::StatusCode;
+
+use super::created;
+use crate::extract::{Json as JsonBody, NoQuery, Path};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::problem::ApiError;
+use crate::state::{App, now_ms};
+
+const COLLECTION: &str = "/v1/scenes";
+
+/// Stores a scene; equal scenes have one id.
+#[utoipa::path(post, path = "/v1/scenes", tag = "scenes", request_body = Scene,
+    responses((status = 201, body = SceneAnswer)))]
+pub async fn create(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    body: JsonBody<Scene>,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let scene = body.value;
+    scene.validate()?;
+    app.library.mesh(&scene).await?;
+    let id = store(&app, &scene).await?;
+    let answer = SceneAnswer { id, scene };
+    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
+        app.store.remember_answer(record, now_ms()).await?;
+    }
+    Ok(created(COLLECTION, &answer))
+}
+
+/// The scene that lineages get unless they name one.
+#[utoipa::path(get, path = "/v1/scenes/default", tag = "scenes",
+    responses((status = 200, body = Scene)))]
+pub async fn default(NoQuery: NoQuery) -> Json<Scene> {
+    Json(Scene::default())
+}
+
+/// One scene.
+#[utoipa::path(get, path = "/v1/scenes/{id}", tag = "scenes",
+    params(("id" = SceneId, Path)), responses((status = 200, body = SceneAnswer)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<SceneId>,
+) -> Result<Json<SceneAnswer>, ApiError> {
+    let known = app.library.scene(id).await?;
+    Ok(Json(SceneAnswer { id, scene: known.scene.clone() }))
+}
+
+/// Stores a scene that is known to be valid.
+pub async fn store(app: &App, scene: &Scene) -> Result<SceneId, ApiError> {
+    let json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
+    let hash = *blake3::hash(json.as_bytes()).as_bytes();
+    Ok(app.store.put_scene(&json, hash, now_ms()).await?)
+}

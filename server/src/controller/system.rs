@@ -1,0 +1,24 @@
+//! What the server is and how it is doing.
+
+use axum::Json;
+use axum::extract::State;
+use brood_protocol::{RENDERER_VERSION, SystemAnswer};
+
+use crate::extract::NoQuery;
+use crate::limit;
+use crate::state::App;
+
+/// Version, evaluator in use and why, workers, limits.
+#[utoipa::path(get, path = "/v1/system", tag = "operation",
+    responses((status = 200, body = SystemAnswer)))]
+pub async fn get(State(app): State<App>, NoQuery: NoQuery) -> Json<SystemAnswer> {
+    let (workers, backend) = app.dispatch.workers();
+    Json(SystemAnswer {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        renderer_version: RENDERER_VERSION,
+        backend,
+        workers,
+        sqlite_version: app.store.sqlite_version().to_owned(),
+        limits: limit::report(),
+    })
+}

@@ -1,0 +1,88 @@
+//! Thumbnails by key: immutable, and waited for while they are being rendered.
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::{PictureFormat, PictureKey, RENDERER_VERSION};
+use brood_storage::PictureRow;
+use http::{HeaderMap, header};
+
+use super::file;
+use crate::extract::{NoQuery, Path};
+use crate::library::View;
+use crate::presenter::thumbnail_url;
+use crate::problem::ApiError;
+use crate::state::{App, AppState};
+
+const CACHE: &str = "private, max-age=31536000, immutable";
+
+/// A picture by its key; waits while it is being rendered.
+#[utoipa::path(get, path = "/v1/thumbnails/{file}", tag = "pictures",
+    params(("file" = String, Path, description = "the key and `.png`")),
+    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let key = name.strip_suffix(".png").and_then(|key| key.parse::<PictureKey>().ok());
+    let key =
+        key.ok_or_else(|| ApiError::not_found("a thumbnail is 64 hexadecimal digits .png"))?;
+    let row = app.row(key).await?;
+    if row.format != PictureFormat::Png {
+        return Err(ApiError::not_found("that key is of another kind of picture"));
+    }
+    if row.renderer_version != RENDERER_VERSION {
+        let url = app.present_url(&row).await?;
+        let words = format!("the present picture is at {url}");
+        return Err(ApiError::gone(words).with_header(header::LOCATION, url));
+    }
+    let etag = format!("\"{key}\"");
+    if super::has_already(&headers, &etag) {
+        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
+    }
+    let bytes = app.picture(&row).await?;
+    Ok(file(&headers, &etag, "image/png", CACHE, bytes))
+}
+
+impl AppState {
+    /// What a key stands for.
+    async fn row(&self, key: PictureKey) -> Result<Arc<PictureRow>, ApiError> {
+        if let Some(row) = self.gallery.recipe(key) {
+            return Ok(row);
+        }
+        let row = Arc::new(self.store.picture(key).await?);
+        self.gallery.learn(&row);
+        Ok(row)
+    }
+
+    /// Where the picture of an older renderer's key is now.
+    async fn present_url(&self, row: &PictureRow) -> Result<String, ApiError> {
+        let view = View {
+            scene: row.scene,
+            light_deg: Some(row.light_deg),
+            size_px: row.size_px,
+            samples: row.samples,
+            format: row.format,
+            backend: row.backend,
+        };
+        let framed = self.library.frame(view).await?;
+        let material = self.library.material(row.genome_hash).await?;
+        let key = framed.key(material.program.hash());
+        self.announce(framed.row(key, row.genome_hash)).await?;
+        Ok(thumbnail_url(key))
+    }
+
+    /// Makes a key known, durably.
+    pub async fn announce(&self, row: PictureRow) -> Result<Arc<PictureRow>, ApiError> {
+        if let Some(known) = self.gallery.recipe(row.key) {
+            return Ok(known);
+        }
+        self.store.put_pictures(vec![row.clone()]).await?;
+        let row = Arc::new(row);
+        self.gallery.learn(&row);
+        Ok(row)
+    }
+}

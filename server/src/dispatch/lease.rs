@@ -1,0 +1,230 @@
+//! The road of workers: claims, heartbeats, results, and what becomes of leases that nobody keeps.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use brood_protocol::{
+    LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey, RenderJob,
+    RenderedPicture, decode,
+};
+use tokio::time::Instant;
+
+use super::Lease;
+use crate::limit;
+use crate::picture::{Failure, check};
+use crate::problem::{ApiError, quote};
+use crate::state::{App, AppState};
+
+/// Longest reason that is kept.
+const REASON_CHARS: usize = 500;
+
+/// Gives a lease back unless it was handed over: a request that is given up in the middle loses no job.
+struct Undelivered {
+    app: App,
+    ticket: Option<LeaseTicket>,
+}
+
+impl Drop for Undelivered {
+    fn drop(&mut self) {
+        if let Some(lease) = self.ticket.and_then(|ticket| self.app.dispatch.table.end(&ticket)) {
+            let app = self.app.clone();
+            self.app.tasks.spawn(async move { app.put_back(&lease, false).await });
+        }
+    }
+}
+
+impl AppState {
+    /// Waits for a job; `None` where there was none in the time asked for.
+    pub async fn lease(self: &App, request: &LeaseRequest) -> Result<Option<LeaseGrant>, ApiError> {
+        self.dispatch.heard(&request.worker, &request.report);
+        let wait = limit::LEASE_WAIT.min(std::time::Duration::from_millis(request.wait_ms.into()));
+        let deadline = Instant::now() + wait;
+        loop {
+            let rung = self.dispatch.bell.notified();
+            if self.stopping.is_cancelled() {
+                return Ok(None);
+            }
+            let (app, worker) = (self.clone(), request.worker.clone());
+            // In a task of its own: a claim that was written must become a lease even if the worker has gone.
+            let claim = self.tasks.spawn(async move {
+                let grant = app.claim(&worker).await?;
+                let ticket = grant.as_ref().map(|grant| grant.ticket);
+                Ok::<_, ApiError>((grant, Undelivered { app, ticket }))
+            });
+            let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
+            let (grant, mut undelivered) = claimed?;
+            undelivered.ticket = None;
+            if grant.is_some() {
+                return Ok(grant);
+            }
+            tokio::select! {
+                () = rung => {}
+                () = tokio::time::sleep_until(deadline) => return Ok(None),
+                () = self.stopping.cancelled() => return Ok(None),
+            }
+        }
+    }
+
+    async fn claim(&self, worker: &str) -> Result<Option<LeaseGrant>, ApiError> {
+        while let Some(job) = self.store.claim(worker).await? {
+            let mut work: RenderJob = match decode(&job.payload) {
+                Ok(work) => work,
+                Err(error) => {
+                    tracing::error!(job = %job.id, %error, "a stored job cannot be read");
+                    self.store.fail(job.id, job.epoch, &error.to_string()).await?;
+                    continue;
+                }
+            };
+            // Rendered meanwhile by another job, or before the last restart.
+            let before = work.items.len();
+            work.items.retain(|item| !self.gallery.has(item.key));
+            self.metrics.skipped.increment((before - work.items.len()) as u64);
+            if work.items.is_empty() {
+                self.store.complete(job.id, job.epoch).await?;
+                continue;
+            }
+            let work = Arc::new(work);
+            let ticket = self.dispatch.table.grant(job.id, job.epoch, worker, work.clone());
+            let work = Arc::unwrap_or_clone(work);
+            let ttl_ms = u32::try_from(limit::LEASE.as_millis()).expect("a lease is seconds long");
+            // More may be queued than bells were heard: whoever waits besides looks again.
+            self.dispatch.bell.notify_one();
+            return Ok(Some(LeaseGrant { ticket, job: job.id, ttl_ms, work }));
+        }
+        Ok(None)
+    }
+
+    /// Takes results; they count only while the lease is held.
+    pub async fn results(self: &App, results: LeaseResults) -> Result<(), ApiError> {
+        let lease = self.dispatch.table.end(&results.ticket).ok_or_else(stale)?;
+        let pictures = match results.outcome {
+            Outcome::Pictures(pictures) => pictures,
+            Outcome::Failed(reason) => {
+                let reason: String = reason.chars().take(REASON_CHARS).collect();
+                tracing::warn!(job = %lease.job, worker = %lease.worker, reason, "a job failed");
+                return self.give_up(&lease, &reason).await;
+            }
+        };
+        if let Err(reason) = check_all(&lease.work, &pictures) {
+            tracing::error!(job = %lease.job, worker = %lease.worker, reason, "results are refused");
+            self.give_up(&lease, "the worker sent something else than the pictures").await?;
+            return Err(ApiError::refused(reason));
+        }
+        self.metrics.render_seconds.record(lease.granted.elapsed().as_secs_f64());
+        self.metrics.rendered.increment(pictures.len() as u64);
+        for picture in pictures {
+            self.metrics.samples.increment(picture.samples);
+            self.metrics.operations.increment(picture.operations);
+            self.landed(picture.key, Bytes::from(picture.bytes), true);
+        }
+        // The pictures are derived: nobody has to wait until the queue's row is gone.
+        let app = self.clone();
+        self.tasks.spawn(async move {
+            if let Err(error) = app.store.complete(lease.job, lease.epoch).await {
+                tracing::warn!(job = %lease.job, %error, "a finished job could not be taken off the queue");
+            }
+        });
+        Ok(())
+    }
+
+    /// Keeps a lease.
+    pub fn heartbeat(&self, ticket: &LeaseTicket) -> Result<(), ApiError> {
+        let worker = self.dispatch.table.renew(ticket).ok_or_else(stale)?;
+        self.dispatch.heard_again(&worker);
+        Ok(())
+    }
+
+    /// Takes a job back undone.
+    pub async fn release(&self, ticket: &LeaseTicket) -> Result<(), ApiError> {
+        let lease = self.dispatch.table.end(ticket).ok_or_else(stale)?;
+        self.put_back(&lease, false).await;
+        Ok(())
+    }
+
+    /// Puts the jobs of leases that nobody has kept back into the queue.
+    pub async fn expire_leases(&self) {
+        for lease in self.dispatch.table.expire() {
+            tracing::warn!(job = %lease.job, worker = %lease.worker, "a lease has lapsed");
+            self.put_back(&lease, true).await;
+        }
+    }
+
+    /// Puts all jobs that are out back into the queue.
+    pub async fn release_all(&self) {
+        for lease in self.dispatch.table.end_all() {
+            self.put_back(&lease, false).await;
+        }
+    }
+
+    async fn put_back(&self, lease: &Lease, worker_died: bool) {
+        match self.store.release(lease.job, lease.epoch, worker_died).await {
+            Ok(brood_storage::JobState::Dead) => {
+                let reason = "worker_lost: three workers died over it";
+                tracing::error!(job = %lease.job, reason, "a job is dead");
+                self.gallery.crash(keys(lease), &Failure::Render(reason.into()));
+            }
+            Ok(_) => self.dispatch.bell.notify_one(),
+            Err(error) => {
+                tracing::error!(job = %lease.job, %error, "a job could not be put back");
+                self.gallery.crash(keys(lease), &Failure::Internal);
+            }
+        }
+    }
+
+    async fn give_up(&self, lease: &Lease, reason: &str) -> Result<(), ApiError> {
+        self.gallery.crash(keys(lease), &Failure::Render(reason.into()));
+        Ok(self.store.fail(lease.job, lease.epoch, reason).await?)
+    }
+}
+
+fn keys(lease: &Lease) -> impl Iterator<Item = PictureKey> {
+    lease.work.items.iter().map(|item| item.key)
+}
+
+fn stale() -> ApiError {
+    ApiError::stale_lease("the lease has lapsed, or its job was done by another worker")
+}
+
+/// Refuses results that are not exactly the pictures asked for.
+fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), String> {
+    let mut expected: Vec<_> = work.items.iter().map(|item| item.key).collect();
+    let mut given: Vec<_> = pictures.iter().map(|picture| picture.key).collect();
+    expected.sort_unstable();
+    expected.dedup();
+    given.sort_unstable();
+    if expected != given {
+        return Err("these are not the pictures of the job".to_owned());
+    }
+    for picture in pictures {
+        check(&picture.bytes, work.frame.format, work.frame.size_px)
+            .map_err(|reason| format!("picture {}: {reason}", quote(&picture.key.to_string())))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat, RenderItem};
+    use brood_scene::Scene;
+
+    use super::*;
+
+    fn picture(key: u8, side: u32) -> RenderedPicture {
+        let bytes = brood_eval::encode_png(side, side, &vec![0; (side * side * 4) as usize]);
+        let key = PictureKey([key; 32]);
+        RenderedPicture { key, bytes, exposure_ev: 0.0, samples: 1, operations: 1 }
+    }
+
+    #[test]
+    fn results_are_refused_unless_they_are_the_pictures_asked_for() {
+        let options = (PictureFormat::Png, Backend::Auto);
+        let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
+        let item = |key| RenderItem { key: PictureKey([key; 32]), words: Vec::new() };
+        let work = RenderJob { frame, items: vec![item(2), item(1), item(1)] };
+        check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
+        assert!(check_all(&work, &[picture(1, 16)]).is_err());
+        assert!(check_all(&work, &[picture(1, 16), picture(3, 16)]).is_err());
+        assert!(check_all(&work, &[picture(1, 16), picture(2, 17)]).is_err());
+    }
+}

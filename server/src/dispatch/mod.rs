@@ -1,0 +1,70 @@
+//! Dispatch: pictures that are wanted become jobs, jobs become leases, results become pictures.
+//!
+//! [`table`] holds the leases on the monotonic clock, [`render`] is the road of those who want pictures, [`lease`] that
+//! of those who make them.
+
+mod lease;
+mod render;
+mod table;
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use brood_protocol::{BackendReport, WorkerReport};
+use tokio::sync::Notify;
+
+pub use render::{FrameId, render_job};
+pub use table::{Lease, Table};
+
+/// Workers that are remembered.
+const WORKERS: usize = 256;
+/// A worker is said to be there this long after it was heard of.
+const PRESENT: Duration = Duration::from_secs(60);
+
+/// Leases and workers.
+pub struct Dispatch {
+    /// Leases that are out.
+    pub table: Table,
+    /// Rung once for each job that is queued.
+    pub bell: Notify,
+    workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
+}
+
+impl Dispatch {
+    /// No leases, no workers.
+    pub fn new() -> Self {
+        Self { table: Table::new(), bell: Notify::new(), workers: Mutex::new(HashMap::new()) }
+    }
+
+    /// Notes that a worker was heard of.
+    pub fn heard(&self, name: &str, report: &WorkerReport) {
+        let mut workers = self.workers.lock().expect("nothing panics under this lock");
+        if workers.len() >= WORKERS && !workers.contains_key(name) {
+            workers.retain(|_, (when, _)| when.elapsed() < PRESENT);
+            if workers.len() >= WORKERS {
+                return;
+            }
+        }
+        workers.insert(name.to_owned(), (Instant::now(), report.clone()));
+    }
+
+    /// Notes that a worker was heard of that had told about itself before.
+    pub fn heard_again(&self, name: &str) {
+        let mut workers = self.workers.lock().expect("nothing panics under this lock");
+        if let Some((when, _)) = workers.get_mut(name) {
+            *when = Instant::now();
+        }
+    }
+
+    /// Workers heard of lately, by name, and the evaluator of the one heard of last.
+    pub fn workers(&self) -> (Vec<String>, Option<BackendReport>) {
+        let workers = self.workers.lock().expect("nothing panics under this lock");
+        let last = workers.values().max_by_key(|(when, _)| *when);
+        let backend = last.map(|(_, report)| report.backend.clone());
+        let present = workers.iter().filter(|(_, (when, _))| when.elapsed() < PRESENT);
+        let mut names: Vec<_> = present.map(|(name, _)| name.clone()).collect();
+        names.sort();
+        (names, backend)
+    }
+}

@@ -1,0 +1,178 @@
+//! The road of those who want a picture: memory, disk, a flight that is under way already, or a new job.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use brood_protocol::{
+    Backend, Frame, JobId, PictureFormat, PictureKey, RenderItem, RenderJob, SceneId, encode,
+};
+use brood_storage::{JobKind, NewJob, PictureRow, Queue, StorageError};
+use bytes::Bytes;
+
+use crate::library::{Material, View};
+use crate::limit;
+use crate::picture::{Boarding, Failure};
+use crate::problem::ApiError;
+use crate::state::{App, AppState, now_ms};
+
+/// Pictures that come within this time are one job.
+const MOMENT: Duration = Duration::from_millis(1);
+/// Pictures of one job.
+const BATCH: usize = 256;
+
+/// What the pictures of one job have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FrameId {
+    scene: SceneId,
+    light_bits: u64,
+    size_px: u32,
+    samples: u32,
+    format: PictureFormat,
+    backend: Backend,
+}
+
+impl FrameId {
+    fn of(row: &PictureRow) -> Self {
+        Self {
+            scene: row.scene,
+            light_bits: row.light_deg.to_bits(),
+            size_px: row.size_px,
+            samples: row.samples,
+            format: row.format,
+            backend: row.backend,
+        }
+    }
+
+    fn view(&self) -> View {
+        View {
+            scene: self.scene,
+            light_deg: Some(f64::from_bits(self.light_bits)),
+            size_px: self.size_px,
+            samples: self.samples,
+            format: self.format,
+            backend: self.backend,
+        }
+    }
+}
+
+/// A job for pictures of one frame.
+pub fn render_job<'a>(
+    frame: &Frame,
+    items: impl Iterator<Item = (PictureKey, &'a Material)>,
+) -> NewJob {
+    let items = items.map(|(key, material)| RenderItem { key, words: material.program.to_words() });
+    let work = RenderJob { frame: frame.clone(), items: items.collect() };
+    NewJob {
+        id: JobId::fresh(),
+        kind: JobKind::Render,
+        queue: Queue::Interactive,
+        payload: encode(&work),
+        created_ms: now_ms(),
+    }
+}
+
+impl AppState {
+    /// The picture, rendered if need be; waits for it a bounded time.
+    pub async fn picture(self: &App, row: &Arc<PictureRow>) -> Result<Bytes, ApiError> {
+        let mut waiter = match self.gallery.board(row.key) {
+            Boarding::Here(bytes) => {
+                self.metrics.served.increment(1);
+                return Ok(bytes);
+            }
+            Boarding::Wait(waiter) => waiter,
+            Boarding::Lead(waiter) => {
+                let (app, row) = (self.clone(), row.clone());
+                // The flight is owned by a task, so that it lands even if this request is given up.
+                self.tasks.spawn(async move { app.lead(row).await });
+                waiter
+            }
+        };
+        let landing = tokio::select! {
+            landing = waiter.wait_for(Option::is_some) => match landing {
+                Ok(landing) => landing.clone(),
+                Err(_) => None,
+            },
+            () = tokio::time::sleep(limit::WAIT) => {
+                return Err(ApiError::not_yet("ask again in a moment"));
+            }
+            () = self.stopping.cancelled() => {
+                return Err(ApiError::stopping("come back when it runs again"));
+            }
+        };
+        match landing {
+            Some(Ok(bytes)) => Ok(bytes),
+            Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
+            Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are waiting")),
+            Some(Err(Failure::Internal)) | None => {
+                Err(ApiError::internal("a picture's flight ended without a landing"))
+            }
+        }
+    }
+
+    async fn lead(self: App, row: Arc<PictureRow>) {
+        let key = row.key;
+        let disk = self.gallery.disk().clone();
+        if disk.contains(key)
+            && let Ok(Some(bytes)) = tokio::task::spawn_blocking(move || disk.read(key)).await
+        {
+            self.metrics.served.increment(1);
+            self.landed(key, bytes, false);
+            return;
+        }
+        let frame = FrameId::of(&row);
+        if self.wanted.add(frame, row) {
+            tokio::time::sleep(MOMENT).await;
+            let rows = self.wanted.take(&frame);
+            for batch in rows.chunks(BATCH) {
+                self.enqueue(frame, batch).await;
+            }
+        }
+    }
+
+    async fn enqueue(&self, frame: FrameId, rows: &[Arc<PictureRow>]) {
+        let result = async {
+            let framed = self.library.frame(frame.view()).await?;
+            let mut items = Vec::with_capacity(rows.len());
+            for row in rows {
+                items.push((row.key, self.library.material(row.genome_hash).await?));
+            }
+            let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
+            let job = render_job(&framed.frame, items);
+            self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
+                StorageError::QueueFull | StorageError::Busy => Failure::Busy,
+                other => {
+                    tracing::error!(error = %other, "a render job could not be queued");
+                    Failure::Internal
+                }
+            })?;
+            Ok(())
+        };
+        match result.await {
+            Ok(()) => self.dispatch.bell.notify_one(),
+            Err(failure) => self.gallery.crash(rows.iter().map(|row| row.key), &failure),
+        }
+    }
+
+    /// A picture is there: those who wait get it, those who wanted to hear of it are told.
+    pub fn landed(&self, key: PictureKey, bytes: Bytes, fresh: bool) {
+        if fresh {
+            self.gallery.land(key, bytes);
+        } else {
+            self.gallery.recall(key, bytes);
+        }
+        let interests = self.gallery.take_interests(key);
+        if !interests.is_empty() {
+            let url = crate::presenter::thumbnail_url(key);
+            for (lineage, individual) in interests {
+                self.events.thumbnail(lineage, individual, &url);
+            }
+        }
+    }
+}
+
+impl From<ApiError> for Failure {
+    fn from(error: ApiError) -> Self {
+        tracing::error!(?error, "a render job could not be made");
+        Self::Internal
+    }
+}

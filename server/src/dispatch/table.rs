@@ -1,0 +1,124 @@
+//! The leases that are out, on the monotonic clock: a jump of the wall clock ends none early.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use brood_protocol::{JobId, LeaseId, LeaseTicket, RenderJob};
+use tokio::time::Instant;
+
+use crate::limit;
+
+/// A job in a worker's hands.
+#[derive(Debug, Clone)]
+pub struct Lease {
+    /// The job.
+    pub job: JobId,
+    /// Its epoch: the store refuses any other.
+    pub epoch: u64,
+    /// Who has it.
+    pub worker: String,
+    /// What is to be done.
+    pub work: Arc<RenderJob>,
+    /// When it was given out.
+    pub granted: Instant,
+    deadline: Instant,
+}
+
+/// The leases that are out.
+#[derive(Debug)]
+pub struct Table {
+    leases: Mutex<HashMap<LeaseId, Lease>>,
+}
+
+impl Table {
+    /// None are out.
+    pub fn new() -> Self {
+        Self { leases: Mutex::new(HashMap::new()) }
+    }
+
+    /// Gives a job out.
+    pub fn grant(&self, job: JobId, epoch: u64, worker: &str, work: Arc<RenderJob>) -> LeaseTicket {
+        let granted = Instant::now();
+        let deadline = granted + limit::LEASE;
+        let lease = Lease { job, epoch, worker: worker.to_owned(), work, granted, deadline };
+        let id = LeaseId::fresh();
+        self.lock().insert(id, lease);
+        LeaseTicket { lease: id, epoch }
+    }
+
+    /// Keeps a lease and names its holder; `None` where it is not this holder's any more.
+    pub fn renew(&self, ticket: &LeaseTicket) -> Option<String> {
+        let mut leases = self.lock();
+        let lease = leases.get_mut(&ticket.lease).filter(|lease| lease.epoch == ticket.epoch)?;
+        lease.deadline = Instant::now() + limit::LEASE;
+        Some(lease.worker.clone())
+    }
+
+    /// Ends a lease; `None` where it is not this holder's any more.
+    pub fn end(&self, ticket: &LeaseTicket) -> Option<Lease> {
+        let mut leases = self.lock();
+        let held = leases.get(&ticket.lease).is_some_and(|lease| lease.epoch == ticket.epoch);
+        if held { leases.remove(&ticket.lease) } else { None }
+    }
+
+    /// Ends those that nobody has kept.
+    pub fn expire(&self) -> Vec<Lease> {
+        let now = Instant::now();
+        self.lock().extract_if(|_, lease| lease.deadline <= now).map(|(_, lease)| lease).collect()
+    }
+
+    /// Ends all.
+    pub fn end_all(&self) -> Vec<Lease> {
+        self.lock().drain().map(|(_, lease)| lease).collect()
+    }
+
+    /// How many are out.
+    pub fn len(&self) -> usize {
+        self.lock().len()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<LeaseId, Lease>> {
+        self.leases.lock().expect("nothing panics under this lock")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+    use brood_scene::Scene;
+
+    use super::*;
+
+    fn work() -> Arc<RenderJob> {
+        let options = (PictureFormat::Png, Backend::Auto);
+        let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
+        Arc::new(RenderJob { frame, items: Vec::new() })
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn lease_expires_unless_it_is_renewed() {
+        let table = Table::new();
+        let kept = table.grant(JobId::fresh(), 1, "a", work());
+        let lost = table.grant(JobId::fresh(), 1, "b", work());
+        tokio::time::advance(Duration::from_secs(15)).await;
+        assert_eq!(table.renew(&kept).as_deref(), Some("a"));
+        tokio::time::advance(Duration::from_secs(6)).await;
+        let expired = table.expire();
+        assert_eq!(expired.len(), 1);
+        assert_eq!(expired[0].worker, "b");
+        assert!(table.renew(&lost).is_none() && table.end(&lost).is_none());
+        assert!(table.end(&kept).is_some());
+        assert!(table.end(&kept).is_none(), "a lease ends once");
+    }
+
+    #[tokio::test]
+    async fn lease_of_another_epoch_is_stale() {
+        let table = Table::new();
+        let ticket = table.grant(JobId::fresh(), 2, "a", work());
+        let stale = LeaseTicket { epoch: 1, ..ticket };
+        assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
+        assert_eq!(table.len(), 1);
+    }
+}

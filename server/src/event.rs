@@ -1,0 +1,180 @@
+//! Event streams: one hub a lineage, with a bounded memory for listeners that come back.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use brood_protocol::{GenerationId, IndividualId, LineageId};
+use serde_json::json;
+use tokio::sync::broadcast;
+
+/// Events that a hub remembers, and that a listener may be behind.
+const REMEMBERED: usize = 1024;
+/// A hub that nobody listens to is forgotten after this time.
+const FORGET: Duration = Duration::from_secs(600);
+
+/// Something that happened in a lineage.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// Counted up within the hub.
+    pub number: u64,
+    /// The kind, as the stream names it.
+    pub name: &'static str,
+    /// JSON.
+    pub data: String,
+}
+
+/// The hubs of all lineages.
+#[derive(Debug)]
+pub struct Events {
+    /// Tells ids of this process from those of the one before.
+    life: String,
+    hubs: Mutex<HashMap<LineageId, Hub>>,
+}
+
+#[derive(Debug)]
+struct Hub {
+    sender: broadcast::Sender<Arc<Event>>,
+    recent: VecDeque<Arc<Event>>,
+    next: u64,
+    used: Instant,
+}
+
+/// What a new listener gets.
+#[derive(Debug)]
+pub struct Subscription {
+    /// Whether events were missed that nobody remembers.
+    pub resync: bool,
+    /// Events since the id that the listener named.
+    pub missed: Vec<Arc<Event>>,
+    /// Events from now on.
+    pub receiver: broadcast::Receiver<Arc<Event>>,
+}
+
+impl Events {
+    /// No hubs yet.
+    pub fn new() -> Self {
+        let life = brood_protocol::RequestId::fresh().to_string();
+        Self { life: life.replace('-', ""), hubs: Mutex::new(HashMap::new()) }
+    }
+
+    /// The id of an event on the wire.
+    pub fn id(&self, event: &Event) -> String {
+        format!("{}-{}", self.life, event.number)
+    }
+
+    /// Tells that a generation was born.
+    pub fn generation(&self, lineage: LineageId, id: GenerationId) {
+        self.publish(lineage, "generation", &json!({ "id": id }));
+    }
+
+    /// Tells that a picture is there.
+    pub fn thumbnail(&self, lineage: LineageId, individual: IndividualId, url: &str) {
+        self.publish(lineage, "thumbnail", &json!({ "individual": individual, "url": url }));
+    }
+
+    /// Listens to a lineage, from the event after `last_id` on.
+    pub fn subscribe(&self, lineage: LineageId, last_id: Option<&str>) -> Subscription {
+        let mut hubs = self.lock();
+        let hub = hubs.entry(lineage).or_insert_with(Hub::new);
+        hub.used = Instant::now();
+        let receiver = hub.sender.subscribe();
+        let Some(last_id) = last_id else {
+            return Subscription { resync: false, missed: Vec::new(), receiver };
+        };
+        let number = last_id.split_once('-').filter(|(life, _)| *life == self.life);
+        let number = number.and_then(|(_, number)| number.parse::<u64>().ok());
+        let oldest = hub.next - hub.recent.len() as u64;
+        match number.filter(|number| number + 1 >= oldest && *number < hub.next) {
+            Some(number) => {
+                let missed = hub.recent.iter().filter(|event| event.number > number);
+                Subscription { resync: false, missed: missed.cloned().collect(), receiver }
+            }
+            None => Subscription { resync: true, missed: Vec::new(), receiver },
+        }
+    }
+
+    /// Forgets hubs that nobody uses.
+    pub fn sweep(&self) {
+        self.lock().retain(|_, hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < FORGET);
+    }
+
+    fn publish(&self, lineage: LineageId, name: &'static str, data: &serde_json::Value) {
+        let mut hubs = self.lock();
+        let hub = hubs.entry(lineage).or_insert_with(Hub::new);
+        hub.used = Instant::now();
+        let event = Arc::new(Event { number: hub.next, name, data: data.to_string() });
+        hub.next += 1;
+        hub.recent.push_back(event.clone());
+        if hub.recent.len() > REMEMBERED {
+            hub.recent.pop_front();
+        }
+        // Without a listener there is nobody to miss it.
+        let _ = hub.sender.send(event);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<LineageId, Hub>> {
+        self.hubs.lock().expect("nothing panics under this lock")
+    }
+}
+
+impl Hub {
+    fn new() -> Self {
+        Self {
+            sender: broadcast::Sender::new(REMEMBERED),
+            recent: VecDeque::new(),
+            next: 1,
+            used: Instant::now(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn listener_gets_what_it_missed_when_it_comes_back() {
+        let events = Events::new();
+        let lineage = LineageId::fresh();
+        let mut first = events.subscribe(lineage, None);
+        let ids: Vec<_> = (0..3).map(|_| GenerationId::fresh()).collect();
+        ids.iter().for_each(|id| events.generation(lineage, *id));
+        let seen = events.id(&first.receiver.recv().await.unwrap());
+        drop(first);
+        let again = events.subscribe(lineage, Some(&seen));
+        assert!(!again.resync);
+        let data: Vec<_> = again.missed.iter().map(|event| event.data.clone()).collect();
+        assert_eq!(
+            data,
+            ids[1..].iter().map(|id| format!("{{\"id\":\"{id}\"}}")).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn listener_is_told_to_resync_when_events_are_lost() {
+        let events = Events::new();
+        let lineage = LineageId::fresh();
+        events.generation(lineage, GenerationId::fresh());
+        let first = events.id(&events.lock()[&lineage].recent[0]);
+        for _ in 0..REMEMBERED + 1 {
+            events.generation(lineage, GenerationId::fresh());
+        }
+        assert!(events.subscribe(lineage, Some(&first)).resync, "forgotten");
+        assert!(events.subscribe(lineage, Some("0-1")).resync, "of another life");
+        assert!(events.subscribe(lineage, Some("x")).resync, "no id at all");
+        let future = format!("{}-99999", events.life);
+        assert!(events.subscribe(lineage, Some(&future)).resync, "of the future");
+    }
+
+    #[tokio::test]
+    async fn slow_listener_lags_instead_of_blocking() {
+        let events = Events::new();
+        let lineage = LineageId::fresh();
+        let mut slow = events.subscribe(lineage, None).receiver;
+        for _ in 0..2 * REMEMBERED {
+            events.generation(lineage, GenerationId::fresh());
+        }
+        assert!(matches!(slow.recv().await, Err(broadcast::error::RecvError::Lagged(_))));
+    }
+}

@@ -1,0 +1,113 @@
+//! Bodies read with a bound on their size, declared or not, and on the time they take.
+
+use std::time::Duration;
+
+use axum::body::Body;
+use bytes::{Bytes, BytesMut};
+use http::{HeaderMap, header};
+use http_body_util::BodyExt;
+use tokio::time::Instant;
+
+use crate::limit;
+use crate::problem::{ApiError, quote};
+
+/// The media type of a body, lower case and without parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ContentType(String);
+
+impl ContentType {
+    /// Of a request; empty where it has none.
+    pub fn of(headers: &HeaderMap) -> Self {
+        let value = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
+        let essence = value.unwrap_or_default().split(';').next().unwrap_or_default();
+        Self(essence.trim().to_ascii_lowercase())
+    }
+
+    /// Whether it is that one.
+    pub fn is(&self, media_type: &str) -> bool {
+        self.0 == media_type
+    }
+
+    /// Refuses any but those.
+    pub fn require(&self, media_types: &[&str]) -> Result<(), ApiError> {
+        if media_types.iter().any(|media_type| self.is(media_type)) {
+            return Ok(());
+        }
+        let given = if self.0.is_empty() { "none".to_owned() } else { quote(&self.0) };
+        Err(ApiError::media_type(format!("send {}, not {given}", media_types.join(" or "))))
+    }
+}
+
+/// The whole body, refused as soon as it is known to be larger than `limit` or too slow.
+pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, ApiError> {
+    let too_large = || ApiError::too_large(format!("at most {limit} bytes are taken here"));
+    let declared = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok());
+    if declared.and_then(|text| text.parse::<u64>().ok()).is_some_and(|n| n > limit as u64) {
+        return Err(too_large());
+    }
+    let start = Instant::now();
+    let mut body = body;
+    let mut first: Option<Bytes> = None;
+    let mut rest = BytesMut::new();
+    let mut received = 0usize;
+    loop {
+        let allowance = Duration::from_secs(received as u64 / limit::BODY_RATE);
+        let frame = tokio::time::timeout_at(start + limit::BODY + allowance, body.frame())
+            .await
+            .map_err(|_| ApiError::slow_body("send it faster, or in smaller parts"))?;
+        let Some(frame) = frame else { break };
+        let frame = frame.map_err(|error| {
+            ApiError::bad_request("the body broke off").with_inner(error.to_string())
+        })?;
+        let Ok(data) = frame.into_data() else { continue };
+        received += data.len();
+        if received > limit {
+            return Err(too_large());
+        }
+        match &first {
+            None => first = Some(data),
+            Some(head) => {
+                if rest.is_empty() {
+                    rest.extend_from_slice(head);
+                }
+                rest.extend_from_slice(&data);
+            }
+        }
+    }
+    Ok(if rest.is_empty() { first.unwrap_or_default() } else { rest.freeze() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn body_is_refused_when_longer_than_the_limit_declared_or_not() {
+        let chunks = |n: usize| {
+            let part = |_| Ok::<_, std::io::Error>(Bytes::from_static(b"0123456789"));
+            Body::from_stream(futures::stream::iter((0..n).map(part)))
+        };
+        let none = HeaderMap::new();
+        assert_eq!(read_body(&none, chunks(3), 30).await.unwrap().len(), 30);
+        assert_eq!(read_body(&none, chunks(4), 30).await.unwrap_err().status(), 413);
+        let mut declared = HeaderMap::new();
+        declared.insert(header::CONTENT_LENGTH, "31".parse().unwrap());
+        assert_eq!(read_body(&declared, chunks(0), 30).await.unwrap_err().status(), 413);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn body_is_refused_when_it_never_comes() {
+        let body = Body::from_stream(futures::stream::pending::<Result<Bytes, std::io::Error>>());
+        let error = read_body(&HeaderMap::new(), body, 30).await.unwrap_err();
+        assert_eq!(error.status(), 408);
+    }
+
+    #[test]
+    fn content_type_ignores_case_and_parameters() {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::CONTENT_TYPE, "Application/JSON; charset=utf-8".parse().unwrap());
+        assert!(ContentType::of(&headers).require(&["application/json"]).is_ok());
+        assert!(ContentType::of(&headers).require(&["model/obj"]).is_err());
+        assert!(ContentType::of(&HeaderMap::new()).require(&["model/obj"]).is_err());
+    }
+}

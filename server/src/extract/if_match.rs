@@ -1,0 +1,54 @@
+//! Preconditions: versioned things change only for those who saw the present version.
+
+use axum::extract::FromRequestParts;
+use http::{HeaderValue, header, request::Parts};
+
+use crate::problem::ApiError;
+
+/// The version that the client saw; `None` for `*`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct IfMatch(pub Option<u64>);
+
+impl<S: Send + Sync> FromRequestParts<S> for IfMatch {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        let missing = || ApiError::no_if_match("send the ETag of what you read as If-Match");
+        let value = parts.headers.get(header::IF_MATCH).ok_or_else(missing)?;
+        parse(value)
+    }
+}
+
+fn parse(value: &HeaderValue) -> Result<IfMatch, ApiError> {
+    let malformed = || ApiError::bad_request("If-Match is an ETag in double quotes, or *");
+    let text = value.to_str().map_err(|_| malformed())?.trim();
+    if text == "*" {
+        return Ok(IfMatch(None));
+    }
+    let bare = text.strip_prefix("W/").unwrap_or(text);
+    let tag = bare.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    let version = tag.ok_or_else(malformed)?.parse();
+    // A well-formed tag that is no version was never this thing's: it is stale, not malformed.
+    version
+        .map(|version| IfMatch(Some(version)))
+        .map_err(|_| ApiError::stale_version("that ETag is not one of this thing's"))
+}
+
+/// The ETag of a version.
+pub fn etag(version: u64) -> HeaderValue {
+    HeaderValue::from_str(&format!("\"{version}\"")).expect("digits in quotes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn if_match_reads_versions() {
+        let parse = |text| parse(&HeaderValue::from_static(text)).map_err(|e| e.status());
+        assert_eq!(parse("\"3\""), Ok(IfMatch(Some(3))));
+        assert_eq!(parse("*"), Ok(IfMatch(None)));
+        assert_eq!(parse("\"abc\""), Err(412));
+        assert_eq!(parse("3"), Err(400));
+    }
+}

@@ -1,0 +1,107 @@
+//! JSON bodies, strictly: content type, size, duplicate keys, depth, and a pointer to what is wrong.
+
+use axum::body::Body;
+use axum::extract::FromRequest;
+use bytes::Bytes;
+use http::Request;
+use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
+
+use super::strict::{check, pointer_step};
+use super::{ContentType, read_body};
+use crate::limit;
+use crate::problem::ApiError;
+use crate::problem::serde_words;
+
+/// A JSON body and the bytes it came as.
+#[derive(Debug)]
+pub struct Json<T> {
+    /// What it says.
+    pub value: T,
+    /// As sent: idempotency compares these.
+    pub bytes: Bytes,
+}
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Json<T> {
+    type Rejection = ApiError;
+
+    async fn from_request(request: Request<Body>, _: &S) -> Result<Self, ApiError> {
+        let (head, body) = request.into_parts();
+        ContentType::of(&head.headers).require(&["application/json"])?;
+        let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
+        let value = parse_json(&bytes)?;
+        Ok(Self { value, bytes })
+    }
+}
+
+/// Reads a JSON document into a type.
+pub fn parse_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ApiError> {
+    check(bytes)?;
+    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let mut pointer: String = error.path().iter().map(step).collect();
+        let message = error.inner().to_string();
+        if let Some(name) = unknown_field(&message) {
+            let name = format!("/{}", pointer_step(name));
+            if !pointer.ends_with(&name) {
+                pointer.push_str(&name);
+            }
+        }
+        syntax_error(error.inner()).at(pointer)
+    })
+}
+
+/// What serde says about JSON, with line and column as fields.
+pub fn syntax_error(error: &serde_json::Error) -> ApiError {
+    let words = ApiError::bad_json(serde_words(&error.to_string()));
+    let place = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    if error.line() == 0 {
+        return words;
+    }
+    words.at_line(place(error.line()), Some(place(error.column())))
+}
+
+fn step(segment: &Segment) -> String {
+    match segment {
+        Segment::Seq { index } => format!("/{index}"),
+        Segment::Map { key } => format!("/{}", pointer_step(key)),
+        Segment::Enum { .. } | Segment::Unknown => String::new(),
+    }
+}
+
+fn unknown_field(message: &str) -> Option<&str> {
+    let name = message.strip_prefix("unknown field `")?;
+    let end = ["`, expected ", "`, there are "].iter().find_map(|tail| name.rfind(tail));
+    Some(&name[..end?])
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_protocol::Breed;
+
+    use super::*;
+
+    fn pointer(text: &str) -> String {
+        let error = parse_json::<Breed>(text.as_bytes()).unwrap_err();
+        assert_eq!(error.status(), 400, "{text}");
+        error.problem().pointer.clone().unwrap()
+    }
+
+    #[test]
+    fn parse_points_at_the_value() {
+        assert_eq!(pointer(r#"{"count": -1}"#), "/count");
+        assert_eq!(pointer(r#"{"count": 4294967296}"#), "/count");
+        assert_eq!(pointer(r#"{"colour": 1}"#), "/colour");
+        assert_eq!(pointer(r#"{"constraints": {"shiny": true}}"#), "/constraints/shiny");
+        assert_eq!(pointer(r#"{"parents": ["x"]}"#), "/parents/0");
+        assert_eq!(pointer(r#"{"curation": "best"}"#), "/curation");
+        assert_eq!(pointer(r#"{"count": 1, "count": 1}"#), "/count");
+        assert_eq!(pointer("[]"), "");
+    }
+
+    #[test]
+    fn parse_takes_what_is_right() {
+        let breed: Breed = parse_json(br#"{"count": 3, "seed": "18446744073709551615"}"#).unwrap();
+        assert_eq!((breed.count, breed.seed.unwrap().0), (3, u64::MAX));
+    }
+}

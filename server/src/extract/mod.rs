@@ -1,0 +1,15 @@
+//! Requests taken apart: bodies, queries, paths and preconditions, each refused in words when it is not what it has to
+//! be.
+
+mod body;
+mod if_match;
+mod json;
+mod path;
+mod query;
+mod strict;
+
+pub use body::{ContentType, read_body};
+pub use if_match::{IfMatch, etag};
+pub use json::{Json, parse_json};
+pub use path::Path;
+pub use query::{NoQuery, PageQuery, Query, page};

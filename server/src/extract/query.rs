@@ -1,0 +1,119 @@
+//! Query parameters, strictly, and the pages of lists.
+
+use axum::extract::FromRequestParts;
+use brood_protocol::Page;
+use http::request::Parts;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::limit;
+use crate::problem::{ApiError, serde_words};
+
+/// The query as a struct; unknown names, duplicates and bad values are refused.
+#[derive(Debug, Clone)]
+pub struct Query<T>(pub T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        let query = axum::extract::Query::<T>::try_from_uri(&parts.uri);
+        query.map(|query| Self(query.0)).map_err(|error| {
+            let words = error.body_text();
+            let words = words.strip_prefix("Failed to deserialize query string: ");
+            ApiError::bad_request(match words {
+                Some(words) => format!("query: {}", serde_words(words)),
+                None => "the query string is not well formed".to_owned(),
+            })
+        })
+    }
+}
+
+/// For routes that take no query.
+#[derive(Debug, Clone, Copy)]
+pub struct NoQuery;
+
+impl<S: Send + Sync> FromRequestParts<S> for NoQuery {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        match parts.uri.query() {
+            None | Some("") => Ok(Self),
+            Some(_) => Err(ApiError::bad_request("this address takes no query parameters")),
+        }
+    }
+}
+
+/// Which page of a list.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct PageQuery {
+    /// `next` of the page before.
+    #[serde(default)]
+    pub cursor: Option<String>,
+    /// Items of a page, 1 to 200; 50 unless asked otherwise.
+    #[serde(default)]
+    pub limit: Option<u32>,
+}
+
+impl PageQuery {
+    /// The items wanted.
+    pub fn limit(&self) -> Result<u32, ApiError> {
+        let limit = self.limit.unwrap_or(limit::PAGE_DEFAULT);
+        if !(1..=limit::PAGE).contains(&limit) {
+            let words = format!("1 to {}, not {limit}", limit::PAGE);
+            return Err(ApiError::bad_parameter("limit", words));
+        }
+        Ok(limit)
+    }
+
+    /// Where to go on.
+    pub fn cursor<C: std::str::FromStr>(&self) -> Result<Option<C>, ApiError> {
+        let malformed = |_| ApiError::bad_parameter("cursor", "not one that a list has given");
+        self.cursor.as_deref().map(str::parse).transpose().map_err(malformed)
+    }
+}
+
+/// A page of up to `limit` of the items, of which there is one more where the list goes on.
+pub fn page<T, U>(
+    mut items: Vec<T>,
+    limit: u32,
+    cursor: impl Fn(&T) -> String,
+    present: impl FnMut(T) -> U,
+) -> Page<U> {
+    let limit = limit as usize;
+    let next = (items.len() > limit).then(|| cursor(&items[limit - 1]));
+    items.truncate(limit);
+    Page { items: items.into_iter().map(present).collect(), next }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    async fn read(query: &str) -> Result<PageQuery, u16> {
+        let uri = format!("http://localhost/v1/lineages?{query}");
+        let (mut parts, ()) = http::Request::builder().uri(uri).body(()).unwrap().into_parts();
+        let query = Query::<PageQuery>::from_request_parts(&mut parts, &()).await;
+        query.map(|query| query.0).map_err(|error| error.status())
+    }
+
+    #[tokio::test]
+    async fn query_is_refused_when_a_parameter_is_unknown_or_bad() {
+        assert_eq!(read("limit=7").await.unwrap().limit().unwrap(), 7);
+        assert_eq!(read("colour=red").await, Err(400));
+        assert_eq!(read("limit=x").await, Err(400));
+        assert_eq!(read("limit=1&limit=2").await, Err(400));
+        assert!(read("limit=0").await.unwrap().limit().is_err());
+        assert!(read("limit=201").await.unwrap().limit().is_err());
+    }
+
+    #[test]
+    fn page_has_a_cursor_when_the_list_goes_on() {
+        let full = page(vec![1, 2, 3], 2, i32::to_string, |n| n);
+        assert_eq!((full.items, full.next), (vec![1, 2], Some("2".to_owned())));
+        let last = page(vec![1, 2], 2, i32::to_string, |n| n);
+        assert_eq!((last.items, last.next), (vec![1, 2], None));
+    }
+}

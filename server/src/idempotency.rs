@@ -1,0 +1,151 @@
+//! Idempotency keys: a request that is sent again gets the answer of the first time, and happens once.
+
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex};
+
+use axum::extract::FromRequestParts;
+use brood_storage::{Idempotency, Remembered, Store};
+use http::request::Parts;
+use http::{HeaderName, StatusCode};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::problem::ApiError;
+
+const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
+const KEY_BYTES: usize = 255;
+
+/// The key that a request carries, if it does, and where it was sent.
+#[derive(Debug, Clone)]
+pub struct IdempotencyKey {
+    key: Option<String>,
+    route: String,
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        let malformed = || {
+            let words = format!("Idempotency-Key is 1 to {KEY_BYTES} printable ASCII characters");
+            ApiError::bad_request(words)
+        };
+        let mut values = parts.headers.get_all(HEADER).iter();
+        let key = match (values.next(), values.next()) {
+            (None, _) => None,
+            (Some(value), None) => {
+                let text = value.to_str().map_err(|_| malformed())?;
+                let fits = (1..=KEY_BYTES).contains(&text.len());
+                Some(if fits { text.to_owned() } else { return Err(malformed()) })
+            }
+            (Some(_), Some(_)) => return Err(malformed()),
+        };
+        Ok(Self { key, route: format!("{} {}", parts.method, parts.uri.path()) })
+    }
+}
+
+/// Keys whose first request is still running.
+#[derive(Debug, Clone, Default)]
+pub struct Ledger {
+    running: Arc<Mutex<HashSet<(String, String)>>>,
+}
+
+/// How to go on with a request.
+#[derive(Debug)]
+pub enum Begun {
+    /// It was done before; this was its answer.
+    Replay(Value),
+    /// It is to be done.
+    Fresh(Attempt),
+}
+
+/// A request that is being done; its key is free again when this is dropped.
+#[derive(Debug)]
+pub struct Attempt {
+    ledger: Ledger,
+    key: Option<(String, String)>,
+    body_hash: [u8; 32],
+}
+
+impl Ledger {
+    /// Looks whether a request with this key and body was there before.
+    pub async fn begin(
+        &self,
+        store: &Store,
+        key: IdempotencyKey,
+        body: &[u8],
+    ) -> Result<Begun, ApiError> {
+        let body_hash = *blake3::hash(body).as_bytes();
+        let Some(name) = key.key else {
+            return Ok(Begun::Fresh(Attempt { ledger: self.clone(), key: None, body_hash }));
+        };
+        let attempt = self.claim((name.clone(), key.route.clone()), body_hash)?;
+        match store.lookup_idempotent(&name, &key.route, body_hash).await? {
+            Remembered::Fresh => Ok(Begun::Fresh(attempt)),
+            Remembered::OtherBody => {
+                Err(ApiError::refused("this Idempotency-Key was used with another body before"))
+            }
+            Remembered::Replay { body, .. } => {
+                let answer = serde_json::from_slice(&body).map_err(|error| {
+                    ApiError::internal(format!("a remembered answer cannot be read: {error}"))
+                })?;
+                Ok(Begun::Replay(answer))
+            }
+        }
+    }
+
+    fn claim(&self, key: (String, String), body_hash: [u8; 32]) -> Result<Attempt, ApiError> {
+        let mut running = self.running.lock().expect("nothing panics under this lock");
+        if !running.insert(key.clone()) {
+            return Err(ApiError::running("ask again in a moment"));
+        }
+        Ok(Attempt { ledger: self.clone(), key: Some(key), body_hash })
+    }
+}
+
+impl Attempt {
+    /// The record to be written together with what the request does.
+    pub fn record<T: Serialize>(&self, status: StatusCode, answer: &T) -> Option<Idempotency> {
+        let (key, route) = self.key.clone()?;
+        let answer = serde_json::to_vec(answer).expect("answers are plain data");
+        let status = status.as_u16();
+        Some(Idempotency { key, route, body_hash: self.body_hash, status, answer })
+    }
+}
+
+impl Drop for Attempt {
+    fn drop(&mut self) {
+        if let Some(key) = &self.key {
+            self.ledger.running.lock().expect("nothing panics under this lock").remove(key);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair(key: &str) -> (String, String) {
+        (key.to_owned(), "POST /v1/lineages".to_owned())
+    }
+
+    #[test]
+    fn key_is_taken_while_its_first_request_runs() {
+        let ledger = Ledger::default();
+        let first = ledger.claim(pair("a"), [0; 32]).unwrap();
+        assert_eq!(ledger.claim(pair("a"), [0; 32]).unwrap_err().status(), 409);
+        let _other = ledger.claim(pair("b"), [0; 32]).unwrap();
+        drop(first);
+        ledger.claim(pair("a"), [0; 32]).unwrap();
+    }
+
+    #[tokio::test]
+    async fn key_is_refused_when_malformed() {
+        for (value, good) in [("a", true), ("", false), (&"x".repeat(256), false), ("ä", false)] {
+            let request = http::Request::post("/v1/lineages").header(HEADER, value);
+            let (mut parts, ()) = request.body(()).unwrap().into_parts();
+            let key = IdempotencyKey::from_request_parts(&mut parts, &()).await;
+            assert_eq!(key.is_ok(), good, "{value}");
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The outermost layer: request ids, spans, figures, problem bodies and security headers.
+
+use std::time::Instant;
+
+use axum::body::Body;
+use axum::extract::{MatchedPath, Request, State};
+use axum::middleware::Next;
+use axum::response::Response;
+use brood_protocol::RequestId;
+use http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use tracing::Instrument;
+
+use crate::problem::{Pending, plain};
+use crate::state::App;
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; \
+                      object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The documentation page sets styles inline; its scripts are files all the same.
+const DOCS_POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; \
+                           style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; \
+                           frame-ancestors 'none'";
+
+/// Runs a request under its id and finishes the answer.
+pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Response {
+    let start = Instant::now();
+    let id = RequestId::fresh();
+    let method = request.method().clone();
+    let docs = request.uri().path().starts_with("/docs");
+    let route = request.extensions().get::<MatchedPath>().cloned();
+    let route = route.as_ref().map_or("none", MatchedPath::as_str);
+    let span = tracing::info_span!("request", %id, %method, route);
+    let mut response = next.run(request).instrument(span.clone()).await;
+    let status = response.status();
+    if status.is_client_error() || status.is_server_error() {
+        let _entered = span.enter();
+        write_problem(&mut response, &method, id);
+    }
+    let headers = response.headers_mut();
+    if let Ok(value) = HeaderValue::from_str(&id.to_string()) {
+        headers.insert(REQUEST_ID, value);
+    }
+    secure(headers, docs);
+    let elapsed = start.elapsed();
+    app.metrics.request(method.as_str(), route, status.as_u16(), elapsed);
+    span.in_scope(|| {
+        tracing::debug!(
+            status = status.as_u16(),
+            elapsed_us = elapsed.as_micros() as u64,
+            "answered"
+        );
+    });
+    response
+}
+
+fn secure(headers: &mut HeaderMap, docs: bool) {
+    let policy = if docs { DOCS_POLICY } else { POLICY };
+    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("same-origin"));
+}
+
+/// Gives an error its body: the problem that came with it, or one by its status alone.
+fn write_problem(response: &mut Response, method: &Method, id: RequestId) {
+    let pending = response.extensions_mut().remove::<Pending>();
+    let status = response.status();
+    let (mut problem, inner) = match pending {
+        Some(pending) => (pending.problem, pending.inner),
+        None => (plain(status), None),
+    };
+    if let Some(inner) = inner {
+        tracing::error!(status = status.as_u16(), reason = %inner, "request failed");
+    } else if status == StatusCode::INTERNAL_SERVER_ERROR {
+        tracing::error!(status = status.as_u16(), reason = %problem.detail, "request failed");
+    }
+    problem.request_id = Some(id.to_string());
+    let body = serde_json::to_vec(&problem).expect("a problem is strings and numbers");
+    let headers = response.headers_mut();
+    let problem_json = HeaderValue::from_static("application/problem+json");
+    headers.insert(header::CONTENT_TYPE, problem_json);
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(body.len()));
+    *response.body_mut() = if method == Method::HEAD { Body::empty() } else { Body::from(body) };
+}

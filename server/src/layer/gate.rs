@@ -1,0 +1,89 @@
+//! The gate: whether this client may do that, and whether the server still takes new work.
+
+use axum::extract::{Request, State};
+use axum::middleware::Next;
+use axum::response::Response;
+use http::{HeaderMap, Method, header};
+
+use crate::access::Need;
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// The cookie that the page keeps its token in.
+pub const COOKIE: &str = "brood_token";
+
+/// Lets requests pass whose token allows them.
+pub async fn gate(
+    State(app): State<App>,
+    request: Request,
+    next: Next,
+) -> Result<Response, ApiError> {
+    let need = need(request.method(), request.uri().path(), request.uri().query());
+    let token = bearer(request.headers()).or_else(|| cookie_value(request.headers()));
+    app.access.check(&app.store, need, token).await?;
+    if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
+        return Err(ApiError::stopping("come back when it runs again"));
+    }
+    Ok(next.run(request).await)
+}
+
+fn need(method: &Method, path: &str, query: Option<&str>) -> Need {
+    let below = |prefix: &str| {
+        path.strip_prefix(prefix).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
+    if below("/v1/leases") {
+        return Need::Work;
+    }
+    if below("/v1/session") || !(below("/v1") || below("/metrics")) {
+        return Need::Nothing;
+    }
+    let purge = query.unwrap_or_default().split('&').any(|pair| pair.starts_with("purge="));
+    match *method {
+        Method::GET | Method::HEAD | Method::OPTIONS => Need::Read,
+        Method::DELETE if purge => Need::Admin,
+        _ => Need::Breed,
+    }
+}
+
+fn bearer(headers: &HeaderMap) -> Option<&str> {
+    let text = headers.get(header::AUTHORIZATION)?.to_str().ok()?;
+    let (scheme, token) = text.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
+}
+
+/// The token in the page's cookie.
+fn cookie_value(headers: &HeaderMap) -> Option<&str> {
+    let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+    cookies
+        .flat_map(|line| line.split(';'))
+        .find_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn need_follows_route_and_method() {
+        let need = |method, path| need(&method, path, None);
+        assert_eq!(need(Method::GET, "/"), Need::Nothing);
+        assert_eq!(need(Method::GET, "/v1/lineages"), Need::Read);
+        assert_eq!(need(Method::GET, "/metrics"), Need::Read);
+        assert_eq!(need(Method::POST, "/v1/lineages"), Need::Breed);
+        assert_eq!(need(Method::POST, "/v1/leases"), Need::Work);
+        assert_eq!(need(Method::GET, "/v1/leases/meshes/00"), Need::Work);
+        assert_eq!(need(Method::POST, "/v1/session"), Need::Nothing);
+        assert_eq!(super::need(&Method::DELETE, "/v1/lineages/x", Some("purge=true")), Need::Admin);
+    }
+
+    #[test]
+    fn token_is_found_in_header_and_cookie() {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::AUTHORIZATION, "Bearer abc".parse().unwrap());
+        headers.insert(header::COOKIE, "a=b; brood_token=xyz".parse().unwrap());
+        assert_eq!(bearer(&headers), Some("abc"));
+        assert_eq!(cookie_value(&headers), Some("xyz"));
+        headers.insert(header::COOKIE, "not_brood_token=xyz".parse().unwrap());
+        assert_eq!(cookie_value(&headers), None);
+    }
+}

@@ -1,0 +1,184 @@
+//! What the server has read before and need not read again: materials by genome hash, scenes, and frames.
+
+use std::sync::Arc;
+
+use brood_genome::{Genome, GenomeHash};
+use brood_program::{Program, ProgramHash};
+use brood_protocol::{
+    Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
+};
+use brood_scene::{MeshRef, Scene};
+use brood_storage::{NewPicture, StorageError, Store};
+use moka::sync::Cache;
+
+use crate::problem::ApiError;
+
+const MATERIALS: u64 = 4096;
+const SCENES: u64 = 1024;
+const FRAMES: u64 = 1024;
+
+/// A genome and the program that it lowers to.
+#[derive(Debug)]
+pub struct Material {
+    /// The genotype.
+    pub genome: Genome,
+    /// The phenotype.
+    pub program: Program,
+}
+
+/// A scene and where its mesh is.
+#[derive(Debug)]
+pub struct KnownScene {
+    /// The scene.
+    pub scene: Scene,
+    /// The mesh for workers.
+    pub mesh: MeshSource,
+}
+
+/// How a picture is framed, besides the material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// The scene.
+    pub scene: SceneId,
+    /// Position on the light circle; where the scene has it if absent.
+    pub light_deg: Option<f64>,
+    /// Side in pixels.
+    pub size_px: u32,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// The file.
+    pub format: PictureFormat,
+    /// The evaluator.
+    pub backend: Backend,
+}
+
+/// Frames are kept by the bits of what makes them.
+type FrameKey = (SceneId, Option<u64>, u32, u32, PictureFormat, Backend);
+
+/// A frame with its identity, so that keys cost two hashes.
+#[derive(Debug)]
+pub struct Framed {
+    /// For workers.
+    pub frame: Frame,
+    identity: blake3::Hash,
+    view: View,
+    light_deg: f64,
+}
+
+impl Framed {
+    /// The key of a program's picture in this frame.
+    pub fn key(&self, program: ProgramHash) -> PictureKey {
+        PictureKey::of(&program, &self.identity)
+    }
+
+    /// What that key stands for.
+    pub fn row(&self, key: PictureKey, genome_hash: GenomeHash) -> NewPicture {
+        NewPicture {
+            key,
+            genome_hash,
+            scene: self.view.scene,
+            light_deg: self.light_deg,
+            size_px: self.view.size_px,
+            samples: self.view.samples,
+            format: self.view.format,
+            backend: self.view.backend,
+            renderer_version: RENDERER_VERSION,
+        }
+    }
+}
+
+/// Reads through its caches.
+pub struct Library {
+    store: Store,
+    materials: Cache<GenomeHash, Arc<Material>>,
+    scenes: Cache<SceneId, Arc<KnownScene>>,
+    frames: Cache<FrameKey, Arc<Framed>>,
+}
+
+impl Library {
+    /// Over a store.
+    pub fn new(store: Store) -> Self {
+        Self {
+            store,
+            materials: Cache::new(MATERIALS),
+            scenes: Cache::new(SCENES),
+            frames: Cache::new(FRAMES),
+        }
+    }
+
+    /// Keeps a material that was just made.
+    pub fn keep(&self, hash: GenomeHash, genome: Genome, program: Program) -> Arc<Material> {
+        let material = Arc::new(Material { genome, program });
+        self.materials.insert(hash, material.clone());
+        material
+    }
+
+    /// A material by its genome's hash.
+    pub async fn material(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
+        if let Some(material) = self.materials.get(&hash) {
+            return Ok(material);
+        }
+        let text = self.store.genome_text(hash).await?;
+        let material = tokio::task::spawn_blocking(move || -> Result<Material, ApiError> {
+            let genome: Genome = text.parse().map_err(|error| {
+                ApiError::internal(format!("stored genome {hash} cannot be read: {error}"))
+            })?;
+            let program = Program::lower(&genome);
+            Ok(Material { genome, program })
+        });
+        let material = material.await.map_err(|error| ApiError::internal(error.to_string()))??;
+        let material = Arc::new(material);
+        self.materials.insert(hash, material.clone());
+        Ok(material)
+    }
+
+    /// A scene by its id.
+    pub async fn scene(&self, id: SceneId) -> Result<Arc<KnownScene>, ApiError> {
+        if let Some(known) = self.scenes.get(&id) {
+            return Ok(known);
+        }
+        let json = self.store.scene(id).await?;
+        let scene: Scene = serde_json::from_str(&json).map_err(|error| {
+            ApiError::internal(format!("stored scene {id} cannot be read: {error}"))
+        })?;
+        let mesh = self.mesh(&scene).await?;
+        let known = Arc::new(KnownScene { scene, mesh });
+        self.scenes.insert(id, known.clone());
+        Ok(known)
+    }
+
+    /// Where a scene's mesh is; refuses one that names none.
+    pub async fn mesh(&self, scene: &Scene) -> Result<MeshSource, ApiError> {
+        let MeshRef::Uploaded(id) = &scene.mesh else { return Ok(MeshSource::Builtin) };
+        let id: MeshId = id.parse().map_err(|_| {
+            ApiError::refused("this is neither a built-in mesh nor the id of an uploaded one")
+                .at("/mesh")
+        })?;
+        match self.store.mesh(id).await {
+            Ok(row) => Ok(MeshSource::Uploaded(row.content_hash)),
+            Err(StorageError::NotFound) => {
+                Err(ApiError::not_found("there is no mesh with that id").at("/mesh"))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// A frame.
+    pub async fn frame(&self, view: View) -> Result<Arc<Framed>, ApiError> {
+        let light = view.light_deg.map(f64::to_bits);
+        let key: FrameKey =
+            (view.scene, light, view.size_px, view.samples, view.format, view.backend);
+        if let Some(framed) = self.frames.get(&key) {
+            return Ok(framed);
+        }
+        let known = self.scene(view.scene).await?;
+        let light_deg = view.light_deg.unwrap_or(known.scene.light_deg);
+        let scene = known.scene.with_light_deg(light_deg);
+        let options = (view.format, view.backend);
+        let frame = Frame::new(&scene, known.mesh, view.size_px, view.samples, options);
+        let identity = frame.identity();
+        let framed = Arc::new(Framed { frame, identity, view, light_deg });
+        self.frames.insert(key, framed.clone());
+        Ok(framed)
+    }
+}

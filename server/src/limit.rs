@@ -1,0 +1,91 @@
+//! The limits of the service in one place: what `/v1/system` reports and what the tests attack.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Most bytes of a JSON body or of a genome's text; a genome of 1024 instructions stays below.
+pub const JSON_BYTES: usize = 256 << 10;
+/// Deepest nesting of a JSON body.
+pub const JSON_DEPTH: usize = 64;
+/// Most bytes of an OBJ file.
+pub const OBJ_BYTES: usize = 32 << 20;
+/// Most bytes of a lineage file.
+pub const LINEAGE_FILE_BYTES: usize = 64 << 20;
+/// Most bytes of a worker's message: a sheet of large linear pictures.
+pub const LEASE_BYTES: usize = 512 << 20;
+/// Most children of one generation.
+pub const CHILDREN: u32 = 256;
+/// Most items of one page of a list.
+pub const PAGE: u32 = 200;
+/// Items of a page unless asked otherwise.
+pub const PAGE_DEFAULT: u32 = 50;
+/// Longest name of a lineage, in characters.
+pub const NAME_CHARS: usize = 200;
+/// Longest notes, in characters.
+pub const NOTE_CHARS: usize = 10_000;
+/// Largest picture side.
+pub const PICTURE_PX: u32 = 2048;
+/// Smallest picture side.
+pub const PICTURE_MIN_PX: u32 = 16;
+/// Largest thumbnail side.
+pub const THUMBNAIL_PX: u32 = 1024;
+/// Most samples a pixel.
+pub const SAMPLES: u32 = 64;
+/// Most primary rays of one picture: the largest picture at four samples a pixel.
+pub const RAYS: u64 = 4 * (PICTURE_PX as u64) * (PICTURE_PX as u64);
+/// Largest side of a sheet; cells shrink to keep to it.
+pub const SHEET_PX: u32 = 4096;
+/// Most cells of a sheet.
+pub const SHEET_CELLS: usize = 256;
+/// Most render jobs that wait.
+pub const QUEUED_JOBS: u64 = 1000;
+/// Most broods that wait for a processor.
+pub const WAITING_BROODS: usize = 64;
+/// Most connections at once.
+pub const CONNECTIONS: usize = 512;
+/// A request's head must be complete in this time from its first byte.
+pub const HEAD: Duration = Duration::from_secs(5);
+/// A body must begin, and go on by [`BODY_RATE`], in this time.
+pub const BODY: Duration = Duration::from_secs(10);
+/// Least bytes a second of a body once [`BODY`] is over.
+pub const BODY_RATE: u64 = 64 << 10;
+/// A connection on which nothing moves is closed after this time.
+pub const IDLE: Duration = Duration::from_secs(30);
+/// A waiting GET waits this long.
+pub const WAIT: Duration = Duration::from_secs(20);
+/// A lease lapses unless renewed in this time.
+pub const LEASE: Duration = Duration::from_secs(20);
+/// Longest wait of a request for a lease.
+pub const LEASE_WAIT: Duration = Duration::from_secs(20);
+/// At shutdown, requests under way have this long.
+pub const DRAIN: Duration = Duration::from_secs(10);
+
+/// The limits by name, in the unit that the name ends in.
+pub fn report() -> BTreeMap<String, u64> {
+    let seconds = |duration: Duration| duration.as_secs();
+    [
+        ("json_bytes", JSON_BYTES as u64),
+        ("json_depth_levels", JSON_DEPTH as u64),
+        ("obj_bytes", OBJ_BYTES as u64),
+        ("lineage_file_bytes", LINEAGE_FILE_BYTES as u64),
+        ("generation_children", u64::from(CHILDREN)),
+        ("page_items", u64::from(PAGE)),
+        ("name_characters", NAME_CHARS as u64),
+        ("note_characters", NOTE_CHARS as u64),
+        ("picture_px", u64::from(PICTURE_PX)),
+        ("thumbnail_px", u64::from(THUMBNAIL_PX)),
+        ("samples_per_pixel", u64::from(SAMPLES)),
+        ("picture_rays", RAYS),
+        ("sheet_cells", SHEET_CELLS as u64),
+        ("queued_jobs", QUEUED_JOBS),
+        ("connections", CONNECTIONS as u64),
+        ("head_seconds", seconds(HEAD)),
+        ("body_seconds", seconds(BODY)),
+        ("idle_seconds", seconds(IDLE)),
+        ("wait_seconds", seconds(WAIT)),
+        ("lease_seconds", seconds(LEASE)),
+    ]
+    .into_iter()
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect()
+}

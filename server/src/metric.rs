@@ -1,0 +1,135 @@
+//! Figures for `/metrics`, in a recorder of the server's own: several servers in one process do not mix theirs.
+
+use std::time::Duration;
+
+use metrics::{
+    Counter, Gauge, Histogram, Key, Label, Level, Metadata, Recorder, SharedString, Unit,
+};
+use metrics_exporter_prometheus::{
+    Matcher, PrometheusBuilder, PrometheusHandle, PrometheusRecorder,
+};
+
+const BUCKETS: [f64; 14] =
+    [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 30.0];
+const METADATA: Metadata<'static> = Metadata::new("brood", Level::INFO, None);
+
+/// The figures.
+pub struct Metrics {
+    recorder: PrometheusRecorder,
+    handle: PrometheusHandle,
+    /// Generations bred.
+    pub breeds: Counter,
+    /// Children born.
+    pub births: Counter,
+    /// Draws thrown away because their program was there already.
+    pub redraws: Counter,
+    /// Children that are twins all the same.
+    pub twins: Counter,
+    /// Pictures made by workers.
+    pub rendered: Counter,
+    /// Pictures served from the cache.
+    pub served: Counter,
+    /// Pictures not rendered because they existed.
+    pub skipped: Counter,
+    /// Samples shaded.
+    pub samples: Counter,
+    /// Scalar operations executed.
+    pub operations: Counter,
+    /// Seconds to make a brood.
+    pub brood_seconds: Histogram,
+    /// Seconds from a lease to its results.
+    pub render_seconds: Histogram,
+}
+
+impl Metrics {
+    /// Registers and describes everything.
+    pub fn new() -> Self {
+        let seconds = Matcher::Suffix("_seconds".to_owned());
+        let recorder = PrometheusBuilder::new()
+            .set_buckets_for_metric(seconds, &BUCKETS)
+            .expect("there are buckets")
+            .build_recorder();
+        let counter = |name: &'static str, text: &'static str| {
+            recorder.describe_counter(name.into(), None, SharedString::const_str(text));
+            recorder.register_counter(&Key::from_static_name(name), &METADATA)
+        };
+        let histogram = |name: &'static str, text: &'static str| {
+            let unit = Some(Unit::Seconds);
+            recorder.describe_histogram(name.into(), unit, SharedString::const_str(text));
+            recorder.register_histogram(&Key::from_static_name(name), &METADATA)
+        };
+        let words = SharedString::const_str("Time from a request's head to its answer's head");
+        recorder.describe_histogram("brood_request_seconds".into(), Some(Unit::Seconds), words);
+        Self {
+            breeds: counter("brood_breeds_total", "Generations bred"),
+            births: counter("brood_births_total", "Children born"),
+            redraws: counter("brood_redraws_total", "Draws of twins thrown away"),
+            twins: counter("brood_twins_total", "Children that are twins all the same"),
+            rendered: counter("brood_pictures_rendered_total", "Pictures made by workers"),
+            served: counter("brood_pictures_cached_total", "Pictures served from the cache"),
+            skipped: counter("brood_pictures_skipped_total", "Pictures that existed already"),
+            samples: counter("brood_samples_total", "Samples shaded by workers"),
+            operations: counter("brood_operations_total", "Scalar operations done by workers"),
+            brood_seconds: histogram("brood_make_seconds", "Time to make a brood"),
+            render_seconds: histogram("brood_render_seconds", "Time from a lease to its results"),
+            handle: recorder.handle(),
+            recorder,
+        }
+    }
+
+    /// Notes a request that was answered.
+    pub fn request(&self, method: &str, route: &str, status: u16, elapsed: Duration) {
+        let labels = vec![
+            Label::new("method", method_label(method)),
+            Label::new("route", route.to_owned()),
+            Label::new("status", status.to_string()),
+        ];
+        let key = Key::from_parts("brood_request_seconds", labels);
+        self.recorder.register_histogram(&key, &METADATA).record(elapsed.as_secs_f64());
+    }
+
+    /// Sets a gauge.
+    pub fn gauge(&self, name: &'static str, labels: &[(&'static str, &str)], value: f64) {
+        let labels: Vec<_> =
+            labels.iter().map(|(name, value)| Label::new(*name, (*value).to_owned())).collect();
+        let gauge: Gauge = self.recorder.register_gauge(&Key::from_parts(name, labels), &METADATA);
+        gauge.set(value);
+    }
+
+    /// The figures as Prometheus reads them.
+    pub fn render(&self) -> String {
+        self.handle.render()
+    }
+
+    /// Folds what was recorded into the buckets, so that memory stays bounded while nobody asks.
+    pub fn upkeep(&self) {
+        self.handle.run_upkeep();
+    }
+}
+
+/// Methods by name; made-up ones share a label, so that nobody can make labels without end.
+fn method_label(method: &str) -> &'static str {
+    ["GET", "POST", "PATCH", "DELETE", "HEAD", "PUT", "OPTIONS"]
+        .into_iter()
+        .find(|known| *known == method)
+        .unwrap_or("other")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metrics_render_what_was_recorded() {
+        let metrics = Metrics::new();
+        metrics.births.increment(20);
+        metrics.request("GET", "/v1/system", 200, Duration::from_millis(3));
+        metrics.request("BREW", "none", 405, Duration::from_millis(3));
+        metrics.gauge("brood_jobs", &[("queue", "interactive")], 4.0);
+        let text = metrics.render();
+        assert!(text.contains("brood_births_total 20"), "{text}");
+        assert!(text.contains("route=\"/v1/system\",status=\"200\",le=\"0.005\"} 1"), "{text}");
+        assert!(text.contains("method=\"other\""), "{text}");
+        assert!(text.contains("brood_jobs{queue=\"interactive\"} 4"), "{text}");
+    }
+}

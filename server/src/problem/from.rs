@@ -1,0 +1,75 @@
+//! Errors of the libraries as problems.
+
+use brood_genome::{JsonError, TextError};
+use brood_scene::{ObjError, SceneError};
+use brood_storage::StorageError;
+
+use super::{ApiError, quote};
+
+impl From<StorageError> for ApiError {
+    fn from(error: StorageError) -> Self {
+        match error {
+            StorageError::NotFound => Self::not_found("there is nothing with that id or hash"),
+            StorageError::Conflict { .. } => Self::conflict(error.to_string()),
+            StorageError::StaleVersion { current } => {
+                Self::stale_version(format!("the present version is \"{current}\""))
+            }
+            StorageError::Full => Self::disk_full("nothing can be written until there is room"),
+            StorageError::Busy | StorageError::QueueFull => {
+                Self::busy("too much is waiting already").with_inner(error.to_string())
+            }
+            other => Self::internal(other.to_string()),
+        }
+    }
+}
+
+impl From<TextError> for ApiError {
+    fn from(error: TextError) -> Self {
+        Self::bad_genome(error.reason).at_line(error.line, Some(error.column))
+    }
+}
+
+impl From<JsonError> for ApiError {
+    fn from(error: JsonError) -> Self {
+        Self::bad_genome(error.reason).at(error.pointer)
+    }
+}
+
+impl From<SceneError> for ApiError {
+    fn from(error: SceneError) -> Self {
+        Self::refused(error.reason).at(error.pointer)
+    }
+}
+
+impl From<ObjError> for ApiError {
+    fn from(error: ObjError) -> Self {
+        Self::bad_mesh(error.to_string()).at_line(error.line, None)
+    }
+}
+
+/// What serde says about a value, without more of the input than errors may carry.
+pub fn serde_words(message: &str) -> String {
+    let message = match message.rfind(" at line ") {
+        Some(end) => &message[..end],
+        None => message,
+    };
+    match message.rfind(", expected ") {
+        Some(split) => format!("{}{}", quote(&message[..split]), &message[split..]),
+        None => quote(message),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn serde_words_keep_what_is_expected_and_cut_the_input() {
+        let long = "x".repeat(500);
+        let message = format!("unknown field `{long}`, expected `a` or `b` at line 1 column 9");
+        let words = serde_words(&message);
+        assert!(words.len() < 100, "{words}");
+        assert!(words.ends_with(", expected `a` or `b`"), "{words}");
+        assert_eq!(serde_words("missing field `name` at line 1 column 2"), "missing field `name`");
+    }
+}

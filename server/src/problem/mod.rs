@@ -1,0 +1,241 @@
+//! Errors as they are answered: the only place that knows status codes.
+//!
+//! An [`ApiError`] becomes a response without a body that carries the problem as an extension; the outermost layer adds
+//! the request id, logs what is not for the client's eyes, and writes the body.
+
+mod from;
+
+pub use from::serde_words;
+
+use std::sync::Arc;
+
+use axum::response::{IntoResponse, Response};
+use brood_protocol::Problem;
+use http::{HeaderName, HeaderValue, StatusCode, header};
+
+/// What goes wrong, and how it is said.
+#[derive(Debug)]
+pub struct ApiError {
+    answer: Box<Answer>,
+}
+
+#[derive(Debug, Clone)]
+struct Answer {
+    problem: Problem,
+    headers: Vec<(HeaderName, String)>,
+    inner: Option<String>,
+}
+
+/// A problem on its way to the outermost layer.
+#[derive(Debug, Clone)]
+pub struct Pending {
+    /// The problem, yet without the request's id.
+    pub problem: Problem,
+    /// What the log gets and the client does not.
+    pub inner: Option<Arc<str>>,
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $name:ident = $status:ident, $slug:literal, $title:literal;)*) => {
+        impl ApiError {$(
+            $(#[$doc])*
+            pub fn $name(detail: impl Into<String>) -> Self {
+                Self::new(StatusCode::$status, $slug, $title, detail.into())
+            }
+        )*}
+    };
+}
+
+kinds! {
+    /// 400: a value, query parameter or head that is not what it has to be.
+    bad_request = BAD_REQUEST, "bad-request", "The request is not well formed";
+    /// 400 with a pointer: JSON that is not what it has to be.
+    bad_json = BAD_REQUEST, "bad-json", "The JSON is not what is expected here";
+    /// 401.
+    unauthorized = UNAUTHORIZED, "token-needed", "A token is needed";
+    /// 403: the token's scope.
+    forbidden = FORBIDDEN, "scope", "The token does not allow this";
+    /// 403: another site's page.
+    cross_origin = FORBIDDEN, "cross-origin", "Writes from other sites are refused";
+    /// 404.
+    not_found = NOT_FOUND, "unknown-id", "There is nothing of that name";
+    /// 404: no such route.
+    no_route = NOT_FOUND, "unknown-route", "There is no such address";
+    /// 405.
+    method = METHOD_NOT_ALLOWED, "method", "This address does not know that method";
+    /// 408.
+    slow_body = REQUEST_TIMEOUT, "slow-body", "The body took too long";
+    /// 409: a lease that is someone else's.
+    stale_lease = CONFLICT, "stale-lease", "The lease has passed to someone else";
+    /// 409.
+    conflict = CONFLICT, "conflict", "This does not go with what is there";
+    /// 409: the first request of an idempotency key is still running.
+    running = CONFLICT, "still-running", "The first request with this key is still running";
+    /// 410: a picture of an older renderer.
+    gone = GONE, "older-renderer", "The picture is of an older renderer";
+    /// 412.
+    stale_version = PRECONDITION_FAILED, "stale-version", "It has changed since you read it";
+    /// 413.
+    too_large = PAYLOAD_TOO_LARGE, "too-large", "The body is too large";
+    /// 415.
+    media_type = UNSUPPORTED_MEDIA_TYPE, "media-type", "The body is of the wrong content type";
+    /// 421.
+    foreign_host = MISDIRECTED_REQUEST, "foreign-host", "This server does not answer to that host name";
+    /// 422: well formed, but not to be had.
+    refused = UNPROCESSABLE_ENTITY, "refused", "This cannot be done as asked";
+    /// 422: genome text or JSON.
+    bad_genome = UNPROCESSABLE_ENTITY, "bad-genome", "This is not a genome";
+    /// 422: an OBJ file.
+    bad_mesh = UNPROCESSABLE_ENTITY, "bad-mesh", "This is not a mesh";
+    /// 428.
+    no_if_match = PRECONDITION_REQUIRED, "if-match-needed", "If-Match is needed";
+    /// 500: a worker could not render a picture.
+    render_failed = INTERNAL_SERVER_ERROR, "render-failed", "The picture could not be rendered";
+    /// 503.
+    busy = SERVICE_UNAVAILABLE, "busy", "The server is busy";
+    /// 503.
+    stopping = SERVICE_UNAVAILABLE, "stopping", "The server is stopping";
+    /// 503: a picture that takes longer than a request may wait.
+    not_yet = SERVICE_UNAVAILABLE, "not-yet", "The picture is still being rendered";
+    /// 507.
+    disk_full = INSUFFICIENT_STORAGE, "disk-full", "The disk is full";
+}
+
+impl ApiError {
+    fn new(status: StatusCode, slug: &str, title: &str, detail: String) -> Self {
+        let problem = Problem {
+            r#type: format!("/problems/{slug}"),
+            title: title.to_owned(),
+            status: status.as_u16(),
+            detail,
+            ..Problem::default()
+        };
+        let mut headers = Vec::new();
+        if status == StatusCode::SERVICE_UNAVAILABLE {
+            headers.push((header::RETRY_AFTER, "1".to_owned()));
+        }
+        if status == StatusCode::UNAUTHORIZED {
+            headers.push((header::WWW_AUTHENTICATE, "Bearer realm=\"brood\"".to_owned()));
+        }
+        Self { answer: Box::new(Answer { problem, headers, inner: None }) }
+    }
+
+    /// 500: the text goes to the log only.
+    pub fn internal(inner: impl Into<String>) -> Self {
+        let title = "Something went wrong inside the server";
+        let detail = "the server's log has the reason under the request's id".to_owned();
+        let mut error = Self::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", title, detail);
+        error.answer.inner = Some(inner.into());
+        error
+    }
+
+    /// 400 for a query parameter.
+    pub fn bad_parameter(name: &str, detail: impl std::fmt::Display) -> Self {
+        Self::bad_request(format!("query parameter {name}: {detail}"))
+    }
+
+    /// Says where in the JSON body.
+    pub fn at(mut self, pointer: impl Into<String>) -> Self {
+        self.answer.problem.pointer = Some(pointer.into());
+        self
+    }
+
+    /// Says where in the text body.
+    pub fn at_line(mut self, line: u32, column: Option<u32>) -> Self {
+        self.answer.problem.line = Some(line);
+        self.answer.problem.column = column;
+        self
+    }
+
+    /// Adds a header to the answer.
+    pub fn with_header(mut self, name: HeaderName, value: impl Into<String>) -> Self {
+        self.answer.headers.retain(|(present, _)| *present != name);
+        self.answer.headers.push((name, value.into()));
+        self
+    }
+
+    /// Adds what only the log gets.
+    pub fn with_inner(mut self, inner: impl Into<String>) -> Self {
+        self.answer.inner = Some(inner.into());
+        self
+    }
+
+    /// The status.
+    #[cfg(test)]
+    pub fn status(&self) -> u16 {
+        self.answer.problem.status
+    }
+
+    /// The problem.
+    #[cfg(test)]
+    pub fn problem(&self) -> &Problem {
+        &self.answer.problem
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response {
+        let Answer { problem, headers, inner } = *self.answer;
+        let status = StatusCode::from_u16(problem.status).expect("problems carry real statuses");
+        let mut response = status.into_response();
+        for (name, value) in headers {
+            if let Ok(value) = HeaderValue::from_str(&value) {
+                response.headers_mut().insert(name, value);
+            }
+        }
+        let inner = inner.map(Arc::from);
+        response.extensions_mut().insert(Pending { problem, inner });
+        response
+    }
+}
+
+/// The problem of an answer that something below made without one.
+pub fn plain(status: StatusCode) -> Problem {
+    let title = status.canonical_reason().unwrap_or("The request failed").to_owned();
+    Problem {
+        r#type: "about:blank".to_owned(),
+        detail: title.clone(),
+        title,
+        status: status.as_u16(),
+        ..Problem::default()
+    }
+}
+
+/// Input as it may appear in an error: at most 64 bytes, no control characters.
+pub fn quote(input: &str) -> String {
+    let clean = input.chars().map(|c| if c.is_control() { ' ' } else { c });
+    let mut out = String::new();
+    for c in clean {
+        if out.len() + c.len_utf8() > 61 {
+            out.push('…');
+            break;
+        }
+        out.push(c);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quote_keeps_to_64_bytes_when_input_is_long() {
+        assert_eq!(quote("short"), "short");
+        for input in ["x".repeat(1000), "ä".repeat(1000), "🐄".repeat(1000)] {
+            assert!(quote(&input).len() <= 64);
+            assert!(quote(&input).ends_with('…'));
+        }
+        assert_eq!(quote("a\nb"), "a b");
+    }
+
+    #[test]
+    fn error_carries_its_problem_and_headers() {
+        let response = ApiError::busy("later").into_response();
+        assert_eq!(response.status(), 503);
+        assert_eq!(response.headers()[header::RETRY_AFTER], "1");
+        let pending = response.extensions().get::<Pending>().unwrap();
+        assert_eq!(pending.problem.r#type, "/problems/busy");
+        assert_eq!(pending.problem.detail, "later");
+    }
+}

@@ -1,0 +1,135 @@
+//! The routes and the document that describes them.
+
+use axum::Router;
+use utoipa::openapi::path::Operation;
+use utoipa::openapi::{
+    ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
+};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::SwaggerUi;
+
+use crate::controller::{
+    event, generation, genome, individual, lease, lineage, lineage_file, mesh, operation, page,
+    render, scene, session, sheet, system, thumbnail,
+};
+use crate::layer;
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// All routes, within their layers.
+pub fn router(app: App) -> Router {
+    let (router, openapi) = documented().split_for_parts();
+    let docs = SwaggerUi::new("/docs").url("/openapi.json", finish(openapi));
+    let router = router
+        .route("/", axum::routing::get(page::index))
+        .route("/web/{*path}", axum::routing::get(page::asset))
+        .with_state(app.clone())
+        .merge(docs)
+        .fallback(missing)
+        .method_not_allowed_fallback(wrong_method);
+    layer::wrap(router, &app)
+}
+
+/// The document that describes the routes, as it is committed.
+#[must_use]
+pub fn openapi() -> OpenApi {
+    finish(documented().split_for_parts().1)
+}
+
+async fn missing() -> ApiError {
+    ApiError::no_route("the routes are listed at /docs")
+}
+
+async fn wrong_method() -> ApiError {
+    ApiError::method("the Allow header says which it knows")
+}
+
+fn documented() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(OpenApiBuilder::new().info(info()).build())
+        .routes(routes!(operation::health))
+        .routes(routes!(operation::ready))
+        .routes(routes!(operation::metrics))
+        .routes(routes!(system::get))
+        .routes(routes!(session::sign_in, session::sign_out))
+        .routes(routes!(lineage::create, lineage::list))
+        .routes(routes!(lineage::get, lineage::patch, lineage::delete))
+        .routes(routes!(lineage_file::export))
+        .routes(routes!(lineage_file::import))
+        .routes(routes!(generation::breed, generation::list))
+        .routes(routes!(event::stream_events))
+        .routes(routes!(generation::get))
+        .routes(routes!(sheet::generation))
+        .routes(routes!(sheet::individuals))
+        .routes(routes!(individual::list))
+        .routes(routes!(individual::get, individual::patch))
+        .routes(routes!(individual::ancestry))
+        .routes(routes!(individual::descendants))
+        .routes(routes!(render::png))
+        .routes(routes!(render::exr))
+        .routes(routes!(thumbnail::get))
+        .routes(routes!(genome::create))
+        .routes(routes!(genome::get))
+        .routes(routes!(mesh::create))
+        .routes(routes!(mesh::get))
+        .routes(routes!(scene::create))
+        .routes(routes!(scene::default))
+        .routes(routes!(scene::get))
+        .routes(routes!(lease::claim))
+        .routes(routes!(lease::heartbeat))
+        .routes(routes!(lease::results))
+        .routes(routes!(lease::release))
+        .routes(routes!(lease::mesh))
+}
+
+fn info() -> utoipa::openapi::Info {
+    let words = "Breeds materials: genomes are small programs that compute BRDFs, and a brood is \
+                 the set of variations shown around the one that was picked. Every error is an \
+                 application/problem+json document.";
+    InfoBuilder::new()
+        .title("brood")
+        .version(env!("CARGO_PKG_VERSION"))
+        .description(Some(words))
+        .build()
+}
+
+/// Adds what all operations have in common: errors are problems.
+fn finish(mut openapi: OpenApi) -> OpenApi {
+    use utoipa::{PartialSchema, ToSchema};
+    let components = openapi.components.get_or_insert_default();
+    let name = brood_protocol::Problem::name().into_owned();
+    components.schemas.insert(name.clone(), brood_protocol::Problem::schema());
+    let problem = |words: &str| {
+        let schema = RefOr::Ref(Ref::from_schema_name(&name));
+        let content = ContentBuilder::new().schema(Some(schema)).build();
+        let response = ResponseBuilder::new().description(words);
+        RefOr::T(response.content("application/problem+json", content).build())
+    };
+    for item in openapi.paths.paths.values_mut() {
+        let methods =
+            [&mut item.get, &mut item.post, &mut item.patch, &mut item.delete, &mut item.put];
+        for operation in methods.into_iter().flatten() {
+            let Operation { responses, .. } = operation;
+            responses.responses.insert("4XX".to_owned(), problem("The request is refused"));
+            responses.responses.insert("5XX".to_owned(), problem("The server cannot answer"));
+        }
+    }
+    openapi
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COMMITTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../openapi.json");
+
+    #[test]
+    fn openapi_document_is_the_committed_one() {
+        let present = openapi().to_pretty_json().unwrap() + "\n";
+        if std::env::var_os("BROOD_UPDATE").is_some() {
+            std::fs::write(COMMITTED, &present).unwrap();
+        }
+        let committed = std::fs::read_to_string(COMMITTED).unwrap_or_default();
+        assert!(committed == present, "run this test with BROOD_UPDATE=1 and commit openapi.json");
+    }
+}

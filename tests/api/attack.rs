@@ -1,0 +1,169 @@
+//! Bad input of every kind that the interface can meet, row by row: each has its status and its words, and none
+//! of them leaves a trace or reveals where the server lives.
+
+use brood_tests::{Answer, TestLineage, TestServer, ids};
+use reqwest::Method;
+use serde_json::{Value, json};
+
+/// An id in the right form that belongs to nothing.
+const NOBODY: &str = "01900000-0000-7000-8000-000000000000";
+
+/// What is said of the inside must not be said at all.
+fn reveals_nothing(answer: &Answer, server: &TestServer) {
+    let text = answer.text();
+    let data = server.data().to_string_lossy().into_owned();
+    for word in [data.as_str(), "SELECT", "sqlite", "panicked", "src/", "backtrace"] {
+        assert!(!text.contains(word), "{} reveals {word}: {text}", answer.request);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn body_is_refused_with_a_pointer_when_it_is_no_valid_json() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let path = lineage.path("/generations");
+    let deep = format!("{{\"parents\": {}1{}}}", "[".repeat(100), "]".repeat(100));
+    // What is sent, and a part of the answer's pointer where there must be one.
+    let rows: [(&str, Option<&str>); 13] = [
+        ("{\"parents\": [], \"colour\": 1}", Some("colour")),
+        ("{\"parents\": [], \"constraints\": {\"metallic\": true}}", Some("/constraints")),
+        ("{\"parents\": [], \"count\": 4, \"count\": 5}", Some("count")),
+        (&deep, None),
+        ("{\"parents\": [], \"mutation\": NaN}", None),
+        ("{\"parents\": [], \"mutation\": 1e999}", None),
+        ("{\"parents\": [], \"count\": -1}", Some("/count")),
+        ("{\"parents\": [], \"count\": 4.5}", Some("/count")),
+        ("{\"parents\": [], \"seed\": 18446744073709551616}", Some("/seed")),
+        ("{\"parents\": [], \"seed\": \"seven\"}", Some("/seed")),
+        ("{\"parents\": [], \"curation\": \"best\"}", Some("/curation")),
+        ("{\"parents\": [\"somebody\"]}", Some("/parents/0")),
+        ("{\"parents\": [", None),
+    ];
+    for (body, pointer) in rows {
+        let answer = server.post_bytes(&path, "application/json", body).await;
+        let problem = answer.problem(400);
+        if let Some(part) = pointer {
+            let found = problem["pointer"].as_str().unwrap_or_default();
+            assert!(found.contains(part), "{body}: {problem}");
+        }
+        reveals_nothing(&answer, &server);
+    }
+    let generations = server.get(&path).await.expect(200).json();
+    assert_eq!(generations["items"], json!([]), "nothing was born");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn breeding_is_refused_when_it_cannot_mean_anything() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let path = lineage.path("/generations");
+    let first = ids(&lineage.random(1).await);
+    let extended = json!({
+        "name": "other", "thumbnail_px": 32, "dialect": {"opcodes": "extended", "registers": 10},
+    });
+    let other = TestLineage::with(&server, extended).await;
+    let foreign = ids(&other.random(1).await);
+    let rows = [
+        (422, json!({"parents": [], "count": 0})),
+        (422, json!({"parents": [], "count": 257})),
+        (422, json!({"parents": [], "count": 1_000_000_000})),
+        (422, json!({"parents": [first[0]], "mutation": 0})),
+        (422, json!({"parents": [first[0]], "mutation": 1.5})),
+        (422, json!({"parents": [first[0], first[1]], "recombination": -0.1})),
+        (422, json!({"parents": [], "curation": "diverse"})),
+        (422, json!({"parents": [], "locks": {"instructions": [0]}})),
+        (422, json!({"parents": [first[0], first[1], first[2]]})),
+        (422, json!({"parents": [foreign[0]]})),
+        (404, json!({"parents": [NOBODY]})),
+        (404, json!({"parents": ["0".repeat(64)]})),
+    ];
+    for (status, body) in rows {
+        let answer = server.post(&path, &body).await;
+        assert_eq!(answer.status, status, "{body}: {}", answer.text());
+        answer.problem(status);
+        reveals_nothing(&answer, &server);
+    }
+    let generations = server.get(&path).await.expect(200).json();
+    assert_eq!(generations["items"].as_array().unwrap().len(), 1, "nothing more was born");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn body_is_refused_when_it_is_of_another_kind_or_too_large() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let breed = lineage.path("/generations");
+    let json = "{\"parents\": []}";
+    for kind in
+        ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=b"]
+    {
+        for path in ["/v1/lineages", &breed, "/v1/scenes", "/v1/meshes", "/v1/genomes"] {
+            server.post_bytes(path, kind, json).await.problem(415);
+        }
+    }
+    let wide = format!("{{\"name\": \"{}\"}}", "x".repeat(300 * 1024));
+    server.post_bytes("/v1/lineages", "application/json", wide.clone()).await.problem(413);
+    // The same without a declared length.
+    let chunks: Vec<Vec<u8>> = wide.into_bytes().chunks(8192).map(<[u8]>::to_vec).collect();
+    let chunks = futures::stream::iter(chunks.into_iter().map(Ok::<_, std::io::Error>));
+    let sent = reqwest::Body::wrap_stream(chunks);
+    let request = server.request(Method::POST, "/v1/lineages");
+    let request = request.header("content-type", "application/json").body(sent);
+    // The server may close while the client still writes; then there is no answer to read.
+    if let Ok(answer) = server.try_send(request).await {
+        answer.problem(413);
+    }
+    let lineages = server.get("/v1/lineages").await.expect(200).json();
+    assert_eq!(lineages["items"].as_array().unwrap().len(), 1, "nothing was made");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn answer_is_404_405_or_400_when_route_id_method_or_query_is_wrong() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let child = ids(&lineage.random(1).await)[0].clone();
+    let rows = [
+        (404, Method::GET, "/v1/nothing".to_owned()),
+        (404, Method::GET, format!("/v1/lineages/{NOBODY}")),
+        (404, Method::GET, format!("/v1/lineages/{NOBODY}/generations")),
+        (404, Method::GET, format!("/v1/lineages/{NOBODY}/events")),
+        (404, Method::GET, format!("/v1/generations/{NOBODY}")),
+        (404, Method::GET, format!("/v1/individuals/{NOBODY}")),
+        (404, Method::GET, format!("/v1/individuals/{NOBODY}/render.png")),
+        (404, Method::GET, format!("/v1/genomes/{}", "0".repeat(64))),
+        (404, Method::GET, format!("/v1/thumbnails/{}.png", "0".repeat(64))),
+        (404, Method::GET, format!("/v1/meshes/{NOBODY}")),
+        (404, Method::GET, format!("/v1/scenes/{NOBODY}")),
+        (405, Method::PUT, "/v1/lineages".to_owned()),
+        (405, Method::DELETE, "/v1/system".to_owned()),
+        (400, Method::GET, "/v1/lineages?limit=0".to_owned()),
+        (400, Method::GET, "/v1/lineages?limit=201".to_owned()),
+        (400, Method::GET, "/v1/lineages?limit=many".to_owned()),
+        (400, Method::GET, "/v1/lineages?cursor=nonsense".to_owned()),
+        (400, Method::GET, "/v1/lineages?colour=red".to_owned()),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?size=15")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?size=2049")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?size=big")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?samples=0")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?light_deg=NaN")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?backend=quantum")),
+        (400, Method::GET, format!("/v1/individuals/{child}/render.png?colour=red")),
+    ];
+    for (status, method, path) in rows {
+        let answer = server.send(server.request(method, &path)).await;
+        assert_eq!(answer.status, status, "{path}: {}", answer.text());
+        answer.problem(status);
+        reveals_nothing(&answer, &server);
+    }
+    let odd = server.get("/v1/lineages/not-an-id").await;
+    assert!(matches!(odd.status, 400 | 404), "{}", odd.text());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn problem_quotes_little_when_the_input_is_long() {
+    let server = TestServer::start();
+    let name = "z".repeat(5000);
+    let body = format!("{{\"{name}\": 1, \"name\": \"a\"}}");
+    let problem: Value =
+        server.post_bytes("/v1/lineages", "application/json", body).await.problem(400);
+    assert!(!problem.to_string().contains(&"z".repeat(65)), "{problem}");
+}

@@ -1,0 +1,164 @@
+//! Breeding: what comes back, and that a seed decides it.
+
+use std::collections::HashMap;
+
+use brood_tests::{TestLineage, TestServer, hashes, ids, seed_of};
+use serde_json::{Value, json};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn generation_has_twenty_children_when_nothing_is_said() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.breed(json!({"parents": [], "seed": 1})).await;
+    assert_eq!(generation["index"], 0);
+    assert_eq!(seed_of(&generation), 1);
+    assert_eq!(generation["centre"], Value::Null);
+    let children = generation["individuals"].as_array().unwrap();
+    assert_eq!(children.len(), 20);
+    for (slot, child) in children.iter().enumerate() {
+        assert_eq!(child["slot"], slot);
+        assert_eq!(child["operator"], "random", "{child}");
+        assert_eq!(child["parents"], json!([]));
+        assert!(child["live_instructions"].as_u64().is_some(), "{child}");
+        let thumbnail = child["thumbnail"].as_str().unwrap();
+        assert!(thumbnail.starts_with("/v1/thumbnails/") && thumbnail.ends_with(".png"));
+    }
+    let mut different = hashes(&generation);
+    different.sort();
+    different.dedup();
+    assert_eq!(different.len(), 20, "no two children of a distinct brood are alike");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn children_have_their_parents_and_operator_when_bred_from_one_or_two() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let first = ids(&lineage.random(1).await);
+    let mutated = lineage.breed(json!({"parents": [first[2]], "count": 3, "seed": 2})).await;
+    assert_eq!(mutated["index"], 1);
+    assert_eq!(mutated["centre"]["id"], json!(first[2]));
+    for child in mutated["individuals"].as_array().unwrap() {
+        assert_eq!(child["parents"], json!([first[2]]));
+        assert_eq!(child["operator"], "mutate");
+    }
+    let body = json!({"parents": [first[1], first[3]], "count": 3, "seed": 3});
+    let recombined = lineage.breed(body).await;
+    assert_eq!(recombined["centre"]["id"], json!(first[1]), "the first parent is the centre");
+    for child in recombined["individuals"].as_array().unwrap() {
+        assert_eq!(child["parents"], json!([first[1], first[3]]));
+        assert_eq!(child["operator"], "recombine");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn children_are_the_same_when_the_seed_is_the_same_on_two_empty_servers() {
+    let mut broods = Vec::new();
+    for _ in 0..2 {
+        let server = TestServer::start();
+        let lineage = TestLineage::new(&server).await;
+        broods.push(family(&lineage, [11, u64::MAX, 13, 14]).await);
+    }
+    let second = broods.pop().unwrap();
+    assert_eq!(broods.pop().unwrap(), second);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn children_do_not_depend_on_place_when_the_seed_is_the_same() {
+    let server = TestServer::start();
+    let here = TestLineage::new(&server).await;
+    let there = TestLineage::new(&server).await;
+    let early = here.random(5).await;
+    for seed in 100..103 {
+        there.random(seed).await;
+    }
+    let late = there.random(5).await;
+    assert_eq!(hashes(&early), hashes(&late), "neither index nor history enters");
+    assert_ne!(hashes(&early), hashes(&here.random(6).await), "the seed does");
+    let more = there.breed(json!({"parents": [], "count": 9, "seed": 5})).await;
+    assert_eq!(hashes(&more)[..4], hashes(&early)[..], "a larger brood begins with the smaller");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn seed_is_reported_and_reproduces_when_none_is_given() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let drawn = lineage.breed(json!({"parents": [], "count": 4})).await;
+    let other = lineage.breed(json!({"parents": [], "count": 4})).await;
+    assert_ne!(seed_of(&drawn), seed_of(&other), "seeds are drawn");
+    let again = lineage.breed(json!({"parents": [], "count": 4, "seed": drawn["seed"]})).await;
+    assert_eq!(hashes(&again), hashes(&drawn));
+    let number = seed_of(&drawn);
+    let again = lineage.breed(json!({"parents": [], "count": 4, "seed": number})).await;
+    assert_eq!(hashes(&again), hashes(&drawn), "a number is as good as its digits");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn constraints_are_in_the_genomes_when_given() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let constraints = json!({"isotropic": true, "homogeneous": true});
+    let body = json!({"parents": [], "count": 2, "seed": 1, "constraints": constraints});
+    let generation = lineage.breed(body).await;
+    for hash in hashes(&generation) {
+        let request = server.request(reqwest::Method::GET, &format!("/v1/genomes/{hash}"));
+        let text = server.send(request.header("accept", "text/x-brood")).await.expect(200).text();
+        let dialect = text.lines().find(|line| line.starts_with(".dialect")).unwrap();
+        assert!(dialect.contains(" isotropic") && dialect.contains(" homogeneous"), "{dialect}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn parent_may_be_a_hash_when_no_individual_is_at_hand() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let first = lineage.random(1).await;
+    let by_id = json!({"parents": [ids(&first)[0]], "count": 3, "seed": 9});
+    let by_hash = json!({"parents": [hashes(&first)[0]], "count": 3, "seed": 9});
+    let (by_id, by_hash) = (lineage.breed(by_id).await, lineage.breed(by_hash).await);
+    assert_eq!(hashes(&by_id), hashes(&by_hash));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lineage_has_the_same_hashes_when_replayed_from_its_recorded_seeds() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    family(&lineage, [21, 22, 23, 24]).await;
+    // One whose seed the server drew, bred from a child of the recombination.
+    let listed = server.get(&lineage.path("/generations")).await.expect(200).json();
+    let last = listed["items"].as_array().unwrap().last().unwrap().clone();
+    lineage.breed(json!({"parents": [ids(&last)[0]], "count": 4, "mutation": 0.7})).await;
+
+    let recorded = server.get(&lineage.path("/generations")).await.expect(200).json();
+    let fresh = TestServer::start();
+    let replayed = TestLineage::new(&fresh).await;
+    let mut names: HashMap<String, String> = HashMap::new();
+    for generation in recorded["items"].as_array().unwrap() {
+        let parents = generation["parents"].as_array().unwrap().iter();
+        let parents: Vec<String> = parents.map(|it| names[it.as_str().unwrap()].clone()).collect();
+        let again = replayed
+            .breed(json!({
+                "parents": parents,
+                "count": ids(generation).len(),
+                "seed": generation["seed"],
+                "mutation": generation["mutation"],
+                "recombination": generation["recombination"],
+                "curation": generation["curation"],
+            }))
+            .await;
+        assert_eq!(hashes(&again), hashes(generation), "generation {}", generation["index"]);
+        names.extend(ids(generation).into_iter().zip(ids(&again)));
+    }
+}
+
+/// Three generations by mutation and one by recombination; the hashes of all their children.
+async fn family(lineage: &TestLineage<'_>, seeds: [u64; 4]) -> Vec<Vec<String>> {
+    let first = lineage.random(seeds[0]).await;
+    let body = json!({"parents": [ids(&first)[1]], "count": 4, "seed": seeds[1].to_string()});
+    let second = lineage.breed(body).await;
+    let body = json!({"parents": [ids(&second)[0]], "count": 4, "seed": seeds[2], "mutation": 0.6});
+    let third = lineage.breed(body).await;
+    let parents = [ids(&third)[2].clone(), ids(&first)[3].clone()];
+    let body = json!({"parents": parents, "count": 4, "seed": seeds[3], "recombination": 0.4});
+    let fourth = lineage.breed(body).await;
+    [first, second, third, fourth].iter().map(hashes).collect()
+}

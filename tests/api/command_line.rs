@@ -1,0 +1,104 @@
+//! The command line against the server: two ways to the same materials and the same pictures.
+
+use std::path::Path;
+
+use brood_tests::{TestLineage, TestServer, brood, hashes, ids};
+use reqwest::Method;
+use serde_json::json;
+use tempfile::TempDir;
+
+/// `brood breed` into this folder; the hashes that it prints, by slot.
+fn breed(folder: &Path, arguments: &[&str]) -> Vec<String> {
+    let mut words = vec!["breed"];
+    words.extend(arguments);
+    let folder = folder.to_string_lossy();
+    words.extend(["-o", folder.as_ref()]);
+    let printed = brood(words).success().stdout;
+    let lines: Vec<&str> = printed.lines().filter(|line| !line.trim().is_empty()).collect();
+    lines
+        .iter()
+        .map(|line| {
+            let hash = line.split_whitespace().find(|word| word.len() == 64);
+            hash.unwrap_or_else(|| panic!("no hash in {line:?}")).to_owned()
+        })
+        .collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn children_are_the_servers_when_bred_on_the_command_line() {
+    let server = TestServer::start();
+    // Saturation 1 leaves the colours as evolved, which is what the command line does by itself.
+    let body = json!({"name": "first", "thumbnail_px": 32, "saturation": 1.0});
+    let lineage = TestLineage::with(&server, body).await;
+    let folder = TempDir::new().unwrap();
+    let here = |name: &str| folder.path().join(name);
+
+    let first = lineage.breed(json!({"parents": [], "count": 20, "seed": 77})).await;
+    let random = breed(&here("a"), &["--seed", "77", "--count", "20"]);
+    assert_eq!(random, hashes(&first));
+
+    let body = json!({"parents": [ids(&first)[4]], "count": 20, "seed": 78, "mutation": 0.45});
+    let second = lineage.breed(body).await;
+    let parent = here("a").join("04.brood").to_string_lossy().into_owned();
+    let arguments = ["--parent", &parent, "--seed", "78", "--count", "20", "--mutation", "0.45"];
+    assert_eq!(breed(&here("b"), &arguments), hashes(&second));
+
+    let parents = [ids(&second)[0].clone(), ids(&first)[9].clone()];
+    let body = json!({"parents": parents, "count": 5, "seed": 79, "recombination": 0.25});
+    let third = lineage.breed(body).await;
+    let (one, two) = (here("b").join("00.brood"), here("a").join("09.brood"));
+    let (one, two) = (one.to_string_lossy(), two.to_string_lossy());
+    let arguments = ["--parent", &one, "--parent2", &two, "--seed", "79", "--count", "5"];
+    let arguments = [&arguments[..], &["--recombination", "0.25"]].concat();
+    assert_eq!(breed(&here("c"), &arguments), hashes(&third));
+
+    assert!(here("a").join("sheet.png").is_file());
+    let file = std::fs::read(here("c").join("02.brood")).unwrap();
+    let path = format!("/v1/genomes/{}", hashes(&third)[2]);
+    let request = server.request(Method::GET, &path).header("accept", "text/x-brood");
+    assert_eq!(server.send(request).await.expect(200).body, file, "a genome file is its text");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn picture_is_the_servers_when_rendered_on_the_command_line() {
+    let server = TestServer::start();
+    let body = json!({"name": "first", "thumbnail_px": 48, "saturation": 1.0});
+    let lineage = TestLineage::with(&server, body).await;
+    let generation = lineage.breed(json!({"parents": [], "count": 3, "seed": 8})).await;
+    let folder = TempDir::new().unwrap();
+    breed(folder.path(), &["--seed", "8", "--count", "3"]);
+    for (slot, child) in ids(&generation).iter().enumerate() {
+        let genome = folder.path().join(format!("{slot:02}.brood"));
+        let out = folder.path().join(format!("{slot}.png"));
+        let (genome, out) = (genome.to_string_lossy(), out.to_string_lossy());
+        let arguments = ["render", &genome, "--size", "48", "--backend", "cpu", "-o", &out];
+        brood(arguments).success();
+        let here = image::open(out.as_ref()).unwrap().to_rgba8();
+        let path = format!("/v1/individuals/{child}/render.png?size=48");
+        assert_eq!(server.get(&path).await.expect(200).picture(), here);
+    }
+}
+
+#[test]
+fn command_ends_with_one_line_and_its_code_when_refused() {
+    let folder = TempDir::new().unwrap();
+    let bad = folder.path().join("bad.brood");
+    std::fs::write(&bad, "brood 1\n.dialect paper smooth registers 7\nMAX R0, R1, R2\n").unwrap();
+    let bad = bad.to_string_lossy();
+    let rows: [(i32, &[&str]); 5] = [
+        (1, &["inspect", &bad]),
+        (1, &["inspect", "nothing-here.brood"]),
+        (1, &["render", &bad, "--size", "16", "-o", "never.png"]),
+        (2, &["render"]),
+        (2, &["frobnicate"]),
+    ];
+    for (code, arguments) in rows {
+        let refused = brood(arguments);
+        assert_eq!(refused.code, code, "{arguments:?}: {}", refused.stderr);
+        assert!(!refused.stderr.trim().is_empty());
+        assert!(!refused.stderr.contains("panicked"), "{}", refused.stderr);
+    }
+    let said = brood(["inspect", &bad]).stderr;
+    assert!(said.contains('3'), "the line is named: {said}");
+    assert!(!Path::new("never.png").exists());
+}

@@ -1,0 +1,92 @@
+//! The event stream of a lineage.
+
+use std::time::Duration;
+
+use brood_tests::{TestLineage, TestServer, text_of};
+use reqwest::{Method, Response};
+use serde_json::{Value, json};
+
+/// One event as it came over the wire.
+#[derive(Debug, Clone)]
+struct Event {
+    id: String,
+    name: String,
+    data: Value,
+}
+
+/// Reads events until `enough` says so, or nothing comes for 30 s.
+async fn read(response: &mut Response, enough: impl Fn(&[Event]) -> bool) -> Vec<Event> {
+    let (mut events, mut text) = (Vec::new(), String::new());
+    while !enough(&events) {
+        let chunk = tokio::time::timeout(Duration::from_secs(30), response.chunk()).await;
+        let chunk = chunk.unwrap_or_else(|_| panic!("no event for 30 s after {events:?}"));
+        let chunk = chunk.unwrap().unwrap_or_else(|| panic!("the stream ended after {events:?}"));
+        text.push_str(std::str::from_utf8(&chunk).unwrap());
+        while let Some(end) = text.find("\n\n") {
+            let block: String = text.drain(..end + 2).collect();
+            let field = |name: &str| {
+                let lines = block.lines().filter_map(|line| line.strip_prefix(name));
+                lines.map(str::trim_start).collect::<Vec<_>>().join("\n")
+            };
+            if !field("event:").is_empty() {
+                let data = serde_json::from_str(&field("data:")).unwrap_or(Value::Null);
+                events.push(Event { id: field("id:"), name: field("event:"), data });
+            }
+        }
+    }
+    events
+}
+
+async fn open(server: &TestServer, path: &str, last: Option<&str>) -> Response {
+    let mut request = server.request(Method::GET, path);
+    if let Some(id) = last {
+        request = request.header("last-event-id", id);
+    }
+    let response = request.send().await.unwrap();
+    assert_eq!(response.status(), 200);
+    assert_eq!(response.headers()["content-type"], "text/event-stream");
+    response
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn listener_hears_of_the_generation_and_of_each_picture_when_a_brood_is_born() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let path = lineage.path("/events");
+    let mut stream = open(&server, &path, None).await;
+    let generation = lineage.random(1).await;
+    let pictures = |events: &[Event]| events.iter().filter(|it| it.name == "thumbnail").count();
+    // Whoever asks for the pictures has them rendered; whoever listens is told.
+    let children = generation["individuals"].as_array().unwrap().clone();
+    for child in &children {
+        server.get(&text_of(&child["thumbnail"])).await.expect(200);
+    }
+    let events = read(&mut stream, |events| pictures(events) >= 4).await;
+    let born = events.iter().find(|event| event.name == "generation").unwrap();
+    assert_eq!(born.data["id"], generation["id"]);
+    for child in &children {
+        let told = events.iter().find(|event| event.data["individual"] == child["id"]);
+        let told = told.unwrap_or_else(|| panic!("{child} in {events:?}"));
+        assert_eq!(told.data["url"], child["thumbnail"]);
+    }
+    assert!(events.iter().all(|event| !event.id.is_empty()), "{events:?}");
+    drop(stream);
+
+    // A listener that was away gets what it missed.
+    let mut again = open(&server, &path, Some(&born.id)).await;
+    let replayed = read(&mut again, |events| pictures(events) >= 4).await;
+    assert!(replayed.iter().all(|event| event.id != born.id), "only what came later");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn listener_hears_nothing_of_other_lineages_when_they_breed() {
+    let server = TestServer::start();
+    let here = TestLineage::new(&server).await;
+    let there = TestLineage::with(&server, json!({"name": "other", "thumbnail_px": 32})).await;
+    let mut stream = open(&server, &here.path("/events"), None).await;
+    there.random(1).await;
+    let mine = here.random(2).await;
+    let events = read(&mut stream, |events| !events.is_empty()).await;
+    assert_eq!(events[0].name, "generation");
+    assert_eq!(events[0].data["id"], mine["id"]);
+}

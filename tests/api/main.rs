@@ -1,0 +1,21 @@
+//! The HTTP interface, as a stranger meets it: a real server on a free port, one file a resource.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "this is a test; clippy only knows those with an attribute"
+)]
+
+mod access;
+mod attack;
+mod backend;
+mod breed;
+mod command_line;
+mod event;
+mod genome;
+mod idempotency;
+mod individual;
+mod lineage;
+mod mesh;
+mod operation;
+mod picture;
+mod scene;

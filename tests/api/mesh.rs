@@ -1,0 +1,92 @@
+//! Uploaded meshes: read with warnings, refused with the line, and shown in pictures.
+
+use brood_tests::{TestLineage, TestServer, ids, text_of};
+use serde_json::json;
+
+const OBJ: &str = "model/obj";
+
+/// A square pyramid without texture coordinates or normals.
+const PYRAMID: &str = "\
+v -1 0 -1
+v 1 0 -1
+v 1 0 1
+v -1 0 1
+v 0 1.5 0
+f 1 2 3 4
+f 1 5 2
+f 2 5 3
+f 3 5 4
+f 4 5 1
+";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn mesh_is_shown_when_a_scene_names_it() {
+    let server = TestServer::start();
+    let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();
+    assert_eq!(mesh["triangles"], 6);
+    assert_eq!(mesh["has_uv"], false);
+    let id = text_of(&mesh["id"]);
+    let read = server.get(&format!("/v1/meshes/{id}")).await.expect(200).json();
+    assert_eq!(read["id"], mesh["id"]);
+    let scene = server.post("/v1/scenes", &json!({"mesh": id})).await.expect(201).json();
+    let body = json!({"name": "pyramid", "scene": scene["id"], "thumbnail_px": 64});
+    let lineage = TestLineage::with(&server, body).await;
+    let child = ids(&lineage.random(1).await)[0].clone();
+    let path = format!("/v1/individuals/{child}/render.png?size=64");
+    let picture = server.get(&path).await.expect(200).picture();
+    let covered = picture.pixels().filter(|pixel| pixel.0[3] > 0).count();
+    assert!((300..3000).contains(&covered), "a pyramid fills a part of the picture: {covered}");
+    let ball = ids(&TestLineage::new(&server).await.random(1).await)[0].clone();
+    let path = format!("/v1/individuals/{ball}/render.png?size=64");
+    assert_ne!(server.get(&path).await.expect(200).picture(), picture);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn mesh_has_warnings_with_lines_when_it_is_odd() {
+    let server = TestServer::start();
+    let odd = format!("mtllib ../../secret.mtl\n{PYRAMID}curv 0 1\n");
+    let mesh = server.post_bytes("/v1/meshes", OBJ, odd).await.expect(201).json();
+    let warnings = mesh["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|it| it["line"] == 1), "mtllib is ignored: {warnings:?}");
+    assert!(warnings.iter().any(|it| it["line"] == 12), "curv is not known: {warnings:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn mesh_is_refused_with_its_line_when_it_is_broken() {
+    let server = TestServer::start();
+    let rows = [
+        ("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", 2),
+        ("v 0 0 0\nv 1 inf 0\nv 0 1 0\nf 1 2 3\n", 2),
+        ("v 0 0 0\nv 1 1e39 0\nv 0 1 0\nf 1 2 3\n", 2),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", 4),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n", 4),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", 4),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n", 4),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", 4),
+        ("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", 2),
+    ];
+    for (text, line) in rows {
+        let problem = server.post_bytes("/v1/meshes", OBJ, text).await.problem(422);
+        assert_eq!(problem["line"], line, "{text}: {problem}");
+    }
+    for text in ["", "v 0 0 0\n", "not an obj file at all\n"] {
+        server.post_bytes("/v1/meshes", OBJ, text).await.problem(422);
+    }
+    let bytes: Vec<u8> = (0..=255).collect();
+    server.post_bytes("/v1/meshes", OBJ, bytes).await.problem(422);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn mesh_is_refused_when_it_is_larger_than_32_mib() {
+    let server = TestServer::start();
+    let line = "# a comment that fills space, as long as any line of an OBJ file would be long\n";
+    let large = line.repeat(33 * 1024 * 1024 / line.len() + 1);
+    let request = server.request(reqwest::Method::POST, "/v1/meshes").header("content-type", OBJ);
+    // The server may answer and close before all of it is written; then the client sees a broken connection.
+    match server.try_send(request.body(large)).await {
+        Ok(answer) => drop(answer.problem(413)),
+        Err(error) => assert!(error.is_request() || error.is_body(), "{error:?}"),
+    }
+    let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();
+    assert_eq!(mesh["triangles"], 6, "the server goes on");
+}

@@ -1,0 +1,76 @@
+//! What operators and newcomers ask for: health, figures, documents, the page, and a clean end.
+
+use brood_tests::{TestLineage, TestServer, text_of};
+use serde_json::Value;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn server_reports_health_figures_and_itself_when_asked() {
+    let server = TestServer::start();
+    server.get("/healthz").await.expect(200);
+    server.get("/readyz").await.expect(200);
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    server.get(&text_of(&generation["individuals"][0]["thumbnail"])).await.expect(200);
+    let metrics = server.get("/metrics").await.expect(200).text();
+    assert!(metrics.lines().any(|line| line.starts_with("brood_")), "{metrics}");
+    let system = server.get("/v1/system").await.expect(200).json();
+    assert_eq!(system["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(system["backend"]["name"], "cpu", "{system}");
+    assert!(system["backend"]["reason"].as_str().is_some_and(|reason| !reason.is_empty()));
+    assert!(system["limits"].is_object(), "{system}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn openapi_is_the_committed_one_when_served() {
+    let server = TestServer::start();
+    let served = server.get("/openapi.json").await.expect(200).json();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../openapi.json");
+    let text = std::fs::read_to_string(file).expect("openapi.json is committed at the root");
+    let committed: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(served, committed, "openapi.json is out of date");
+    assert!(served["openapi"].as_str().unwrap().starts_with("3.1"));
+    let paths = served["paths"].as_object().unwrap();
+    for path in ["/v1/lineages", "/v1/lineages/{id}/generations", "/v1/thumbnails/{key}.png"] {
+        let named = |known: &String| known.replace("{file}", "{key}.png") == path;
+        assert!(paths.keys().any(named), "{path} among {:?}", paths.keys());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn page_and_documents_are_served_from_the_binary_when_asked() {
+    let server = TestServer::start();
+    let page = server.get("/").await.expect(200);
+    assert!(page.header("content-type").starts_with("text/html"));
+    let policy = page.header("content-security-policy");
+    assert!(policy.contains("default-src 'self'") && !policy.contains("unsafe-eval"), "{policy}");
+    assert_eq!(page.header("x-content-type-options"), "nosniff");
+    let script = server.get("/web/main.js").await.expect(200);
+    assert!(script.header("content-type").contains("javascript"));
+    let style = server.get("/web/style.css").await.expect(200);
+    assert!(style.header("content-type").starts_with("text/css"));
+    for path in ["/web/../Cargo.toml", "/web/%2e%2e/Cargo.toml", "/web/nothing.js"] {
+        assert_eq!(server.get(path).await.status, 404, "{path}");
+    }
+    let docs = server.get("/docs/").await;
+    assert!(matches!(docs.status, 200 | 303 | 307 | 308), "{}", docs.status);
+    assert!(!docs.text().contains("https://"), "the documents need no network");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn server_ends_with_zero_and_keeps_everything_when_asked_to_end() {
+    let mut server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    let path = format!("/v1/generations/{}", text_of(&generation["id"]));
+    assert_eq!(server.terminate(), 0, "{}", server.log());
+    server.restart();
+    assert_eq!(server.get(&path).await.expect(200).json(), generation);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn request_id_is_answered_when_anything_is_asked() {
+    let server = TestServer::start();
+    let first = server.get("/v1/system").await.header("x-request-id");
+    let second = server.get("/v1/nothing").await.header("x-request-id");
+    assert!(!first.is_empty() && !second.is_empty() && first != second);
+}

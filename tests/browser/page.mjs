@@ -1,0 +1,83 @@
+// The page as the journey's hands hold it: what can be clicked, and when a generation's pictures are all there.
+
+import { strict as assert } from "node:assert";
+import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+
+const axeFile = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
+
+/** One open page. Nothing here waits for a time; everything waits for a state. */
+export class BroodPage {
+  #base;
+  /** Errors of scripts, of the content security policy and of requests, all of which are failures. */
+  complaints = [];
+
+  constructor(page, base) {
+    this.page = page;
+    this.#base = base;
+    page.on("pageerror", (error) => this.complaints.push(`script: ${error.message}`));
+    page.on("console", (message) => {
+      if (message.type() === "error") this.complaints.push(`console: ${message.text()}`);
+    });
+    page.on("response", (response) => {
+      if (response.status() >= 500) this.complaints.push(`${response.status()} for ${response.url()}`);
+    });
+  }
+
+  id(name) {
+    return this.page.getByTestId(name);
+  }
+
+  cell(slot) {
+    return this.id(`cell-${slot}`);
+  }
+
+  /** Opens the page; a fresh server has no lineage, and the first brood is a random one. */
+  async open(hash = "") {
+    await this.page.goto(this.#base + "/" + hash);
+    return this.ready();
+  }
+
+  /** The generation whose pictures are all loaded, once it is another than the one named. */
+  async ready(previous = "") {
+    const not = previous ? `:not([data-ready="${previous}"])` : "";
+    const body = this.page.locator(`body[data-ready]:not([data-ready=""])${not}`);
+    await body.waitFor({ state: "attached" });
+    return body.getAttribute("data-ready");
+  }
+
+  /** Waits for one generation to be shown with all its pictures. */
+  async shows(generation) {
+    await this.page.locator(`body[data-ready="${generation}"]`).waitFor({ state: "attached" });
+  }
+
+  /** Does something that ends in another generation on the page, and gives its id. */
+  async becomes(act) {
+    const before = await this.ready();
+    await act();
+    return this.ready(before);
+  }
+
+  /** JSON of the interface, read beside the page. */
+  async api(path) {
+    const response = await fetch(this.#base + path);
+    assert.equal(response.status, 200, `${path}: ${response.status}`);
+    return response.json();
+  }
+
+  generation(id) {
+    return this.api(`/v1/generations/${id}`);
+  }
+
+  /** Everything that the accessibility checker finds. */
+  async accessible(where) {
+    await this.page.evaluate(await readFile(axeFile, "utf8"));
+    const found = await this.page.evaluate(async () => (await globalThis.axe.run()).violations);
+    const shown = found.map((it) => `${it.id}: ${it.help} (${it.nodes.map((node) => node.target).join(" | ")})`);
+    assert.deepEqual(shown, [], `axe, ${where}`);
+  }
+
+  quiet() {
+    assert.deepEqual(this.complaints, [], "the page complained");
+  }
+}

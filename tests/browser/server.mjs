@@ -1,0 +1,50 @@
+// A real server for the journey: the built binary on a free port, with a data directory of its own.
+
+import { spawn } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import { fileURLToPath } from "node:url";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const PREFIX = "brood is listening on ";
+const START_TIMEOUT_MS = 60_000;
+
+/** Starts `$BROOD_BIN`, or target/debug/brood, and resolves once it listens. */
+export async function startServer() {
+  const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
+  const data = await mkdtemp(join(tmpdir(), "brood-journey-"));
+  const options = ["serve", "--listen", "127.0.0.1:0", "--data", data, "--workers", "1", "--backend", "cpu"];
+  const child = spawn(binary, options, { stdio: ["ignore", "pipe", "pipe"] });
+  let log = "";
+  child.stderr.on("data", (bytes) => (log += bytes));
+  const ended = new Promise((resolve) => child.once("exit", resolve));
+
+  const url = await new Promise((resolve, reject) => {
+    const late = setTimeout(() => reject(new Error(`the server does not listen; its log:\n${log}`)), START_TIMEOUT_MS);
+    const failed = (why) => {
+      clearTimeout(late);
+      reject(new Error(`${why}; run cargo xtask test, or cargo build first\n${log}`));
+    };
+    child.once("error", (error) => failed(`${binary} cannot be started: ${error.message}`));
+    child.once("exit", (code) => failed(`the server ended with ${code}`));
+    createInterface({ input: child.stdout }).on("line", (line) => {
+      if (line.startsWith(PREFIX)) {
+        clearTimeout(late);
+        resolve(line.slice(PREFIX.length));
+      }
+    });
+  });
+
+  return {
+    url,
+    log: () => log,
+    async stop() {
+      child.kill("SIGTERM");
+      const code = await ended;
+      await rm(data, { recursive: true, force: true });
+      return code;
+    },
+  };
+}

@@ -1,0 +1,173 @@
+//! kill -9 at awkward moments under load: every birth that was answered with 201 is there afterwards, unchanged, and
+//! a request that is sent again with its key is born once.
+//!
+//! Prints one line of figures.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "this is a test; clippy only knows those with an attribute"
+)]
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use brood_tests::{TestLineage, TestServer, hashes, ids, seed_of, text_of};
+use reqwest::Method;
+use serde_json::{Value, json};
+
+const ROUNDS: u64 = 20;
+const CLIENTS: u64 = 4;
+
+/// A request that was sent: enough to send it again.
+#[derive(Clone)]
+struct Request {
+    key: String,
+    seed: u64,
+    body: Value,
+}
+
+/// What one client saw before the server died.
+#[derive(Default)]
+struct Seen {
+    acknowledged: Vec<(Request, Value)>,
+    unanswered: Option<Request>,
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn no_acknowledged_birth_is_lost_when_the_server_is_killed_twenty_times() {
+    let mut server = TestServer::start();
+    let path = {
+        let body = json!({"name": "under fire", "thumbnail_px": 16});
+        TestLineage::with(&server, body).await.path("/generations")
+    };
+    let mut births: BTreeMap<u64, Value> = BTreeMap::new();
+    let (mut retried, mut slowest) = (0, Duration::ZERO);
+    for round in 0..ROUNDS {
+        let unanswered = shoot(&mut server, &path, round, &mut births).await;
+        let start = Instant::now();
+        server.restart();
+        slowest = slowest.max(start.elapsed());
+        for request in unanswered {
+            let again = send(&server, &path, &request).await.expect(201).json();
+            assert_eq!(seed_of(&again), request.seed);
+            births.insert(request.seed, again);
+            retried += 1;
+        }
+        let listed = all_generations(&server, &path).await;
+        compare(&births, &listed, round);
+    }
+    assert!(births.len() as u64 > ROUNDS, "there was load: {} births", births.len());
+    let pictures = decode_pictures(&server, &births).await;
+    println!(
+        "kill -9: {ROUNDS} rounds, {} generations acknowledged, 0 lost, 0 twice, {retried} sent again, \
+         {pictures} pictures decoded, slowest start {} ms",
+        births.len(),
+        slowest.as_millis()
+    );
+}
+
+/// Breeds with several clients at once and kills the server in the middle; gives what was left without an answer.
+async fn shoot(
+    server: &mut TestServer,
+    path: &str,
+    round: u64,
+    births: &mut BTreeMap<u64, Value>,
+) -> Vec<Request> {
+    let parents = Arc::new(births.values().last().map(ids).unwrap_or_default());
+    let clients = (0..CLIENTS).map(|client| {
+        let first = (round * CLIENTS + client) * 100_000;
+        let base = server.request(Method::POST, path);
+        tokio::spawn(load(base, first, Arc::clone(&parents)))
+    });
+    let clients: Vec<_> = clients.collect();
+    // A different moment in each round: early ones hit the start of writing, late ones full load.
+    let moment = Duration::from_millis(30 + (round * 7919) % 400);
+    tokio::time::sleep(moment).await;
+    server.kill9();
+    let mut unanswered = Vec::new();
+    for client in clients {
+        let seen = client.await.unwrap();
+        births.extend(seen.acknowledged.into_iter().map(|(request, born)| (request.seed, born)));
+        unanswered.extend(seen.unanswered);
+    }
+    unanswered
+}
+
+/// One client: breeds one generation after the other until the server is gone.
+async fn load(base: reqwest::RequestBuilder, first: u64, parents: Arc<Vec<String>>) -> Seen {
+    let mut seen = Seen::default();
+    for seed in first.. {
+        let parents: Vec<&String> = parents.iter().take((seed % 3) as usize).collect();
+        let body = json!({"parents": parents, "count": 5, "seed": seed});
+        let request = Request { key: format!("key-{seed}"), seed, body };
+        let one = base.try_clone().expect("a request without a stream can be copied");
+        let one = one.header("idempotency-key", &request.key).json(&request.body);
+        match answer(one).await {
+            Some((201, born)) => seen.acknowledged.push((request, born)),
+            Some((status, body)) => panic!("breeding was answered with {status}: {body}"),
+            None => {
+                seen.unanswered = Some(request);
+                break;
+            }
+        }
+    }
+    seen
+}
+
+/// Status and body, or nothing where the connection broke.
+async fn answer(request: reqwest::RequestBuilder) -> Option<(u16, Value)> {
+    let response = request.send().await.ok()?;
+    let status = response.status().as_u16();
+    let bytes = response.bytes().await.ok()?;
+    Some((status, serde_json::from_slice(&bytes).unwrap_or(Value::Null)))
+}
+
+async fn send(server: &TestServer, path: &str, request: &Request) -> brood_tests::Answer {
+    let post = server.request(Method::POST, path).header("idempotency-key", &request.key);
+    server.send(post.json(&request.body)).await
+}
+
+async fn all_generations(server: &TestServer, path: &str) -> Vec<Value> {
+    let mut all = Vec::new();
+    let mut page = format!("{path}?limit=200");
+    loop {
+        let mut list = server.get(&page).await.expect(200).json();
+        all.append(list["items"].as_array_mut().unwrap());
+        match &list["next"] {
+            Value::Null => return all,
+            cursor => page = format!("{path}?limit=200&cursor={}", text_of(cursor)),
+        }
+    }
+}
+
+/// Every birth is listed once and is what its answer said; indices have no gap and nothing is listed besides.
+fn compare(births: &BTreeMap<u64, Value>, listed: &[Value], round: u64) {
+    let mut by_seed = HashMap::new();
+    for (position, generation) in listed.iter().enumerate() {
+        assert_eq!(generation["index"], position, "round {round}: indices have no gap");
+        let twice = by_seed.insert(seed_of(generation), generation);
+        assert!(twice.is_none(), "round {round}: seed {} was born twice", seed_of(generation));
+    }
+    for (seed, born) in births {
+        let found = by_seed.remove(seed);
+        let found = found.unwrap_or_else(|| panic!("round {round}: seed {seed} is lost: {born}"));
+        assert_eq!(found, born, "round {round}: seed {seed} has changed");
+    }
+    assert!(by_seed.is_empty(), "round {round}: born without a request: {:?}", by_seed.keys());
+}
+
+/// Pictures of the last generations, as whoever opens the lineage would see them.
+async fn decode_pictures(server: &TestServer, births: &BTreeMap<u64, Value>) -> usize {
+    let mut count = 0;
+    for generation in births.values().rev().take(10) {
+        assert_eq!(hashes(generation).len(), 5);
+        for child in generation["individuals"].as_array().unwrap() {
+            let url = text_of(&child["thumbnail"]);
+            let picture = server.get(&url).await.expect(200).picture();
+            assert_eq!(picture.dimensions(), (16, 16));
+            count += 1;
+        }
+    }
+    count
+}

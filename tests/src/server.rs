@@ -1,0 +1,262 @@
+//! A real server: the built binary on a free port with a data directory of its own.
+//!
+//! Owns the process, its directory and its log; ends it when dropped, and shows the log where the test has failed.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use reqwest::Method;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::{Answer, binary};
+
+/// Longest wait for a server that starts, on a busy machine with two cores.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
+/// Longer than the server lets any request wait.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(90);
+
+/// How a server is started.
+#[derive(Debug, Clone)]
+pub struct ServerOptions {
+    /// Value of `--backend`.
+    pub backend: &'static str,
+    /// Value of `--workers`.
+    pub workers: u32,
+    /// Further arguments.
+    pub arguments: Vec<String>,
+}
+
+impl Default for ServerOptions {
+    /// One worker on the CPU: what most tests need, and quick to start.
+    fn default() -> Self {
+        Self { backend: "cpu", workers: 1, arguments: Vec::new() }
+    }
+}
+
+/// A running server.
+pub struct TestServer {
+    options: ServerOptions,
+    data: TempDir,
+    child: Child,
+    address: String,
+    log: Arc<Mutex<String>>,
+    client: reqwest::Client,
+}
+
+impl TestServer {
+    /// Starts a server on an empty data directory and waits until it listens.
+    ///
+    /// # Panics
+    /// Where it does not come up, with its log.
+    #[must_use]
+    pub fn start() -> Self {
+        Self::start_with(ServerOptions::default())
+    }
+
+    /// Starts a server with these options on an empty data directory.
+    ///
+    /// # Panics
+    /// Where it does not come up, with its log.
+    #[must_use]
+    pub fn start_with(options: ServerOptions) -> Self {
+        Self::start_on(options, TempDir::new().expect("a temporary folder can be made"))
+    }
+
+    /// Starts a server with these options on this data directory.
+    ///
+    /// # Panics
+    /// Where it does not come up, with its log.
+    #[must_use]
+    pub fn start_on(options: ServerOptions, data: TempDir) -> Self {
+        let log = Arc::new(Mutex::new(String::new()));
+        let (child, address) = spawn(&options, data.path(), &log);
+        let client = reqwest::Client::builder()
+            .timeout(REQUEST_TIMEOUT)
+            .redirect(reqwest::redirect::Policy::none())
+            .build()
+            .expect("a client without TLS can always be made");
+        Self { options, data, child, address, log, client }
+    }
+
+    /// `host:port` that the server listens on.
+    #[must_use]
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// The data directory.
+    #[must_use]
+    pub fn data(&self) -> &Path {
+        self.data.path()
+    }
+
+    /// What the server wrote on stderr so far, over all its starts.
+    ///
+    /// # Panics
+    /// Never in practice: no reader of the log panics.
+    #[must_use]
+    pub fn log(&self) -> String {
+        self.log.lock().expect("no reader of the log panics").clone()
+    }
+
+    /// Ends the server at once, as a power cut would end it, and waits until it is gone.
+    ///
+    /// # Panics
+    /// Where the process cannot be killed.
+    pub fn kill9(&mut self) {
+        self.child.kill().expect("a child can be killed");
+        self.child.wait().expect("a killed child ends");
+    }
+
+    /// Asks the server to end, and gives its exit code.
+    ///
+    /// # Panics
+    /// Where it does not end within 30 s.
+    #[must_use]
+    pub fn terminate(&mut self) -> i32 {
+        let signal = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
+        assert!(signal.is_ok_and(|status| status.success()), "the server can be signalled");
+        let deadline = Instant::now() + Duration::from_secs(30);
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
+                return status.code().unwrap_or(-1);
+            }
+            assert!(Instant::now() < deadline, "the server did not end\n{}", self.log());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Starts the server again on the same data directory, after it has ended.
+    ///
+    /// # Panics
+    /// Where it does not come up, with its log.
+    pub fn restart(&mut self) {
+        let (child, address) = spawn(&self.options, self.data.path(), &self.log);
+        (self.child, self.address) = (child, address);
+    }
+
+    /// A request to this server, for what the helpers below do not cover.
+    pub fn request(&self, method: Method, path: &str) -> reqwest::RequestBuilder {
+        self.client.request(method, format!("http://{}{path}", self.address))
+    }
+
+    /// Sends a request and reads the answer.
+    ///
+    /// # Panics
+    /// Where no answer comes.
+    pub async fn send(&self, request: reqwest::RequestBuilder) -> Answer {
+        match self.try_send(request).await {
+            Ok(answer) => answer,
+            Err(error) => panic!("no answer: {error:?}"),
+        }
+    }
+
+    /// Sends a request to a server that may be gone.
+    ///
+    /// # Errors
+    /// Where the request could not be sent or its answer did not come to an end.
+    pub async fn try_send(&self, request: reqwest::RequestBuilder) -> reqwest::Result<Answer> {
+        let request = request.build()?;
+        let name = format!("{} {}", request.method(), request.url().path());
+        let response = self.client.execute(request).await?;
+        let (status, headers) = (response.status().as_u16(), response.headers().clone());
+        let body = response.bytes().await?.to_vec();
+        Ok(Answer { request: name, status, headers, body })
+    }
+
+    /// GET.
+    pub async fn get(&self, path: &str) -> Answer {
+        self.send(self.request(Method::GET, path)).await
+    }
+
+    /// POST of JSON.
+    pub async fn post(&self, path: &str, body: &Value) -> Answer {
+        self.send(self.request(Method::POST, path).json(body)).await
+    }
+
+    /// POST of bytes of some kind.
+    pub async fn post_bytes(&self, path: &str, kind: &str, body: impl Into<Vec<u8>>) -> Answer {
+        let request = self.request(Method::POST, path).header("content-type", kind);
+        self.send(request.body(body.into())).await
+    }
+
+    /// PATCH of JSON with `If-Match` where a version is given.
+    pub async fn patch(&self, path: &str, version: Option<&str>, body: &Value) -> Answer {
+        let mut request = self.request(Method::PATCH, path).json(body);
+        if let Some(version) = version {
+            request = request.header("if-match", version);
+        }
+        self.send(request).await
+    }
+
+    /// DELETE.
+    pub async fn delete(&self, path: &str) -> Answer {
+        self.send(self.request(Method::DELETE, path)).await
+    }
+}
+
+impl Drop for TestServer {
+    fn drop(&mut self) {
+        // The server may have ended already; then there is nothing to end.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if std::thread::panicking() {
+            let log = self.log();
+            let from = log.len().saturating_sub(6000);
+            let from = (from..=log.len()).find(|at| log.is_char_boundary(*at)).unwrap_or(0);
+            eprintln!("--- the server's log ends so:\n{}", &log[from..]);
+        }
+    }
+}
+
+/// Starts the binary and reads the address from its first line.
+fn spawn(options: &ServerOptions, data: &Path, log: &Arc<Mutex<String>>) -> (Child, String) {
+    let mut child = Command::new(binary())
+        .args(["serve", "--listen", "127.0.0.1:0", "--backend", options.backend])
+        .args(["--workers", &options.workers.to_string()])
+        .arg("--data")
+        .arg(data)
+        .args(&options.arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the built brood can be started");
+    let stderr = child.stderr.take().expect("stderr is piped");
+    let stdout = child.stdout.take().expect("stdout is piped");
+    let kept = Arc::clone(log);
+    std::thread::spawn(move || keep(stderr, &kept));
+    let (told, address) = mpsc::channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+            if let Some(address) = line.strip_prefix("brood is listening on http://") {
+                // Nobody listens any more once the address is known.
+                let _ = told.send(address.trim_end_matches('/').to_owned());
+            }
+        }
+    });
+    if let Ok(address) = address.recv_timeout(START_TIMEOUT) {
+        return (child, address);
+    }
+    let _ = child.kill();
+    let status = child.wait();
+    let log = log.lock().expect("no reader of the log panics");
+    panic!("the server did not say that it is listening ({status:?}); its log:\n{log}");
+}
+
+/// Appends a stream to the log as it comes.
+fn keep(mut stream: impl Read, log: &Mutex<String>) {
+    let mut buffer = [0; 4096];
+    while let Ok(count) = stream.read(&mut buffer) {
+        if count == 0 {
+            return;
+        }
+        let text = String::from_utf8_lossy(&buffer[..count]);
+        log.lock().expect("no reader of the log panics").push_str(&text);
+    }
+}

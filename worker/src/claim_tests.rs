@@ -1,0 +1,201 @@
+//! The claim loop against a server made of one socket: what is asked, what is handed back, when it ends.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use brood_genome::{BirthKey, Dialect, Variation};
+use brood_program::Program;
+use brood_protocol::{
+    Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource, Outcome,
+    PictureFormat, PictureKey, RenderItem, RenderJob, decode, encode,
+};
+use brood_scene::{MeshRef, Scene};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
+use tokio::net::{TcpListener, TcpStream};
+use tokio_util::sync::CancellationToken;
+
+use crate::{WorkerConfig, WorkerError, run};
+
+type Answer = (u16, Vec<u8>);
+type Handler = dyn Fn(&str, &[u8]) -> Answer + Send + Sync;
+
+/// Serves HTTP/1.1 with kept-alive connections; the handler gets `METHOD path` and the body.
+async fn serve(handler: Arc<Handler>) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let url = format!("http://{}", listener.local_addr().unwrap());
+    tokio::spawn(async move {
+        while let Ok((stream, _)) = listener.accept().await {
+            tokio::spawn(connection(stream, handler.clone()));
+        }
+    });
+    url
+}
+
+async fn connection(stream: TcpStream, handler: Arc<Handler>) {
+    let mut stream = BufReader::new(stream);
+    loop {
+        let mut head = String::new();
+        while !head.ends_with("\r\n\r\n") {
+            if stream.read_line(&mut head).await.unwrap_or(0) == 0 {
+                return;
+            }
+        }
+        let length = head.lines().find_map(|line| {
+            let (name, value) = line.split_once(':')?;
+            name.eq_ignore_ascii_case("content-length").then(|| value.trim().parse().unwrap())
+        });
+        let mut body = vec![0; length.unwrap_or(0)];
+        stream.read_exact(&mut body).await.unwrap();
+        let request = head.lines().next().unwrap().trim_end_matches(" HTTP/1.1").to_owned();
+        let (status, body) = handler(&request, &body);
+        if status == 204 && request.ends_with("/leases") {
+            // A long poll without work; a worker that is told to stop does not wait for it.
+            tokio::time::sleep(Duration::from_millis(200)).await;
+        }
+        let head = format!("HTTP/1.1 {status} X\r\nContent-Length: {}\r\n\r\n", body.len());
+        if stream.write_all(head.as_bytes()).await.is_err()
+            || stream.write_all(&body).await.is_err()
+        {
+            return;
+        }
+    }
+}
+
+fn config(server: String) -> WorkerConfig {
+    WorkerConfig {
+        server,
+        token: "secret".to_owned(),
+        backend: Backend::Cpu,
+        name: "test".to_owned(),
+        threads: std::num::NonZeroUsize::new(1),
+        cache_bytes: 16 << 20,
+    }
+}
+
+fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
+    let random = Variation::random(Dialect::default());
+    let program = Program::lower(&random.birth(BirthKey { seed: 8, slot: 0, attempt: 0 }));
+    let how = (PictureFormat::Png, Backend::Auto);
+    let frame = Frame::new(scene, MeshSource::Builtin, size_px, 1, how);
+    let key = PictureKey::new(&program, &frame);
+    LeaseGrant {
+        ticket: LeaseTicket { lease: LeaseId::fresh(), epoch: 3 },
+        job: JobId::fresh(),
+        ttl_ms: 400,
+        work: RenderJob { frame, items: vec![RenderItem { key, words: program.to_words() }] },
+    }
+}
+
+/// Grants once, notes every request but the polls, and stops the worker after the results or the release.
+struct Office {
+    grant: Mutex<Option<LeaseGrant>>,
+    notes: Mutex<Vec<(String, Vec<u8>)>>,
+    results_status: u16,
+    heartbeat_status: u16,
+    stop: CancellationToken,
+}
+
+impl Office {
+    fn new(grant: LeaseGrant, results_status: u16, heartbeat_status: u16) -> Arc<Self> {
+        Arc::new(Self {
+            grant: Mutex::new(Some(grant)),
+            notes: Mutex::default(),
+            results_status,
+            heartbeat_status,
+            stop: CancellationToken::new(),
+        })
+    }
+
+    fn answer(&self, request: &str, body: &[u8]) -> Answer {
+        if request == "POST /v1/leases" {
+            let grant = self.grant.lock().unwrap().take();
+            return grant.map_or((204, Vec::new()), |grant| (200, encode(&grant)));
+        }
+        self.notes.lock().unwrap().push((request.to_owned(), body.to_vec()));
+        if request.ends_with("/heartbeat") {
+            return (self.heartbeat_status, Vec::new());
+        }
+        self.stop.cancel();
+        (self.results_status, Vec::new())
+    }
+
+    async fn employ(self: &Arc<Self>) -> Vec<(String, Vec<u8>)> {
+        let office = self.clone();
+        let url = serve(Arc::new(move |request, body| office.answer(request, body))).await;
+        let running = run(config(url), self.stop.clone());
+        tokio::time::timeout(Duration::from_secs(30), running).await.unwrap().unwrap();
+        std::mem::take(&mut *self.notes.lock().unwrap())
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn worker_ends_with_an_error_when_the_token_is_refused() {
+    let url = serve(Arc::new(|_: &str, _: &[u8]| (401, Vec::new()))).await;
+    let result = run(config(url), CancellationToken::new()).await;
+    assert!(matches!(result, Err(WorkerError::Refused(_))), "{result:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn worker_stops_at_once_when_told_to_though_no_server_is_there() {
+    let stop = CancellationToken::new();
+    let running = tokio::spawn(run(config("http://127.0.0.1:9".to_owned()), stop.clone()));
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    stop.cancel();
+    let ended = tokio::time::timeout(Duration::from_secs(5), running).await;
+    assert!(ended.unwrap().unwrap().is_ok());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn pictures_are_handed_back_under_their_keys() {
+    let grant = grant(&Scene::default(), 32);
+    let (ticket, key) = (grant.ticket, grant.work.items[0].key);
+    let notes = Office::new(grant, 204, 204).employ().await;
+    let (request, body) = notes.iter().find(|(r, _)| !r.ends_with("/heartbeat")).unwrap();
+    assert_eq!(*request, format!("POST /v1/leases/{}/results", ticket.lease));
+    let results: LeaseResults = decode(body).unwrap();
+    assert_eq!(results.ticket, ticket);
+    let Outcome::Pictures(pictures) = results.outcome else { panic!("{results:?}") };
+    assert_eq!((pictures.len(), pictures[0].key), (1, key));
+    assert!(pictures[0].bytes.starts_with(b"\x89PNG"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn job_fails_with_a_reason_when_it_cannot_be_done() {
+    let mut broken = grant(&Scene::default(), 32);
+    broken.work.items[0].words.truncate(2);
+    let mut other_key = grant(&Scene::default(), 32);
+    other_key.work.items[0].key = PictureKey([7; 32]);
+    let scene = Scene { mesh: MeshRef::Uploaded("x".to_owned()), ..Scene::default() };
+    for grant in [broken, other_key, grant(&scene, 32)] {
+        let notes = Office::new(grant, 204, 204).employ().await;
+        let results: LeaseResults = decode(&notes.last().unwrap().1).unwrap();
+        let Outcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
+        assert!(!reason.is_empty());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn work_is_dropped_quietly_when_the_lease_has_passed_on() {
+    // Results answered with 409: no second attempt, no release.
+    let notes = Office::new(grant(&Scene::default(), 32), 409, 204).employ().await;
+    let others = notes.iter().filter(|(request, _)| !request.ends_with("/heartbeat"));
+    assert_eq!(others.count(), 1, "{notes:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lease_is_given_back_when_the_worker_is_stopped_in_the_middle() {
+    // Large enough to be rendering still when the first heartbeat, a quarter of the lease, stops the worker.
+    let grant = grant(&Scene::default(), 2048);
+    let lease = grant.ticket.lease;
+    let office = Office::new(grant, 204, 204);
+    let stopper = office.clone();
+    tokio::spawn(async move {
+        while stopper.grant.lock().unwrap().is_some() {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        stopper.stop.cancel();
+    });
+    let notes = office.employ().await;
+    let last = notes.last().expect("the lease is given back");
+    assert_eq!(last.0, format!("DELETE /v1/leases/{lease}"));
+}

@@ -1,0 +1,292 @@
+//! From programs and a frame to encoded pictures: evaluate the batch, shade, develop, encode.
+//!
+//! It refuses to know where programs and meshes come from and where pictures go.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use brood_eval::{Developed, EvalError, RadianceImage};
+use brood_program::{Program, WordsError};
+use brood_protocol::{
+    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderedPicture, WireError,
+    WorkerReport,
+};
+use brood_scene::{BuiltinMesh, SampleSet, Scene, SceneError};
+use rayon::prelude::*;
+
+use crate::cache::{Caches, LoadedMesh};
+use crate::evaluator::Evaluators;
+
+/// Reflectances held at once; larger batches are cut, because a brood of 256 at 2048 x 2048 would take 13 GB.
+const BATCH_FLOATS: usize = 32 << 20;
+const DEFAULT_CACHE_BYTES: u64 = 512 << 20;
+
+/// Renders frames on one choice of evaluator, keeping what the next frame may need.
+pub struct Renderer {
+    evaluators: Evaluators,
+    caches: Caches,
+    reflectances: Mutex<Vec<f32>>,
+}
+
+/// Why pictures could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The frame's scene is not one.
+    #[error("the scene cannot be read: {0}")]
+    Wire(#[from] WireError),
+    /// The frame's scene is out of bounds.
+    #[error("the scene is refused: {0}")]
+    Scene(#[from] SceneError),
+    /// The packed words are no program.
+    #[error("the program cannot be read: {0}")]
+    Words(#[from] WordsError),
+    /// The evaluator cannot do it.
+    #[error("the evaluation failed: {0}")]
+    Eval(#[from] EvalError),
+    /// The picture cannot be written in its format.
+    #[error("the picture cannot be encoded: {0}")]
+    Encode(String),
+    /// A mesh of another content than it was asked for by.
+    #[error("the mesh that came has another content hash than the one asked for")]
+    MeshContent,
+}
+
+impl Renderer {
+    /// A renderer with 512 MiB for sample sets and meshes. `gpu` opens the adapter at once (up to seconds).
+    #[must_use]
+    pub fn new(backend: Backend) -> Self {
+        Self::with_cache(backend, DEFAULT_CACHE_BYTES)
+    }
+
+    /// A renderer with that much room for sample sets and meshes.
+    #[must_use]
+    pub fn with_cache(backend: Backend, cache_bytes: u64) -> Self {
+        Self {
+            evaluators: Evaluators::new(backend),
+            caches: Caches::new(cache_bytes),
+            reflectances: Mutex::default(),
+        }
+    }
+
+    /// With `auto`: looks for a GPU and measures it against the CPU (up to seconds). Rendering may go on meanwhile.
+    pub fn survey(&self) {
+        self.evaluators.survey();
+    }
+
+    /// Which evaluator runs, and why.
+    #[must_use]
+    pub fn report(&self) -> BackendReport {
+        self.evaluators.report()
+    }
+
+    /// The report for the server.
+    #[must_use]
+    pub fn worker_report(&self) -> WorkerReport {
+        WorkerReport { backend: self.report(), gpu: self.evaluators.has_gpu() }
+    }
+
+    /// A built-in mesh, made once.
+    #[must_use]
+    pub fn builtin(&self, mesh: BuiltinMesh) -> Arc<LoadedMesh> {
+        self.caches.builtin(mesh)
+    }
+
+    /// An uploaded mesh, if it was kept.
+    #[must_use]
+    pub fn uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
+        self.caches.uploaded(hash)
+    }
+
+    /// Keeps an uploaded mesh, which must be the one of that hash.
+    pub fn keep_uploaded(
+        &self,
+        hash: &[u8; 32],
+        mesh: LoadedMesh,
+    ) -> Result<Arc<LoadedMesh>, RenderError> {
+        if mesh.hash() != hash {
+            return Err(RenderError::MeshContent);
+        }
+        let mesh = Arc::new(mesh);
+        self.caches.keep_uploaded(mesh.clone());
+        Ok(mesh)
+    }
+
+    /// The program of packed words, translated once.
+    pub fn program(&self, words: &[u32]) -> Result<Arc<Program>, RenderError> {
+        Ok(self.caches.program(words, Program::from_words)?)
+    }
+
+    /// Encoded pictures of all programs, in their order.
+    pub fn render(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+    ) -> Result<Vec<RenderedPicture>, RenderError> {
+        self.images(frame, mesh, programs, |program, scene, image, samples| {
+            let (bytes, exposure_ev) = encode(frame.format, scene, image)?;
+            let operations = samples * program.operations() as u64;
+            let key = PictureKey::new(program, frame);
+            Ok(RenderedPicture { key, bytes, exposure_ev, samples, operations })
+        })
+    }
+
+    /// Developed pictures of all programs, in their order; the frame's format does not matter.
+    pub fn develop(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+    ) -> Result<Vec<Developed>, RenderError> {
+        self.images(frame, mesh, programs, |_, scene, image, _| {
+            Ok(brood_eval::develop(image, scene.film.exposure))
+        })
+    }
+
+    /// Reflectance of each program on each sample of a set that belongs to no picture.
+    ///
+    /// # Shapes
+    /// Program by program, in each red, green, blue, in each the samples in order.
+    pub fn reflectance(
+        &self,
+        backend: Backend,
+        programs: &[&Program],
+        set: &SampleSet,
+    ) -> Result<Vec<f32>, RenderError> {
+        let mut out = Vec::new();
+        self.evaluators.eval(backend, programs, set, &mut out)?;
+        Ok(out)
+    }
+
+    /// Evaluates in batches and finishes each picture in parallel.
+    fn images<T: Send>(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &Scene, &RadianceImage, u64) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let scene = frame.scene()?;
+        scene.validate()?;
+        let set = self.caches.sample_set(&scene, mesh, frame);
+        let samples = set.len() as u64;
+        let floats = 3 * set.len();
+        let batch = (BATCH_FLOATS / floats.max(1)).max(1);
+        let mut out = std::mem::take(&mut *self.buffer());
+        let mut done = Vec::with_capacity(programs.len());
+        for programs in programs.chunks(batch) {
+            self.evaluators.eval(frame.backend, programs, &set, &mut out)?;
+            let results: Result<Vec<T>, RenderError> = programs
+                .par_iter()
+                .enumerate()
+                .map(|(index, program)| {
+                    let f = &out[index * floats..(index + 1) * floats];
+                    finish(program, &scene, &brood_eval::shade(&set, f), samples)
+                })
+                .collect();
+            done.extend(results?);
+        }
+        *self.buffer() = out;
+        Ok(done)
+    }
+
+    /// The output of the last batch, kept so that the next one does not fault its pages in again.
+    fn buffer(&self) -> std::sync::MutexGuard<'_, Vec<f32>> {
+        self.reflectances.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn encode(
+    format: PictureFormat,
+    scene: &Scene,
+    image: &RadianceImage,
+) -> Result<(Vec<u8>, f64), RenderError> {
+    match format {
+        PictureFormat::Png => {
+            let developed = brood_eval::develop(image, scene.film.exposure);
+            let Developed { width, height, rgba, exposure_ev } = developed;
+            Ok((brood_eval::encode_png(width, height, &rgba), exposure_ev))
+        }
+        PictureFormat::Exr => {
+            let bytes = brood_eval::encode_exr(image);
+            Ok((bytes.map_err(|e| RenderError::Encode(e.to_string()))?, 0.0))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::{BirthKey, Dialect, Variation};
+    use brood_protocol::MeshSource;
+
+    use super::*;
+
+    fn programs(count: u32) -> Vec<Program> {
+        let random = Variation::random(Dialect::default());
+        let birth = |slot| random.birth(BirthKey { seed: 3, slot, attempt: 0 });
+        (0..count).map(|slot| Program::lower(&birth(slot))).collect()
+    }
+
+    fn frame(format: PictureFormat, backend: Backend) -> Frame {
+        Frame::new(&Scene::default(), MeshSource::Builtin, 24, 2, (format, backend))
+    }
+
+    #[test]
+    fn picture_is_the_same_whatever_else_is_in_the_batch() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Knob);
+        let frame = frame(PictureFormat::Png, Backend::Auto);
+        let programs = programs(7);
+        let all: Vec<&Program> = programs.iter().collect();
+        let together = renderer.render(&frame, &mesh, &all).unwrap();
+        for (picture, program) in together.iter().zip(&programs) {
+            let alone = renderer.render(&frame, &mesh, &[program]).unwrap();
+            assert_eq!(alone[0], *picture);
+            assert_eq!(picture.key, PictureKey::new(program, &frame));
+            assert!(picture.samples > 0 && picture.operations >= picture.samples);
+        }
+    }
+
+    #[test]
+    fn gpu_setting_gives_the_pictures_of_the_cpu_byte_for_byte() {
+        let gpu = Renderer::new(Backend::Gpu);
+        let required = std::env::var("BROOD_REQUIRE_GPU").is_ok_and(|value| value == "1");
+        assert!(gpu.worker_report().gpu || !required, "{:?}", gpu.report());
+        let frame = frame(PictureFormat::Png, Backend::Auto);
+        let programs = programs(5);
+        let programs: Vec<&Program> = programs.iter().collect();
+        let render = |renderer: &Renderer| {
+            let mesh = renderer.builtin(BuiltinMesh::Sphere);
+            renderer.render(&frame, &mesh, &programs).unwrap()
+        };
+        assert_eq!(render(&gpu), render(&Renderer::new(Backend::Cpu)));
+    }
+
+    #[test]
+    fn pictures_decode_to_the_size_asked_for() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Torus);
+        let programs = programs(1);
+        for backend in [Backend::Cpu, Backend::Reference] {
+            let png = frame(PictureFormat::Png, backend);
+            let picture = renderer.render(&png, &mesh, &[&programs[0]]).unwrap().remove(0);
+            let (width, height, rgba) = brood_eval::decode_png(&picture.bytes).unwrap();
+            assert_eq!((width, height), (24, 24));
+            assert!(rgba.chunks(4).any(|pixel| pixel[3] > 0 && pixel[0] > 0));
+            let exr = frame(PictureFormat::Exr, backend);
+            let picture = renderer.render(&exr, &mesh, &[&programs[0]]).unwrap().remove(0);
+            assert!(picture.bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+        }
+    }
+
+    #[test]
+    fn uploaded_mesh_is_refused_when_its_content_is_another() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
+        let hash = *mesh.hash();
+        assert!(matches!(renderer.keep_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
+        let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
+        assert!(renderer.uploaded(&hash).is_none());
+        renderer.keep_uploaded(&hash, mesh).unwrap();
+        assert!(renderer.uploaded(&hash).is_some());
+    }
+}
