@@ -21,9 +21,9 @@ impl Backoff {
         self.failures = 0;
     }
 
-    /// Whether nothing failed since the last success.
-    pub(crate) fn is_fresh(&self) -> bool {
-        self.failures == 0
+    /// Failures since the last success.
+    pub(crate) fn failures(&self) -> u32 {
+        self.failures
     }
 
     /// The wait after one more failure: between half and all of the bound, which doubles up to 5 s.
@@ -48,8 +48,9 @@ mod tests {
             assert!(wait >= bound / 2 && wait <= bound, "{wait:?} of {bound:?}");
             bound = (bound * 2).min(LONGEST);
         }
-        assert!(!backoff.is_fresh());
+        assert_eq!(backoff.failures(), 40);
         backoff.reset();
-        assert!(backoff.is_fresh() && backoff.next() <= FIRST);
+        assert_eq!(backoff.failures(), 0);
+        assert!(backoff.next() <= FIRST);
     }
 }

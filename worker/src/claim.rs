@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{Backend, ClientError, LeaseRequest, WorkerClient};
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, oneshot};
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
@@ -18,7 +18,11 @@ use crate::renderer::Renderer;
 
 /// One job renders while the next is fetched and waits.
 const JOBS_IN_HAND: usize = 2;
+/// Failures in a row before the log says so.
+const FAILURES_TOLD: u32 = 3;
 const LONG_POLL: Duration = Duration::from_secs(20);
+/// So that the first request tells which evaluator runs, where that is found out quickly.
+const SURVEY_PATIENCE: Duration = Duration::from_millis(500);
 /// Leases are given back within this time at shutdown; the rest lapse.
 const FAREWELL: Duration = Duration::from_secs(3);
 
@@ -61,10 +65,14 @@ pub async fn run(config: WorkerConfig, shutdown: CancellationToken) -> Result<()
     let renderer = Arc::new(made.await.map_err(std::io::Error::other)?);
     let orders = render_thread::start(renderer.clone(), config.threads)?;
     if backend == Backend::Auto {
-        let renderer = renderer.clone();
-        std::thread::Builder::new()
-            .name("gpu-survey".to_owned())
-            .spawn(move || renderer.survey())?;
+        let (renderer, (done, surveyed)) = (renderer.clone(), oneshot::channel());
+        std::thread::Builder::new().name("gpu-survey".to_owned()).spawn(move || {
+            renderer.survey();
+            // Nobody listens any more where it took longer than the patience below.
+            let _ = done.send(());
+        })?;
+        // Either way it goes on: the answer comes with a later request, and the CPU renders until then.
+        let _ = tokio::time::timeout(SURVEY_PATIENCE, surveyed).await;
     }
     // Jobs stop by a token of their own: a refused worker gives its leases back as well.
     let stop = shutdown.child_token();
@@ -104,10 +112,10 @@ async fn claim(
         };
         match answer {
             Ok(grant) => {
-                if !backoff.is_fresh() {
+                if backoff.failures() >= FAILURES_TOLD {
                     tracing::info!("the server answers again");
-                    backoff.reset();
                 }
+                backoff.reset();
                 if let Some(grant) = grant {
                     let desk = desk.clone();
                     jobs.spawn(async move {
@@ -118,13 +126,15 @@ async fn claim(
             }
             Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
             Err(error) => {
-                if backoff.is_fresh() {
-                    tracing::warn!(%error, "no work to be had; trying again");
+                let wait = backoff.next();
+                // One failure is what a server that stops looks like; more are worth a line, but not one each.
+                if backoff.failures() == FAILURES_TOLD {
+                    tracing::warn!(%error, "the server gives no work; trying again and again");
                 } else {
-                    tracing::debug!(%error, "still no work to be had");
+                    tracing::debug!(%error, "no work to be had");
                 }
                 tokio::select! {
-                    () = tokio::time::sleep(backoff.next()) => {}
+                    () = tokio::time::sleep(wait) => {}
                     () = desk.shutdown.cancelled() => return Ok(()),
                 }
             }

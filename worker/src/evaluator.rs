@@ -34,7 +34,7 @@ impl Evaluators {
     pub(crate) fn new(setting: Backend) -> Self {
         let evaluators = Self {
             setting,
-            canonical: Arc::new(CanonicalEvaluator),
+            canonical: Arc::new(CanonicalEvaluator::default()),
             reference: Arc::new(ReferenceEvaluator),
             gpu: OnceLock::new(),
             prefers_gpu: AtomicBool::new(false),
@@ -180,7 +180,7 @@ impl Evaluators {
 
 fn processor() -> String {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{}, {threads} threads", std::env::consts::ARCH)
+    format!("{}, {threads} threads", brood_eval::Level::best().name())
 }
 
 /// Best of three of a brood of 21 at 128 x 128, on the CPU and on the GPU.

@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use brood_eval::{CanonicalEvaluator, Evaluator, SheetCell, develop, encode_png, shade, sheet};
+use brood_eval::{
+    CanonicalEvaluator, Evaluator, Level, SheetCell, develop, encode_png, shade, sheet,
+};
 use brood_genome::{Dialect, Output, Variation};
 use brood_program::{BroodRequest, Program, make_brood};
 use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
@@ -28,10 +30,13 @@ fn main() {
     lap("mesh and samples");
     let programs: Vec<&Program> = brood.iter().map(|child| &child.program).collect();
     let mut f = Vec::new();
-    CanonicalEvaluator.eval(&programs, &set, &mut f).expect("the CPU evaluates");
+    CanonicalEvaluator::default().eval(&programs, &set, &mut f).expect("the CPU evaluates");
     lap("first evaluation (fills inputs)");
-    CanonicalEvaluator.eval(&programs, &set, &mut f).expect("the CPU evaluates");
-    lap("second evaluation");
+    for level in Level::available() {
+        let evaluator = CanonicalEvaluator::with_level(level);
+        evaluator.eval(&programs, &set, &mut f).expect("the CPU evaluates");
+        lap(level.name());
+    }
     let images: Vec<_> =
         f.chunks(3 * set.len()).map(|f| develop(&shade(&set, f), Exposure::Auto)).collect();
     lap("shading and film");

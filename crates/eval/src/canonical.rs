@@ -9,7 +9,7 @@ use brood_program::{Operation, Program, Tape, TapeOperand};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-use crate::{EvalError, Evaluator};
+use crate::{EvalError, Evaluator, Level};
 
 /// Samples in a block: long enough that decoding costs little, short enough that registers stay in the nearest cache.
 const BLOCK: usize = 256;
@@ -17,8 +17,30 @@ const BLOCK: usize = 256;
 const TASK: usize = 16 * BLOCK;
 
 /// Plain f32 on the CPU: the bits that all exact evaluators share.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct CanonicalEvaluator;
+#[derive(Debug, Clone, Copy)]
+pub struct CanonicalEvaluator {
+    level: Level,
+}
+
+impl Default for CanonicalEvaluator {
+    fn default() -> Self {
+        Self::with_level(Level::best())
+    }
+}
+
+impl CanonicalEvaluator {
+    /// Uses one instruction set; [`Level::best`] by default. All give the same bits.
+    #[must_use]
+    pub fn with_level(level: Level) -> Self {
+        Self { level }
+    }
+
+    /// The instruction set in use.
+    #[must_use]
+    pub fn level(&self) -> Level {
+        self.level
+    }
+}
 
 impl Evaluator for CanonicalEvaluator {
     fn name(&self) -> &str {
@@ -48,7 +70,7 @@ impl Evaluator for CanonicalEvaluator {
             let tasks = red.par_chunks_mut(TASK).zip(green.par_chunks_mut(TASK));
             let tasks = tasks.zip(blue.par_chunks_mut(TASK));
             tasks.enumerate().for_each(|(task, ((red, green), blue))| {
-                code.run(task * TASK, [red, green, blue]);
+                code.run(self.level, task * TASK, [red, green, blue]);
             });
         });
         Ok(())
@@ -72,7 +94,7 @@ struct Instruction {
 }
 
 /// A program bound to a sample set: rows of the workspace are the tape's registers, then the inputs it reads.
-struct Code<'a> {
+pub(crate) struct Code<'a> {
     program: &'a Program,
     instructions: Vec<Instruction>,
     results: [Place; 3],
@@ -110,7 +132,7 @@ impl<'a> Code<'a> {
         }
     }
 
-    fn run(&self, start: usize, mut out: [&mut [f32]; 3]) {
+    fn run(&self, level: Level, start: usize, mut out: [&mut [f32]; 3]) {
         let mut workspace = Workspace::new(self.first_input_row + self.inputs.len());
         let samples = out[0].len();
         for offset in (0..samples).step_by(BLOCK) {
@@ -119,56 +141,52 @@ impl<'a> Code<'a> {
                 let values = &input[start + offset..start + offset + length];
                 workspace.rows[self.first_input_row + index][..length].copy_from_slice(values);
             }
-            for instruction in &self.instructions {
-                instruction.run(&mut workspace);
+            level.run(self, &mut workspace);
+            for (out, values) in out.iter_mut().zip(&workspace.out) {
+                out[offset..offset + length].copy_from_slice(&values[..length]);
             }
-            let block = out.each_mut().map(|plane| &mut plane[offset..offset + length]);
-            self.finish(&workspace, block);
         }
     }
 
-    /// Squares the results and applies the output stage.
-    fn finish(&self, workspace: &Workspace, out: [&mut [f32]; 3]) {
+    /// One block, from the inputs in the workspace to the reflectance in it. Inlined into a function of each level.
+    #[inline(always)]
+    pub(crate) fn block(&self, workspace: &mut Workspace) {
+        for instruction in &self.instructions {
+            instruction.run(workspace);
+        }
         let squares = self.results.map(|place| workspace.values(place).map(f32::square));
         let output = self.program.output();
         if *output == Output::IDENTITY {
             // Multiplying by 1 and adding 0 to what is not negative changes no bit.
-            for (out, squares) in out.into_iter().zip(&squares) {
-                out.copy_from_slice(&squares[..out.len()]);
-            }
+            workspace.out = squares;
             return;
         }
-        for (channel, out) in out.into_iter().enumerate() {
-            out.copy_from_slice(&mix(output, channel, &squares)[..out.len()]);
+        let [r, g, b] = &squares;
+        for (channel, out) in workspace.out.iter_mut().enumerate() {
+            for lane in 0..BLOCK {
+                out[lane] = output.channel(channel, [r[lane], g[lane], b[lane]]);
+            }
         }
     }
-}
-
-/// One channel of the output stage for a block.
-#[inline(never)]
-fn mix(output: &Output, channel: usize, [r, g, b]: &[[f32; BLOCK]; 3]) -> [f32; BLOCK] {
-    let mut mixed = [0.0; BLOCK];
-    for lane in 0..BLOCK {
-        mixed[lane] = output.channel(channel, [r[lane], g[lane], b[lane]]);
-    }
-    mixed
 }
 
 type Row = Box<[f32; BLOCK]>;
 
 /// The values of one block. Results are written to the spare row, which then changes places with the destination: so
 /// no loop reads what it writes, and a destination may be the register of an operand.
-struct Workspace {
+pub(crate) struct Workspace {
     rows: Vec<Row>,
     spare: Row,
+    out: [[f32; BLOCK]; 3],
 }
 
 impl Workspace {
     fn new(rows: usize) -> Self {
         let row = || Box::new([0.0; BLOCK]);
-        Self { rows: (0..rows).map(|_| row()).collect(), spare: row() }
+        Self { rows: (0..rows).map(|_| row()).collect(), spare: row(), out: [[0.0; BLOCK]; 3] }
     }
 
+    #[inline(always)]
     fn values(&self, place: Place) -> [f32; BLOCK] {
         match place {
             Place::Row(row) => *self.rows[row],
@@ -178,6 +196,7 @@ impl Workspace {
 }
 
 impl Instruction {
+    #[inline(always)]
     fn run(&self, workspace: &mut Workspace) {
         match self.operation {
             Operation::Add => self.binary(workspace, |a, b| Operation::Add.apply(a, b)),
@@ -197,7 +216,7 @@ impl Instruction {
 
     #[inline(always)]
     fn binary(&self, workspace: &mut Workspace, f: impl Fn(f32, f32) -> f32) {
-        let Workspace { rows, spare } = workspace;
+        let Workspace { rows, spare, .. } = workspace;
         match (self.a, self.b) {
             (Place::Row(a), Place::Row(b)) => each_pair(spare, &rows[a], &rows[b], f),
             (Place::Row(a), Place::Value(b)) => each(spare, &rows[a], |a| f(a, b)),
@@ -209,7 +228,7 @@ impl Instruction {
 
     #[inline(always)]
     fn unary(&self, workspace: &mut Workspace, f: impl Fn(f32) -> f32) {
-        let Workspace { rows, spare } = workspace;
+        let Workspace { rows, spare, .. } = workspace;
         match self.a {
             Place::Row(a) => each(spare, &rows[a], f),
             Place::Value(a) => **spare = [f(a); BLOCK],
@@ -218,16 +237,16 @@ impl Instruction {
     }
 }
 
-// The two loops below are functions of plain arrays of their own, so that the compiler sees that nothing overlaps.
+// The two loops below take plain arrays, so that the compiler sees that nothing overlaps.
 
-#[inline(never)]
+#[inline(always)]
 fn each(out: &mut [f32; BLOCK], values: &[f32; BLOCK], f: impl Fn(f32) -> f32) {
     for (out, value) in out.iter_mut().zip(values) {
         *out = f(*value);
     }
 }
 
-#[inline(never)]
+#[inline(always)]
 fn each_pair(
     out: &mut [f32; BLOCK],
     a: &[f32; BLOCK],
@@ -244,7 +263,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn canonical_evaluator_passes_the_conformance_suite() {
-        crate::conformance::check(&CanonicalEvaluator);
+    fn canonical_evaluator_passes_the_conformance_suite_at_every_level() {
+        for level in Level::available() {
+            println!("{}", level.name());
+            crate::conformance::check(&CanonicalEvaluator::with_level(level));
+        }
     }
 }

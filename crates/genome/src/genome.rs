@@ -172,18 +172,21 @@ impl Output {
 
     /// Rows make red, green, blue.
     #[must_use]
+    #[inline]
     pub fn matrix(&self) -> &[[f32; 3]; 3] {
         &self.matrix
     }
 
     /// Factor of each channel after the matrix.
     #[must_use]
+    #[inline]
     pub fn scale(&self) -> &[f32; 3] {
         &self.scale
     }
 
     /// What is added to each channel last.
     #[must_use]
+    #[inline]
     pub fn offset(&self) -> &[f32; 3] {
         &self.offset
     }

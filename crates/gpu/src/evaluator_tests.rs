@@ -24,7 +24,7 @@ fn check_bits(evaluator: &GpuEvaluator, programs: &[Program], set: &SampleSet) {
     let batch: Vec<&Program> = programs.iter().collect();
     let (mut got, mut expected) = (Vec::new(), Vec::new());
     evaluator.eval(&batch, set, &mut got).unwrap();
-    CanonicalEvaluator.eval(&batch, set, &mut expected).unwrap();
+    CanonicalEvaluator::default().eval(&batch, set, &mut expected).unwrap();
     assert_eq!(got.len(), expected.len());
     if evaluator.is_exact() {
         let different = (0..got.len()).find(|k| got[*k].to_bits() != expected[*k].to_bits());

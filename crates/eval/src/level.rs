@@ -1,0 +1,88 @@
+//! Instruction sets: the block loop compiled once for each, chosen at run time. The loop is the same code and rounds the
+//! same way in all of them, so the bits are the same; only the width of the vectors differs.
+
+#![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
+
+use crate::canonical::{Code, Workspace};
+
+/// An instruction set of this machine's architecture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Level(Kind);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// What every machine of the architecture has: SSE2 on x86-64, NEON on AArch64.
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Level {
+    /// The levels this machine has, the widest last.
+    #[must_use]
+    pub fn available() -> Vec<Self> {
+        let mut levels = vec![Self(Kind::Baseline)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") {
+                levels.push(Self(Kind::Avx2));
+            }
+            let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq");
+            if wide && is_x86_feature_detected!("avx512vl") && is_x86_feature_detected!("avx512bw")
+            {
+                levels.push(Self(Kind::Avx512));
+            }
+        }
+        levels
+    }
+
+    /// The widest level this machine has.
+    #[must_use]
+    pub fn best() -> Self {
+        Self::available().pop().unwrap_or(Self(Kind::Baseline))
+    }
+
+    /// The name that reports use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Kind::Baseline if cfg!(target_arch = "aarch64") => "neon",
+            Kind::Baseline if cfg!(target_arch = "x86_64") => "sse2",
+            Kind::Baseline => "baseline",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => "avx-512",
+        }
+    }
+
+    pub(crate) fn run(self, code: &Code<'_>, workspace: &mut Workspace) {
+        match self.0 {
+            Kind::Baseline => baseline(code, workspace),
+            // SAFETY: a level is made by `available` only, which detected the features.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => unsafe { avx2(code, workspace) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { avx512(code, workspace) },
+        }
+    }
+}
+
+fn baseline(code: &Code<'_>, workspace: &mut Workspace) {
+    code.block(workspace);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn avx2(code: &Code<'_>, workspace: &mut Workspace) {
+    code.block(workspace);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
+fn avx512(code: &Code<'_>, workspace: &mut Workspace) {
+    code.block(workspace);
+}
