@@ -6,7 +6,7 @@
 mod cases;
 mod tolerance;
 
-pub use cases::{programs, sample_sets};
+pub use cases::{hard_samples, programs, sample_sets, wild_program};
 pub use tolerance::{TOLERANCES, Tolerance};
 
 use brood_program::{Program, execute};

@@ -32,6 +32,29 @@ pub fn programs(count: u64) -> Vec<Program> {
     programs
 }
 
+/// A random program of a dialect that depends on the seed; every other one has constants up to the ends of the range.
+#[must_use]
+pub fn wild_program(seed: u64) -> Program {
+    let paper = Dialect::default();
+    let dialect = match seed % 4 {
+        0 | 1 => paper,
+        2 => Dialect { parametrisation: Parametrisation::Paper, ..paper },
+        _ => Dialect { opcodes: OpcodeSet::Extended, registers: 10, ..paper },
+    };
+    let key = BirthKey { seed, slot: u32::MAX, attempt: 0 };
+    let genome = Variation::random(dialect).birth(key);
+    if seed % 8 < 4 {
+        return Program::lower(&genome);
+    }
+    let mut constants = Box::new(*genome.constants());
+    for constant in constants.iter_mut().flatten() {
+        *constant *= brood_genome::RANGE / 2.0;
+    }
+    let instructions = genome.instructions().to_vec();
+    let genome = Genome::new(dialect, instructions, constants, Output::IDENTITY);
+    Program::lower(&genome.expect("constants of at most 2 times half the range are in it"))
+}
+
 /// Nothing but a constant, nothing but an input, black, as bright as can be, everything clamped, an output stage.
 fn corners() -> Vec<Program> {
     let texts = [
@@ -59,7 +82,14 @@ pub fn sample_sets() -> Vec<SampleSet> {
 }
 
 fn sample_set(size: usize) -> SampleSet {
-    let key = BirthKey { seed: 77, slot: size as u32, attempt: 0 };
+    hard_samples(77, size)
+}
+
+/// Directions and texture coordinates that break formulas: half of the directions grazing or at the pole, a third of the
+/// pairs equal or antipodal in azimuth, coordinates from 1e-30 to the ends of the range.
+#[must_use]
+pub fn hard_samples(seed: u64, size: usize) -> SampleSet {
+    let key = BirthKey { seed, slot: size as u32, attempt: 0 };
     let mut stream = Stream::new(key, brood_genome::Operator::RandomConstants);
     let mut pairs = Vec::with_capacity(size);
     let mut uvs = Vec::with_capacity(size);
@@ -76,13 +106,13 @@ fn sample_set(size: usize) -> SampleSet {
     SampleSet::from_pairs(&pairs, &uvs)
 }
 
-/// A direction in the upper hemisphere: a quarter grazing, some at the pole.
+/// A direction in the upper hemisphere: half grazing, some at the pole.
 fn direction(stream: &mut Stream) -> DVec3 {
     let mut component = || f64::from(2.0 * stream.unit() - 1.0);
     let (x, y, z) = (component(), component(), component().abs());
     let z = match stream.below(8) {
-        0 | 1 => z * 1e-5,
-        2 => return DVec3::Z,
+        0..4 => z * 1e-5,
+        4 => return DVec3::Z,
         _ => z,
     };
     DVec3::new(x, y, z).try_normalize().unwrap_or(DVec3::Z)
