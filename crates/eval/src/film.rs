@@ -35,15 +35,26 @@ pub fn develop(image: &RadianceImage, exposure: Exposure) -> Developed {
         Exposure::Auto => automatic(image.first_samples()),
         Exposure::Ev(ev) => (nearest(libm::exp2(ev)), ev),
     };
+    let curve = srgb::curve();
+    let mut rgba = vec![0; 4 * image.coverage().len()];
     let pixels = image.premultiplied().iter().zip(image.coverage());
-    let rgba =
-        pixels.flat_map(|(radiance, coverage)| pixel(*radiance, *coverage, factor)).collect();
+    for (place, (radiance, coverage)) in rgba.chunks_exact_mut(4).zip(pixels) {
+        if *coverage > 0.0 {
+            place.copy_from_slice(&pixel(curve, *radiance, *coverage, factor));
+        }
+    }
     Developed { width: image.width(), height: image.height(), rgba, exposure_ev }
 }
 
-fn pixel(radiance: [f32; 3], coverage: f32, factor: f32) -> [u8; 4] {
-    let [red, green, blue] = radiance.map(|channel| encode_srgb(channel * factor / coverage));
-    [red, green, blue, (coverage * 255.0 + 0.5) as u8]
+#[inline]
+fn pixel(curve: &srgb::Curve, radiance: [f32; 3], coverage: f32, factor: f32) -> [u8; 4] {
+    let mut code = [0, 0, 0, (coverage * 255.0 + 0.5) as u8];
+    for (code, channel) in code.iter_mut().zip(radiance) {
+        let exposed = channel * factor;
+        // Most pixels are covered whole, and a division by 1 changes nothing.
+        *code = curve.encode(if coverage < 1.0 { exposed / coverage } else { exposed });
+    }
+    code
 }
 
 fn automatic(first_samples: &[f32]) -> (f32, f64) {

@@ -2,12 +2,14 @@
 
 use std::sync::LazyLock;
 
-/// Table entries per octave and octaves below 1: darker values encode to 0 or are found by comparison.
-const PER_OCTAVE: u32 = 32;
+/// Table entries per octave: so many that no entry holds two thresholds (the octave below 1 has 67 of them).
+const PER_OCTAVE: u32 = 256;
+/// Octaves below 1 that the table covers: it begins below the first threshold, 1.5e-4.
 const OCTAVES: u32 = 13;
+const TABLE_START: f32 = 1.0 / (1u32 << OCTAVES) as f32;
 const MANTISSA_SHIFT: u32 = 23 - PER_OCTAVE.trailing_zeros();
 
-struct Curve {
+pub(super) struct Curve {
     /// `thresholds[k]` is the least linear value that encodes to k; the last is infinite.
     thresholds: [f32; 257],
     /// The code at the start of each table entry.
@@ -46,13 +48,34 @@ fn at_least(value: f64) -> f32 {
 }
 
 fn entry_start(entry: u32) -> f32 {
-    let base = ((127 - OCTAVES) << 23) >> MANTISSA_SHIFT;
-    f32::from_bits((base + entry) << MANTISSA_SHIFT)
+    f32::from_bits(((TABLE_START.to_bits() >> MANTISSA_SHIFT) + entry) << MANTISSA_SHIFT)
 }
 
 fn slow(thresholds: &[f32; 257], value: f32) -> u8 {
     let code = thresholds[..256].partition_point(|threshold| *threshold <= value) - 1;
     u8::try_from(code).expect("256 thresholds")
+}
+
+/// The curve, for those who encode many values.
+pub(super) fn curve() -> &'static Curve {
+    &CURVE
+}
+
+impl Curve {
+    /// See [`encode_srgb`].
+    #[inline]
+    pub(super) fn encode(&self, value: f32) -> u8 {
+        if value >= 1.0 {
+            return 255;
+        }
+        // The table begins below the first threshold: what is darker, negative or NaN is code 0.
+        if value < TABLE_START || value.is_nan() {
+            return 0;
+        }
+        let entry = (value.to_bits() >> MANTISSA_SHIFT) - (TABLE_START.to_bits() >> MANTISSA_SHIFT);
+        let code = self.start[entry as usize];
+        code + u8::from(self.thresholds[usize::from(code) + 1] <= value)
+    }
 }
 
 /// The 8-bit sRGB code of a linear value: the curve, times 255, rounded half up.
@@ -64,24 +87,20 @@ fn slow(thresholds: &[f32; 257], value: f32) -> u8 {
 /// None: the code is the one whose interval holds the value (`every_threshold_is_met_from_both_sides`).
 #[must_use]
 pub fn encode_srgb(value: f32) -> u8 {
-    let curve = &*CURVE;
-    if value >= 1.0 {
-        return 255;
-    }
-    if value < entry_start(0) || value.is_nan() {
-        return if value >= 0.0 { slow(&curve.thresholds, value) } else { 0 };
-    }
-    let entry = (value.to_bits() >> MANTISSA_SHIFT) - (entry_start(0).to_bits() >> MANTISSA_SHIFT);
-    let mut code = curve.start[entry as usize];
-    while curve.thresholds[usize::from(code) + 1] <= value {
-        code += 1;
-    }
-    code
+    CURVE.encode(value)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_table_entry_holds_two_thresholds() {
+        assert!(CURVE.thresholds[1] > TABLE_START);
+        for pair in CURVE.start.windows(2) {
+            assert!(pair[1] - pair[0] <= 1);
+        }
+    }
 
     #[test]
     fn every_threshold_is_met_from_both_sides() {
