@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use brood_tests::{TestLineage, TestServer, brood, hashes, ids};
+use brood_tests::{ServerOptions, TestLineage, TestServer, brood, hashes, ids, text_of};
 use reqwest::Method;
 use serde_json::json;
 use tempfile::TempDir;
@@ -48,7 +48,7 @@ async fn children_are_the_servers_when_bred_on_the_command_line() {
     let third = lineage.breed(body).await;
     let (one, two) = (here("b").join("00.brood"), here("a").join("09.brood"));
     let (one, two) = (one.to_string_lossy(), two.to_string_lossy());
-    let arguments = ["--parent", &one, "--parent2", &two, "--seed", "79", "--count", "5"];
+    let arguments = ["--parent", &one, "--parent", &two, "--seed", "79", "--count", "5"];
     let arguments = [&arguments[..], &["--recombination", "0.25"]].concat();
     assert_eq!(breed(&here("c"), &arguments), hashes(&third));
 
@@ -77,6 +77,40 @@ async fn picture_is_the_servers_when_rendered_on_the_command_line() {
         let path = format!("/v1/individuals/{child}/render.png?size=48");
         assert_eq!(server.get(&path).await.expect(200).picture(), here);
     }
+}
+
+#[test]
+fn seed_is_said_and_reproduces_when_none_is_given() {
+    let folder = TempDir::new().unwrap();
+    let here = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let drawn = brood(["breed", "--count", "3", "--size", "16", "-o", &here("a")]).success();
+    let words: Vec<&str> = drawn.stderr.split_whitespace().collect();
+    let seed = words.windows(2).find(|pair| pair[0] == "seed").expect("the seed is said")[1];
+    let rest = ["--count", "3", "--size", "16", "-o", &here("b")];
+    let again = brood(["breed", "--seed", seed].iter().chain(&rest)).success();
+    assert_eq!(again.stdout, drawn.stdout);
+    let other = brood(["breed", "--count", "3", "--size", "16", "-o", &here("c")]).success();
+    assert_ne!(other.stdout, drawn.stdout, "seeds are drawn");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn backup_is_the_lineage_when_made_beside_a_server_that_breeds() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("brood.db");
+    let (data, target) = (server.data().to_string_lossy(), file.to_string_lossy());
+    let arguments = ["backup", target.as_ref(), "--data", data.as_ref()];
+    brood(arguments).success();
+    assert_eq!(brood(arguments).code, 1, "a backup is never written over");
+    // A server on nothing but the backup has it all; pictures are derived.
+    let restored = TestServer::start_on(ServerOptions::default(), folder);
+    let path = format!("/v1/generations/{}", text_of(&generation["id"]));
+    assert_eq!(restored.get(&path).await.expect(200).json(), generation);
+    let url = text_of(&generation["individuals"][1]["thumbnail"]);
+    let picture = restored.get(&url).await.expect(200).body;
+    assert_eq!(picture, server.get(&url).await.expect(200).body);
 }
 
 #[test]

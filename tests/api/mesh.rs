@@ -1,6 +1,6 @@
 //! Uploaded meshes: read with warnings, refused with the line, and shown in pictures.
 
-use brood_tests::{TestLineage, TestServer, ids, text_of};
+use brood_tests::{TestLineage, TestServer, ids, raw_request, text_of};
 use serde_json::json;
 
 const OBJ: &str = "model/obj";
@@ -81,11 +81,25 @@ async fn mesh_is_refused_when_it_is_larger_than_32_mib() {
     let server = TestServer::start();
     let line = "# a comment that fills space, as long as any line of an OBJ file would be long\n";
     let large = line.repeat(33 * 1024 * 1024 / line.len() + 1);
-    let request = server.request(reqwest::Method::POST, "/v1/meshes").header("content-type", OBJ);
-    // The server may answer and close before all of it is written; then the client sees a broken connection.
-    match server.try_send(request.body(large)).await {
-        Ok(answer) => drop(answer.problem(413)),
-        Err(error) => assert!(error.is_request() || error.is_body(), "{error:?}"),
+    // From the declared length alone, before anything of the body has come.
+    let head = format!(
+        "POST /v1/meshes HTTP/1.1\r\nHost: {}\r\nContent-Type: {OBJ}\r\nContent-Length: {}\r\n\
+         Connection: close\r\n\r\n",
+        server.address(),
+        large.len()
+    );
+    let (status, text) = raw_request(server.address(), head.as_bytes()).await;
+    assert_eq!(status, 413, "{text}");
+    assert!(text.contains("application/problem+json"), "{text}");
+    // In one piece, and in chunks whose number nobody declared.
+    let declared = reqwest::Body::from(large.clone());
+    let pieces = large.into_bytes();
+    let pieces: Vec<Vec<u8>> = pieces.chunks(64 * 1024).map(<[u8]>::to_vec).collect();
+    let pieces = futures::stream::iter(pieces.into_iter().map(Ok::<_, std::io::Error>));
+    for body in [declared, reqwest::Body::wrap_stream(pieces)] {
+        let request = server.request(reqwest::Method::POST, "/v1/meshes");
+        // Whoever is still sending gets the answer all the same.
+        server.send(request.header("content-type", OBJ).body(body)).await.problem(413);
     }
     let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();
     assert_eq!(mesh["triangles"], 6, "the server goes on");

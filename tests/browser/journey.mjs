@@ -139,6 +139,33 @@ async function wide(hand) {
     await shot("5-uploaded");
   });
 
+  await step("turns and scales the object by hand", async () => {
+    const box = await hand.id("centre").boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    const mouse = hand.page.mouse;
+    const turned = await hand.reshown(async () => {
+      await mouse.move(x, y);
+      await mouse.down();
+      await mouse.move(x + 60, y + 20, { steps: 4 });
+      await mouse.up();
+    });
+    assert.notDeepEqual(turned.rotation_deg, [0, 0, 0]);
+    const scaled = await hand.reshown(() => mouse.wheel(0, 300));
+    assert.notEqual(scaled.scale, turned.scale);
+    assert.deepEqual(scaled.rotation_deg, turned.rotation_deg);
+    await shot("6-turned");
+  });
+
+  await step("keeps a favourite", async () => {
+    const generation = await hand.generation(await hand.ready());
+    const answered = hand.page.waitForResponse((it) => it.request().method() === "PATCH");
+    await hand.cell(3).focus();
+    await hand.page.keyboard.press("f");
+    assert.equal((await answered).status(), 200);
+    const favourites = await hand.api("/v1/individuals?favourite=true");
+    assert.deepEqual(favourites.items.map((it) => it.id), [generation.individuals[3].id]);
+  });
+
   await step("says what is wrong with a broken object", async () => {
     const file = { name: "broken.obj", mimeType: "model/obj", buffer: Buffer.from("v 0 nan 0\n") };
     await hand.id("obj-file").setInputFiles(file);
@@ -167,7 +194,7 @@ async function narrow(hand) {
     const sideways = () => document.documentElement.scrollWidth - document.documentElement.clientWidth;
     assert.ok((await hand.page.evaluate(sideways)) <= 0, "nothing sticks out sideways");
     await hand.becomes(() => hand.cell(5).tap());
-    await hand.page.screenshot({ path: join(pictures, "6-narrow.png") });
+    await hand.page.screenshot({ path: join(pictures, "7-narrow.png") });
     await hand.accessible("360 x 740");
   });
   hand.quiet();

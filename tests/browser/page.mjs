@@ -58,6 +58,19 @@ export class BroodPage {
     return this.ready(before);
   }
 
+  /** Does something that gives the lineage another scene, and gives that scene once its pictures are shown. */
+  async reshown(act) {
+    const src = () => this.cell(0).locator("img").first().getAttribute("src");
+    const before = await src();
+    const patched = this.page.waitForResponse((it) => it.request().method() === "PATCH");
+    await act();
+    const answer = await patched;
+    assert.equal(answer.status(), 200);
+    await this.cell(0).locator(`img:not([src="${before}"])`).first().waitFor();
+    await this.ready();
+    return this.api(`/v1/scenes/${(await answer.json()).scene}`);
+  }
+
   /** JSON of the interface, read beside the page. */
   async api(path) {
     const response = await fetch(this.#base + path);

@@ -1,7 +1,7 @@
 //! kill -9 at awkward moments under load: every birth that was answered with 201 is there afterwards, unchanged, and
 //! a request that is sent again with its key is born once.
 //!
-//! Prints one line of figures.
+//! A worker that is killed takes no picture with it. Each test prints one line of figures.
 
 #![expect(
     clippy::unwrap_used,
@@ -65,6 +65,66 @@ async fn no_acknowledged_birth_is_lost_when_the_server_is_killed_twenty_times() 
         births.len(),
         slowest.as_millis()
     );
+}
+
+/// The processes that this process started.
+#[cfg(target_os = "linux")]
+fn children_of(process: u32) -> Vec<u32> {
+    let all = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
+        let id: u32 = entry.ok()?.file_name().to_str()?.parse().ok()?;
+        // A process may be gone again by now.
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+        let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
+        (parent.trim() == process.to_string()).then_some(id)
+    });
+    all.collect()
+}
+
+/// Kills the worker a moment after a whole brood's pictures were asked for; the number of workers killed and of
+/// pictures that came. Those of the dead worker's lease come once it has lapsed and another worker has rendered them;
+/// until then the answer is "ask again".
+#[cfg(target_os = "linux")]
+async fn shoot_worker(moment: Duration) -> (usize, usize) {
+    let server = TestServer::start();
+    let body = json!({"name": "under fire", "thumbnail_px": 256});
+    let lineage = TestLineage::with(&server, body).await;
+    let generation = lineage.breed(json!({"parents": [], "count": 60, "seed": 1})).await;
+    let children = generation["individuals"].as_array().unwrap();
+    let pictures = children.iter().map(|child| async {
+        let url = text_of(&child["thumbnail"]);
+        let deadline = Instant::now() + Duration::from_secs(80);
+        loop {
+            let answer = server.get(&url).await;
+            if answer.status != 503 {
+                assert_eq!(answer.expect(200).picture().dimensions(), (256, 256));
+                return;
+            }
+            assert!(!answer.header("retry-after").is_empty(), "{:?}", answer.headers);
+            assert!(Instant::now() < deadline, "{url} never came");
+        }
+    });
+    let shot = async {
+        tokio::time::sleep(moment).await;
+        let workers = children_of(server.process());
+        for worker in &workers {
+            // It may have ended by itself in between.
+            let _ = std::process::Command::new("kill").args(["-9", &worker.to_string()]).status();
+        }
+        workers.len()
+    };
+    let (pictures, killed) = futures::future::join(futures::future::join_all(pictures), shot).await;
+    (killed, pictures.len())
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn every_picture_comes_when_a_worker_is_killed_while_it_renders() {
+    let rounds = [5, 20, 45].map(|ms| shoot_worker(Duration::from_millis(ms)));
+    let seen = futures::future::join_all(rounds).await;
+    let killed: usize = seen.iter().map(|round| round.0).sum();
+    let pictures: usize = seen.iter().map(|round| round.1).sum();
+    assert_eq!((killed, pictures), (3, 3 * 60));
+    println!("kill -9 of workers: {killed} killed, all of {pictures} pictures came");
 }
 
 /// Breeds with several clients at once and kills the server in the middle; gives what was left without an answer.

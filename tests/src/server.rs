@@ -89,6 +89,12 @@ impl TestServer {
         &self.address
     }
 
+    /// The server's process id.
+    #[must_use]
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
     /// The data directory.
     #[must_use]
     pub fn data(&self) -> &Path {

@@ -10,6 +10,9 @@ use anyhow::{Result, bail};
 
 use crate::shell;
 
+/// What the checks of the page need, in the versions that tests/browser/package-lock.json names.
+const NPM_PACKAGES: [&str; 3] = ["playwright-core", "axe-core", "typescript"];
+
 /// What was found, after installing what was missing.
 pub struct Prerequisites {
     /// Manifest of the software Vulkan driver; none means that tests on a GPU use whatever adapter there is.
@@ -137,14 +140,14 @@ fn apt_get() -> Result<Command> {
     Ok(command)
 }
 
-/// Puts playwright-core and axe-core beside the journey, unless the locked versions are there.
+/// Puts the browser's driver, the accessibility checker and the type checker beside the journey, unless the locked versions are there.
 fn install_browser_driver() -> Result<()> {
     let folder = shell::root().join("tests/browser");
     let lock = std::fs::read_to_string(folder.join("package-lock.json"))?;
     if installed_versions_match(&lock, &folder) {
         return Ok(());
     }
-    println!("installing npm packages: playwright-core axe-core");
+    println!("installing npm packages: {}", NPM_PACKAGES.join(" "));
     shell::run(
         shell::command("npm")
             .args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
@@ -157,7 +160,7 @@ fn installed_versions_match(lock: &str, folder: &Path) -> bool {
         let json: serde_json::Value = serde_json::from_str(text).ok()?;
         Some(json.pointer(pointer)?.as_str()?.to_owned())
     };
-    ["playwright-core", "axe-core"].into_iter().all(|name| {
+    NPM_PACKAGES.into_iter().all(|name| {
         let wanted = version_in(lock, &format!("/packages/node_modules~1{name}/version"));
         let manifest = folder.join("node_modules").join(name).join("package.json");
         let found =

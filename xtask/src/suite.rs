@@ -31,7 +31,7 @@ pub fn run() -> Result<()> {
     });
     step(&mut steps, "tidy", tidy::run);
     let built = step(&mut steps, "build", || {
-        shell::run(shell::cargo().args(["build", "--workspace", "--all-targets"]))
+        shell::run(shell::cargo().args(["build", "--workspace", "--all-targets", "--locked"]))
     });
     let mut closing = None;
     if built {
@@ -53,6 +53,7 @@ pub fn run() -> Result<()> {
                 "--quiet",
             ]))
         });
+        step(&mut steps, "page: types and unit tests", page);
         step(&mut steps, "browser journey", || browser(&found, &target));
     }
     report(&steps, closing)
@@ -106,6 +107,27 @@ fn tests(found: &Prerequisites, target: &std::path::Path) -> (Result<()>, Option
     });
     let line = closing.into_inner().expect("no reader of the output panics").line();
     (outcome, line)
+}
+
+/// The page's own checks: its types, and those of its modules that need no browser.
+fn page() -> Result<()> {
+    let types = shell::run(shell::command("node").args([
+        "tests/browser/node_modules/typescript/bin/tsc",
+        "-p",
+        "web/jsconfig.json",
+    ]));
+    // Each file by name: what a folder means to `node --test` changed between its versions.
+    let mut files: Vec<PathBuf> = std::fs::read_dir(shell::root().join("web/test"))
+        .context("list the page's tests")?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "js"))
+        .collect();
+    files.sort();
+    if files.is_empty() {
+        bail!("web/test holds no test");
+    }
+    let tests = shell::run(shell::command("node").arg("--test").args(files));
+    types.and(tests)
 }
 
 fn browser(found: &Prerequisites, target: &std::path::Path) -> Result<()> {

@@ -350,7 +350,11 @@ mod tests {
             for input in Input::ALL {
                 let here = input.evaluate(&pair, DVec2::new(0.25, -3.0));
                 let there = input.evaluate(&pair.swapped(), DVec2::new(0.25, -3.0));
-                assert!(here.to_bits() == there.to_bits(), "{} {pair:?}: {here} {there}", input.name());
+                assert!(
+                    here.to_bits() == there.to_bits(),
+                    "{} {pair:?}: {here} {there}",
+                    input.name()
+                );
                 assert!(here.is_finite() && here.abs() <= RANGE, "{} {pair:?}", input.name());
             }
         }
