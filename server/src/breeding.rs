@@ -1,4 +1,6 @@
-//! A breed request, end to end: parents read, children made, one transaction, one render job.
+//! A breed request, end to end: parents read, children made, one transaction, few render jobs.
+
+mod birth;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -6,21 +8,17 @@ use std::time::Instant;
 
 use brood_genome::{Constraints, Dialect, GenomeHash, Output, Variation};
 use brood_program::{BroodRequest, Child, make_brood};
-use brood_protocol::{
-    Breed, Curation, DialectConstraints, Generation, GenerationId, IndividualId, Lineage,
-    ParentRef, PictureKey, Seed,
-};
-use brood_storage::{NewGeneration, NewIndividual, NewPicture, StorageError, StoredIndividual};
-use http::StatusCode;
+use brood_protocol::{Breed, Curation, Generation, Lineage, ParentRef, Seed};
+use brood_storage::{StorageError, StoredIndividual};
 
-use crate::dispatch::render_job;
+use birth::Brood;
+
 use crate::idempotency::Attempt;
-use crate::library::{Framed, Material};
+use crate::library::Material;
 use crate::limit;
-use crate::picture::Failure;
-use crate::presenter::{individual, thumbnail_url, thumbnail_view};
+use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
-use crate::state::{App, AppState, now_ms};
+use crate::state::{App, AppState};
 
 /// A parent that was found.
 struct Parent {
@@ -201,173 +199,6 @@ impl AppState {
         }
         Ok(found)
     }
-
-    async fn birth(
-        self: &App,
-        lineage: &Lineage,
-        framed: &Arc<Framed>,
-        parents: &[Parent],
-        brood: Brood,
-        attempt: &Attempt,
-    ) -> Result<Generation, ApiError> {
-        let centre = parents.first().filter(|parent| parent.individual.is_some());
-        let (id, created_ms) = (GenerationId::fresh(), now_ms());
-        let ids: Vec<_> = brood.children.iter().map(|_| IndividualId::fresh()).collect();
-        let mut materials: Vec<(PictureKey, IndividualId, Arc<Material>)> = Vec::new();
-        let mut pictures: Vec<NewPicture> = Vec::new();
-        let mut individuals: Vec<NewIndividual> = Vec::new();
-        if let Some(centre) = centre
-            && let Some(individual) = &centre.individual
-        {
-            let key = framed.key(centre.material.program.hash());
-            pictures.push(framed.row(key, centre.hash));
-            materials.push((key, individual.id, centre.material.clone()));
-        }
-        let mut redraws = 0;
-        let mut twins = 0;
-        for (child, id) in brood.children.into_iter().zip(&ids) {
-            let key = framed.key(child.program_hash);
-            pictures.push(framed.row(key, child.hash));
-            redraws += u64::from(child.attempts - 1);
-            twins += u64::from(child.twin);
-            individuals.push(NewIndividual {
-                id: *id,
-                slot: child.slot,
-                hash: child.hash,
-                genome_text: child.genome.to_string(),
-                program_hash: *child.program_hash.as_bytes(),
-                operator: brood.operator,
-                live_instructions: child.live_instructions,
-                attempts: child.attempts,
-                twin: child.twin,
-            });
-            let material = self.library.keep(child.hash, child.genome, child.program);
-            materials.push((key, *id, material));
-        }
-        for row in &pictures {
-            self.gallery.learn(&Arc::new(row.clone()));
-        }
-        let mut answer = Generation {
-            id,
-            lineage: lineage.id,
-            index: 0,
-            seed: brood.seed,
-            parents: brood.breed.parents.clone(),
-            centre: centre.and_then(|parent| {
-                let key = framed.key(parent.material.program.hash());
-                Some(individual(parent.individual.clone()?, key))
-            }),
-            mutation: brood.breed.mutation,
-            recombination: brood.breed.recombination,
-            curation: brood.breed.curation,
-            constraints: brood.constraints,
-            saturation: brood.breed.saturation,
-            individuals: individuals
-                .iter()
-                .map(|new| {
-                    let stored = stored(new, lineage, id, &brood.breed.parents);
-                    let program = brood_program::ProgramHash::from_bytes(new.program_hash);
-                    individual(stored, framed.key(program))
-                })
-                .collect(),
-            created_ms,
-        };
-
-        let departed = self.gallery.depart(materials.iter().map(|(key, ..)| *key));
-        self.metrics.skipped.increment((materials.len() - departed.len()) as u64);
-        let job = (!departed.is_empty()).then(|| {
-            let items = departed.iter().filter_map(|key| {
-                let (_, _, material) = materials.iter().find(|(known, ..)| known == key)?;
-                Some((*key, material.as_ref()))
-            });
-            render_job(&framed.frame, items)
-        });
-        let new = NewGeneration {
-            id,
-            lineage: lineage.id,
-            seed: brood.seed,
-            parents: brood.breed.parents,
-            centre: answer.centre.as_ref().map(|centre| centre.id),
-            mutation: brood.breed.mutation,
-            recombination: brood.breed.recombination,
-            curation: brood.breed.curation,
-            constraints: brood.constraints,
-            saturation: brood.breed.saturation,
-            created_ms,
-            individuals,
-            pictures,
-            job,
-            idempotency: attempt.record(StatusCode::CREATED, &answer),
-        };
-        // A request that is given up while the transaction runs must not leave its flights hanging.
-        let mut flights = Flights { app: self.clone(), keys: departed };
-        let born = self.store.create_generation(new).await?;
-        flights.keys.clear();
-        self.dispatch.bell.notify_one();
-        answer.index = born.index;
-        self.metrics.breeds.increment(1);
-        self.metrics.births.increment(answer.individuals.len() as u64);
-        self.metrics.redraws.increment(redraws);
-        self.metrics.twins.increment(twins);
-        self.events.generation(lineage.id, id);
-        for (key, individual, _) in materials {
-            // First the wish, then the look: a picture that lands between the two is told of all the same.
-            self.gallery.interest(key, lineage.id, individual);
-            if self.gallery.has(key) {
-                for (lineage, individual) in self.gallery.take_interests(key) {
-                    self.events.thumbnail(lineage, individual, &thumbnail_url(key));
-                }
-            }
-        }
-        Ok(answer)
-    }
-}
-
-/// What was made and how it was asked for.
-struct Brood {
-    seed: Seed,
-    constraints: DialectConstraints,
-    operator: &'static str,
-    breed: Breed,
-    children: Vec<Child>,
-}
-
-/// Flights that were begun for a transaction; they crash if it does not come to its end.
-struct Flights {
-    app: App,
-    keys: Vec<PictureKey>,
-}
-
-impl Drop for Flights {
-    fn drop(&mut self) {
-        if !self.keys.is_empty() {
-            self.app.gallery.crash(self.keys.iter().copied(), &Failure::Busy);
-        }
-    }
-}
-
-fn stored(
-    new: &NewIndividual,
-    lineage: &Lineage,
-    generation: GenerationId,
-    parents: &[ParentRef],
-) -> StoredIndividual {
-    StoredIndividual {
-        id: new.id,
-        lineage: lineage.id,
-        generation,
-        hash: new.hash,
-        program_hash: new.program_hash,
-        slot: new.slot,
-        parents: parents.to_vec(),
-        operator: new.operator.to_owned(),
-        live_instructions: new.live_instructions,
-        attempts: new.attempts,
-        twin: new.twin,
-        favourite: false,
-        note: String::new(),
-        version: 1,
-    }
 }
 
 /// A seed that JavaScript can hold.
@@ -379,6 +210,8 @@ fn draw_seed() -> Result<u64, ApiError> {
 
 #[cfg(test)]
 mod tests {
+    use brood_protocol::IndividualId;
+
     use super::*;
 
     fn refused(json: serde_json::Value) -> Option<String> {

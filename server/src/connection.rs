@@ -54,6 +54,7 @@ pub struct Watched<S> {
     head_since: Option<Instant>,
     moved: Instant,
     blocked_since: Option<Instant>,
+    closed: Option<Instant>,
     read_timer: Pin<Box<Sleep>>,
     write_timer: Pin<Box<Sleep>>,
 }
@@ -68,6 +69,7 @@ impl<S> Watched<S> {
             head_since: None,
             moved: Instant::now(),
             blocked_since: None,
+            closed: None,
             read_timer: Box::pin(tokio::time::sleep(limit::IDLE)),
             write_timer: Box::pin(tokio::time::sleep(limit::IDLE)),
         }
@@ -140,7 +142,7 @@ impl<S: AsyncWrite + Unpin> Watched<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
+impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -168,9 +170,28 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        // A client that never reads must not hold the goodbye either.
-        let result = ready!(Pin::new(&mut self.stream).poll_shutdown(cx));
-        Poll::Ready(result)
+        let this = &mut *self;
+        let closed = match this.closed {
+            Some(closed) => closed,
+            None => {
+                ready!(Pin::new(&mut this.stream).poll_shutdown(cx))?;
+                *this.closed.insert(Instant::now())
+            }
+        };
+        // A socket that is closed over unread bytes takes the answer back on its way to the client: whoever is told
+        // that a body is too large may still be sending it. What comes is thrown away, for a short while.
+        let mut waste = [0; 8 * 1024];
+        loop {
+            if expired(&mut this.read_timer, closed + limit::LINGER, cx) {
+                return Poll::Ready(Ok(()));
+            }
+            let mut buf = ReadBuf::new(&mut waste);
+            match Pin::new(&mut this.stream).poll_read(cx, &mut buf) {
+                Poll::Ready(Ok(())) if !buf.filled().is_empty() => {}
+                Poll::Ready(_) => return Poll::Ready(Ok(())),
+                Poll::Pending => return Poll::Pending,
+            }
+        }
     }
 }
 
@@ -237,5 +258,29 @@ mod tests {
         let start = Instant::now();
         assert!(stream.write_all(&[0; 64]).await.is_err());
         assert_eq!(start.elapsed().as_secs(), 30);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn unread_bytes_are_thrown_away_when_the_answer_was_sent() {
+        let (mut stream, mut far, _) = watched(64);
+        let sender = tokio::spawn(async move {
+            far.write_all(&[0; 4096]).await.unwrap();
+            far
+        });
+        let start = Instant::now();
+        stream.shutdown().await.unwrap();
+        assert_eq!(start.elapsed().as_secs(), 2, "the client has not closed its side");
+        let far = sender.await.unwrap();
+        drop(far);
+        stream.shutdown().await.unwrap();
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn goodbye_is_short_when_the_client_has_closed() {
+        let (mut stream, far, _) = watched(64);
+        drop(far);
+        let start = Instant::now();
+        stream.shutdown().await.unwrap();
+        assert_eq!(start.elapsed().as_millis(), 0);
     }
 }

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use brood_protocol::{GenerationId, IndividualId, LineageId};
 use serde_json::json;
-use tokio::sync::broadcast;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
+
+use crate::limit;
 
 /// Events that a hub remembers, and that a listener may be behind.
 const REMEMBERED: usize = 1024;
@@ -30,6 +32,7 @@ pub struct Events {
     /// Tells ids of this process from those of the one before.
     life: String,
     hubs: Mutex<HashMap<LineageId, Hub>>,
+    places: Arc<Semaphore>,
 }
 
 #[derive(Debug)]
@@ -55,7 +58,13 @@ impl Events {
     /// No hubs yet.
     pub fn new() -> Self {
         let life = brood_protocol::RequestId::fresh().to_string();
-        Self { life: life.replace('-', ""), hubs: Mutex::new(HashMap::new()) }
+        let places = Arc::new(Semaphore::new(limit::EVENT_STREAMS));
+        Self { life: life.replace('-', ""), hubs: Mutex::new(HashMap::new()), places }
+    }
+
+    /// A place for one more stream, held as long as the stream is open; none where too many are.
+    pub fn place(&self) -> Option<OwnedSemaphorePermit> {
+        self.places.clone().try_acquire_owned().ok()
     }
 
     /// The id of an event on the wire.
@@ -165,6 +174,16 @@ mod tests {
         assert!(events.subscribe(lineage, Some("x")).resync, "no id at all");
         let future = format!("{}-99999", events.life);
         assert!(events.subscribe(lineage, Some(&future)).resync, "of the future");
+    }
+
+    #[test]
+    fn place_is_refused_until_a_stream_ends_when_too_many_are_open() {
+        let events = Events::new();
+        let mut places: Vec<_> = (0..limit::EVENT_STREAMS).map_while(|_| events.place()).collect();
+        assert_eq!(places.len(), limit::EVENT_STREAMS);
+        assert!(events.place().is_none());
+        places.pop();
+        assert!(events.place().is_some());
     }
 
     #[tokio::test]

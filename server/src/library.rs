@@ -113,6 +113,11 @@ impl Library {
         material
     }
 
+    /// Forgets all materials: after a purge the store says which are still there.
+    pub fn forget_materials(&self) {
+        self.materials.invalidate_all();
+    }
+
     /// A material by its genome's hash.
     pub async fn material(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
         if let Some(material) = self.materials.get(&hash) {

@@ -13,6 +13,12 @@ pub const OBJ_BYTES: usize = 32 << 20;
 pub const LINEAGE_FILE_BYTES: usize = 64 << 20;
 /// Most bytes of a worker's message: a sheet of large linear pictures.
 pub const LEASE_BYTES: usize = 512 << 20;
+/// Most bytes of all bodies that are held at once, besides the first [`BODY_FREE`] of each.
+pub const BODIES_BYTES: usize = 256 << 20;
+/// The same for workers' messages, so that no client's body is in a worker's way.
+pub const MESSAGES_BYTES: usize = LEASE_BYTES;
+/// Bytes of a body that always find room: [`CONNECTIONS`] bounds how many there are.
+pub const BODY_FREE: usize = JSON_BYTES;
 /// Most children of one generation.
 pub const CHILDREN: u32 = 256;
 /// Most items of one page of a list.
@@ -43,6 +49,8 @@ pub const QUEUED_JOBS: u64 = 1000;
 pub const WAITING_BROODS: usize = 64;
 /// Most connections at once.
 pub const CONNECTIONS: usize = 512;
+/// Most event streams at once; the other connections stay free for requests that end.
+pub const EVENT_STREAMS: usize = 256;
 /// A request's head must be complete in this time from its first byte.
 pub const HEAD: Duration = Duration::from_secs(5);
 /// A body must begin, and go on by [`BODY_RATE`], in this time.
@@ -51,6 +59,8 @@ pub const BODY: Duration = Duration::from_secs(10);
 pub const BODY_RATE: u64 = 64 << 10;
 /// A connection on which nothing moves is closed after this time.
 pub const IDLE: Duration = Duration::from_secs(30);
+/// A closed connection is read to its end for this long, so that its last answer arrives.
+pub const LINGER: Duration = Duration::from_secs(2);
 /// A waiting GET waits this long.
 pub const WAIT: Duration = Duration::from_secs(20);
 /// A lease lapses unless renewed in this time.
@@ -79,6 +89,7 @@ pub fn report() -> BTreeMap<String, u64> {
         ("sheet_cells", SHEET_CELLS as u64),
         ("queued_jobs", QUEUED_JOBS),
         ("connections", CONNECTIONS as u64),
+        ("event_streams", EVENT_STREAMS as u64),
         ("head_seconds", seconds(HEAD)),
         ("body_seconds", seconds(BODY)),
         ("idle_seconds", seconds(IDLE)),

@@ -90,3 +90,30 @@ async fn listener_hears_nothing_of_other_lineages_when_they_breed() {
     assert_eq!(events[0].name, "generation");
     assert_eq!(events[0].data["id"], mine["id"]);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn stream_is_refused_and_the_server_answers_when_too_many_streams_are_open() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let path = lineage.path("/events");
+    let system = server.get("/v1/system").await.expect(200).json();
+    let most = system["limits"]["event_streams"].as_u64().unwrap();
+    let mut streams = Vec::new();
+    for _ in 0..most {
+        streams.push(open(&server, &path, None).await);
+    }
+    let refused = server.get(&path).await;
+    assert_eq!(refused.status, 503, "{}", refused.text());
+    assert_eq!(refused.header("retry-after"), "1");
+    server.get("/healthz").await.expect(200);
+    streams.pop();
+    // The server sees the end of a stream a moment later.
+    for _ in 0..50 {
+        let again = server.request(Method::GET, &path).send().await.unwrap();
+        if again.status() == 200 {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    panic!("the place of a stream that ended is not free again");
+}

@@ -88,6 +88,25 @@ async fn list_is_read_in_pages_when_there_are_many() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn list_goes_on_when_the_last_one_of_a_page_is_purged() {
+    let server = TestServer::start();
+    let mut made = Vec::new();
+    for number in 0..3 {
+        let body = json!({"name": format!("lineage {number}"), "thumbnail_px": 32});
+        made.push(TestLineage::with(&server, body).await.id);
+    }
+    let first = server.get("/v1/lineages?limit=2").await.expect(200).json();
+    let last = text_of(&first["items"][1]["id"]);
+    server.delete(&format!("/v1/lineages/{last}?purge=true")).await.expect(204);
+    let path = format!("/v1/lineages?limit=2&cursor={}", text_of(&first["next"]));
+    let rest = server.get(&path).await.expect(200).json();
+    let rest: Vec<_> =
+        rest["items"].as_array().unwrap().iter().map(|one| text_of(&one["id"])).collect();
+    assert_eq!(rest, made[..1]);
+    server.get(&format!("/v1/lineages?cursor={last}")).await.problem(400);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn generations_are_read_oldest_first_when_paged() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
@@ -149,6 +168,40 @@ async fn lineage_has_the_same_hashes_when_carried_to_another_server_as_a_file() 
     assert_eq!(second["parents"], json!([ids(&there["items"][0])[0]]), "parents are the new ids");
     let kind = "application/json";
     other.post_bytes("/v1/lineages/import", kind, "{\"brood\": 1}").await.problem(400);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn file_is_refused_when_breeding_could_not_have_made_its_history() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let first = lineage.random(1).await;
+    lineage.breed(json!({"parents": [ids(&first)[0]], "count": 3, "seed": 2})).await;
+    let file = server.get(&lineage.path("/file")).await.expect(200).json();
+    server.post("/v1/lineages/import", &file).await.expect(201);
+
+    let other = file["generations"][0]["individuals"][1]["id"].clone();
+    let rows = [
+        ("/generations/1/parents", json!([]), "/generations/1/centre"),
+        ("/generations/1/centre", other, "/generations/1/centre"),
+        ("/generations/1/curation", json!("diverse"), "/generations/1/curation"),
+        (
+            "/generations/1/individuals/2/operator",
+            json!("recombine"),
+            "/generations/1/individuals/2/operator",
+        ),
+        (
+            "/generations/0/parents",
+            json!([file["genomes"].as_object().unwrap().keys().next()]),
+            "/generations/0/individuals/0/operator",
+        ),
+    ];
+    for (pointer, value, at) in rows {
+        let mut changed = file.clone();
+        *changed.pointer_mut(pointer).unwrap() = value;
+        let answer = server.post("/v1/lineages/import", &changed).await;
+        assert_eq!(answer.status, 422, "{pointer}: {}", answer.text());
+        assert_eq!(answer.json()["pointer"], at, "{}", answer.text());
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

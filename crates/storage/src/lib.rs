@@ -51,7 +51,7 @@ pub use idempotency::{Idempotency, Remembered};
 pub use import::NewImport;
 pub use individual::StoredIndividual;
 pub use job::{ClaimedJob, JobKind, JobRow, JobState, NewJob, Queue, QueueDepth};
-pub use lineage::NewLineage;
+pub use lineage::{BadCursor, LineageCursor, NewLineage};
 pub use mesh::{MeshRow, NewMesh};
 pub use picture::{NewPicture, PictureRow};
 pub use store::{Store, StoreCounts};

@@ -1,5 +1,8 @@
 //! Lineages: making, listing, changing, hiding. Owns the table `lineage`; removing one for good is `purge`'s.
 
+use std::fmt;
+use std::str::FromStr;
+
 use brood_genome::Dialect;
 use brood_protocol::{Lineage, LineageId, PatchLineage, SceneId};
 use sqlx::sqlite::SqliteRow;
@@ -28,6 +31,44 @@ pub struct NewLineage {
     pub saturation: f32,
     /// When it was made, milliseconds since 1970.
     pub created_ms: i64,
+}
+
+/// A place in the list of lineages: after the one that it names, whether or not that one is still there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LineageCursor {
+    /// When the lineage was made, milliseconds since 1970.
+    pub created_ms: i64,
+    /// Its id.
+    pub id: LineageId,
+}
+
+/// A text that no list has given as a cursor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("not a place in the list of lineages")]
+pub struct BadCursor;
+
+impl LineageCursor {
+    /// The place of a lineage.
+    #[must_use]
+    pub fn of(lineage: &Lineage) -> Self {
+        Self { created_ms: lineage.created_ms, id: lineage.id }
+    }
+}
+
+impl fmt::Display for LineageCursor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.created_ms, self.id)
+    }
+}
+
+impl FromStr for LineageCursor {
+    type Err = BadCursor;
+
+    fn from_str(text: &str) -> Result<Self, BadCursor> {
+        let (created_ms, id) = text.split_once('.').ok_or(BadCursor)?;
+        let created_ms = created_ms.parse().map_err(|_| BadCursor)?;
+        Ok(Self { created_ms, id: id.parse().map_err(|_| BadCursor)? })
+    }
 }
 
 macro_rules! select {
@@ -68,10 +109,10 @@ impl Store {
         .await
     }
 
-    /// Lineages, newest first, after the cursor; a cursor that is gone: [`StorageError::NotFound`].
+    /// Lineages, newest first, after the cursor.
     pub async fn list_lineages(
         &self,
-        cursor: Option<LineageId>,
+        cursor: Option<LineageCursor>,
         limit: u32,
         include_hidden: bool,
     ) -> Result<Vec<Lineage>, StorageError> {
@@ -80,12 +121,7 @@ impl Store {
             None => {
                 sqlx::query(NEWEST).bind(include_hidden).bind(limit).fetch_all(&mut *conn).await
             }
-            Some(id) => {
-                let created_ms: i64 =
-                    sqlx::query_scalar("SELECT created_ms FROM lineage WHERE id = ?")
-                        .bind(id.key())
-                        .fetch_one(&mut *conn)
-                        .await?;
+            Some(LineageCursor { created_ms, id }) => {
                 let query = sqlx::query(NEWEST_AFTER).bind(include_hidden).bind(limit);
                 query.bind(created_ms).bind(id.key()).fetch_all(&mut *conn).await
             }

@@ -21,7 +21,7 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
     params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
-    responses((status = 200, content_type = "text/event-stream")))]
+    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]
 pub async fn stream_events(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -29,9 +29,12 @@ pub async fn stream_events(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     app.store.lineage(id).await?;
+    let place = app.events.place();
+    let place = place.ok_or_else(|| ApiError::busy("too many event streams are open"))?;
     let last_id = headers.get("last-event-id").map(|value| value.to_str().unwrap_or_default());
     let Subscription { resync, missed, mut receiver } = app.events.subscribe(id, last_id);
     let events = stream! {
+        let _place = place;
         // Something to read at once, so that proxies and clients know that the stream is open.
         yield Ok::<_, Infallible>(SseEvent::default().comment("open"));
         if resync {

@@ -9,7 +9,7 @@ use brood_protocol::{
 use http::{Request, StatusCode, header};
 use serde::de::DeserializeOwned;
 
-use crate::extract::{ContentType, NoQuery, Path, read_body};
+use crate::extract::{ContentType, NoQuery, Path, read_message};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
@@ -104,7 +104,7 @@ pub async fn mesh(
 async fn read<T: DeserializeOwned>(request: Request<Body>, max: usize) -> Result<T, ApiError> {
     let (head, body) = request.into_parts();
     ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
-    let bytes = read_body(&head.headers, body, max).await?;
+    let bytes = read_message(&head.headers, body, max).await?;
     decode(&bytes).map_err(|error| ApiError::bad_request(quote(&error.to_string())))
 }
 

@@ -5,13 +5,15 @@ use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{CreateLineage, Lineage, LineageId, Page, PatchLineage, SceneId};
 use brood_scene::Scene;
-use brood_storage::NewLineage;
-use http::StatusCode;
+use brood_storage::{LineageCursor, NewLineage};
+use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
 use super::{check_length, created, versioned};
+use crate::access::Need;
 use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
+use crate::layer::token;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::{App, now_ms};
@@ -83,9 +85,14 @@ pub async fn list(
     Query(query): Query<PageQuery>,
 ) -> Result<Json<Page<Lineage>>, ApiError> {
     let limit = query.limit()?;
-    let cursor = query.cursor::<LineageId>()?;
+    let cursor = query.cursor::<LineageCursor>()?;
     let items = app.store.list_lineages(cursor, limit + 1, false).await?;
-    Ok(Json(page(items, limit, |lineage| lineage.id.to_string(), |lineage| lineage)))
+    Ok(Json(page(
+        items,
+        limit,
+        |lineage| LineageCursor::of(lineage).to_string(),
+        |lineage| lineage,
+    )))
 }
 
 /// One lineage.
@@ -149,9 +156,14 @@ pub async fn delete(
     State(app): State<App>,
     Path(id): Path<LineageId>,
     Query(query): Query<DeleteQuery>,
+    headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     if query.purge {
+        app.access.check(&app.store, Need::Admin, token(&headers)).await?;
         app.store.purge_lineage(id).await?;
+        // What is at hand may be of the purged lineage; the store knows what is left.
+        app.library.forget_materials();
+        app.gallery.forget_recipes();
     } else {
         app.store.hide_lineage(id).await?;
     }

@@ -7,8 +7,7 @@ use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_png, sheet};
 use brood_protocol::{GenerationId, IndividualId, LineageId};
 use brood_storage::{PictureRow, StoredIndividual};
-use bytes::Bytes;
-use futures::future::try_join_all;
+use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -23,6 +22,8 @@ use crate::state::App;
 const CACHE: &str = "private, no-cache";
 /// Children that stand around a centre.
 const AROUND: usize = 20;
+/// Pictures of a sheet that are asked for at a time: enough for a job, few enough to be held.
+const AT_ONCE: usize = 32;
 /// Cells of the side of a sheet with a centre.
 const RING: u32 = 6;
 
@@ -116,10 +117,34 @@ async fn compose(
     if super::has_already(headers, &etag) {
         return Ok(file(headers, &etag, "image/png", CACHE, ""));
     }
-    let pictures = try_join_all(rows.iter().map(|row| app.picture(row))).await?;
     let has_centre = centre.is_some();
-    let png = app.on_processor(move || draw(&pictures, has_centre, cell_px, gap_px)).await??;
+    let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
+    let small = tokio::time::timeout(limit::WAIT, small).await;
+    let small = small.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+    let png = app.on_processor(move || draw(small, has_centre, cell_px, gap_px)).await?;
     Ok(file(headers, &etag, "image/png", CACHE, png))
+}
+
+/// The pictures in the size of their places, a few of them under way at a time.
+async fn collect(
+    app: &App,
+    rows: Vec<Arc<PictureRow>>,
+    centre_px: Option<u32>,
+    cell_px: u32,
+) -> Result<Vec<(u32, u32, Vec<u8>)>, ApiError> {
+    let count = rows.len();
+    let pictures = rows.into_iter().map(|row| {
+        let app = app.clone();
+        async move { app.picture(&row).await }
+    });
+    let mut pictures = stream::iter(pictures).buffered(AT_ONCE);
+    let mut small = Vec::with_capacity(count);
+    while let Some(png) = pictures.next().await {
+        let png = png?;
+        let side = centre_px.filter(|_| small.len() + 1 == count).unwrap_or(cell_px);
+        small.push(app.on_processor(move || scale(&png, side)).await??);
+    }
+    Ok(small)
 }
 
 async fn row(app: &App, one: &StoredIndividual, view: View) -> Result<Arc<PictureRow>, ApiError> {
@@ -128,22 +153,52 @@ async fn row(app: &App, one: &StoredIndividual, view: View) -> Result<Arc<Pictur
     app.announce(framed.row(key, one.hash)).await
 }
 
+/// A picture in the size of its place, so that no more than one is ever held in its own size.
+fn scale(png: &[u8], side: u32) -> Result<(u32, u32, Vec<u8>), ApiError> {
+    let (width, height, rgba) = decode_png(png)
+        .map_err(|error| ApiError::internal(format!("a picture cannot be decoded: {error}")))?;
+    Ok(sheet(&[SheetCell { width, height, rgba: &rgba }], None, side, 0))
+}
+
 fn draw(
-    pictures: &[Bytes],
+    pictures: Vec<(u32, u32, Vec<u8>)>,
     has_centre: bool,
     cell_px: u32,
     gap_px: u32,
-) -> Result<Vec<u8>, ApiError> {
-    let decoded: Vec<_> = pictures
-        .iter()
-        .map(|bytes| decode_png(bytes))
-        .collect::<Result<_, _>>()
-        .map_err(|error| ApiError::internal(format!("a picture cannot be decoded: {error}")))?;
-    let mut cells: Vec<_> = decoded
+) -> Vec<u8> {
+    let mut cells: Vec<_> = pictures
         .iter()
         .map(|(width, height, rgba)| SheetCell { width: *width, height: *height, rgba })
         .collect();
     let centre = if has_centre { cells.pop() } else { None };
     let (width, height, rgba) = sheet(&cells, centre, cell_px, gap_px);
-    Ok(encode_png(width, height, &rgba))
+    drop(pictures);
+    encode_png(width, height, &rgba)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sheet_is_the_same_when_its_cells_were_scaled_before() {
+        let (cell_px, gap_px) = (11, 2);
+        let pictures: Vec<(u32, u32, Vec<u8>)> = (0..21u32)
+            .map(|k| {
+                let side = if k == 20 { 64 } else { 20 + k };
+                let bytes = (0..4 * side * side).map(|at| ((at * 7919 + k * 31) % 251) as u8);
+                (side, side, bytes.collect())
+            })
+            .collect();
+        for has_centre in [true, false] {
+            let scaled = pictures.iter().enumerate().map(|(k, (width, height, rgba))| {
+                let is_centre = has_centre && k == 20;
+                let side = if is_centre { centre_px(cell_px, gap_px) } else { cell_px };
+                scale(&encode_png(*width, *height, rgba), side).unwrap()
+            });
+            let scaled = scaled.collect();
+            let whole = draw(pictures.clone(), has_centre, cell_px, gap_px);
+            assert_eq!(draw(scaled, has_centre, cell_px, gap_px), whole);
+        }
+    }
 }

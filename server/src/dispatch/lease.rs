@@ -5,8 +5,8 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use brood_protocol::{
-    LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey, RenderJob,
-    RenderedPicture, decode,
+    LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey, RenderItem,
+    RenderJob, RenderedPicture, decode,
 };
 use tokio::time::Instant;
 
@@ -66,7 +66,7 @@ impl AppState {
         }
     }
 
-    async fn claim(&self, worker: &str) -> Result<Option<LeaseGrant>, ApiError> {
+    async fn claim(self: &App, worker: &str) -> Result<Option<LeaseGrant>, ApiError> {
         while let Some(job) = self.store.claim(worker).await? {
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
@@ -76,9 +76,8 @@ impl AppState {
                     continue;
                 }
             };
-            // Rendered meanwhile by another job, or before the last restart.
             let before = work.items.len();
-            work.items.retain(|item| !self.gallery.has(item.key));
+            work.items = self.without_those_there(work.items).await?;
             self.metrics.skipped.increment((before - work.items.len()) as u64);
             if work.items.is_empty() {
                 self.store.complete(job.id, job.epoch).await?;
@@ -93,6 +92,24 @@ impl AppState {
             return Ok(Some(LeaseGrant { ticket, job: job.id, ttl_ms, work }));
         }
         Ok(None)
+    }
+
+    /// The items that still have to be rendered. What is there, made meanwhile by another job or before the last
+    /// restart, lands here: somebody may be waiting for it.
+    async fn without_those_there(
+        self: &App,
+        items: Vec<RenderItem>,
+    ) -> Result<Vec<RenderItem>, ApiError> {
+        if !items.iter().any(|item| self.gallery.has(item.key)) {
+            return Ok(items);
+        }
+        let app = self.clone();
+        let reading = tokio::task::spawn_blocking(move || {
+            let mut items = items;
+            items.retain(|item| !app.gallery.land_if_there(item.key));
+            items
+        });
+        reading.await.map_err(|error| ApiError::internal(error.to_string()))
     }
 
     /// Takes results; they count only while the lease is held.

@@ -17,8 +17,11 @@ use crate::state::{App, AppState, now_ms};
 
 /// Pictures that come within this time are one job.
 const MOMENT: Duration = Duration::from_millis(1);
-/// Pictures of one job.
-const BATCH: usize = 256;
+/// Most pictures of one job: a page's brood is one job.
+const JOB_PICTURES: u64 = 32;
+/// Most primary rays of one job, unless one picture has more. It also keeps a job's results, at most 16 bytes a pixel,
+/// far below [`limit::LEASE_BYTES`].
+const JOB_RAYS: u64 = 4 << 20;
 
 /// What the pictures of one job have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,6 +46,12 @@ impl FrameId {
         }
     }
 
+    /// How many pictures that have a frame in common are one job: at least 1, and few enough that no job keeps a worker
+    /// for long.
+    pub fn pictures_per_job(frame: &Frame) -> usize {
+        per_job(frame.size_px, frame.samples_per_pixel)
+    }
+
     fn view(&self) -> View {
         View {
             scene: self.scene,
@@ -58,6 +67,7 @@ impl FrameId {
 /// A job for pictures of one frame.
 pub fn render_job<'a>(
     frame: &Frame,
+    queue: Queue,
     items: impl Iterator<Item = (PictureKey, &'a Material)>,
 ) -> NewJob {
     let items = items.map(|(key, material)| RenderItem { key, words: material.program.to_words() });
@@ -65,10 +75,15 @@ pub fn render_job<'a>(
     NewJob {
         id: JobId::fresh(),
         kind: JobKind::Render,
-        queue: Queue::Interactive,
+        queue,
         payload: encode(&work),
         created_ms: now_ms(),
     }
+}
+
+fn per_job(size_px: u32, samples: u32) -> usize {
+    let rays = u64::from(size_px).pow(2).saturating_mul(u64::from(samples)).max(1);
+    (JOB_RAYS / rays).clamp(1, JOB_PICTURES) as usize
 }
 
 impl AppState {
@@ -123,7 +138,7 @@ impl AppState {
         if self.wanted.add(frame, row) {
             tokio::time::sleep(MOMENT).await;
             let rows = self.wanted.take(&frame);
-            for batch in rows.chunks(BATCH) {
+            for batch in rows.chunks(per_job(frame.size_px, frame.samples)) {
                 self.enqueue(frame, batch).await;
             }
         }
@@ -137,7 +152,7 @@ impl AppState {
                 items.push((row.key, self.library.material(row.genome_hash).await?));
             }
             let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
-            let job = render_job(&framed.frame, items);
+            let job = render_job(&framed.frame, Queue::Interactive, items);
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {
@@ -174,5 +189,29 @@ impl From<ApiError> for Failure {
     fn from(error: ApiError) -> Self {
         tracing::error!(?error, "a render job could not be made");
         Self::Internal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jobs_are_cut_by_rays_and_pictures() {
+        // A page's brood with its parent is one job; the smallest pictures do not make endless ones.
+        assert_eq!(per_job(256, 1), 32);
+        assert_eq!(per_job(limit::PICTURE_MIN_PX, 1), 32);
+        assert_eq!(per_job(512, 1), 16);
+        assert_eq!(per_job(1024, 1), 4);
+        assert_eq!(per_job(1024, 4), 1);
+        assert_eq!(per_job(limit::PICTURE_PX, limit::SAMPLES), 1);
+    }
+
+    #[test]
+    fn results_of_a_job_fit_in_a_hand_over() {
+        for size_px in limit::PICTURE_MIN_PX..=limit::PICTURE_PX {
+            let pixels = per_job(size_px, 1) * size_px as usize * size_px as usize;
+            assert!(pixels * 16 <= limit::LEASE_BYTES / 4, "{size_px}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Bodies read with a bound on their size, declared or not, and on the time they take.
+//! Bodies read with a bound on their size, declared or not, on the time they take, and on the memory of all of them.
 
 use std::time::Duration;
 
@@ -6,6 +6,7 @@ use axum::body::Body;
 use bytes::{Bytes, BytesMut};
 use http::{HeaderMap, header};
 use http_body_util::BodyExt;
+use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::Instant;
 
 use crate::limit;
@@ -38,8 +39,43 @@ impl ContentType {
     }
 }
 
-/// The whole body, refused as soon as it is known to be larger than `limit` or too slow.
+/// Bytes that the bodies of this process may still take.
+static BODIES: Semaphore = Semaphore::const_new(limit::BODIES_BYTES);
+/// The same for workers' messages.
+static MESSAGES: Semaphore = Semaphore::const_new(limit::MESSAGES_BYTES);
+
+/// Bytes with the room that they take, which is free again when the last part of them is dropped.
+struct Held {
+    bytes: Bytes,
+    _room: SemaphorePermit<'static>,
+}
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// The whole body, refused as soon as it is known to be larger than `limit`, too slow, or more than there is room for.
 pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, ApiError> {
+    read_into(&BODIES, headers, body, limit).await
+}
+
+/// The same for a worker's message, which has room of its own.
+pub async fn read_message(
+    headers: &HeaderMap,
+    body: Body,
+    limit: usize,
+) -> Result<Bytes, ApiError> {
+    read_into(&MESSAGES, headers, body, limit).await
+}
+
+async fn read_into(
+    budget: &'static Semaphore,
+    headers: &HeaderMap,
+    body: Body,
+    limit: usize,
+) -> Result<Bytes, ApiError> {
     let too_large = || ApiError::too_large(format!("at most {limit} bytes are taken here"));
     let declared = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok());
     if declared.and_then(|text| text.parse::<u64>().ok()).is_some_and(|n| n > limit as u64) {
@@ -50,6 +86,7 @@ pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<
     let mut first: Option<Bytes> = None;
     let mut rest = BytesMut::new();
     let mut received = 0usize;
+    let mut room: Option<SemaphorePermit<'static>> = None;
     loop {
         let allowance = Duration::from_secs(received as u64 / limit::BODY_RATE);
         let frame = tokio::time::timeout_at(start + limit::BODY + allowance, body.frame())
@@ -64,6 +101,18 @@ pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<
         if received > limit {
             return Err(too_large());
         }
+        let taken = room.as_ref().map_or(0, SemaphorePermit::num_permits);
+        let more = received.saturating_sub(limit::BODY_FREE + taken);
+        if more > 0 {
+            let more = u32::try_from(more).map_err(|_| too_large())?;
+            let more = budget.try_acquire_many(more).map_err(|_| {
+                ApiError::busy("too many large bodies are being read; send it again later")
+            })?;
+            match &mut room {
+                Some(room) => room.merge(more),
+                None => room = Some(more),
+            }
+        }
         match &first {
             None => first = Some(data),
             Some(head) => {
@@ -74,7 +123,11 @@ pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<
             }
         }
     }
-    Ok(if rest.is_empty() { first.unwrap_or_default() } else { rest.freeze() })
+    let bytes = if rest.is_empty() { first.unwrap_or_default() } else { rest.freeze() };
+    Ok(match room {
+        Some(room) => Bytes::from_owner(Held { bytes, _room: room }),
+        None => bytes,
+    })
 }
 
 #[cfg(test)]
@@ -93,6 +146,30 @@ mod tests {
         let mut declared = HeaderMap::new();
         declared.insert(header::CONTENT_LENGTH, "31".parse().unwrap());
         assert_eq!(read_body(&declared, chunks(0), 30).await.unwrap_err().status(), 413);
+    }
+
+    #[tokio::test]
+    async fn body_is_refused_when_there_is_no_room_left_for_large_ones() {
+        let budget: &'static Semaphore = Box::leak(Box::new(Semaphore::new(100)));
+        let none = HeaderMap::new();
+        let read = |n: usize| {
+            let part = |_| Ok::<_, std::io::Error>(Bytes::from_static(&[7; 1024]));
+            let parts = (0..n / 1024).map(part);
+            let last = Ok(Bytes::from(vec![8; n % 1024]));
+            let body = Body::from_stream(futures::stream::iter(parts.chain([last])));
+            read_into(budget, &none, body, 1 << 20)
+        };
+        let held = read(limit::BODY_FREE + 60).await.unwrap();
+        assert_eq!((held.len(), held[held.len() - 1]), (limit::BODY_FREE + 60, 8));
+        assert_eq!(read(limit::BODY_FREE + 60).await.unwrap_err().status(), 503);
+        assert_eq!(
+            read(limit::BODY_FREE).await.unwrap().len(),
+            limit::BODY_FREE,
+            "small ones pass"
+        );
+        drop(held);
+        assert_eq!(budget.available_permits(), 100);
+        read(limit::BODY_FREE + 100).await.unwrap();
     }
 
     #[tokio::test(start_paused = true)]

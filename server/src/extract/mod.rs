@@ -8,7 +8,7 @@ mod path;
 mod query;
 mod strict;
 
-pub use body::{ContentType, read_body};
+pub use body::{ContentType, read_body, read_message};
 pub use if_match::{IfMatch, etag};
 pub use json::{Json, parse_json};
 pub use path::Path;

@@ -1,5 +1,6 @@
 //! The outermost layer: request ids, spans, figures, problem bodies and security headers.
 
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use axum::body::Body;
@@ -10,6 +11,7 @@ use brood_protocol::RequestId;
 use http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use tracing::Instrument;
 
+use super::watch::watch;
 use crate::problem::{Pending, plain};
 use crate::state::App;
 
@@ -30,6 +32,7 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
     let route = request.extensions().get::<MatchedPath>().cloned();
     let route = route.as_ref().map_or("none", MatchedPath::as_str);
     let span = tracing::info_span!("request", %id, %method, route);
+    let (request, read_to_the_end) = watch(request);
     let mut response = next.run(request).instrument(span.clone()).await;
     let status = response.status();
     if status.is_client_error() || status.is_server_error() {
@@ -41,6 +44,11 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
         headers.insert(REQUEST_ID, value);
     }
     secure(headers, docs);
+    if !read_to_the_end.load(Ordering::Relaxed) {
+        // What is left of the body closes the connection; a client that is not told would send its next request
+        // into it.
+        headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
     let elapsed = start.elapsed();
     app.metrics.request(method.as_str(), route, status.as_u16(), elapsed);
     span.in_scope(|| {
@@ -68,7 +76,9 @@ fn write_problem(response: &mut Response, method: &Method, id: RequestId) {
         Some(pending) => (pending.problem, pending.inner),
         None => (plain(status), None),
     };
-    if let Some(inner) = inner {
+    if let Some(inner) = inner.as_deref().filter(|_| status.is_client_error()) {
+        tracing::debug!(status = status.as_u16(), reason = %inner, "request refused");
+    } else if let Some(inner) = inner {
         tracing::error!(status = status.as_u16(), reason = %inner, "request failed");
     } else if status == StatusCode::INTERNAL_SERVER_ERROR {
         tracing::error!(status = status.as_u16(), reason = %problem.detail, "request failed");

@@ -18,16 +18,21 @@ pub async fn gate(
     request: Request,
     next: Next,
 ) -> Result<Response, ApiError> {
-    let need = need(request.method(), request.uri().path(), request.uri().query());
-    let token = bearer(request.headers()).or_else(|| cookie_value(request.headers()));
-    app.access.check(&app.store, need, token).await?;
+    let need = need(request.method(), request.uri().path());
+    app.access.check(&app.store, need, token(request.headers())).await?;
     if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
         return Err(ApiError::stopping("come back when it runs again"));
     }
     Ok(next.run(request).await)
 }
 
-fn need(method: &Method, path: &str, query: Option<&str>) -> Need {
+/// The token that a request carries, in its header or in the page's cookie.
+pub fn token(headers: &HeaderMap) -> Option<&str> {
+    bearer(headers).or_else(|| cookie_value(headers))
+}
+
+/// What a route needs at least; purging needs more, which its handler sees to once the query is parsed.
+fn need(method: &Method, path: &str) -> Need {
     let below = |prefix: &str| {
         path.strip_prefix(prefix).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
     };
@@ -37,10 +42,8 @@ fn need(method: &Method, path: &str, query: Option<&str>) -> Need {
     if below("/v1/session") || !(below("/v1") || below("/metrics")) {
         return Need::Nothing;
     }
-    let purge = query.unwrap_or_default().split('&').any(|pair| pair.starts_with("purge="));
     match *method {
         Method::GET | Method::HEAD | Method::OPTIONS => Need::Read,
-        Method::DELETE if purge => Need::Admin,
         _ => Need::Breed,
     }
 }
@@ -65,7 +68,7 @@ mod tests {
 
     #[test]
     fn need_follows_route_and_method() {
-        let need = |method, path| need(&method, path, None);
+        let need = |method, path| need(&method, path);
         assert_eq!(need(Method::GET, "/"), Need::Nothing);
         assert_eq!(need(Method::GET, "/v1/lineages"), Need::Read);
         assert_eq!(need(Method::GET, "/metrics"), Need::Read);
@@ -73,7 +76,7 @@ mod tests {
         assert_eq!(need(Method::POST, "/v1/leases"), Need::Work);
         assert_eq!(need(Method::GET, "/v1/leases/meshes/00"), Need::Work);
         assert_eq!(need(Method::POST, "/v1/session"), Need::Nothing);
-        assert_eq!(super::need(&Method::DELETE, "/v1/lineages/x", Some("purge=true")), Need::Admin);
+        assert_eq!(need(Method::DELETE, "/v1/lineages/x"), Need::Breed);
     }
 
     #[test]

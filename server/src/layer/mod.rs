@@ -5,6 +5,7 @@ mod finish;
 mod gate;
 mod host;
 mod origin;
+mod watch;
 
 use axum::Router;
 use axum::middleware::{from_fn, from_fn_with_state};
@@ -14,7 +15,7 @@ use crate::problem::ApiError;
 use crate::state::App;
 use axum::response::{IntoResponse, Response};
 
-pub use gate::COOKIE;
+pub use gate::{COOKIE, token};
 pub use host::HostNames;
 
 /// Puts the layers around the routes.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use brood_protocol::{IndividualId, LineageId, PictureKey};
 use brood_storage::PictureRow;
 use bytes::Bytes;
+use moka::policy::EvictionPolicy;
 use moka::sync::Cache;
 use tokio::sync::{mpsc, watch};
 
@@ -61,10 +62,13 @@ impl Gallery {
     /// A gallery over a cache on disk, and the queue of what is to be written there.
     pub fn new(disk: Disk, memory_bytes: u64) -> (Self, mpsc::Receiver<(PictureKey, Bytes)>) {
         let weigh = |_: &PictureKey, bytes: &Bytes| u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        // The newest picture is the one that will be asked for, even where older ones were asked for more often.
+        let memory = Cache::builder().max_capacity(memory_bytes).weigher(weigh);
+        let memory = memory.eviction_policy(EvictionPolicy::lru());
         let (writes, queue) = mpsc::channel(WRITES);
         let interests = Cache::builder().max_capacity(INTERESTS).time_to_live(INTEREST_TIME);
         let gallery = Self {
-            memory: Cache::builder().max_capacity(memory_bytes).weigher(weigh).build(),
+            memory: memory.build(),
             disk: Arc::new(disk),
             writes,
             recipes: Cache::new(RECIPES),
@@ -142,6 +146,21 @@ impl Gallery {
         }
     }
 
+    /// Lands a picture that is in memory or on disk; false where it has to be rendered. Reads the disk.
+    pub fn land_if_there(&self, key: PictureKey) -> bool {
+        let bytes = self.memory.get(&key).or_else(|| self.disk.read(key));
+        let there = bytes.is_some();
+        if let Some(bytes) = bytes {
+            self.recall(key, bytes);
+        }
+        there
+    }
+
+    /// Forgets what keys stand for: after a purge the store says what is still there.
+    pub fn forget_recipes(&self) {
+        self.recipes.invalidate_all();
+    }
+
     /// Ends flights that will not land.
     pub fn crash(&self, keys: impl IntoIterator<Item = PictureKey>, failure: &Failure) {
         let mut flights = self.lock();
@@ -214,6 +233,18 @@ mod tests {
         let landing = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
         assert_eq!(landing, Err(Failure::Busy));
         assert!(matches!(gallery.board(key(1)), Boarding::Lead(_)));
+    }
+
+    #[tokio::test]
+    async fn waiter_gets_what_turned_up_on_disk_while_its_job_was_queued() {
+        let (_dir, gallery, _queue) = gallery();
+        let Boarding::Lead(mut waiter) = gallery.board(key(1)) else { panic!("nobody leads") };
+        assert!(!gallery.land_if_there(key(1)));
+        gallery.disk().write(key(1), b"picture");
+        assert!(gallery.land_if_there(key(1)));
+        let landing = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
+        assert_eq!(landing.unwrap(), "picture");
+        assert_eq!(gallery.size().0, 0);
     }
 
     #[test]

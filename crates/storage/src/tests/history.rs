@@ -8,7 +8,7 @@ use super::{
     generation, genome, hash, idempotency, job, key, lineage, new_generation, new_lineage, open,
     picture, scene,
 };
-use crate::{NewImport, Queue, StorageError};
+use crate::{LineageCursor, NewImport, Queue, StorageError};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -67,14 +67,32 @@ async fn lineages_are_paged_without_loss_when_made_in_one_millisecond() {
     loop {
         let page = store.list_lineages(cursor, 2, false).await.unwrap();
         let Some(last) = page.last() else { break };
-        cursor = Some(last.id);
+        cursor = Some(LineageCursor::of(last));
         seen.extend(page.iter().map(|one| (one.created_ms, one.id)));
     }
     assert_eq!(seen, ids);
     assert_eq!(store.list_lineages(None, 50, true).await.unwrap().len(), 7);
     assert_eq!(store.lineage(hidden).await.unwrap().id, hidden);
-    let gone = store.list_lineages(Some(LineageId::fresh()), 2, false).await;
-    assert!(matches!(gone, Err(StorageError::NotFound)), "{gone:?}");
+}
+
+#[tokio::test]
+async fn list_goes_on_when_the_lineage_of_the_cursor_is_purged() {
+    let (_dir, store) = open().await;
+    let scene = scene(&store).await;
+    let mut places = Vec::new();
+    for created_ms in [1, 2, 2, 3] {
+        let made = store.create_lineage(new_lineage("l", scene, created_ms), None).await.unwrap();
+        places.push(LineageCursor::of(&made));
+    }
+    places.sort_by_key(|place| std::cmp::Reverse((place.created_ms, place.id)));
+    store.purge_lineage(places[1].id).await.unwrap();
+    let cursor = places[1].to_string().parse().unwrap();
+    let rest = store.list_lineages(Some(cursor), 9, false).await.unwrap();
+    let rest: Vec<_> = rest.iter().map(LineageCursor::of).collect();
+    assert_eq!(rest, places[2..]);
+    for text in ["", "5", "5.", ".5", "x.y", &places[1].id.to_string()] {
+        assert!(text.parse::<LineageCursor>().is_err(), "{text}");
+    }
 }
 
 #[tokio::test]

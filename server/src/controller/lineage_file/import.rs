@@ -7,7 +7,8 @@ use base64::prelude::BASE64_STANDARD;
 use brood_genome::{Genome, GenomeHash};
 use brood_program::{Program, live_instructions};
 use brood_protocol::{
-    GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId, decode,
+    Curation, GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId,
+    decode,
 };
 use brood_scene::{Mesh, MeshRef};
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
@@ -146,8 +147,19 @@ impl Assembly<'_> {
                 return refuse(field, "this is an amount from 0 to 1");
             }
         }
-        if from.parents.len() > 2 {
-            return refuse("parents", "a brood has two parents at most");
+        // What breeding could not have made has no place in a history that can be replayed.
+        let operator = match from.parents.len() {
+            0 => "random",
+            1 => "mutate",
+            2 => "recombine",
+            _ => return refuse("parents", "a brood has two parents at most"),
+        };
+        if from.curation == Curation::Diverse {
+            return refuse("curation", "diverse is not available yet");
+        }
+        let first = from.parents.first().copied();
+        if from.centre.is_some_and(|id| first != Some(ParentRef::Individual(id))) {
+            return refuse("centre", "the centre is the first parent");
         }
         if !(1..=limit::CHILDREN as usize).contains(&from.individuals.len()) {
             return refuse("individuals", "a brood has 1 to 256 children");
@@ -184,7 +196,7 @@ impl Assembly<'_> {
         for (index, one) in from.individuals.into_iter().enumerate() {
             let at = format!("{pointer}/individuals/{index}");
             let old = one.id;
-            let new = self.individual(one, &at)?;
+            let new = self.individual(one, operator, &at)?;
             born.push((old, new.id));
             individuals.push(new);
         }
@@ -212,13 +224,19 @@ impl Assembly<'_> {
         })
     }
 
-    fn individual(&mut self, from: FileIndividual, at: &str) -> Result<NewIndividual, ApiError> {
+    fn individual(
+        &mut self,
+        from: FileIndividual,
+        operator: &'static str,
+        at: &str,
+    ) -> Result<NewIndividual, ApiError> {
         let refuse =
             |field: &str, words: &str| ApiError::refused(words).at(format!("{at}/{field}"));
         let hash = from.hash.parse().ok().and_then(|hash| self.genomes.get(&hash));
         let genome = hash.ok_or_else(|| refuse("hash", "this is none of the file's genomes"))?;
-        let operator = ["random", "mutate", "recombine"].into_iter().find(|o| *o == from.operator);
-        let operator = operator.ok_or_else(|| refuse("operator", "there is no such operator"))?;
+        if from.operator != operator {
+            return Err(refuse("operator", &format!("with so many parents it is {operator}")));
+        }
         if from.attempts == 0 {
             return Err(refuse("attempts", "a child is drawn at least once"));
         }

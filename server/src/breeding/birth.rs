@@ -1,0 +1,248 @@
+//! The birth of a brood: one transaction that holds all of it, and render jobs for the pictures that do not exist yet.
+//!
+//! The first job is part of the transaction. A large brood's other jobs follow it in the batch queue, so that its first
+//! pictures come at once and somebody else's brood need not wait for its last ones.
+
+use std::sync::Arc;
+
+use brood_program::{Child, ProgramHash};
+use brood_protocol::{
+    Breed, DialectConstraints, Generation, GenerationId, IndividualId, Lineage, ParentRef,
+    PictureKey, Seed,
+};
+use brood_storage::{NewGeneration, NewIndividual, NewPicture, Queue, StoredIndividual};
+use http::StatusCode;
+
+use super::Parent;
+use crate::dispatch::{FrameId, render_job};
+use crate::idempotency::Attempt;
+use crate::library::{Framed, Material};
+use crate::limit;
+use crate::picture::Failure;
+use crate::presenter::{individual, thumbnail_url};
+use crate::problem::ApiError;
+use crate::state::{App, AppState, now_ms};
+
+impl AppState {
+    /// Makes a brood a fact and gets its pictures under way.
+    pub(super) async fn birth(
+        self: &App,
+        lineage: &Lineage,
+        framed: &Arc<Framed>,
+        parents: &[Parent],
+        brood: Brood,
+        attempt: &Attempt,
+    ) -> Result<Generation, ApiError> {
+        let centre = parents.first().filter(|parent| parent.individual.is_some());
+        let (id, created_ms) = (GenerationId::fresh(), now_ms());
+        let ids: Vec<_> = brood.children.iter().map(|_| IndividualId::fresh()).collect();
+        let mut materials: Vec<Wanted> = Vec::new();
+        let mut pictures: Vec<NewPicture> = Vec::new();
+        let mut individuals: Vec<NewIndividual> = Vec::new();
+        if let Some(centre) = centre
+            && let Some(individual) = &centre.individual
+        {
+            let key = framed.key(centre.material.program.hash());
+            pictures.push(framed.row(key, centre.hash));
+            materials.push((key, individual.id, centre.material.clone()));
+        }
+        let mut redraws = 0;
+        let mut twins = 0;
+        for (child, id) in brood.children.into_iter().zip(&ids) {
+            let key = framed.key(child.program_hash);
+            pictures.push(framed.row(key, child.hash));
+            redraws += u64::from(child.attempts - 1);
+            twins += u64::from(child.twin);
+            individuals.push(NewIndividual {
+                id: *id,
+                slot: child.slot,
+                hash: child.hash,
+                genome_text: child.genome.to_string(),
+                program_hash: *child.program_hash.as_bytes(),
+                operator: brood.operator,
+                live_instructions: child.live_instructions,
+                attempts: child.attempts,
+                twin: child.twin,
+            });
+            let material = self.library.keep(child.hash, child.genome, child.program);
+            materials.push((key, *id, material));
+        }
+        for row in &pictures {
+            self.gallery.learn(&Arc::new(row.clone()));
+        }
+        let answer = Generation {
+            id,
+            lineage: lineage.id,
+            index: 0,
+            seed: brood.seed,
+            parents: brood.breed.parents.clone(),
+            centre: centre.and_then(|parent| {
+                let key = framed.key(parent.material.program.hash());
+                Some(individual(parent.individual.clone()?, key))
+            }),
+            mutation: brood.breed.mutation,
+            recombination: brood.breed.recombination,
+            curation: brood.breed.curation,
+            constraints: brood.constraints,
+            saturation: brood.breed.saturation,
+            individuals: individuals
+                .iter()
+                .map(|new| {
+                    let stored = stored(new, lineage, id, &brood.breed.parents);
+                    let program = ProgramHash::from_bytes(new.program_hash);
+                    individual(stored, framed.key(program))
+                })
+                .collect(),
+            created_ms,
+        };
+
+        let departed = self.gallery.depart(materials.iter().map(|(key, ..)| *key));
+        self.metrics.skipped.increment((materials.len() - departed.len()) as u64);
+        let batch = FrameId::pictures_per_job(&framed.frame);
+        let first = departed.get(..batch).unwrap_or(&departed);
+        let job = (!first.is_empty())
+            .then(|| render_job(&framed.frame, Queue::Interactive, items(first, &materials)));
+        let new = NewGeneration {
+            id,
+            lineage: lineage.id,
+            seed: brood.seed,
+            parents: brood.breed.parents,
+            centre: answer.centre.as_ref().map(|centre| centre.id),
+            mutation: brood.breed.mutation,
+            recombination: brood.breed.recombination,
+            curation: brood.breed.curation,
+            constraints: brood.constraints,
+            saturation: brood.breed.saturation,
+            created_ms,
+            individuals,
+            pictures,
+            job,
+            idempotency: attempt.record(StatusCode::CREATED, &answer),
+        };
+        let flights = Flights { app: self.clone(), keys: departed };
+        let birth =
+            Birth { new, answer, framed: framed.clone(), materials, flights, redraws, twins };
+        let app = self.clone();
+        // In a task of its own: what was written must be told even if the request was given up meanwhile.
+        let born = self.tasks.spawn(async move { app.deliver(birth).await });
+        born.await.map_err(|error| ApiError::internal(error.to_string()))?
+    }
+
+    /// Writes a brood and tells of it.
+    async fn deliver(self: App, birth: Birth) -> Result<Generation, ApiError> {
+        let Birth { new, mut answer, framed, materials, mut flights, redraws, twins } = birth;
+        let born = self.store.create_generation(new).await?;
+        let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
+        flights.keys.drain(..batch);
+        self.dispatch.bell.notify_one();
+        answer.index = born.index;
+        self.metrics.breeds.increment(1);
+        self.metrics.births.increment(answer.individuals.len() as u64);
+        self.metrics.redraws.increment(redraws);
+        self.metrics.twins.increment(twins);
+        self.events.generation(answer.lineage, answer.id);
+        for (key, individual, _) in &materials {
+            // First the wish, then the look: a picture that lands between the two is told of all the same.
+            self.gallery.interest(*key, answer.lineage, *individual);
+            if self.gallery.has(*key) {
+                for (lineage, individual) in self.gallery.take_interests(*key) {
+                    self.events.thumbnail(lineage, individual, &thumbnail_url(*key));
+                }
+            }
+        }
+        if !flights.keys.is_empty() {
+            let app = self.clone();
+            self.tasks.spawn(async move { app.enqueue_rest(&framed, &materials, flights).await });
+        }
+        Ok(answer)
+    }
+
+    /// Queues the pictures beyond the first job. Those that find no room, or that a crash keeps from being queued, are
+    /// rendered when somebody asks for them.
+    async fn enqueue_rest(&self, framed: &Framed, materials: &[Wanted], mut flights: Flights) {
+        while !flights.keys.is_empty() {
+            let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
+            let items = items(&flights.keys[..batch], materials);
+            let job = render_job(&framed.frame, Queue::Batch, items);
+            if let Err(error) = self.store.enqueue(job, limit::QUEUED_JOBS).await {
+                let pictures = flights.keys.len();
+                tracing::warn!(%error, pictures, "the rest of a brood is left until it is asked for");
+                return;
+            }
+            flights.keys.drain(..batch);
+            self.dispatch.bell.notify_one();
+        }
+    }
+}
+
+/// A picture, whose it is, and what it is made of.
+type Wanted = (PictureKey, IndividualId, Arc<Material>);
+
+/// The materials of pictures, each once, in the order of the keys.
+fn items<'a>(
+    keys: &[PictureKey],
+    materials: &'a [Wanted],
+) -> impl Iterator<Item = (PictureKey, &'a Material)> {
+    keys.iter().filter_map(|key| {
+        let (_, _, material) = materials.iter().find(|(known, ..)| known == key)?;
+        Some((*key, material.as_ref()))
+    })
+}
+
+/// A brood that is ready to be written, and what is to be told of it then.
+struct Birth {
+    new: NewGeneration,
+    answer: Generation,
+    framed: Arc<Framed>,
+    materials: Vec<Wanted>,
+    flights: Flights,
+    redraws: u64,
+    twins: u64,
+}
+
+/// What was made and how it was asked for.
+pub(super) struct Brood {
+    pub seed: Seed,
+    pub constraints: DialectConstraints,
+    pub operator: &'static str,
+    pub breed: Breed,
+    pub children: Vec<Child>,
+}
+
+/// Flights that have no job yet; they crash unless they get one.
+struct Flights {
+    app: App,
+    keys: Vec<PictureKey>,
+}
+
+impl Drop for Flights {
+    fn drop(&mut self) {
+        if !self.keys.is_empty() {
+            self.app.gallery.crash(self.keys.iter().copied(), &Failure::Busy);
+        }
+    }
+}
+
+fn stored(
+    new: &NewIndividual,
+    lineage: &Lineage,
+    generation: GenerationId,
+    parents: &[ParentRef],
+) -> StoredIndividual {
+    StoredIndividual {
+        id: new.id,
+        lineage: lineage.id,
+        generation,
+        hash: new.hash,
+        program_hash: new.program_hash,
+        slot: new.slot,
+        parents: parents.to_vec(),
+        operator: new.operator.to_owned(),
+        live_instructions: new.live_instructions,
+        attempts: new.attempts,
+        twin: new.twin,
+        favourite: false,
+        note: String::new(),
+        version: 1,
+    }
+}
