@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use brood_program::Program;
 use brood_protocol::Backend;
 use brood_scene::SampleSet;
@@ -13,7 +13,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::pairs::{self, Row};
-use crate::{genome_file, logging, output};
+use crate::{energy, genome_file, logging, output};
 
 const LIMIT_BYTES: u64 = 1 << 30;
 /// Rows evaluated at once, to bound memory.
@@ -37,9 +37,6 @@ pub struct EvalArgs {
 /// Runs the command.
 pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    if args.limit {
-        bail!("the energy limit is not available in this version");
-    }
     let stdin = Path::new("-");
     ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
     let program = Program::lower(&genome_file::read(&args.genome)?);
@@ -50,8 +47,21 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     for rows in rows.chunks(BATCH) {
         values.extend(evaluate(&renderer, args.backend, &program, rows)?);
     }
+    let limit = args.limit.then(|| energy::limit(&renderer, &program)).transpose()?;
+    if let Some(limit) = &limit {
+        for value in values.iter_mut().flatten() {
+            *value = divide(*value, limit.divisor);
+        }
+    }
     if json {
-        return output::print_json(&json!({ "backend": renderer.report(), "f": values }));
+        let report = json!({ "backend": renderer.report(), "f": values, "limit": limit });
+        return output::print_json(&report);
+    }
+    if let Some(limit) = &limit {
+        eprintln!(
+            "energy limit: divided by {:.6}; albedo at most {:.6} (theta_i {:.1} degrees), error bound {:.1e}",
+            limit.divisor, limit.albedo, limit.theta_deg, limit.error_bound,
+        );
     }
     let mut text = String::from("r,g,b\n");
     for [r, g, b] in values {
@@ -77,6 +87,11 @@ fn evaluate(
         if above { [f[index], f[count + index], f[2 * count + index]] } else { [0.0; 3] }
     };
     Ok(rows.iter().enumerate().map(value).collect())
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
+fn divide(value: f32, divisor: f64) -> f32 {
+    (f64::from(value) / divisor) as f32
 }
 
 fn read_text(path: &Path) -> Result<String> {

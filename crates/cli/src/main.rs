@@ -8,6 +8,7 @@ mod bench;
 mod breed;
 mod dialect;
 mod diff;
+mod energy;
 mod eval;
 mod frame;
 mod genome_file;

@@ -48,7 +48,7 @@ pub struct Physics {
 /// Runs all checks.
 pub fn check(renderer: &Renderer, program: &Program) -> Result<Physics> {
     let incident = incident();
-    let outgoing = outgoing();
+    let outgoing = outgoing(RINGS_O, AZIMUTHS_O);
     let reads_uv = program.inputs().contains(Input::U) || program.inputs().contains(Input::V);
     let mut physics = Physics {
         samples: 0,
@@ -115,7 +115,8 @@ impl Physics {
     }
 }
 
-fn evaluate(
+/// Canonical f of one program on pairs at one texture position: red, green, blue, each the pairs in order.
+pub fn evaluate(
     renderer: &Renderer,
     program: &Program,
     pairs: &[DirectionPair],
@@ -125,7 +126,8 @@ fn evaluate(
     Ok(renderer.reflectance(Backend::Cpu, &[program], &set)?)
 }
 
-fn texture_positions(reads_uv: bool) -> Vec<DVec2> {
+/// A grid over [0, 1]^2, or one position where the program reads none.
+pub fn texture_positions(reads_uv: bool) -> Vec<DVec2> {
     if !reads_uv {
         return vec![DVec2::ZERO];
     }
@@ -134,8 +136,8 @@ fn texture_positions(reads_uv: bool) -> Vec<DVec2> {
     (0..UV_SIDE * UV_SIDE).map(place).collect()
 }
 
-/// From the normal to 89 degrees.
-fn incident() -> Vec<DVec3> {
+/// Incident directions from the normal to 89 degrees.
+pub fn incident() -> Vec<DVec3> {
     let theta = |ring: usize| (89.0 * ring as f64 / (RINGS_I - 1) as f64).to_radians();
     let rings = (0..RINGS_I).flat_map(|ring| (0..AZIMUTHS_I).map(move |step| (ring, step)));
     rings
@@ -146,24 +148,26 @@ fn incident() -> Vec<DVec3> {
         .collect()
 }
 
-/// Midpoints of cells of equal projected solid angle.
-fn outgoing() -> Vec<DVec3> {
-    let cells = (0..RINGS_O).flat_map(|ring| (0..AZIMUTHS_O).map(move |step| (ring, step)));
+/// Midpoints of cells of equal projected solid angle: the integral of f cos is pi times the mean over them.
+pub fn outgoing(rings: usize, azimuths: usize) -> Vec<DVec3> {
+    let cells = (0..rings).flat_map(|ring| (0..azimuths).map(move |step| (ring, step)));
     cells
         .map(|(ring, step)| {
-            let radius_squared = (ring as f64 + 0.5) / RINGS_O as f64;
-            let turn = (step as f64 + 0.5) / AZIMUTHS_O as f64;
+            let radius_squared = (ring as f64 + 0.5) / rings as f64;
+            let turn = (step as f64 + 0.5) / azimuths as f64;
             around(radius_squared.sqrt(), (1.0 - radius_squared).sqrt(), turn)
         })
         .collect()
 }
 
-fn around(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
+/// The direction with that sine and cosine from the normal, at that share of a turn from x.
+pub fn around(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
     DVec3::new(sin_theta * cos, sin_theta * sin, cos_theta)
 }
 
-fn pair(wi: DVec3, wo: DVec3) -> DirectionPair {
+/// A pair of directions built from sines and cosines.
+pub fn pair(wi: DVec3, wo: DVec3) -> DirectionPair {
     DirectionPair::new(wi, wo).expect("built from sines and cosines")
 }
 
