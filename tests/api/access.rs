@@ -137,6 +137,16 @@ async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
     assert_eq!(send(Method::POST, Some(&reader)).await, 403);
     assert_eq!(send(Method::POST, Some(&breeder)).await, 201);
 
+    // Purging wants more than breeding, however the query is written.
+    let delete = async |query: &str| {
+        let path = format!("/v1/lineages/01890000-0000-7000-8000-000000000000{query}");
+        let request = server.request(Method::DELETE, &path);
+        server.send(request.header("authorization", format!("Bearer {breeder}"))).await.status
+    };
+    assert_eq!(delete("?purge=true").await, 403);
+    assert_eq!(delete("?%70urge=true").await, 403);
+    assert_eq!(delete("").await, 404);
+
     // The page keeps it as a cookie that scripts cannot read.
     let opened = server.post("/v1/session", &json!({"token": reader})).await.expect(204);
     let cookie = opened.header("set-cookie");

@@ -140,9 +140,15 @@ async fn lineage_is_out_of_the_list_but_there_when_hidden_and_gone_when_purged()
     assert_eq!(listed["items"], json!([]));
     let child = format!("/v1/individuals/{}", ids(&generation)[0]);
     server.get(&child).await.expect(200);
+    // Both are at hand in the server's caches now, and gone all the same after the purge.
+    let genome = format!("/v1/genomes/{}", hashes(&generation)[0]);
+    let thumbnail = text_of(&generation["individuals"][0]["thumbnail"]);
+    server.get(&genome).await.expect(200);
+    server.get(&thumbnail).await.expect(200);
     server.delete(&lineage.path("?purge=true")).await.expect(204);
-    server.get(&lineage.path("")).await.problem(404);
-    server.get(&child).await.problem(404);
+    for gone in [&lineage.path(""), &child, &genome, &thumbnail] {
+        server.get(gone).await.problem(404);
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
