@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use brood_genome::{Dialect, Genome, OpcodeSet, Parametrisation};
+use brood_genome::Genome;
 use brood_program::{Counts, Program, live_instructions};
 use brood_protocol::Backend;
 use brood_worker::Renderer;
@@ -63,7 +63,8 @@ fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String>
     let mut text = String::new();
     writeln!(text, "genome        {}", genome.hash())?;
     writeln!(text, "program       {}", program.hash())?;
-    writeln!(text, "dialect       {}", words(genome.dialect()))?;
+    let dialect = genome.dialect();
+    writeln!(text, "dialect       {dialect}, length {}", dialect.length)?;
     writeln!(text, "inputs        {inputs}")?;
     writeln!(text, "instructions  {}, live {}", counts.instructions, counts.live_instructions)?;
     writeln!(
@@ -97,21 +98,4 @@ fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String>
     writeln!(text, "\nlive code\n")?;
     text += &listing::scalar_code(program);
     Ok(text)
-}
-
-fn words(dialect: &Dialect) -> String {
-    let opcodes = match dialect.opcodes {
-        OpcodeSet::Paper => "paper",
-        OpcodeSet::Extended => "extended",
-    };
-    let parametrisation = match dialect.parametrisation {
-        Parametrisation::Smooth => "smooth",
-        Parametrisation::Paper => "paper",
-    };
-    let isotropic = if dialect.isotropic { " isotropic" } else { "" };
-    let homogeneous = if dialect.homogeneous { " homogeneous" } else { "" };
-    let (registers, length) = (dialect.registers, dialect.length);
-    format!(
-        "{opcodes} {parametrisation} registers {registers} length {length}{isotropic}{homogeneous}"
-    )
 }

@@ -7,7 +7,7 @@ use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "brood 1")?;
-        writeln!(f, "{}", directive(self.dialect()))?;
+        writeln!(f, ".dialect {}", self.dialect())?;
         write_output(f, self.output())?;
         for (index, constant) in self.constants().iter().enumerate() {
             if constant.iter().any(|value| value.to_bits() != 0) {
@@ -19,19 +19,22 @@ impl fmt::Display for Genome {
     }
 }
 
-fn directive(dialect: &Dialect) -> String {
-    let opcodes = match dialect.opcodes {
-        OpcodeSet::Paper => "paper",
-        OpcodeSet::Extended => "extended",
-    };
-    let parametrisation = match dialect.parametrisation {
-        Parametrisation::Smooth => "smooth",
-        Parametrisation::Paper => "paper",
-    };
-    let isotropic = if dialect.isotropic { " isotropic" } else { "" };
-    let homogeneous = if dialect.homogeneous { " homogeneous" } else { "" };
-    let registers = dialect.registers;
-    format!(".dialect {opcodes} {parametrisation} registers {registers}{isotropic}{homogeneous}")
+impl fmt::Display for Dialect {
+    /// The words of the `.dialect` line; the length is not among them, because the text shows it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let opcodes = match self.opcodes {
+            OpcodeSet::Paper => "paper",
+            OpcodeSet::Extended => "extended",
+        };
+        let parametrisation = match self.parametrisation {
+            Parametrisation::Smooth => "smooth",
+            Parametrisation::Paper => "paper",
+        };
+        let isotropic = if self.isotropic { " isotropic" } else { "" };
+        let homogeneous = if self.homogeneous { " homogeneous" } else { "" };
+        let registers = self.registers;
+        write!(f, "{opcodes} {parametrisation} registers {registers}{isotropic}{homogeneous}")
+    }
 }
 
 fn write_output(f: &mut fmt::Formatter<'_>, output: &Output) -> fmt::Result {
