@@ -4,12 +4,12 @@ mod birth;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use brood_genome::{Constraints, Dialect, GenomeHash, Output, Variation};
-use brood_program::{BroodRequest, Child, make_brood};
-use brood_protocol::{Breed, Curation, Generation, Lineage, ParentRef, Seed};
+use brood_program::{BroodRequest, Child, settle_brood};
+use brood_protocol::{Breed, Curation, Generation, JobId, Lineage, ParentRef, Seed};
 use brood_storage::{StorageError, StoredIndividual};
+use rayon::prelude::*;
 
 use birth::Brood;
 
@@ -18,7 +18,14 @@ use crate::library::Material;
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
+use crate::stage::Stages;
 use crate::state::{App, AppState};
+
+/// A child with the text that it is stored as.
+struct Newborn {
+    child: Child,
+    text: String,
+}
 
 /// A parent that was found.
 struct Parent {
@@ -55,13 +62,18 @@ impl Making {
         variation.with_constraints(self.constraints).with_output(self.output)
     }
 
-    fn children(&self) -> Vec<Child> {
-        make_brood(&BroodRequest {
+    /// On all processors: a draw depends on its slot alone, so the children are the same however they are shared out.
+    fn children(&self) -> Vec<Newborn> {
+        let request = BroodRequest {
             variation: self.variation(),
             count: self.count,
             seed: self.seed,
             distinct: self.distinct,
-        })
+        };
+        let first = (0..self.count).into_par_iter().map(|slot| request.draw(slot)).collect();
+        let children = settle_brood(&request, first);
+        let write = |child: Child| Newborn { text: child.genome.to_string(), child };
+        children.into_par_iter().map(write).collect()
     }
 }
 
@@ -95,13 +107,14 @@ fn check(breed: &Breed) -> Result<(), ApiError> {
 }
 
 impl AppState {
-    /// Makes a generation and says where it is; its pictures are on their way when this returns.
+    /// Makes a generation and says where it is; its pictures are on their way when this returns, by that job.
     pub async fn breed(
         self: &App,
         lineage: &Lineage,
         breed: Breed,
         attempt: &Attempt,
-    ) -> Result<Generation, ApiError> {
+        stages: &mut Stages,
+    ) -> Result<(Generation, Option<JobId>), ApiError> {
         check(&breed)?;
         let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
         let parents = self.parents(lineage, &breed.parents).await?;
@@ -130,11 +143,11 @@ impl AppState {
             distinct: breed.curation == Curation::Distinct,
         };
         let operator = making.variation().operator_name();
-        let start = Instant::now();
+        stages.end("read");
         let children = self.on_processor(move || making.children()).await?;
-        self.metrics.brood_seconds.record(start.elapsed().as_secs_f64());
+        self.metrics.brood_seconds.record(stages.end("make").as_secs_f64());
         let brood = Brood { seed, constraints, operator, breed, children };
-        self.birth(lineage, &framed, &parents, brood, attempt).await
+        self.birth(lineage, &framed, &parents, brood, attempt, stages).await
     }
 
     /// Runs on a thread for such work, when one is free; refuses when too many wait already.

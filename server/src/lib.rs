@@ -35,9 +35,10 @@ mod presenter;
 mod problem;
 mod route;
 mod server;
+mod stage;
 mod state;
 
 pub use config::ServerConfig;
 pub use error::ServerError;
 pub use route::openapi;
-pub use server::Server;
+pub use server::{Server, Undertaker};

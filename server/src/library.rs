@@ -7,7 +7,7 @@ use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
 };
-use brood_scene::{MeshRef, Scene};
+use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store};
 use moka::sync::Cache;
 
@@ -45,7 +45,9 @@ pub struct View {
     /// Side in pixels.
     pub size_px: u32,
     /// Samples per pixel.
-    pub samples: u32,
+    pub sampling: Sampling,
+    /// The part that is wanted; all of it if absent.
+    pub area: Option<PixelArea>,
     /// The file.
     pub format: PictureFormat,
     /// The evaluator.
@@ -53,7 +55,9 @@ pub struct View {
 }
 
 /// Frames are kept by the bits of what makes them.
-type FrameKey = (SceneId, Option<u64>, u32, u32, PictureFormat, Backend);
+type FrameKey = (SceneId, Option<u64>, Shape, PictureFormat, Backend);
+/// Size, sampling and part.
+type Shape = (u32, Sampling, Option<PixelArea>);
 
 /// A frame with its identity, so that keys cost two hashes.
 #[derive(Debug)]
@@ -79,7 +83,8 @@ impl Framed {
             scene: self.view.scene,
             light_deg: self.light_deg,
             size_px: self.view.size_px,
-            samples: self.view.samples,
+            sampling: self.view.sampling,
+            area: self.view.area,
             format: self.view.format,
             backend: self.view.backend,
             renderer_version: RENDERER_VERSION,
@@ -171,8 +176,8 @@ impl Library {
     /// A frame.
     pub async fn frame(&self, view: View) -> Result<Arc<Framed>, ApiError> {
         let light = view.light_deg.map(f64::to_bits);
-        let key: FrameKey =
-            (view.scene, light, view.size_px, view.samples, view.format, view.backend);
+        let shape = (view.size_px, view.sampling, view.area);
+        let key: FrameKey = (view.scene, light, shape, view.format, view.backend);
         if let Some(framed) = self.frames.get(&key) {
             return Ok(framed);
         }
@@ -180,7 +185,8 @@ impl Library {
         let light_deg = view.light_deg.unwrap_or(known.scene.light_deg);
         let scene = known.scene.with_light_deg(light_deg);
         let options = (view.format, view.backend);
-        let frame = Frame::new(&scene, known.mesh, view.size_px, view.samples, options);
+        let frame = Frame::new(&scene, known.mesh, view.size_px, view.sampling, options);
+        let frame = frame.with_area(view.area);
         let identity = frame.identity();
         let framed = Arc::new(Framed { frame, identity, view, light_deg });
         self.frames.insert(key, framed.clone());

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use brood_protocol::Work;
 use metrics::{
     Counter, Gauge, Histogram, Key, Label, Level, Metadata, Recorder, SharedString, Unit,
 };
@@ -12,6 +13,53 @@ use metrics_exporter_prometheus::{
 const BUCKETS: [f64; 14] =
     [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 30.0];
 const METADATA: Metadata<'static> = Metadata::new("brood", Level::INFO, None);
+
+/// A counter of [`Work`]: its name, what it says, and the field.
+type WorkCounter = (&'static str, &'static str, fn(&Work) -> u64);
+
+const WORK: [WorkCounter; 15] = [
+    (
+        "brood_operations_written_total",
+        "Scalar operations of genomes as written, times the rays of their pictures",
+        |work| work.operations_written,
+    ),
+    ("brood_operations_total", "Scalar operations executed by workers", |work| {
+        work.operations_executed
+    }),
+    ("brood_inputs_known_total", "Inputs that there are, for each picture", |work| {
+        work.inputs_known
+    }),
+    ("brood_inputs_read_total", "Inputs that the programs of pictures read", |work| {
+        work.inputs_read
+    }),
+    ("brood_rays_total", "Rays of pictures", |work| work.rays),
+    ("brood_samples_covered_total", "Rays of pictures that hit the mesh", |work| {
+        work.samples_covered
+    }),
+    ("brood_samples_total", "Samples that light reaches, which are shaded", |work| {
+        work.samples_lit
+    }),
+    ("brood_sample_sets_reused_total", "Sample sets that workers had", |work| work.sets_reused),
+    ("brood_sample_sets_made_total", "Sample sets that workers made", |work| work.sets_made),
+    ("brood_translations_reused_total", "Programs whose translation workers had", |work| {
+        work.translations_reused
+    }),
+    ("brood_translations_made_total", "Programs that workers translated", |work| {
+        work.translations_made
+    }),
+    ("brood_render_microseconds_total", "Time of jobs on workers' render threads", |work| {
+        work.busy_us
+    }),
+    ("brood_sample_sets_microseconds_total", "Time workers took for sample sets", |work| {
+        work.sets_us
+    }),
+    ("brood_evaluation_microseconds_total", "Time workers took to evaluate programs", |work| {
+        work.evaluation_us
+    }),
+    ("brood_film_microseconds_total", "Time workers took for film and encoding", |work| {
+        work.film_us
+    }),
+];
 
 /// The figures.
 pub struct Metrics {
@@ -27,14 +75,16 @@ pub struct Metrics {
     pub twins: Counter,
     /// Pictures made by workers.
     pub rendered: Counter,
-    /// Pictures served from the cache.
+    /// Pictures served from memory.
     pub served: Counter,
-    /// Pictures not rendered because they existed.
+    /// Pictures served from disk.
+    pub recalled: Counter,
+    /// Pictures of broods that existed or were under way already.
     pub skipped: Counter,
-    /// Samples shaded.
-    pub samples: Counter,
-    /// Scalar operations executed.
-    pub operations: Counter,
+    /// Pictures of broods that another of the same brood is equal to.
+    pub shared: Counter,
+    /// What workers did and what they did not have to do, by the names of [`Work`].
+    work: [Counter; WORK.len()],
     /// Seconds to make a brood.
     pub brood_seconds: Histogram,
     /// Seconds from a lease to its results.
@@ -66,14 +116,31 @@ impl Metrics {
             redraws: counter("brood_redraws_total", "Draws of twins thrown away"),
             twins: counter("brood_twins_total", "Children that are twins all the same"),
             rendered: counter("brood_pictures_rendered_total", "Pictures made by workers"),
-            served: counter("brood_pictures_cached_total", "Pictures served from the cache"),
-            skipped: counter("brood_pictures_skipped_total", "Pictures that existed already"),
-            samples: counter("brood_samples_total", "Samples shaded by workers"),
-            operations: counter("brood_operations_total", "Scalar operations done by workers"),
+            served: counter("brood_pictures_from_memory_total", "Pictures answered from memory"),
+            recalled: counter(
+                "brood_pictures_from_disk_total",
+                "Pictures read from the disk cache",
+            ),
+            skipped: counter(
+                "brood_pictures_skipped_total",
+                "Pictures of broods that existed or were under way already",
+            ),
+            shared: counter(
+                "brood_pictures_shared_total",
+                "Pictures of broods that are equal to another of the same brood",
+            ),
+            work: WORK.map(|(name, text, _)| counter(name, text)),
             brood_seconds: histogram("brood_make_seconds", "Time to make a brood"),
             render_seconds: histogram("brood_render_seconds", "Time from a lease to its results"),
             handle: recorder.handle(),
             recorder,
+        }
+    }
+
+    /// Notes what a job took.
+    pub fn work(&self, work: &Work) {
+        for (counter, (_, _, of)) in self.work.iter().zip(WORK) {
+            counter.increment(of(work));
         }
     }
 
@@ -123,6 +190,8 @@ mod tests {
     fn metrics_render_what_was_recorded() {
         let metrics = Metrics::new();
         metrics.births.increment(20);
+        metrics.work(&Work { rays: 5, film_us: 7, ..Work::default() });
+        metrics.work(&Work { rays: 5, ..Work::default() });
         metrics.request("GET", "/v1/system", 200, Duration::from_millis(3));
         metrics.request("BREW", "none", 405, Duration::from_millis(3));
         metrics.gauge("brood_jobs", &[("queue", "interactive")], 4.0);
@@ -130,6 +199,8 @@ mod tests {
         assert!(text.contains("brood_births_total 20"), "{text}");
         assert!(text.contains("route=\"/v1/system\",status=\"200\",le=\"0.005\"} 1"), "{text}");
         assert!(text.contains("method=\"other\""), "{text}");
+        assert!(text.contains("brood_rays_total 10"), "{text}");
+        assert!(text.contains("brood_film_microseconds_total 7"), "{text}");
         assert!(text.contains("brood_jobs{queue=\"interactive\"} 4"), "{text}");
     }
 }

@@ -6,6 +6,7 @@ use brood_program::ProgramHash;
 use brood_protocol::{
     Generation, Individual, IndividualDetail, Lineage, LineageId, PictureFormat, PictureKey,
 };
+use brood_scene::Sampling;
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
 use std::collections::HashMap;
 
@@ -146,7 +147,8 @@ pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> View {
         scene: lineage.scene,
         light_deg: None,
         size_px: lineage.thumbnail_px,
-        samples: 1,
+        sampling: Sampling::default(),
+        area: None,
         format: PictureFormat::Png,
         backend: app.backend,
     }

@@ -10,8 +10,8 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    event, generation, genome, individual, lease, lineage, lineage_file, mesh, operation, page,
-    render, scene, session, sheet, system, thumbnail,
+    event, generation, genome, individual, job, lease, lineage, lineage_file, mesh, operation,
+    page, render, scene, session, sheet, system, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -75,6 +75,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))
+        .routes(routes!(job::get))
         .routes(routes!(lease::claim))
         .routes(routes!(lease::heartbeat))
         .routes(routes!(lease::results))

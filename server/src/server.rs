@@ -107,6 +107,12 @@ impl Server {
         self.app.access.worker_token().to_owned()
     }
 
+    /// Tells the server of workers that are known to be dead, so that their jobs need not wait for leases to lapse.
+    #[must_use]
+    pub fn undertaker(&self) -> Undertaker {
+        Undertaker { app: self.app.clone() }
+    }
+
     /// Serves until `shutdown`; then refuses new work, drains, puts leased jobs back and closes the store.
     ///
     /// # Errors
@@ -143,6 +149,22 @@ impl Server {
     }
 }
 
+/// Whom the keeper of a worker process tells that it is dead.
+#[derive(Clone)]
+pub struct Undertaker {
+    app: App,
+}
+
+impl Undertaker {
+    /// The jobs of the worker of that name are given to others at once.
+    pub async fn bury(&self, worker: &str) {
+        // Once the server stops, its leases are released as a whole and the store is closed.
+        if !self.app.stopping.is_cancelled() {
+            self.app.bury(worker).await;
+        }
+    }
+}
+
 /// What has to happen now and then.
 async fn tend(app: App) {
     let mut leases = interval(LEASE_TICK);
@@ -174,7 +196,9 @@ async fn write_pictures(
     mut queue: mpsc::Receiver<(PictureKey, Bytes)>,
     finish: CancellationToken,
 ) {
-    const BATCH: usize = 64;
+    const BATCH: usize = 256;
+    // Those who wait for the pictures go first.
+    const LATER: Duration = Duration::from_millis(50);
     let mut batch = Vec::with_capacity(BATCH);
     loop {
         tokio::select! {
@@ -182,9 +206,18 @@ async fn write_pictures(
             count = queue.recv_many(&mut batch, BATCH) => if count == 0 { return },
             () = finish.cancelled() => return,
         }
+        tokio::select! {
+            () = tokio::time::sleep(LATER) => {}
+            () = finish.cancelled() => {}
+        }
+        while batch.len() < BATCH
+            && let Ok(picture) = queue.try_recv()
+        {
+            batch.push(picture);
+        }
         let disk = app.gallery.disk().clone();
         let pictures = std::mem::take(&mut batch);
-        let write = move || pictures.iter().for_each(|(key, bytes)| disk.write(*key, bytes));
+        let write = move || disk.write_all(&pictures);
         if let Err(error) = tokio::task::spawn_blocking(write).await {
             tracing::warn!(%error, "pictures could not be written");
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use brood_tests::{TestLineage, TestServer, text_of};
+use brood_tests::{TestLineage, TestServer, brood, text_of};
 use reqwest::{Method, Response};
 use serde_json::{Value, json};
 
@@ -116,4 +116,41 @@ async fn stream_is_refused_and_the_server_answers_when_too_many_streams_are_open
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
     panic!("the place of a stream that ended is not free again");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn stream_ends_when_its_token_is_revoked() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let data = server.data().to_string_lossy().into_owned();
+    let token = |name: &str| {
+        let arguments = ["token", "add", name, "--scope", "read", "--data", data.as_str()];
+        let printed = brood(arguments).success().stdout;
+        let words = printed.split_whitespace().map(str::to_owned);
+        words.max_by_key(String::len).expect("the token is printed")
+    };
+    let listen = async |token: String| {
+        let request = server.request(Method::GET, &lineage.path("/events"));
+        let request = request.header("authorization", format!("Bearer {token}"));
+        // Tokens made by another process are known after a moment.
+        for _ in 0..50 {
+            let response = request.try_clone().unwrap().send().await.unwrap();
+            if response.status() == 200 {
+                return response;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        panic!("the token is not taken");
+    };
+    let mut kept = listen(token("kept")).await;
+    let mut revoked = listen(token("revoked")).await;
+    brood(["token", "revoke", "revoked", "--data", data.as_str()]).success();
+    let end = async { while revoked.chunk().await.ok().flatten().is_some() {} };
+    let ended = tokio::time::timeout(Duration::from_secs(20), end).await;
+    assert!(ended.is_ok(), "it still goes on");
+    // All that came to the other one is its beginning.
+    let first = kept.chunk().await.unwrap().expect("the stream of the other token goes on");
+    assert!(first.starts_with(b":"), "{first:?}");
+    let more = tokio::time::timeout(Duration::from_millis(100), kept.chunk()).await;
+    assert!(more.is_err(), "{more:?}");
 }

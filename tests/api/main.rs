@@ -14,6 +14,7 @@ mod event;
 mod genome;
 mod idempotency;
 mod individual;
+mod job;
 mod lineage;
 mod mesh;
 mod operation;

@@ -107,13 +107,76 @@ async fn render_is_as_large_and_lit_as_asked_when_parameters_are_given() {
     assert_ne!(turned, small);
     let back = server.get(&path("?size=48&light_deg=0")).await.expect(200).picture();
     assert_eq!(back, small, "0 is where the scene has the light");
-    let smooth = server.get(&path("?size=48&samples=4")).await.expect(200).picture();
-    assert!(smooth.pixels().any(|pixel| !matches!(pixel.0[3], 0 | 255)), "rims are antialiased");
+    let rims = |picture: &image::RgbaImage| picture.pixels().any(|p| !matches!(p.0[3], 0 | 255));
+    assert!(rims(&small), "pictures are antialiased where nothing is said");
+    let adaptive = server.get(&path("?size=48&samples=adaptive")).await.expect(200).picture();
+    assert_eq!(adaptive, small);
+    assert!(rims(&server.get(&path("?size=48&samples=4")).await.expect(200).picture()));
+    assert!(!rims(&server.get(&path("?size=48&samples=1")).await.expect(200).picture()));
+    for query in ["samples=0", "samples=65", "samples=many", "samples="] {
+        server.get(&path(&format!("?{query}"))).await.problem(400);
+    }
     let scene = server.post("/v1/scenes", &json!({"mesh": "cube"})).await.expect(201).json();
     let query = format!("?size=48&scene={}", text_of(&scene["id"]));
     assert_ne!(server.get(&path(&query)).await.expect(200).picture(), small);
     let linear = server.get(&format!("/v1/individuals/{child}/render.exr?size=48")).await;
     assert_eq!(linear.expect(200).body[..4], [0x76, 0x2f, 0x31, 0x01], "OpenEXR's magic number");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn area_is_the_same_pixels_when_a_part_is_asked_for() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let child = ids(&lineage.random(5).await)[2].clone();
+    let path = |query: &str| format!("/v1/individuals/{child}/render.png?size=64{query}");
+    for samples in ["adaptive", "1", "3"] {
+        let query = format!("&samples={samples}");
+        let whole = server.get(&path(&query)).await.expect(200).picture();
+        let part =
+            server.get(&path(&format!("{query}&area=20,5,30,17"))).await.expect(200).picture();
+        assert_eq!(part, image::imageops::crop_imm(&whole, 20, 5, 30, 17).to_image(), "{samples}");
+    }
+    let all = server.get(&path("&area=0,0,64,64")).await.expect(200);
+    let plain = server.get(&path("")).await.expect(200);
+    assert_eq!(all.header("etag"), plain.header("etag"), "all of it is the picture itself");
+    for area in ["", "1,2,3", "0,0,0,4", "40,0,25,4", "0,0,4294967295,2", "a,b,c,d", "-1,0,2,2"] {
+        server.get(&path(&format!("&area={area}"))).await.problem(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn key_of_an_older_renderer_is_gone_and_says_where_the_picture_is() {
+    let mut server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    let url = text_of(&generation["individuals"][0]["thumbnail"]);
+    let picture = server.get(&url).await.expect(200).body;
+    assert_eq!(server.terminate(), 0);
+    let key = url.rsplit('/').next().unwrap().trim_end_matches(".png").to_owned();
+    let old = age(&server.data().join("brood.db"), &key).await;
+    server.restart();
+    let gone = server.get(&format!("/v1/thumbnails/{old}.png")).await;
+    let location = gone.header("location");
+    assert_eq!(location, url, "the same scene, size and material by the present renderer");
+    let problem = gone.problem(410);
+    assert!(text_of(&problem["detail"]).contains(&url), "{problem}");
+    assert_eq!(server.get(&location).await.expect(200).body, picture);
+}
+
+/// Makes a picture's key one that an older renderer gave; the new name of the key.
+async fn age(file: &std::path::Path, key: &str) -> String {
+    use sqlx::Connection;
+    let old = key.chars().rev().collect::<String>();
+    let options = sqlx::sqlite::SqliteConnectOptions::new().filename(file);
+    let mut connection = sqlx::SqliteConnection::connect_with(&options).await.unwrap();
+    let aged = sqlx::query(
+        "UPDATE picture SET key = unhex(?), renderer_version = renderer_version - 1
+         WHERE key = unhex(?)",
+    );
+    let changed = aged.bind(&old).bind(key).execute(&mut connection).await.unwrap();
+    assert_eq!(changed.rows_affected(), 1);
+    connection.close().await.unwrap();
+    old
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -81,8 +81,7 @@ fn children_of(process: u32) -> Vec<u32> {
 }
 
 /// Kills the worker a moment after a whole brood's pictures were asked for; the number of workers killed and of
-/// pictures that came. Those of the dead worker's lease come once it has lapsed and another worker has rendered them;
-/// until then the answer is "ask again".
+/// pictures that came. Its keeper sees it die, so those of its lease come as soon as the next worker has rendered them.
 #[cfg(target_os = "linux")]
 async fn shoot_worker(moment: Duration) -> (usize, usize) {
     let server = TestServer::start();
@@ -125,6 +124,32 @@ async fn every_picture_comes_when_a_worker_is_killed_while_it_renders() {
     let pictures: usize = seen.iter().map(|round| round.1).sum();
     assert_eq!((killed, pictures), (3, 3 * 60));
     println!("kill -9 of workers: {killed} killed, all of {pictures} pictures came");
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn pictures_do_not_wait_for_the_lease_of_a_worker_that_was_killed() {
+    let server = TestServer::start();
+    let lineage = TestLineage::with(&server, json!({"name": "frozen", "thumbnail_px": 32})).await;
+    // Once a picture has come, the worker waits for its next job.
+    let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
+    server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
+    let worker = children_of(server.process())[0].to_string();
+    let signal = |name: &str| {
+        std::process::Command::new("kill").args([name, worker.as_str()]).status().unwrap();
+    };
+    signal("-STOP");
+    // It is given the job all the same: nobody can see that it sleeps.
+    let second = lineage.breed(json!({"parents": [], "count": 2, "seed": 2})).await;
+    let start = Instant::now();
+    signal("-KILL");
+    for child in second["individuals"].as_array().unwrap() {
+        let answer = server.get(&text_of(&child["thumbnail"])).await;
+        assert_eq!(answer.expect(200).picture().dimensions(), (32, 32));
+    }
+    let elapsed = start.elapsed();
+    assert!(elapsed < Duration::from_secs(15), "a lease lasts 20 s: {elapsed:?}");
+    println!("kill -9 of a worker with a lease: pictures after {} ms", elapsed.as_millis());
 }
 
 /// Breeds with several clients at once and kills the server in the middle; gives what was left without an answer.

@@ -5,9 +5,11 @@
 use std::sync::Arc;
 
 use brood_program::Program;
-use brood_protocol::Frame;
-use brood_scene::{BuiltinMesh, Film, Mesh, MeshRef, SampleSet, Scene};
+use brood_protocol::Work;
+use brood_scene::{BuiltinMesh, Film, Mesh, MeshRef, PixelArea, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
+
+use crate::tally::Tally;
 
 /// Share of a sample set's inputs that is filled after it was weighed: eight f32 a sample cover the paper's dialect.
 const LATER_INPUT_BYTES: usize = 32;
@@ -41,12 +43,64 @@ impl LoadedMesh {
     }
 }
 
+/// Which pixels of a scene are sampled, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Raster {
+    pub(crate) size_px: u32,
+    pub(crate) sampling: Sampling,
+    pub(crate) area: PixelArea,
+}
+
+/// A scene and its mesh, under one name.
+pub(crate) struct View<'a> {
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    key: blake3::Hash,
+}
+
+impl<'a> View<'a> {
+    /// Film and name of the mesh have no part in what is seen.
+    pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh) -> Self {
+        let plain = Scene {
+            mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
+            film: Film::default(),
+            ..scene.clone()
+        };
+        let json = serde_json::to_vec(&plain).expect("a scene is finite numbers and words");
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&mesh.hash);
+        hasher.update(&json);
+        Self { scene, mesh: &mesh.mesh, key: hasher.finalize() }
+    }
+
+    fn render(&self, raster: Raster) -> SampleSet {
+        let Raster { size_px, sampling, area } = raster;
+        SampleSet::render_area(self.mesh, self.scene, size_px, sampling, area)
+    }
+
+    fn set_key(&self, raster: Raster) -> blake3::Hash {
+        let Raster { size_px, sampling, area } = raster;
+        // No fixed number is 0.
+        let samples = match sampling {
+            Sampling::Adaptive => 0,
+            Sampling::Fixed(samples) => u32::from(samples),
+        };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes());
+        for number in [size_px, samples, area.x, area.y, area.width, area.height] {
+            hasher.update(&number.to_le_bytes());
+        }
+        hasher.finalize()
+    }
+}
+
 /// The caches of one renderer.
 pub(crate) struct Caches {
     builtin: Cache<BuiltinMesh, Arc<LoadedMesh>>,
     uploaded: Cache<[u8; 32], Arc<LoadedMesh>>,
     sets: Cache<blake3::Hash, Arc<SampleSet>>,
     programs: Cache<blake3::Hash, Arc<Program>>,
+    pub(crate) tally: Tally,
 }
 
 impl Caches {
@@ -58,6 +112,7 @@ impl Caches {
             uploaded: Cache::builder().max_capacity(kib / 4).weigher(weigh_mesh).build(),
             sets: Cache::builder().max_capacity(kib - kib / 4).weigher(weigh_set).build(),
             programs: Cache::new(PROGRAMS),
+            tally: Tally::default(),
         }
     }
 
@@ -73,19 +128,36 @@ impl Caches {
         self.uploaded.insert(*mesh.hash(), mesh);
     }
 
-    /// The sample set of a frame: the film and the name of the mesh have no part in it.
-    pub(crate) fn sample_set(
-        &self,
-        scene: &Scene,
-        mesh: &LoadedMesh,
-        frame: &Frame,
-    ) -> Arc<SampleSet> {
-        let key = set_key(scene, mesh, frame);
-        let render = || {
-            let set = SampleSet::render(&mesh.mesh, scene, frame.size_px, frame.samples_per_pixel);
-            Arc::new(set)
-        };
-        self.sets.get_with(key, render)
+    /// The sample set of a raster, which lies within its picture.
+    pub(crate) fn sample_set(&self, view: &View<'_>, raster: Raster) -> Arc<SampleSet> {
+        let mut made = false;
+        let set = self.tally.timed(
+            || {
+                self.sets.get_with(view.set_key(raster), || {
+                    made = true;
+                    Arc::new(view.render(raster))
+                })
+            },
+            |sets_us| Work { sets_us, ..Work::default() },
+        );
+        let (sets_made, sets_reused) = (u64::from(made), u64::from(!made));
+        self.tally.add(Work { sets_made, sets_reused, ..Work::default() });
+        set
+    }
+
+    /// The same for those who are a task among many: while one of them made the set, the others would wait for it, and
+    /// the one too, if it was given the work of another while its own rays are shared out. Making a set twice does no
+    /// harm.
+    pub(crate) fn sample_set_in_task(&self, view: &View<'_>, raster: Raster) -> Arc<SampleSet> {
+        let key = view.set_key(raster);
+        if let Some(set) = self.sets.get(&key) {
+            self.tally.add(Work { sets_reused: 1, ..Work::default() });
+            return set;
+        }
+        self.tally.add(Work { sets_made: 1, ..Work::default() });
+        let set = Arc::new(view.render(raster));
+        self.sets.insert(key, set.clone());
+        set
     }
 
     /// The program of packed words.
@@ -100,27 +172,14 @@ impl Caches {
         }
         let key = hasher.finalize();
         if let Some(program) = self.programs.get(&key) {
+            self.tally.add(Work { translations_reused: 1, ..Work::default() });
             return Ok(program);
         }
+        self.tally.add(Work { translations_made: 1, ..Work::default() });
         let program = Arc::new(unpack(words)?);
         self.programs.insert(key, program.clone());
         Ok(program)
     }
-}
-
-fn set_key(scene: &Scene, mesh: &LoadedMesh, frame: &Frame) -> blake3::Hash {
-    let plain = Scene {
-        mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
-        film: Film::default(),
-        ..scene.clone()
-    };
-    let json = serde_json::to_vec(&plain).expect("a scene is finite numbers and words");
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(&mesh.hash);
-    hasher.update(&frame.size_px.to_le_bytes());
-    hasher.update(&frame.samples_per_pixel.to_le_bytes());
-    hasher.update(&json);
-    hasher.finalize()
 }
 
 fn weigh_set(_: &blake3::Hash, set: &Arc<SampleSet>) -> u32 {
@@ -138,7 +197,6 @@ fn kib(bytes: usize) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, MeshSource, PictureFormat};
     use brood_scene::Exposure;
 
     use super::*;
@@ -147,16 +205,20 @@ mod tests {
     fn sample_set_is_shared_when_only_the_film_differs() {
         let caches = Caches::new(64 << 20);
         let mesh = caches.builtin(BuiltinMesh::Sphere);
-        let how = (PictureFormat::Png, Backend::Cpu);
         let scene = Scene::default();
-        let frame = Frame::new(&scene, MeshSource::Builtin, 16, 1, how);
-        let first = caches.sample_set(&scene, &mesh, &frame);
+        let whole = PixelArea::whole(16);
+        let frame = Raster { size_px: 16, sampling: Sampling::Adaptive, area: whole };
+        let first = caches.sample_set(&View::new(&scene, &mesh), frame);
         let mut other = scene.clone();
         other.film.exposure = Exposure::Ev(2.0);
-        assert!(Arc::ptr_eq(&first, &caches.sample_set(&other, &mesh, &frame)));
+        assert!(Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh), frame)));
         other.scale = 0.5;
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&other, &mesh, &frame)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh), frame)));
         let torus = caches.builtin(BuiltinMesh::Torus);
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&scene, &torus, &frame)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &torus), frame)));
+        let fixed = Raster { sampling: Sampling::Fixed(1), ..frame };
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh), fixed)));
+        let part = Raster { area: PixelArea { width: 3, ..whole }, ..frame };
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh), part)));
     }
 }

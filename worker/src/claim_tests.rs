@@ -82,7 +82,10 @@ fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
         ticket: LeaseTicket { lease: LeaseId::fresh(), epoch: 3 },
         job: JobId::fresh(),
         ttl_ms: 400,
-        work: RenderJob { frame, items: vec![RenderItem { key, words: program.to_words() }] },
+        work: RenderJob {
+            frame,
+            items: vec![RenderItem { key, words: program.to_words(), operations_written: 200 }],
+        },
     }
 }
 
@@ -154,8 +157,13 @@ async fn pictures_are_handed_back_under_their_keys() {
     assert_eq!(*request, format!("POST /v1/leases/{}/results", ticket.lease));
     let results: LeaseResults = decode(body).unwrap();
     assert_eq!(results.ticket, ticket);
-    let Outcome::Pictures(pictures) = results.outcome else { panic!("{results:?}") };
+    let Outcome::Pictures(pictures, work) = results.outcome else { panic!("{results:?}") };
     assert_eq!((pictures.len(), pictures[0].key), (1, key));
+    assert!(work.pictures == 1 && work.rays >= 32 * 32, "{work:?}");
+    assert_eq!(work.operations_written, 200 * work.rays);
+    assert!(work.operations_executed > 0 && work.operations_executed < work.operations_written);
+    assert!(work.inputs_read > 0 && work.inputs_read < work.inputs_known && work.busy_us > 0);
+    assert!(work.samples_lit > 0);
     assert!(pictures[0].bytes.starts_with(b"\x89PNG"));
 }
 

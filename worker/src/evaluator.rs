@@ -3,20 +3,19 @@
 //! Evaluators of the exact class give the same bits, so the choice among them is about time only; the f64 reference
 //! renders what was asked of it by name and nothing else, because its pictures have keys of their own.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
 
 use brood_eval::{CanonicalEvaluator, EvalError, Evaluator, ReferenceEvaluator};
-use brood_genome::{BirthKey, Dialect, Variation};
 use brood_program::Program;
 use brood_protocol::{Backend, BackendReport};
-use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
+use brood_scene::SampleSet;
 
+use crate::comparison::{Comparison, work};
 use crate::gpu::{self, Gpu};
 
-/// A GPU must be this much faster than the CPU to be preferred: results also have to travel.
-const MARGIN: f64 = 1.2;
+/// Least work of a batch for the GPU where it gets none.
+const NEVER: u64 = u64::MAX;
 
 /// The evaluators of one renderer.
 pub(crate) struct Evaluators {
@@ -24,7 +23,8 @@ pub(crate) struct Evaluators {
     canonical: Arc<dyn Evaluator>,
     reference: Arc<dyn Evaluator>,
     gpu: OnceLock<Result<Gpu, String>>,
-    prefers_gpu: AtomicBool,
+    /// Smaller batches stay on the CPU; see [`work`].
+    least_work: AtomicU64,
     reason: OnceLock<String>,
     failed: AtomicBool,
 }
@@ -37,17 +37,20 @@ impl Evaluators {
             canonical: Arc::new(CanonicalEvaluator::default()),
             reference: Arc::new(ReferenceEvaluator),
             gpu: OnceLock::new(),
-            prefers_gpu: AtomicBool::new(false),
+            least_work: AtomicU64::new(NEVER),
             reason: OnceLock::new(),
             failed: AtomicBool::new(false),
         };
         if setting == Backend::Gpu && evaluators.exact_gpu().is_some() {
-            evaluators.prefer_gpu("asked for");
+            evaluators.least_work.store(0, Ordering::Release);
+            let how = evaluators.opened().map_or("", |gpu| gpu.how.as_str());
+            evaluators.reason.get_or_init(|| format!("asked for; {how}"));
         }
         evaluators
     }
 
-    /// Looks for a GPU and measures it against the CPU on a brood, where the choice is ours to make.
+    /// Looks for a GPU and measures it against the CPU, where the choice is ours to make. A brood decides whether it is
+    /// used at all; batches that are too small for it stay on the CPU.
     pub(crate) fn survey(&self) {
         if self.setting != Backend::Auto || self.reason.get().is_some() {
             return;
@@ -62,27 +65,31 @@ impl Evaluators {
             Err(reason) => format!("no hardware GPU: {reason}"),
             Ok(gpu) if gpu.is_software => format!("{} is software", gpu.adapter),
             Ok(gpu) if !gpu.is_exact => format!("{} is not bit-exact: {}", gpu.adapter, gpu.detail),
-            Ok(gpu) => match measure(&*self.canonical, &*gpu.evaluator) {
+            Ok(gpu) => match Comparison::measure(&*self.canonical, &*gpu.evaluator) {
                 Err(error) => format!("{} failed the measurement: {error}", gpu.adapter),
-                Ok((cpu, device)) => {
-                    let faster = cpu.as_secs_f64() > MARGIN * device.as_secs_f64();
-                    self.prefers_gpu.store(faster, Ordering::Release);
-                    format!("measured on a brood: CPU {cpu:.1?}, {} {device:.1?}", gpu.adapter)
+                Ok(comparison) => {
+                    let least = comparison.least_work();
+                    self.least_work.store(least.unwrap_or(NEVER), Ordering::Release);
+                    let small = match least {
+                        None | Some(0) => String::new(),
+                        Some(least) => format!("; under {least} operations the CPU"),
+                    };
+                    format!("{}{small}; {}", comparison.describe(&gpu.adapter), gpu.how)
                 }
             },
         };
-        tracing::info!(gpu = self.prefers_gpu.load(Ordering::Acquire), reason, "evaluator chosen");
+        tracing::info!(gpu = self.prefers_gpu(), reason, "evaluator chosen");
         self.reason.get_or_init(|| reason);
     }
 
-    /// The evaluator for a frame, and whether it is the GPU.
-    pub(crate) fn choose(&self, wanted: Backend) -> (Arc<dyn Evaluator>, bool) {
+    /// The evaluator for a batch of that much work, and whether it is the GPU.
+    pub(crate) fn choose(&self, wanted: Backend, work: u64) -> (Arc<dyn Evaluator>, bool) {
         let gpu = match (wanted, self.setting) {
             (Backend::Reference, _) => return (self.reference.clone(), false),
             (Backend::Cpu, _) | (_, Backend::Cpu) | (Backend::Auto, Backend::Reference) => None,
             (Backend::Auto, Backend::Auto | Backend::Gpu) => {
-                let preferred = self.prefers_gpu.load(Ordering::Acquire);
-                preferred.then(|| self.exact_gpu()).flatten()
+                let least = self.least_work.load(Ordering::Acquire);
+                (least != NEVER && work >= least).then(|| self.exact_gpu()).flatten()
             }
             (Backend::Gpu, Backend::Auto | Backend::Gpu | Backend::Reference) => self.exact_gpu(),
         };
@@ -97,7 +104,7 @@ impl Evaluators {
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<(), EvalError> {
-        let (evaluator, is_gpu) = self.choose(wanted);
+        let (evaluator, is_gpu) = self.choose(wanted, work(programs, set));
         match evaluator.eval(programs, set, out) {
             Err(error) if is_gpu => {
                 if self.failed.swap(true, Ordering::AcqRel) {
@@ -127,7 +134,7 @@ impl Evaluators {
                 reason: "asked for".to_owned(),
             };
         }
-        match (self.prefers_gpu.load(Ordering::Acquire), self.gpu.get()) {
+        match (self.prefers_gpu(), self.gpu.get()) {
             (true, Some(Ok(gpu))) => BackendReport {
                 name: Backend::Gpu.name().to_owned(),
                 adapter: gpu.adapter.clone(),
@@ -146,9 +153,12 @@ impl Evaluators {
         }
     }
 
-    fn prefer_gpu(&self, reason: &str) {
-        self.reason.get_or_init(|| reason.to_owned());
-        self.prefers_gpu.store(true, Ordering::Release);
+    fn prefers_gpu(&self) -> bool {
+        self.least_work.load(Ordering::Acquire) != NEVER
+    }
+
+    fn opened(&self) -> Option<&Gpu> {
+        self.gpu.get().and_then(|gpu| gpu.as_ref().ok())
     }
 
     /// The GPU if it is there and bit-exact; says once why it is not used.
@@ -183,27 +193,6 @@ fn processor() -> String {
     format!("{}, {threads} threads", brood_eval::Level::best().name())
 }
 
-/// Best of three of a brood of 21 at 128 x 128, on the CPU and on the GPU.
-fn measure(cpu: &dyn Evaluator, gpu: &dyn Evaluator) -> Result<(Duration, Duration), EvalError> {
-    let random = Variation::random(Dialect::default());
-    let birth = |slot| random.birth(BirthKey { seed: 1, slot, attempt: 0 });
-    let programs: Vec<Program> = (0..21).map(|slot| Program::lower(&birth(slot))).collect();
-    let programs: Vec<&Program> = programs.iter().collect();
-    let set = SampleSet::render(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), 128, 1);
-    let best = |evaluator: &dyn Evaluator| {
-        let mut out = Vec::new();
-        evaluator.eval(&programs, &set, &mut out)?;
-        let mut best = Duration::MAX;
-        for _ in 0..3 {
-            let start = Instant::now();
-            evaluator.eval(&programs, &set, &mut out)?;
-            best = best.min(start.elapsed());
-        }
-        Ok(best)
-    };
-    Ok((best(cpu)?, best(gpu)?))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,10 +202,10 @@ mod tests {
         for setting in [Backend::Auto, Backend::Cpu, Backend::Reference] {
             let evaluators = Evaluators::new(setting);
             for wanted in [Backend::Auto, Backend::Cpu] {
-                let (evaluator, is_gpu) = evaluators.choose(wanted);
+                let (evaluator, is_gpu) = evaluators.choose(wanted, u64::MAX);
                 assert!(evaluator.is_exact() && !is_gpu, "{setting:?} {wanted:?}");
             }
-            let (evaluator, _) = evaluators.choose(Backend::Reference);
+            let (evaluator, _) = evaluators.choose(Backend::Reference, 1);
             assert!(!evaluator.is_exact(), "{setting:?}");
         }
     }
@@ -230,10 +219,23 @@ mod tests {
     }
 
     #[test]
+    fn batch_stays_on_the_cpu_when_it_is_too_small_for_the_gpu() {
+        let evaluators = Evaluators::new(Backend::Gpu);
+        if !evaluators.has_gpu() {
+            eprintln!("skipped: no exact GPU");
+            return;
+        }
+        evaluators.least_work.store(1000, Ordering::Release);
+        assert!(!evaluators.choose(Backend::Auto, 999).1);
+        assert!(evaluators.choose(Backend::Auto, 1000).1);
+        assert!(evaluators.choose(Backend::Gpu, 1).1, "asked for by name");
+    }
+
+    #[test]
     fn cpu_setting_never_opens_a_gpu() {
         let evaluators = Evaluators::new(Backend::Cpu);
         evaluators.survey();
-        let (_, is_gpu) = evaluators.choose(Backend::Gpu);
+        let (_, is_gpu) = evaluators.choose(Backend::Gpu, 1);
         assert!(!is_gpu && evaluators.gpu.get().is_none());
         assert_eq!(evaluators.report().reason, "asked for");
     }

@@ -11,6 +11,8 @@ pub(crate) struct Gpu {
     pub(crate) is_software: bool,
     pub(crate) is_exact: bool,
     pub(crate) detail: String,
+    /// How its code is written and laid out.
+    pub(crate) how: String,
 }
 
 #[cfg(feature = "gpu")]
@@ -25,6 +27,7 @@ pub(crate) fn open(allow_software: bool) -> Result<Gpu, String> {
         is_software: adapter.is_software,
         is_exact: adapter.exact,
         detail: adapter.detail.clone(),
+        how: format!("{}, {}", adapter.guard.name(), adapter.shape.name()),
         evaluator: Arc::new(evaluator),
     })
 }

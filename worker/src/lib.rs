@@ -24,11 +24,14 @@
 mod backoff;
 mod cache;
 mod claim;
+mod comparison;
 mod evaluator;
 mod gpu;
 mod job;
 mod render_thread;
 mod renderer;
+mod shot;
+mod tally;
 
 #[cfg(test)]
 mod claim_tests;

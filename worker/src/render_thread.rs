@@ -5,8 +5,11 @@
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Instant;
 
-use brood_protocol::{Outcome, RenderJob};
+use brood_genome::Input;
+use brood_program::Program;
+use brood_protocol::{Outcome, RenderJob, RenderedPicture, Work};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::cache::LoadedMesh;
@@ -45,24 +48,49 @@ pub(crate) fn start(
 }
 
 fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome {
+    let start = Instant::now();
+    // What an earlier job that failed left behind is not this one's.
+    let _ = renderer.take_work();
     let render = || {
         let programs: Result<Vec<_>, RenderError> =
             work.items.iter().map(|item| renderer.program(&item.words)).collect();
         let programs = programs?;
         let programs: Vec<_> = programs.iter().map(AsRef::as_ref).collect();
-        renderer.render(&work.frame, mesh, &programs)
+        let pictures = renderer.render(&work.frame, mesh, &programs)?;
+        let mut took = took(work, &programs, &pictures);
+        took += renderer.take_work();
+        Ok::<_, RenderError>((pictures, took))
     };
     match catch_unwind(AssertUnwindSafe(render)) {
-        Ok(Ok(pictures)) => {
+        Ok(Ok((pictures, took))) => {
             // A picture under a key it does not belong to must never reach a cache.
             for (picture, item) in pictures.iter().zip(&work.items) {
                 if picture.key != item.key {
                     return Outcome::Failed("server and worker are of different versions".into());
                 }
             }
-            Outcome::Pictures(pictures)
+            let busy_us = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
+            Outcome::Pictures(pictures, Work { busy_us, ..took })
         }
         Ok(Err(error)) => Outcome::Failed(error.to_string()),
         Err(_) => Outcome::Failed("the renderer panicked".to_owned()),
     }
+}
+
+/// What the pictures took, beside what they would have taken if nothing could be skipped.
+fn took(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> Work {
+    let rays = work.frame.rays();
+    let mut total = Work::default();
+    for ((item, program), picture) in work.items.iter().zip(programs).zip(pictures) {
+        total += Work {
+            pictures: 1,
+            operations_written: u64::from(item.operations_written) * rays,
+            operations_executed: picture.operations,
+            inputs_known: Input::ALL.len() as u64,
+            inputs_read: program.inputs().iter().count() as u64,
+            samples_lit: picture.samples,
+            ..Work::default()
+        };
+    }
+    total
 }

@@ -3,18 +3,21 @@
 //! It refuses to know where programs and meshes come from and where pictures go.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
-use brood_eval::{Developed, EvalError, RadianceImage};
+use brood_eval::{Developed, EvalError, Gain};
 use brood_program::{Program, WordsError};
 use brood_protocol::{
-    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderedPicture, WireError,
+    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderedPicture, WireError, Work,
     WorkerReport,
 };
-use brood_scene::{BuiltinMesh, SampleSet, Scene, SceneError};
+use brood_scene::{BuiltinMesh, Exposure, PixelArea, SampleSet, Sampling, SceneError};
 use rayon::prelude::*;
 
-use crate::cache::{Caches, LoadedMesh};
+use crate::cache::{Caches, LoadedMesh, Raster, View};
 use crate::evaluator::Evaluators;
+use crate::shot::{Refiner, Shot};
+use crate::tally::micros;
 
 /// Reflectances held at once; larger batches are cut, because a brood of 256 at 2048 x 2048 would take 13 GB.
 const BATCH_FLOATS: usize = 32 << 20;
@@ -22,8 +25,8 @@ const DEFAULT_CACHE_BYTES: u64 = 512 << 20;
 
 /// Renders frames on one choice of evaluator, keeping what the next frame may need.
 pub struct Renderer {
-    evaluators: Evaluators,
-    caches: Caches,
+    pub(crate) evaluators: Evaluators,
+    pub(crate) caches: Caches,
     reflectances: Mutex<Vec<f32>>,
 }
 
@@ -36,6 +39,9 @@ pub enum RenderError {
     /// The frame's scene is out of bounds.
     #[error("the scene is refused: {0}")]
     Scene(#[from] SceneError),
+    /// The frame's area is empty or goes beyond its picture.
+    #[error("the area {0} is not within a picture of {1} pixels")]
+    Area(PixelArea, u32),
     /// The packed words are no program.
     #[error("the program cannot be read: {0}")]
     Words(#[from] WordsError),
@@ -115,6 +121,13 @@ impl Renderer {
         Ok(self.caches.program(words, Program::from_words)?)
     }
 
+    /// What was done since the last call of this, as far as the renderer counts it: rays and hits for each picture, sets
+    /// and translations made and reused, times.
+    #[must_use = "what is taken is counted nowhere else"]
+    pub fn take_work(&self) -> Work {
+        self.caches.tally.take()
+    }
+
     /// Encoded pictures of all programs, in their order.
     pub fn render(
         &self,
@@ -122,8 +135,9 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<RenderedPicture>, RenderError> {
-        self.images(frame, mesh, programs, |program, scene, image, samples| {
-            let (bytes, exposure_ev) = encode(frame.format, scene, image)?;
+        self.images(frame, mesh, programs, |program, shot| {
+            let (bytes, exposure_ev) = encode(frame.format, shot)?;
+            let samples = shot.set.len() as u64;
             let operations = samples * program.operations() as u64;
             let key = PictureKey::new(program, frame);
             Ok(RenderedPicture { key, bytes, exposure_ev, samples, operations })
@@ -137,9 +151,7 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<Developed>, RenderError> {
-        self.images(frame, mesh, programs, |_, scene, image, _| {
-            Ok(brood_eval::develop(image, scene.film.exposure))
-        })
+        self.images(frame, mesh, programs, |_, shot| shot.develop())
     }
 
     /// Reflectance of each program on each sample of a set that belongs to no picture.
@@ -163,30 +175,82 @@ impl Renderer {
         frame: &Frame,
         mesh: &LoadedMesh,
         programs: &[&Program],
-        finish: impl Fn(&Program, &Scene, &RadianceImage, u64) -> Result<T, RenderError> + Sync,
+        finish: impl Fn(&Program, &Shot<'_>) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
-        let set = self.caches.sample_set(&scene, mesh, frame);
-        let samples = set.len() as u64;
+        let (size_px, sampling) = (frame.size_px, frame.sampling);
+        let whole = PixelArea::whole(size_px);
+        let area = frame.area.unwrap_or(whole);
+        if !area.is_within(size_px) {
+            return Err(RenderError::Area(area, size_px));
+        }
+        let view = View::new(&scene, mesh);
+        // Whether a pixel is rough depends on its neighbours.
+        let seen = if sampling == Sampling::Adaptive { area.grown(size_px) } else { area };
+        let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: seen });
+        let gains = if area == whole {
+            None
+        } else {
+            Some(self.gains(&view, scene.film.exposure, frame, programs)?)
+        };
         let floats = 3 * set.len();
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
-        for programs in programs.chunks(batch) {
-            self.evaluators.eval(frame.backend, programs, &set, &mut out)?;
+        for (number, programs) in programs.chunks(batch).enumerate() {
+            let tally = &self.caches.tally;
+            tally.timed(
+                || self.evaluators.eval(frame.backend, programs, &set, &mut out),
+                |evaluation_us| Work { evaluation_us, ..Work::default() },
+            )?;
+            let counts = set.counts();
+            let pictures = programs.len() as u64;
+            let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
+            tally.add(Work { rays, samples_covered, ..Work::default() });
+            let started = Instant::now();
             let results: Result<Vec<T>, RenderError> = programs
                 .par_iter()
                 .enumerate()
                 .map(|(index, program)| {
                     let f = &out[index * floats..(index + 1) * floats];
-                    finish(program, &scene, &brood_eval::shade(&set, f), samples)
+                    let gain = match &gains {
+                        Some(gains) => gains[number * batch + index],
+                        None => Gain::new(scene.film.exposure, &set, f),
+                    };
+                    let refiner = Refiner { renderer: self, view: &view, frame, program };
+                    finish(program, &Shot { set: &set, f, gain, area, refiner })
                 })
                 .collect();
             done.extend(results?);
+            tally.add(Work { film_us: micros(started.elapsed()), ..Work::default() });
         }
         *self.buffer() = out;
         Ok(done)
+    }
+
+    /// How the whole picture of each program is exposed, for pictures of a part of it: automatic exposure looks at the
+    /// centres of all pixels, which one sample a pixel has.
+    fn gains(
+        &self,
+        view: &View<'_>,
+        exposure: Exposure,
+        frame: &Frame,
+        programs: &[&Program],
+    ) -> Result<Vec<Gain>, RenderError> {
+        if let Exposure::Ev(ev) = exposure {
+            return Ok(vec![Gain::fixed(ev); programs.len()]);
+        }
+        let (size_px, sampling) = (frame.size_px, Sampling::Fixed(1));
+        let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+        let set = self.caches.sample_set(view, raster);
+        let mut f = Vec::new();
+        let mut gains = Vec::with_capacity(programs.len());
+        for program in programs {
+            self.evaluators.eval(frame.backend, &[*program], &set, &mut f)?;
+            gains.push(Gain::new(exposure, &set, &f));
+        }
+        Ok(gains)
     }
 
     /// The output of the last batch, kept so that the next one does not fault its pages in again.
@@ -195,19 +259,14 @@ impl Renderer {
     }
 }
 
-fn encode(
-    format: PictureFormat,
-    scene: &Scene,
-    image: &RadianceImage,
-) -> Result<(Vec<u8>, f64), RenderError> {
+fn encode(format: PictureFormat, shot: &Shot<'_>) -> Result<(Vec<u8>, f64), RenderError> {
     match format {
         PictureFormat::Png => {
-            let developed = brood_eval::develop(image, scene.film.exposure);
-            let Developed { width, height, rgba, exposure_ev } = developed;
+            let Developed { width, height, rgba, exposure_ev } = shot.develop()?;
             Ok((brood_eval::encode_png(width, height, &rgba), exposure_ev))
         }
         PictureFormat::Exr => {
-            let bytes = brood_eval::encode_exr(image);
+            let bytes = brood_eval::encode_exr(&shot.radiance()?);
             Ok((bytes.map_err(|e| RenderError::Encode(e.to_string()))?, 0.0))
         }
     }
@@ -217,6 +276,7 @@ fn encode(
 mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
     use brood_protocol::MeshSource;
+    use brood_scene::Scene;
 
     use super::*;
 
@@ -243,6 +303,74 @@ mod tests {
             assert_eq!(alone[0], *picture);
             assert_eq!(picture.key, PictureKey::new(program, &frame));
             assert!(picture.samples > 0 && picture.operations >= picture.samples);
+        }
+    }
+
+    #[test]
+    fn area_is_the_same_pixels_of_the_whole_picture() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Knob);
+        let programs = programs(3);
+        let programs: Vec<&Program> = programs.iter().collect();
+        for exposure in [Exposure::Auto, Exposure::Ev(0.5)] {
+            for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(5)] {
+                let mut scene = Scene::default();
+                scene.film.exposure = exposure;
+                let how = (PictureFormat::Png, Backend::Cpu);
+                let frame = Frame::new(&scene, MeshSource::Builtin, 40, sampling, how);
+                let whole = renderer.develop(&frame, &mesh, &programs).unwrap();
+                for area in ["0,0,40,40", "11,6,17,21", "0,19,40,1", "39,39,1,1", "20,0,1,40"] {
+                    let area: PixelArea = area.parse().unwrap();
+                    let frame = frame.clone().with_area(Some(area));
+                    let parts = renderer.develop(&frame, &mesh, &programs).unwrap();
+                    for (part, whole) in parts.iter().zip(&whole) {
+                        assert_eq!((part.width, part.height), (area.width, area.height));
+                        assert_eq!(part.exposure_ev, whole.exposure_ev, "{area} {sampling}");
+                        let row = 4 * area.width as usize;
+                        for (y, own) in part.rgba.chunks(row).enumerate() {
+                            let start = 4 * ((area.y as usize + y) * 40 + area.x as usize);
+                            assert_eq!(own, &whole.rgba[start..start + row], "{area} {sampling}");
+                        }
+                    }
+                }
+            }
+        }
+        let beyond = "30,0,11,1".parse().ok();
+        let frame = frame(PictureFormat::Png, Backend::Cpu).with_area(beyond);
+        let refused = renderer.render(&frame, &mesh, &programs);
+        assert!(matches!(refused, Err(RenderError::Area(..))), "{refused:?}");
+    }
+
+    #[test]
+    fn rough_pixels_come_nearer_to_a_picture_of_many_samples_whatever_was_asked_before() {
+        // Stripes of about two pixels in the middle of the sphere, finer towards its edges.
+        let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
+        let genome: brood_genome::Genome = text.parse().unwrap();
+        let program = Program::lower(&genome);
+        let mut scene = Scene::default();
+        scene.film.exposure = Exposure::Ev(-1.0);
+        let develop = |renderer: &Renderer, sampling: Sampling, area: Option<PixelArea>| {
+            let how = (PictureFormat::Png, Backend::Cpu);
+            let frame = Frame::new(&scene, MeshSource::Builtin, 72, sampling, how).with_area(area);
+            let mesh = renderer.builtin(BuiltinMesh::Sphere);
+            renderer.develop(&frame, &mesh, &[&program]).unwrap().remove(0)
+        };
+        let renderer = Renderer::new(Backend::Cpu);
+        let many = develop(&renderer, Sampling::Fixed(256), None);
+        let error = |picture: &Developed| -> f64 {
+            let pairs = picture.rgba.iter().zip(&many.rgba);
+            pairs.map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2)).sum()
+        };
+        let one = develop(&renderer, Sampling::Fixed(1), None);
+        let adaptive = develop(&renderer, Sampling::Adaptive, None);
+        assert!(error(&adaptive) < 0.6 * error(&one), "{} {}", error(&adaptive), error(&one));
+        let fresh = Renderer::new(Backend::Cpu);
+        let area: PixelArea = "30,30,20,9".parse().unwrap();
+        assert_eq!(develop(&fresh, Sampling::Adaptive, Some(area)), adaptive.crop(area));
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let again = pool.install(|| develop(&fresh, Sampling::Adaptive, None));
+            assert_eq!(again, adaptive, "{threads}");
         }
     }
 

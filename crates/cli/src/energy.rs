@@ -19,6 +19,8 @@ const STARTS: usize = 4;
 const HALVINGS: u32 = 7;
 /// Rings of the search's quadrature; there are twice as many azimuths.
 const RINGS: usize = 32;
+/// Rings of the quadrature whose result is reported.
+pub const FINAL_RINGS: usize = 4 * RINGS;
 /// The search stays this far below grazing incidence, where the integral loses its meaning.
 const THETA_MAX: f64 = 89.5;
 
@@ -37,14 +39,16 @@ pub struct EnergyLimit {
 
 /// An incident direction and a texture position.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+pub struct Place {
     theta_deg: f64,
     turn: f64,
-    uv: DVec2,
+    /// Texture position.
+    pub uv: DVec2,
 }
 
 impl Place {
-    fn direction(&self) -> DVec3 {
+    /// The incident direction.
+    pub fn direction(&self) -> DVec3 {
         let (sin, cos) = libm::sincos(self.theta_deg.to_radians());
         around(sin, cos, self.turn)
     }
@@ -52,6 +56,16 @@ impl Place {
 
 /// The limit of one program, its output stage included.
 pub fn limit(renderer: &Renderer, program: &Program) -> Result<EnergyLimit> {
+    Ok(search(renderer, program)?.0)
+}
+
+/// The largest albedo of the channels at a place, by a quadrature of that many rings.
+pub fn albedo(renderer: &Renderer, program: &Program, place: &Place, rings: usize) -> Result<f64> {
+    Ok(best(&measure(renderer, program, vec![*place], rings)?).1)
+}
+
+/// The limit, and the place where the albedo is largest.
+pub fn search(renderer: &Renderer, program: &Program) -> Result<(EnergyLimit, Place)> {
     let reads_uv = program.inputs().contains(Input::U) || program.inputs().contains(Input::V);
     let mut places = Vec::new();
     for uv in texture_positions(reads_uv) {
@@ -82,13 +96,14 @@ pub fn limit(renderer: &Renderer, program: &Program) -> Result<EnergyLimit> {
         step.uv *= 0.5;
     }
     let (place, _) = best(&ranked);
-    let at =
-        |rings| Ok::<_, anyhow::Error>(best(&measure(renderer, program, vec![place], rings)?).1);
-    let (coarse, albedo) = (at(2 * RINGS)?, at(4 * RINGS)?);
-    let change = (albedo - coarse).abs() + last_gain;
+    let at = |rings| albedo(renderer, program, &place, rings);
+    let (coarser, coarse, albedo) = (at(FINAL_RINGS / 4)?, at(FINAL_RINGS / 2)?, at(FINAL_RINGS)?);
+    // Where clamps put kinks into f, errors do not fall evenly, and one small change proves little.
+    let change = (albedo - coarse).abs().max(0.5 * (coarse - coarser).abs()) + last_gain;
     let error_bound = if albedo > 0.0 { change / albedo } else { 0.0 };
     let divisor = (albedo * (1.0 + error_bound)).max(1.0);
-    Ok(EnergyLimit { albedo, error_bound, divisor, theta_deg: place.theta_deg })
+    let limit = EnergyLimit { albedo, error_bound, divisor, theta_deg: place.theta_deg };
+    Ok((limit, place))
 }
 
 fn neighbours(place: &Place, step: &Place, reads_uv: bool) -> Vec<Place> {

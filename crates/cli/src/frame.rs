@@ -6,13 +6,15 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Scene, parse_obj};
+use brood_scene::{BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Sampling, Scene, parse_obj};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
 use crate::output::read_file;
 
 const SCENE_LIMIT_BYTES: u64 = 256 << 10;
+/// Most samples in every pixel.
+const SAMPLES_MOST: u32 = 1024;
 const OBJ_LIMIT_BYTES: u64 = 32 << 20;
 
 /// Options that `render` and `breed` share.
@@ -21,9 +23,9 @@ pub struct FrameArgs {
     /// Side of a picture in pixels
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub size: u32,
-    /// Samples per pixel
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub samples: u32,
+    /// Samples per pixel: adaptive, or 1 to 1024 in every pixel
+    #[arg(long, value_name = "adaptive|N", default_value = "adaptive", value_parser = sampling)]
+    pub samples: Sampling,
     /// An OBJ file, or sphere, torus, cube or knob
     #[arg(long, value_name = "OBJ")]
     pub mesh: Option<String>,
@@ -51,6 +53,11 @@ pub struct Position(pub [f64; 3]);
 /// `auto` or a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExposureWord(pub Exposure);
+
+fn sampling(text: &str) -> Result<Sampling, String> {
+    let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= SAMPLES_MOST);
+    known.ok_or_else(|| format!("samples are adaptive or a number from 1 to {SAMPLES_MOST}"))
+}
 
 impl FromStr for Position {
     type Err = String;
@@ -148,6 +155,15 @@ mod tests {
         assert_eq!("1, 2.5,-3".parse(), Ok(Position([1.0, 2.5, -3.0])));
         for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "nan,0,0"] {
             assert!(text.parse::<Position>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn samples_are_adaptive_or_a_number() {
+        assert_eq!(sampling("adaptive"), Ok(Sampling::Adaptive));
+        assert_eq!(sampling("1024"), Ok(Sampling::Fixed(1024)));
+        for text in ["0", "1025", "auto", "1.5", ""] {
+            assert!(sampling(text).is_err(), "{text}");
         }
     }
 

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use brood_genome::Genome;
-use brood_program::{Counts, Program, live_instructions};
+use brood_genome::{Genome, Input};
+use brood_program::{Counts, Program, Tape, live_instructions};
 use brood_protocol::Backend;
 use brood_worker::Renderer;
 use clap::Args;
@@ -48,6 +48,9 @@ fn report(genome: &Genome, program: &Program, physics: &Physics) -> serde_json::
             "live_scalar_operations": counts.live_scalar_operations,
             "numbered_operations": counts.numbered_operations,
             "operations": counts.operations,
+            "inputs_read": inputs.len(),
+            "inputs_known": Input::ALL.len(),
+            "registers": Tape::new(program).registers(),
         },
         "physics": physics,
         "source": genome.to_string(),
@@ -59,22 +62,23 @@ fn report(genome: &Genome, program: &Program, physics: &Physics) -> serde_json::
 fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String> {
     let counts = Counts::of(genome);
     let inputs: Vec<&str> = program.inputs().iter().map(|input| input.name()).collect();
-    let inputs = if inputs.is_empty() { "none".to_owned() } else { inputs.join(" ") };
+    let names = if inputs.is_empty() { "none".to_owned() } else { inputs.join(" ") };
     let mut text = String::new();
     writeln!(text, "genome        {}", genome.hash())?;
     writeln!(text, "program       {}", program.hash())?;
     let dialect = genome.dialect();
     writeln!(text, "dialect       {dialect}, length {}", dialect.length)?;
-    writeln!(text, "inputs        {inputs}")?;
+    writeln!(text, "inputs        {names} ({} of {})", inputs.len(), Input::ALL.len())?;
     writeln!(text, "instructions  {}, live {}", counts.instructions, counts.live_instructions)?;
     writeln!(
         text,
-        "operations    {} scalar, {} live, {} after value numbering, {} after folding",
+        "operations    {} written, {} live, {} after value numbering, {} after folding: executed",
         counts.scalar_operations,
         counts.live_scalar_operations,
         counts.numbered_operations,
         counts.operations
     )?;
+    writeln!(text, "registers     {} in use at once", Tape::new(program).registers())?;
     writeln!(
         text,
         "reciprocity   exact by construction; {} pairs swapped, {} differ",

@@ -6,6 +6,7 @@
 mod backup;
 mod bench;
 mod breed;
+mod chart;
 mod dialect;
 mod diff;
 mod energy;

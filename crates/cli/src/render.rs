@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use brood_program::Program;
 use brood_protocol::PictureFormat;
+use brood_scene::PixelArea;
 use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
@@ -20,6 +21,9 @@ pub struct RenderArgs {
     pub genome: PathBuf,
     #[command(flatten)]
     pub frame: FrameArgs,
+    /// Only this part of the picture, in its pixels from the upper left
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT")]
+    pub area: Option<PixelArea>,
     /// The picture: .png is developed, .exr is linear
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -37,6 +41,10 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     let program = Program::lower(&genome_file::read(&args.genome)?);
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
+    if let Some(area) = args.area.filter(|area| !area.is_within(args.frame.size)) {
+        bail!("the area {area} is not within a picture of {} pixels", args.frame.size);
+    }
+    let frame = frame.with_area(args.area);
     let spinner = output::spinner("rendering");
     let start = Instant::now();
     let pictures = renderer.render(&frame, &mesh, &[&program])?;

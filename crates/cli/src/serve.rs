@@ -69,6 +69,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         token: server.worker_token(),
         backend: args.backend,
         threads: threads_each(args.workers),
+        undertaker: server.undertaker(),
     };
     // Workers outlive the server's drain, so that what is being waited for is still rendered.
     let stop = CancellationToken::new();

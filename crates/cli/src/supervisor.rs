@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use brood_protocol::Backend;
+use brood_server::Undertaker;
 use tokio::process::{Child, Command};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, timeout};
@@ -22,8 +23,8 @@ const LONGEST_WAIT: Duration = Duration::from_secs(10);
 const STEADY: Duration = Duration::from_secs(30);
 const FAREWELL: Duration = Duration::from_secs(5);
 
-/// How workers are started.
-#[derive(Debug, Clone)]
+/// How workers are started, and who is told when one dies.
+#[derive(Clone)]
 pub struct WorkerPlan {
     /// URL of the server.
     pub server: String,
@@ -33,6 +34,8 @@ pub struct WorkerPlan {
     pub backend: Backend,
     /// Threads of each; all cores where absent.
     pub threads: Option<NonZeroUsize>,
+    /// Told of each death.
+    pub undertaker: Undertaker,
 }
 
 /// Keeps that many workers alive until `stop`, then ends them.
@@ -54,7 +57,10 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
                 // Held here, because waiting for a child closes its stdin.
                 let stdin = child.stdin.take();
                 tokio::select! {
-                    ended = child.wait() => report(&name, ended),
+                    ended = child.wait() => {
+                        report(&name, ended);
+                        plan.undertaker.bury(&name).await;
+                    }
                     () = stop.cancelled() => {
                         drop(stdin);
                         return end(&name, child).await;

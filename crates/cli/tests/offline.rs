@@ -170,6 +170,11 @@ fn inspect_shows_counts_and_physics() {
     assert_eq!(json["physics"]["not_reciprocal"], 0);
     assert!(json["physics"]["min_f"].as_f64().unwrap() >= 0.0);
     assert_eq!(json["counts"]["instructions"], 100);
+    let count = |name: &str| json["counts"][name].as_u64().unwrap();
+    assert!(count("inputs_read") > 0 && count("inputs_read") < count("inputs_known"), "{json}");
+    assert!((1..=64).contains(&count("registers")), "{json}");
+    assert!(count("operations") <= count("live_scalar_operations"), "{json}");
+    assert!(count("live_scalar_operations") < count("scalar_operations"), "{json}");
     let line = refused(&["inspect", &path(&dir, "sheet.png")]);
     assert!(line.starts_with("error: "), "{line}");
 }

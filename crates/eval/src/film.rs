@@ -1,11 +1,16 @@
 //! Film: exposure and the sRGB transfer curve, to 8 bits.
 
+mod exposure;
+mod rough;
 mod srgb;
 
-use brood_scene::Exposure;
+use brood_scene::{Exposure, PixelArea, SampleSet};
+pub use exposure::Gain;
+pub use rough::{ROUGH_SAMPLING, RoughTile, rough_tiles};
 pub use srgb::encode_srgb;
 
 use crate::RadianceImage;
+use crate::radiance::ReflectedLight;
 
 /// A developed picture: sRGB with straight alpha, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,35 +25,96 @@ pub struct Developed {
     pub exposure_ev: f64,
 }
 
-/// What automatic exposure maps its percentile to.
-const AUTO_TARGET: f32 = 0.9;
-/// Below this there is nothing to expose for.
-const AUTO_FLOOR: f32 = 1e-8;
+impl Developed {
+    /// Replaces the colour of a pixel by another radiance (of what is covered, not times coverage).
+    ///
+    /// # Panics
+    /// Where there is no such pixel.
+    pub fn put(&mut self, pixel: usize, radiance: [f32; 3], gain: Gain) {
+        let codes = radiance.map(|channel| srgb::curve().encode(channel * gain.factor));
+        self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&codes);
+    }
+
+    /// A part of the picture; the area counts from its own upper left corner.
+    ///
+    /// # Panics
+    /// Where the area is not within the picture.
+    #[must_use]
+    pub fn crop(&self, area: PixelArea) -> Self {
+        let row = |y: u32| {
+            let start = 4 * ((area.y + y) as usize * self.width as usize + area.x as usize);
+            &self.rgba[start..start + 4 * area.width as usize]
+        };
+        let rgba = (0..area.height).flat_map(row).copied().collect();
+        Self { width: area.width, height: area.height, rgba, exposure_ev: self.exposure_ev }
+    }
+}
 
 /// Develops a picture.
 ///
 /// # Source
-/// Automatic exposure: the 97th percentile of the first samples' largest channel becomes linear 0.9 (docs/maths/film.md).
+/// Automatic exposure: the 97th percentile of the largest channel at the pixels' centres becomes linear 0.9
+/// (docs/maths/film.md).
 #[must_use]
 pub fn develop(image: &RadianceImage, exposure: Exposure) -> Developed {
-    let (factor, exposure_ev) = match exposure {
-        Exposure::Auto => automatic(image.first_samples()),
-        Exposure::Ev(ev) => (nearest(libm::exp2(ev)), ev),
-    };
+    let gain = Gain::of(exposure, || image.centres().to_vec());
     let curve = srgb::curve();
     let mut rgba = vec![0; 4 * image.coverage().len()];
     let pixels = image.premultiplied().iter().zip(image.coverage());
     for (place, (radiance, coverage)) in rgba.chunks_exact_mut(4).zip(pixels) {
         if *coverage > 0.0 {
-            place.copy_from_slice(&pixel(curve, *radiance, *coverage, factor));
+            place.copy_from_slice(&pixel(curve, *radiance, *coverage, gain.factor));
         }
     }
-    Developed { width: image.width(), height: image.height(), rgba, exposure_ev }
+    Developed { width: image.width(), height: image.height(), rgba, exposure_ev: gain.ev }
 }
 
-#[inline]
+/// Develops a picture straight from its samples: what [`crate::shade`] and [`develop`] make of them one after the other,
+/// to the bit, without the radiance image in between.
+///
+/// # Shapes
+/// As [`crate::shade`].
+///
+/// # Panics
+/// As [`crate::shade`].
+#[must_use]
+pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
+    let light = ReflectedLight::new(set, f);
+    let layout = light.layout;
+    let curve = srgb::curve();
+    let mut rgba = vec![0; 4 * layout.coverage.len()];
+    for (place, coverage) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(layout.coverage.iter()) {
+        place[3] = alpha(*coverage);
+    }
+    for run in &layout.runs {
+        let first = run.pixel as usize;
+        let last = first + run.pixels as usize;
+        let places = &mut rgba[4 * first..4 * last];
+        let (places, _) = places.as_chunks_mut::<4>();
+        if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
+            // One ray for the whole pixel, which hit: nothing to divide by.
+            light.each_pixel(run, |k, radiance| {
+                let [r, g, b] = radiance.map(|channel| curve.encode(channel * gain.factor));
+                places[k] = [r, g, b, 255];
+            });
+            continue;
+        }
+        let coverage = &layout.coverage[first..last];
+        light.each_pixel(run, |k, radiance| {
+            places[k] = pixel(curve, radiance, coverage[k], gain.factor);
+        });
+    }
+    Developed { width: layout.width, height: layout.height, rgba, exposure_ev: gain.ev }
+}
+
+#[inline(always)]
+fn alpha(coverage: f32) -> u8 {
+    (coverage * 255.0 + 0.5) as u8
+}
+
+#[inline(always)]
 fn pixel(curve: &srgb::Curve, radiance: [f32; 3], coverage: f32, factor: f32) -> [u8; 4] {
-    let mut code = [0, 0, 0, (coverage * 255.0 + 0.5) as u8];
+    let mut code = [0, 0, 0, alpha(coverage)];
     for (code, channel) in code.iter_mut().zip(radiance) {
         let exposed = channel * factor;
         // Most pixels are covered whole, and a division by 1 changes nothing.
@@ -57,38 +123,42 @@ fn pixel(curve: &srgb::Curve, radiance: [f32; 3], coverage: f32, factor: f32) ->
     code
 }
 
-fn automatic(first_samples: &[f32]) -> (f32, f64) {
-    let count = first_samples.len();
-    if count == 0 {
-        return (1.0, 0.0);
-    }
-    let rank = (97 * count).div_ceil(100) - 1;
-    let mut values = first_samples.to_vec();
-    let (_, value, _) = values.select_nth_unstable_by(rank, f32::total_cmp);
-    if *value < AUTO_FLOOR {
-        return (1.0, 0.0);
-    }
-    let factor = AUTO_TARGET / *value;
-    (factor, libm::log2(f64::from(factor)))
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    value as f32
-}
-
 #[cfg(test)]
 mod tests {
+    use brood_genome::{BirthKey, Dialect, Variation};
+    use brood_program::Program;
+    use brood_scene::{BuiltinMesh, Light, Mesh, Sampling, Scene};
+
     use super::*;
+    use crate::{CanonicalEvaluator, Evaluator, shade};
 
     #[test]
-    fn automatic_exposure_takes_the_97th_percentile_by_its_definition() {
-        let values: Vec<f32> = (1..=200u8).map(f32::from).collect();
-        // ceil(0.97 * 200) - 1 = 193, the value 194.
-        assert_eq!(automatic(&values).0, 0.9 / 194.0);
-        assert_eq!(automatic(&[2.0]).0, 0.45);
-        assert_eq!(automatic(&[2.0]).1, libm::log2(f64::from(0.45f32)));
-        assert_eq!(automatic(&[]), (1.0, 0.0));
-        assert_eq!(automatic(&[1e-9; 50]), (1.0, 0.0));
+    fn developing_from_samples_is_shading_and_developing() {
+        let random = Variation::random(Dialect::default());
+        let programs: Vec<Program> = (0..3)
+            .map(|slot| Program::lower(&random.birth(BirthKey { seed: 5, slot, attempt: 0 })))
+            .collect();
+        let programs: Vec<&Program> = programs.iter().collect();
+        let mut scene = Scene::default();
+        let mesh = Mesh::builtin(BuiltinMesh::Knob);
+        for lights in 1..3 {
+            for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(3)] {
+                let set = SampleSet::render(&mesh, &scene, 40, sampling);
+                let mut f = Vec::new();
+                CanonicalEvaluator::default().eval(&programs, &set, &mut f).unwrap();
+                for f in f.chunks(3 * set.len()) {
+                    for exposure in [Exposure::Auto, Exposure::Ev(-1.5)] {
+                        let gain = Gain::new(exposure, &set, f);
+                        let developed = develop_samples(&set, f, gain);
+                        assert_eq!(developed, develop(&shade(&set, f), exposure));
+                        assert!(developed.rgba.chunks(4).any(|p| p[3] == 255 && p[..3] != [0; 3]));
+                    }
+                }
+            }
+            scene.lights.push(Light::Point {
+                position: Some([-4.0, 1.0, f64::from(lights)]),
+                intensity: None,
+            });
+        }
     }
 }

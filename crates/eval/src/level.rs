@@ -3,14 +3,14 @@
 
 #![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
 
-use crate::canonical::{Code, Workspace};
+use crate::canonical::Work;
 
 /// An instruction set of this machine's architecture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level(Kind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     /// What every machine of the architecture has: SSE2 on x86-64, NEON on AArch64.
     Baseline,
     #[cfg(target_arch = "x86_64")]
@@ -58,31 +58,32 @@ impl Level {
         }
     }
 
-    pub(crate) fn run(self, code: &Code<'_>, workspace: &mut Workspace) {
+    pub(crate) fn kind(self) -> Kind {
+        self.0
+    }
+
+    /// Runs work with the instructions of this level.
+    pub(crate) fn run<W: Work>(self, work: W) -> W::Done {
         match self.0 {
-            Kind::Baseline => baseline(code, workspace),
+            Kind::Baseline => work.run(),
             // SAFETY: a level is made by `available` only, which detected the features.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2(code, workspace) },
+            Kind::Avx2 => unsafe { avx2(work) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { avx512(code, workspace) },
+            Kind::Avx512 => unsafe { avx512(work) },
         }
     }
 }
 
-fn baseline(code: &Code<'_>, workspace: &mut Workspace) {
-    code.block(workspace);
-}
-
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn avx2(code: &Code<'_>, workspace: &mut Workspace) {
-    code.block(workspace);
+fn avx2<W: Work>(work: W) -> W::Done {
+    work.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn avx512(code: &Code<'_>, workspace: &mut Workspace) {
-    code.block(workspace);
+fn avx512<W: Work>(work: W) -> W::Done {
+    work.run()
 }

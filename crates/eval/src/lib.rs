@@ -6,16 +6,25 @@
 
 mod canonical;
 pub mod conformance;
+mod derivative;
 mod evaluator;
 mod film;
+mod fitness;
 mod level;
 mod picture;
 mod radiance;
 mod reference;
 
 pub use canonical::CanonicalEvaluator;
+pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use evaluator::{EvalError, Evaluator};
-pub use film::{Developed, develop, encode_srgb};
+pub use film::{
+    Developed, Gain, ROUGH_SAMPLING, RoughTile, develop, develop_samples, encode_srgb, rough_tiles,
+};
+pub use fitness::{
+    CanonicalPopulation, Fitness, FitnessEvaluator, FitnessTarget, Loss, Population, Ranked,
+    Screening, Selected, TargetError, select_best,
+};
 pub use level::Level;
 pub use picture::{PictureError, SheetCell, centre_px, decode_png, encode_exr, encode_png, sheet};
 pub use radiance::{RadianceImage, shade};

@@ -1,6 +1,8 @@
 //! From reflectance to radiance: the sum over the samples and lights of each pixel.
 
-use brood_scene::SampleSet;
+use std::sync::Arc;
+
+use brood_scene::{ImageLayout, PixelArea, PixelRun, SampleSet};
 
 /// Linear radiance of a picture, and how much of each pixel the object covers.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,9 +11,9 @@ pub struct RadianceImage {
     height: u32,
     /// Radiance times coverage.
     premultiplied: Vec<[f32; 3]>,
-    coverage: Vec<f32>,
-    /// For each lit, covered pixel the largest channel of its first sample: what automatic exposure looks at.
-    first_samples: Vec<f32>,
+    coverage: Arc<[f32]>,
+    /// What automatic exposure looks at.
+    centres: Vec<f32>,
 }
 
 impl RadianceImage {
@@ -39,12 +41,41 @@ impl RadianceImage {
         &self.coverage
     }
 
-    pub(crate) fn first_samples(&self) -> &[f32] {
-        &self.first_samples
+    /// Replaces a pixel's radiance times coverage.
+    ///
+    /// # Panics
+    /// Where there is no such pixel.
+    pub fn put(&mut self, pixel: usize, premultiplied: [f32; 3]) {
+        self.premultiplied[pixel] = premultiplied;
+    }
+
+    /// A part of the picture; the area counts from its own upper left corner. Automatic exposure would not be that of the
+    /// whole.
+    ///
+    /// # Panics
+    /// Where the area is not within the picture.
+    #[must_use]
+    pub fn crop(&self, area: PixelArea) -> Self {
+        let pixels = || {
+            let rows = area.y..area.y + area.height;
+            rows.flat_map(|y| (area.x..area.x + area.width).map(move |x| (x, y)))
+                .map(|(x, y)| y as usize * self.width as usize + x as usize)
+        };
+        Self {
+            width: area.width,
+            height: area.height,
+            premultiplied: pixels().map(|pixel| self.premultiplied[pixel]).collect(),
+            coverage: pixels().map(|pixel| self.coverage[pixel]).collect(),
+            centres: self.centres.clone(),
+        }
+    }
+
+    pub(crate) fn centres(&self) -> &[f32] {
+        &self.centres
     }
 }
 
-/// Reflected light of a picture: L = sum over samples and lights of f E cos_i, divided by the samples of a pixel.
+/// Reflected light of a picture: L = sum over samples and lights of f E cos_i, as the layout of the set weighs them.
 ///
 /// # Shapes
 /// `f` is one program's part of an evaluator's output: red, green, blue, each `set.len()` long.
@@ -53,40 +84,95 @@ impl RadianceImage {
 /// Where the set is not one of a picture, or `f` is not of its length.
 #[must_use]
 pub fn shade(set: &SampleSet, f: &[f32]) -> RadianceImage {
-    let layout = set.image().expect("the samples are those of a picture");
-    let samples = set.len();
-    assert_eq!(f.len(), 3 * samples, "one reflectance for each channel and sample");
-    let irradiance = set.irradiance();
-    let pixels = layout.covered.len();
-    let mut premultiplied = vec![[0.0; 3]; pixels];
-    let mut first_samples = Vec::with_capacity(layout.spans.len());
-    let inverse = 1.0 / f32_count(layout.samples_per_pixel);
-    let (red, rest) = f.split_at(samples);
-    let (green, blue) = rest.split_at(samples);
-    for span in &layout.spans {
-        let mut sum = [0.0; 3];
-        for sample in span.start as usize..span.end as usize {
-            if sample == span.first_end as usize {
-                first_samples.push(largest(sum));
-            }
-            sum[0] += red[sample] * irradiance[0][sample];
-            sum[1] += green[sample] * irradiance[1][sample];
-            sum[2] += blue[sample] * irradiance[2][sample];
-        }
-        if span.first_end == span.end {
-            first_samples.push(largest(sum));
-        }
-        premultiplied[span.pixel as usize] = sum.map(|radiance| radiance * inverse);
+    let light = ReflectedLight::new(set, f);
+    let layout = light.layout;
+    let mut premultiplied = vec![[0.0; 3]; layout.coverage.len()];
+    for run in &layout.runs {
+        let first = run.pixel as usize;
+        let pixels = &mut premultiplied[first..first + run.pixels as usize];
+        light.each_pixel(run, |k, radiance| pixels[k] = radiance);
     }
-    let coverage = layout.covered.iter().map(|count| f32::from(*count) * inverse).collect();
     let (width, height) = (layout.width, layout.height);
-    RadianceImage { width, height, premultiplied, coverage, first_samples }
+    let coverage = layout.coverage.clone();
+    RadianceImage { width, height, premultiplied, coverage, centres: light.centres() }
 }
 
+/// A program's reflectance together with the light that falls on each sample.
+pub(crate) struct ReflectedLight<'a> {
+    pub(crate) layout: &'a ImageLayout,
+    f: [&'a [f32]; 3],
+    irradiance: [&'a [f32]; 3],
+}
+
+impl<'a> ReflectedLight<'a> {
+    /// See [`shade`].
+    pub(crate) fn new(set: &'a SampleSet, f: &'a [f32]) -> Self {
+        let layout = set.image().expect("the samples are those of a picture");
+        let samples = set.len();
+        assert_eq!(f.len(), 3 * samples, "one reflectance for each channel and sample");
+        let (red, rest) = f.split_at(samples);
+        let (green, blue) = rest.split_at(samples);
+        Self { layout, f: [red, green, blue], irradiance: set.irradiance() }
+    }
+
+    /// Calls back with each pixel of a run, counted from its first, and its radiance times coverage.
+    #[inline(always)]
+    pub(crate) fn each_pixel(&self, run: &PixelRun, mut put: impl FnMut(usize, [f32; 3])) {
+        let scale = self.layout.scale;
+        let (start, pixels) = (run.start as usize, run.pixels as usize);
+        if run.samples == 1 && run.counted == 0 {
+            // Most of any picture: slices of one length, so that no index is checked in the loop.
+            let [red, green, blue] = self.f.map(|f| &f[start..start + pixels]);
+            let [to_red, to_green, to_blue] = self.irradiance.map(|e| &e[start..start + pixels]);
+            for k in 0..pixels {
+                let sum = [red[k] * to_red[k], green[k] * to_green[k], blue[k] * to_blue[k]];
+                put(k, sum.map(|sum| sum * scale));
+            }
+            return;
+        }
+        for (k, span) in run.spans().enumerate() {
+            let sum = self.sum(span.counted as usize, span.end as usize);
+            put(k, sum.map(|sum| sum * scale));
+        }
+    }
+
+    #[inline(always)]
+    fn sum(&self, start: usize, end: usize) -> [f32; 3] {
+        let mut sum = [0.0; 3];
+        for (channel, sum) in sum.iter_mut().enumerate() {
+            let pairs =
+                self.f[channel][start..end].iter().zip(&self.irradiance[channel][start..end]);
+            *sum = pairs.fold(0.0, |sum, (f, e)| sum + f * e);
+        }
+        sum
+    }
+
+    /// For each pixel whose centre is covered and lit, the largest channel there: what automatic exposure looks at.
+    pub(crate) fn centres(&self) -> Vec<f32> {
+        let mut centres = Vec::with_capacity(self.layout.coverage.len());
+        for run in self.layout.runs.iter().filter(|run| run.centre > 0) {
+            let (start, pixels) = (run.start as usize, run.pixels as usize);
+            if run.samples == 1 {
+                let [red, green, blue] = self.f.map(|f| &f[start..start + pixels]);
+                let [to_red, to_green, to_blue] =
+                    self.irradiance.map(|e| &e[start..start + pixels]);
+                centres.extend((0..pixels).map(|k| {
+                    largest([red[k] * to_red[k], green[k] * to_green[k], blue[k] * to_blue[k]])
+                }));
+                continue;
+            }
+            centres.extend(
+                run.spans()
+                    .map(|span| largest(self.sum(span.start as usize, span.centre_end as usize))),
+            );
+        }
+        centres
+    }
+}
+
+/// The largest channel; no channel is NaN.
+#[inline(always)]
 fn largest([red, green, blue]: [f32; 3]) -> f32 {
-    red.max(green).max(blue)
-}
-
-fn f32_count(count: u32) -> f32 {
-    f32::from(u16::try_from(count).expect("at most 65535 samples in a pixel"))
+    let more = if red > green { red } else { green };
+    if more > blue { more } else { blue }
 }

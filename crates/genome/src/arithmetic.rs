@@ -4,7 +4,7 @@
 //! is then clamped to the range of the half registers of the paper's hardware. The f64 reference does the same
 //! operations with the same clamps; it measures error and nothing else.
 
-use crate::functions;
+use crate::functions::{self, Functions};
 
 /// Every arithmetic result is clamped to `[-RANGE, RANGE]`.
 pub const RANGE: f32 = 65504.0;
@@ -85,37 +85,37 @@ impl Arithmetic for f32 {
 
     #[inline(always)]
     fn sine(self) -> Self {
-        functions::sin(self)
+        Functions::KNOWN.sin::<true>(self)
     }
 
     #[inline(always)]
     fn cosine(self) -> Self {
-        functions::cos(self)
+        Functions::KNOWN.cos::<true>(self)
     }
 
     #[inline(always)]
     fn ex2(self) -> Self {
-        functions::ex2(self)
+        Functions::KNOWN.ex2::<true>(self)
     }
 
     #[inline(always)]
     fn lg2(self) -> Self {
-        functions::lg2(self)
+        Functions::KNOWN.lg2(self)
     }
 
     #[inline(always)]
     fn rcp(self) -> Self {
-        functions::rcp(self)
+        Functions::KNOWN.rcp(self)
     }
 
     #[inline(always)]
     fn rsq(self) -> Self {
-        functions::rsq(self)
+        Functions::KNOWN.rsq(self)
     }
 
     #[inline(always)]
     fn spl(self) -> Self {
-        functions::spl(self)
+        Functions::KNOWN.spl(self)
     }
 
     #[inline(always)]

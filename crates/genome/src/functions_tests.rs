@@ -3,6 +3,34 @@
 use super::*;
 use crate::Arithmetic;
 
+fn sin(x: f32) -> f32 {
+    x.sine()
+}
+
+fn cos(x: f32) -> f32 {
+    x.cosine()
+}
+
+fn ex2(x: f32) -> f32 {
+    x.ex2()
+}
+
+fn lg2(x: f32) -> f32 {
+    x.lg2()
+}
+
+fn rcp(x: f32) -> f32 {
+    x.rcp()
+}
+
+fn rsq(x: f32) -> f32 {
+    x.rsq()
+}
+
+fn spl(x: f32) -> f32 {
+    x.spl()
+}
+
 /// Every `step`-th positive and negative f32 up to `limit`.
 fn sweep(limit: f32, step: u32) -> impl Iterator<Item = f32> {
     (0..=limit.to_bits())
@@ -61,5 +89,27 @@ fn smooth_functions_are_within_bounds() {
         }
         let (got, exact) = (f64::from(spl(x)), exact.spl());
         assert!((got - exact).abs() <= 1e-6 + exact * 1.2e-7, "spl {x}: {got} {exact}");
+    }
+}
+
+#[test]
+fn logarithm_is_within_bounds() {
+    let positive = (f32::MIN_POSITIVE.to_bits()..=f32::MAX.to_bits()).step_by(977);
+    for t in positive.map(f32::from_bits) {
+        let exact = libm::log2(f64::from(t));
+        let error = (f64::from(Functions::KNOWN.log2(t)) - exact).abs();
+        assert!(error <= 2e-7 * exact.abs().max(1.0), "{t}: {error:e} {exact}");
+    }
+}
+
+#[test]
+fn clamps_left_out_change_nothing_where_they_cannot_act() {
+    let functions = Functions::KNOWN;
+    for x in sweep(1024.0, 733) {
+        assert_eq!(functions.sin::<false>(x).to_bits(), sin(x).to_bits(), "{x}");
+        assert_eq!(functions.cos::<false>(x).to_bits(), cos(x).to_bits(), "{x}");
+        if (-24.0..15.9).contains(&x) {
+            assert_eq!(functions.ex2::<false>(x).to_bits(), ex2(x).to_bits(), "{x}");
+        }
     }
 }

@@ -95,24 +95,28 @@ impl Genome {
     }
 
     /// What it may use.
+    #[inline]
     #[must_use]
     pub fn dialect(&self) -> &Dialect {
         &self.dialect
     }
 
     /// The instructions, as many as the dialect's length.
+    #[inline]
     #[must_use]
     pub fn instructions(&self) -> &[Instruction] {
         &self.instructions
     }
 
     /// C0..C127.
+    #[inline]
     #[must_use]
     pub fn constants(&self) -> &[[f32; 4]; CONSTANTS] {
         &self.constants
     }
 
     /// The output stage.
+    #[inline]
     #[must_use]
     pub fn output(&self) -> &Output {
         &self.output

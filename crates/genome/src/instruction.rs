@@ -94,24 +94,28 @@ impl Instruction {
     }
 
     /// What it does.
+    #[inline]
     #[must_use]
     pub fn opcode(&self) -> Opcode {
         self.opcode
     }
 
     /// The temporary register it writes.
+    #[inline]
     #[must_use]
     pub fn dst(&self) -> u8 {
         self.dst
     }
 
     /// The components it writes.
+    #[inline]
     #[must_use]
     pub fn write_mask(&self) -> WriteMask {
         self.write_mask
     }
 
     /// Its operands, as many as the opcode takes.
+    #[inline]
     pub fn operands(&self) -> impl Iterator<Item = Operand> + '_ {
         self.src.iter().flatten().copied()
     }
@@ -120,6 +124,7 @@ impl Instruction {
     ///
     /// # Panics
     /// Where the opcode takes fewer: the caller matches on the opcode first.
+    #[inline]
     #[must_use]
     pub fn operand(&self, index: usize) -> Operand {
         self.src[index].expect("the opcode takes that many operands")

@@ -33,6 +33,7 @@ mod variation;
 pub use arithmetic::{Arithmetic, RANGE};
 pub use bytes::{GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, OpcodeSet, Source};
+pub use functions::Functions;
 pub use genome::{CONSTANTS, Genome, GenomeError, Output, OutputError};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;

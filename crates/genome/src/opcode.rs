@@ -69,6 +69,7 @@ impl Opcode {
     pub const PAPER: usize = 13;
 
     /// The number that canonical bytes carry.
+    #[inline]
     #[must_use]
     pub fn number(self) -> u8 {
         self as u8
@@ -105,6 +106,7 @@ impl Opcode {
     }
 
     /// How many operands it takes.
+    #[inline]
     #[must_use]
     pub fn operands(self) -> usize {
         match self {
@@ -116,6 +118,7 @@ impl Opcode {
     }
 
     /// Whether its operand is one component (written with exactly one swizzle letter).
+    #[inline]
     #[must_use]
     pub fn is_scalar(self) -> bool {
         match self {
@@ -128,6 +131,7 @@ impl Opcode {
 
     /// Components of operand `index` that are read when the components `written` of the result are wanted, as a mask
     /// over the operand's components after swizzling.
+    #[inline]
     #[must_use]
     pub fn reads(self, index: usize, written: u8) -> u8 {
         const X: u8 = 1;

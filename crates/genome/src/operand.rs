@@ -51,18 +51,21 @@ impl Swizzle {
     }
 
     /// Two bits a place, x in the lowest.
+    #[inline]
     #[must_use]
     pub fn bits(self) -> u8 {
         self.0
     }
 
     /// The component (0..4) that place (0..4) reads.
+    #[inline]
     #[must_use]
     pub fn component(self, place: usize) -> usize {
         usize::from(self.0 >> (2 * place) & 3)
     }
 
     /// Whether one component stands in all places.
+    #[inline]
     #[must_use]
     pub fn is_splat(self) -> bool {
         self.0 == Self::splat(self.0).0
@@ -112,6 +115,7 @@ impl WriteMask {
     }
 
     /// Bit 0 = x.
+    #[inline]
     #[must_use]
     pub fn bits(self) -> u8 {
         self.0

@@ -28,6 +28,8 @@ pub enum Operator {
     MutateConstants = 4,
     /// Choice of blocks in recombination.
     Recombine = 5,
+    /// The order of the samples of a target.
+    Shuffle = 6,
 }
 
 /// One block of Philox4x32-10.

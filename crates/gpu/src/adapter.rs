@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use crate::guard::{Guard, Rung};
+use crate::shape::Shape;
+
 /// What a caller may decide.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GpuOptions {
@@ -11,10 +14,18 @@ pub struct GpuOptions {
     pub allow_software: bool,
     /// How contraction of products and sums is kept away.
     pub contraction: Contraction,
+    /// How the interpreter is laid out; `None` for the layout that is measured to be the fastest on hardware, and the
+    /// default one on a software adapter.
+    pub shape: Option<Shape>,
+    /// When a program that is evaluated alone gets a pipeline of its own.
+    pub own_pipelines: OwnPipelinePolicy,
+    /// Most bytes of inputs that stay on the device for the next batch over the same sample set.
+    pub resident_bytes: u64,
     /// How long one submission may take before the device counts as lost; four times as long where the driver may have
     /// to compile the shader first.
     pub timeout: Duration,
-    /// What one submission should take at most; work is cut to it as the device's pace is learnt.
+    /// What one submission should take; work is cut to it as the device's pace is learnt. The default leaves room for
+    /// programs that are slower than others, so that none holds the device for 100 ms.
     pub submission: Duration,
     /// Most bytes of one buffer, below what the device allows.
     pub buffer_bytes: u64,
@@ -23,13 +34,23 @@ pub struct GpuOptions {
 /// How products and sums are kept from being contracted or reassociated by the driver's compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Contraction {
-    /// Plain code where the start-up probe finds it exact, else with barriers.
+    /// Plain code where the start-up probe finds it exact, else the fastest exact guard, else plain code.
     #[default]
     Probe,
-    /// Plain code, exact or not.
-    Plain,
-    /// Every intermediate result passes an exclusive or with a zero that the compiler does not know.
-    Barrier,
+    /// One guard, exact or not.
+    Only(Guard),
+}
+
+/// When a program that is evaluated alone gets a pipeline of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OwnPipelinePolicy {
+    /// As soon as interpreting it has taken as long as compiling it is going to take.
+    #[default]
+    WhenItPays,
+    /// At its first evaluation; for tests and measurements.
+    Always,
+    /// Never.
+    Never,
 }
 
 impl Default for GpuOptions {
@@ -38,6 +59,9 @@ impl Default for GpuOptions {
             adapter: None,
             allow_software: true,
             contraction: Contraction::Probe,
+            shape: None,
+            own_pipelines: OwnPipelinePolicy::WhenItPays,
+            resident_bytes: 256 << 20,
             timeout: Duration::from_secs(20),
             submission: Duration::from_millis(50),
             buffer_bytes: 64 << 20,
@@ -46,7 +70,7 @@ impl Default for GpuOptions {
 }
 
 /// What runs, and what the start-up probe found about it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct AdapterReport {
     /// As the driver names it.
     pub name: String,
@@ -62,6 +86,16 @@ pub struct AdapterReport {
     pub flushes_subnormals: bool,
     /// What the probe did and found, for people.
     pub detail: String,
+    /// The guards against contraction that were probed, from below.
+    pub rungs: Vec<Rung>,
+    /// The guard in use.
+    pub guard: Guard,
+    /// The layout in use.
+    pub shape: Shape,
+    /// The layouts and guards that were timed, with the seconds of one batch on the device, the fastest first.
+    pub timed: Vec<(Shape, Guard, f64)>,
+    /// Whether the adapter gives timestamps.
+    pub has_timestamps: bool,
 }
 
 /// The adapters that the options allow, the best first, with the instance that they belong to.
@@ -92,6 +126,11 @@ pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterReport {
         exact: false,
         flushes_subnormals: false,
         detail: String::new(),
+        rungs: Vec::new(),
+        guard: Guard::Plain,
+        shape: Shape::default(),
+        timed: Vec::new(),
+        has_timestamps: false,
     }
 }
 

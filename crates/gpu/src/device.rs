@@ -20,6 +20,8 @@ pub(crate) struct Device {
     pub info: wgpu::AdapterInfo,
     /// Most bytes of one buffer: the device's and the options' bound.
     pub buffer_bytes: u64,
+    /// Most bytes that a workgroup shares.
+    pub workgroup_bytes: u32,
     timeout: Duration,
     lost: Arc<Mutex<Option<String>>>,
     _instance: wgpu::Instance,
@@ -49,11 +51,14 @@ impl Device {
     ) -> Result<Self, GpuError> {
         let offered = adapter.limits();
         let bound = offered.max_buffer_size.min(offered.max_storage_buffer_binding_size);
+        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PASSTHROUGH_SHADERS;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("brood"),
+            required_features: adapter.features() & wanted,
             required_limits: wgpu::Limits {
                 max_buffer_size: offered.max_buffer_size,
                 max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+                max_compute_workgroup_storage_size: offered.max_compute_workgroup_storage_size,
                 ..wgpu::Limits::downlevel_defaults()
             },
             ..wgpu::DeviceDescriptor::default()
@@ -75,9 +80,25 @@ impl Device {
             queue,
             info: adapter.get_info(),
             buffer_bytes: options.buffer_bytes.min(bound).min(MAX_BUFFER_BYTES),
+            workgroup_bytes: offered.max_compute_workgroup_storage_size,
             timeout: options.timeout,
             lost,
             _instance: instance.clone(),
+        })
+    }
+
+    /// A buffer of at least that many bytes, within a scope of the caller's.
+    pub(crate) fn buffer(
+        &self,
+        label: &str,
+        bytes: u64,
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        self.api.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes.next_multiple_of(16),
+            usage,
+            mapped_at_creation: false,
         })
     }
 

@@ -5,14 +5,10 @@
 //! operation and destination, then both operands in 16 bits each, a kind above an index.
 
 use brood_brdf::InputMask;
-use brood_program::{Program, Tape, TapeOperand};
+use brood_program::{Operation, Program, Tape, TapeOperand};
 
 use crate::GpuError;
 
-/// Samples that one invocation evaluates.
-pub(crate) const LANES: u32 = 4;
-/// Invocations in a workgroup.
-pub(crate) const WORKGROUP: u32 = 64;
 /// Words of a directory entry.
 pub(crate) const ENTRY_WORDS: u32 = 21;
 /// Bits of an operand's index; its kind is above.
@@ -36,6 +32,7 @@ pub(crate) struct Encoded {
     results: [u32; 3],
     output: [u32; 15],
     registers: u32,
+    rounds: u64,
 }
 
 impl Encoded {
@@ -77,12 +74,13 @@ impl Encoded {
                 number.expect("an output stage is fifteen numbers").to_bits()
             }),
             registers: tape.registers().into(),
+            rounds: tape.steps().iter().map(|step| cost(step.operation)).sum::<u64>() + 4,
         })
     }
 
-    /// Rounds of the interpreter's loop for each sample, with what beginning and end of a program cost.
+    /// Work for each sample, in rounds of the interpreter's loop, with what beginning and end of a program cost.
     pub(crate) fn rounds(&self) -> u64 {
-        self.steps.len() as u64 / 2 + 4
+        self.rounds
     }
 
     /// Length of the register file that it needs.
@@ -112,6 +110,16 @@ pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
         entry[6..].copy_from_slice(&program.output);
     }
     words
+}
+
+/// What a step costs in rounds. Roughly: it keeps a tile full of sines from taking many times as long as one of sums.
+fn cost(operation: Operation) -> u64 {
+    match operation {
+        Operation::Add | Operation::Sub | Operation::Mul => 1,
+        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => 2,
+        Operation::Lg2 | Operation::Rcp | Operation::Rsq => 2,
+        Operation::Spl | Operation::SplNeg => 3,
+    }
 }
 
 fn word(kind: Kind, index: u32) -> u32 {

@@ -3,15 +3,20 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use brood_brdf::InputMask;
+use brood_brdf::{Input, InputMask};
 use brood_eval::{EvalError, Evaluator};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
 use crate::adapter::describe;
-use crate::engine::{Engine, Rows};
+use crate::engine::Engine;
+use crate::guard::{Guard, Ladder};
 use crate::probe::probe;
-use crate::{AdapterReport, Contraction, GpuError, GpuOptions};
+use crate::residency::Rows;
+use crate::shader::Style;
+use crate::shape::Shape;
+use crate::tune::tune;
+use crate::{AdapterReport, BatchTiming, Contraction, GpuError, GpuOptions};
 
 /// Evaluates broods on a graphics adapter.
 ///
@@ -21,38 +26,65 @@ use crate::{AdapterReport, Contraction, GpuError, GpuOptions};
 pub struct GpuEvaluator {
     options: GpuOptions,
     report: AdapterReport,
-    barrier: bool,
+    style: Style,
     /// Empty between the loss of a device and the next batch.
     engine: Mutex<Option<Engine>>,
 }
 
 impl GpuEvaluator {
-    /// Opens the best adapter that the options allow and probes it.
+    /// Opens the best adapter that the options allow, finds how code has to be written to be exact there, on hardware
+    /// how it is fastest, and probes the result.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] where there is no driver or no device; everything else means that there is one but it
     /// does not work.
     pub fn new(options: &GpuOptions) -> Result<Self, GpuError> {
-        let start = options.contraction == Contraction::Barrier;
-        let mut engine = Engine::open(options, start)?;
+        Self::open(options, &[])
+    }
+
+    /// As [`GpuEvaluator::new`], with a compiler that is made to contract code with some guards, as hardware might.
+    fn open(options: &GpuOptions, contracting: &[Guard]) -> Result<Self, GpuError> {
+        let shape = options.shape.unwrap_or_default();
+        let mut engine =
+            Engine::open(options, Style { guard: Guard::Plain, shape, contracts: false })?;
+        engine.contracting = contracting.to_vec();
+        let guards = match options.contraction {
+            Contraction::Probe => Guard::ALL.to_vec(),
+            Contraction::Only(guard) => vec![guard],
+        };
+        let ladder = Ladder::climb(&guards, |guard| {
+            engine.set_style(Style { guard, shape, contracts: false });
+            probe(&mut engine)
+        })?;
         let mut report = describe(&engine.device.info);
-        let mut barrier = start;
-        let mut finding = probe(&mut engine)?;
-        if options.contraction == Contraction::Probe && !finding.exact {
-            engine.set_barrier(true);
-            let guarded = probe(&mut engine)?;
-            if guarded.exact {
-                (barrier, finding) = (true, guarded);
-            } else {
-                engine.set_barrier(false);
+        report.rungs = ladder.report();
+        report.has_timestamps = engine.clock.is_some();
+        let exact = ladder.exact();
+        let (mut guard, mut shape) = (exact.first().copied().unwrap_or(guards[0]), shape);
+        let mut finding = ladder.finding(guard).expect("every guard was probed up to it").clone();
+        let shapes = match options.shape {
+            None if !report.is_software => Shape::ALL.to_vec(),
+            Some(_) | None => vec![shape],
+        };
+        if finding.exact && (shapes.len() > 1 || exact.len() > 1) {
+            report.timed = tune(&mut engine, &shapes, &exact)?;
+            for (fast, guarded, _) in &report.timed {
+                engine.set_style(Style { guard: *guarded, shape: *fast, contracts: false });
+                let found = probe(&mut engine)?;
+                if found.exact {
+                    (shape, guard, finding) = (*fast, *guarded, found);
+                    break;
+                }
             }
         }
-        let code = if barrier { "code with barriers" } else { "plain code" };
+        engine.set_style(Style { guard, shape, contracts: false });
+        (report.guard, report.shape) = (guard, shape);
         report.exact = finding.exact;
         report.flushes_subnormals = finding.flushes_subnormals;
-        report.detail = format!("{code}: {}", finding.detail);
+        report.detail = detail(&report, &finding.detail);
         tracing::debug!(?report, "probed a graphics adapter");
-        Ok(Self { options: options.clone(), report, barrier, engine: Mutex::new(Some(engine)) })
+        let style = engine.style;
+        Ok(Self { options: options.clone(), report, style, engine: Mutex::new(Some(engine)) })
     }
 
     /// What runs, and what the probe found.
@@ -66,23 +98,49 @@ impl GpuEvaluator {
         self.engine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn run(&self, programs: &[&Program], rows: &Rows<'_>, out: &mut [f32]) -> Result<(), GpuError> {
+    /// Evaluates as [`Evaluator::eval`] does, and says what it took.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn eval_timed(
+        &self,
+        programs: &[&Program],
+        set: &SampleSet,
+        out: &mut Vec<f32>,
+    ) -> Result<BatchTiming, EvalError> {
+        out.clear();
+        out.resize(programs.len() * 3 * set.len(), 0.0);
+        let row = |input| set.input(input);
+        let rows = rows(programs, set, &row);
+        self.with_engine(|engine| {
+            engine.timing = BatchTiming::default();
+            engine.run(programs, &rows, out)?;
+            Ok(engine.timing)
+        })
+        .map_err(eval_error)
+    }
+
+    /// Runs a batch on the engine; once more on a new one where the device goes away.
+    pub(crate) fn with_engine<T>(
+        &self,
+        mut batch: impl FnMut(&mut Engine) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
         let mut place = self.lock();
         let mut engine = match place.take() {
             Some(engine) if !engine.device.is_lost() => engine,
             Some(engine) => self.replace(engine, &GpuError::Lost("between batches".to_owned()))?,
             None => self.open_again()?,
         };
-        let mut result = engine.run(programs, rows, out);
+        let mut result = batch(&mut engine);
         if let Err(error) = &result
             && error.is_worth_a_new_device()
         {
             engine = self.replace(engine, error)?;
-            result = engine.run(programs, rows, out);
+            result = batch(&mut engine);
         }
         match &result {
             Err(error) if error.is_worth_a_new_device() => discard(engine, error),
-            Ok(()) | Err(_) => *place = Some(engine),
+            Ok(_) | Err(_) => *place = Some(engine),
         }
         result
     }
@@ -94,7 +152,7 @@ impl GpuEvaluator {
     }
 
     fn open_again(&self) -> Result<Engine, GpuError> {
-        let engine = Engine::open(&self.options, self.barrier)?;
+        let engine = Engine::open(&self.options, self.style)?;
         let report = describe(&engine.device.info);
         // What the probe found holds for one adapter and driver; another one would need an evaluator of its own.
         if (&report.name, &report.driver) != (&self.report.name, &self.report.driver) {
@@ -133,17 +191,36 @@ impl Evaluator for GpuEvaluator {
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<(), EvalError> {
-        let mask = programs.iter().fold(InputMask::EMPTY, |mask, p| mask.union(p.inputs()));
-        let rows = mask.iter().map(|input| set.input(input)).collect();
-        out.clear();
-        out.resize(programs.len() * 3 * set.len(), 0.0);
-        self.run(programs, &Rows { mask, rows, len: set.len() }, out).map_err(|error| match error {
-            GpuError::TooLarge { .. } => EvalError::Unsupported(error.to_string()),
-            other => EvalError::Device(other.to_string()),
-        })
+        self.eval_timed(programs, set, out).map(|_| ())
     }
+}
+
+fn rows<'a>(
+    programs: &[&Program],
+    set: &SampleSet,
+    row: &'a dyn Fn(Input) -> &'a [f32],
+) -> Rows<'a> {
+    let mask = programs.iter().fold(InputMask::EMPTY, |mask, p| mask.union(p.inputs()));
+    Rows { set: Some(set.id()), mask, len: set.len(), row }
+}
+
+pub(crate) fn eval_error(error: GpuError) -> EvalError {
+    match error {
+        GpuError::TooLarge { .. } => EvalError::Unsupported(error.to_string()),
+        other => EvalError::Device(other.to_string()),
+    }
+}
+
+/// One sentence: what runs, what the probe says of it, and how the other rungs did.
+fn detail(report: &AdapterReport, finding: &str) -> String {
+    let mut text = format!("{}, {}: {finding}", report.guard.name(), report.shape.name());
+    for rung in report.rungs.iter().filter(|rung| rung.guard != report.guard) {
+        let verdict = if rung.exact { "exact as well" } else { "not exact" };
+        text += &format!("; {} is {verdict}: {}", rung.guard.name(), rung.detail);
+    }
+    text
 }
 
 #[cfg(test)]
 #[path = "evaluator_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -6,8 +6,9 @@ use std::time::Duration;
 use brood_eval::{CanonicalEvaluator, conformance};
 
 use super::*;
+use crate::OwnPipelinePolicy;
 
-fn evaluator(options: &GpuOptions) -> Option<GpuEvaluator> {
+pub(crate) fn evaluator(options: &GpuOptions) -> Option<GpuEvaluator> {
     match GpuEvaluator::new(options) {
         Ok(evaluator) => Some(evaluator),
         Err(error) => {
@@ -45,11 +46,144 @@ fn gpu_evaluator_passes_the_conformance_suite() {
 }
 
 #[test]
-fn gpu_evaluator_passes_the_conformance_suite_when_it_has_barriers() {
-    let options = GpuOptions { contraction: Contraction::Barrier, ..GpuOptions::default() };
+fn gpu_evaluator_passes_the_conformance_suite_with_every_guard() {
+    for guard in [Guard::Barrier, Guard::NoContraction] {
+        let options = GpuOptions { contraction: Contraction::Only(guard), ..GpuOptions::default() };
+        let evaluator = match GpuEvaluator::new(&options) {
+            // Not every device takes marked code.
+            Err(GpuError::Rejected(reason)) if guard == Guard::NoContraction => {
+                eprintln!("skipped: {reason}");
+                continue;
+            }
+            _ => evaluator(&options),
+        };
+        let Some(evaluator) = evaluator else { return };
+        assert!(evaluator.adapter().detail.starts_with(guard.name()));
+        conformance::check(&evaluator);
+    }
+}
+
+#[test]
+fn gpu_evaluator_passes_the_conformance_suite_with_every_layout() {
+    for shape in Shape::ALL {
+        let options = GpuOptions { shape: Some(shape), ..GpuOptions::default() };
+        let Some(evaluator) = evaluator(&options) else { return };
+        assert_eq!(evaluator.adapter().shape, shape);
+        conformance::check(&evaluator);
+    }
+}
+
+#[test]
+fn ladder_is_climbed_when_the_compiler_contracts() {
+    let options = GpuOptions::default();
+    let Some(honest) = evaluator(&options) else { return };
+    assert_eq!(honest.adapter().rungs.len(), 1);
+
+    let evaluator = GpuEvaluator::open(&options, &[Guard::Plain]).unwrap();
+    let report = evaluator.adapter();
+    assert!(!report.rungs[0].exact && report.rungs[1].exact, "{report:?}");
+    assert!(report.exact && report.guard != Guard::Plain, "{report:?}");
+    assert!(report.detail.contains("plain code is not exact"), "{}", report.detail);
+    check_bits(&evaluator, &conformance::programs(2), &largest_set());
+
+    let evaluator = GpuEvaluator::open(&options, &[Guard::Plain, Guard::Barrier]).unwrap();
+    let report = evaluator.adapter();
+    assert!(!report.rungs[0].exact && !report.rungs[1].exact, "{report:?}");
+    assert_eq!(report.exact, report.guard == Guard::NoContraction, "{report:?}");
+
+    let evaluator = GpuEvaluator::open(&options, &Guard::ALL).unwrap();
+    let report = evaluator.adapter();
+    assert!(!report.exact && report.guard == Guard::Plain && report.rungs.len() == 3, "{report:?}");
+}
+
+#[test]
+fn inputs_are_sent_once_when_batches_are_over_the_same_set() {
+    let Some(evaluator) = evaluator(&GpuOptions::default()) else { return };
+    let programs = conformance::programs(2);
+    let batch: Vec<&Program> = programs.iter().collect();
+    let set = largest_set();
+    let mut out = Vec::new();
+    let first = evaluator.eval_timed(&batch, &set, &mut out).unwrap();
+    let expected = out.clone();
+    let second = evaluator.eval_timed(&batch, &set, &mut out).unwrap();
+    assert!(first.uploaded_bytes >= 4 * set.len() as u64, "{first:?}");
+    assert_eq!(second.uploaded_bytes, 0);
+    assert_eq!(out, expected);
+    assert!(second.device_s > 0.0 && second.longest_s <= second.device_s);
+
+    // Another set with the same number of samples is another set.
+    let other = conformance::hard_samples(99, set.len());
+    assert!(evaluator.eval_timed(&batch, &other, &mut out).unwrap().uploaded_bytes > 0);
+    check_bits(&evaluator, &programs, &other);
+    check_bits(&evaluator, &programs, &set);
+}
+
+#[test]
+fn inputs_make_room_for_others_when_the_bound_is_reached() {
+    let options = GpuOptions { resident_bytes: 300_000, ..GpuOptions::default() };
     let Some(evaluator) = evaluator(&options) else { return };
-    assert!(evaluator.adapter().detail.starts_with("code with barriers"));
-    conformance::check(&evaluator);
+    let programs = conformance::programs(1);
+    let sets: Vec<SampleSet> = (0..6).map(|seed| conformance::hard_samples(seed, 1500)).collect();
+    for set in sets.iter().chain(sets.iter().rev()) {
+        check_bits(&evaluator, &programs, set);
+        let bytes = evaluator.lock().as_ref().unwrap().residency.bytes();
+        assert!(bytes <= 300_000, "{bytes}");
+    }
+}
+
+#[test]
+fn batch_is_cut_into_submissions_by_the_pace_that_was_measured() {
+    let options = GpuOptions { submission: Duration::from_millis(2), ..GpuOptions::default() };
+    let Some(evaluator) = evaluator(&options) else { return };
+    let programs = conformance::programs(8);
+    let batch: Vec<&Program> = programs.iter().collect();
+    let set = conformance::hard_samples(5, 20_000);
+    let mut out = Vec::new();
+    let mut timing = BatchTiming::default();
+    for _ in 0..3 {
+        timing = evaluator.eval_timed(&batch, &set, &mut out).unwrap();
+    }
+    eprintln!("{timing:?}");
+    // Several times 20 ms of work on a processor; a fast device may be through in one go.
+    assert!(timing.submissions >= 5 || !evaluator.adapter().is_software, "{timing:?}");
+}
+
+#[test]
+fn program_of_its_own_pipeline_gives_the_same_bits() {
+    let options = GpuOptions { own_pipelines: OwnPipelinePolicy::Always, ..GpuOptions::default() };
+    let Some(evaluator) = evaluator(&options) else { return };
+    let (large, small) = (largest_set(), conformance::hard_samples(1, 77));
+    let mut own = 0;
+    for program in conformance::programs(2) {
+        let mut out = Vec::new();
+        evaluator.eval(&[&program], &small, &mut out).unwrap();
+        for set in [&small, &large] {
+            let timing = evaluator.eval_timed(&[&program], set, &mut out).unwrap();
+            own += u32::from(timing.own_pipeline);
+            if evaluator.is_exact() {
+                let difference = conformance::first_difference(&program, set, &out);
+                assert_eq!(difference, None, "{program:#?}");
+            }
+        }
+    }
+    assert!(own >= 20 || !evaluator.is_exact(), "{own} evaluations ran in pipelines of their own");
+}
+
+#[test]
+fn program_gets_its_own_pipeline_when_it_is_evaluated_again_and_again() {
+    let Some(evaluator) = evaluator(&GpuOptions::default()) else { return };
+    if !evaluator.is_exact() {
+        return;
+    }
+    let program = conformance::wild_program(1);
+    let set = largest_set();
+    let mut out = Vec::new();
+    let is_own =
+        |out: &mut Vec<f32>| evaluator.eval_timed(&[&program], &set, out).unwrap().own_pipeline;
+    assert!(!is_own(&mut out));
+    let expected = out.clone();
+    assert!((0..20_000).any(|_| is_own(&mut out)), "it never pays");
+    assert_eq!(out, expected);
 }
 
 #[test]

@@ -8,8 +8,7 @@
 const TWO_OVER_PI: f32 = 0.63661977236758134308;
 const HALF_PI_0: f32 = 0x1.921p+0;
 const HALF_PI_1: f32 = 0x1.f6ap-13;
-const HALF_PI_2: f32 = 0x1.11p-26;
-const HALF_PI_3: f32 = 0x1.68c234p-39;
+const HALF_PI_2: f32 = 0x1.110b46p-26;
 const EPSILON: f32 = 0x1p-24;
 const SQRT_HALF_BITS: u32 = 0x3f3504f3u;
 
@@ -40,7 +39,6 @@ fn sine(angle: V, quarter: i32) -> V {
     var r = hold(x - product(k, V(HALF_PI_0)));
     r = hold(r - product(k, V(HALF_PI_1)));
     r = hold(r - product(k, V(HALF_PI_2)));
-    r = hold(r - product(k, V(HALF_PI_3)));
     let z = product(r, r);
     let s_inner = step(-0.16666655, z, step(0.008332179, z, V(-0.0001951727)));
     let s = hold(r + product(product(r, z), s_inner));
@@ -103,4 +101,16 @@ fn rcp(x: V) -> V {
     y = product(y, hold(V(2.0) - product(t, y)));
     y = product(y, hold(V(2.0) - product(t, y)));
     return limit(product(x, y));
+}
+
+// log2(x^2 + 2^-24).
+fn lg2(x: V) -> V {
+    return log2_of(softened_square(x));
+}
+
+// log2(1 + 2^x), clamped.
+fn spl(x: V) -> V {
+    let logarithm = log2_of(hold(V(1.0) + ex2(-abs(x))));
+    let positive = select(V(0.0), x, x > V(0.0));
+    return limit(hold(positive + logarithm));
 }

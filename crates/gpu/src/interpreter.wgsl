@@ -1,36 +1,26 @@
-// The interpreter: one workgroup row per program, one invocation per block of samples. CPU twin: brood-program's
-// execute.rs over a `Tape`, in the encoding of encode.rs. What is generated around this text (numbers of operations,
-// widths, `hold`) comes from shader.rs.
+// The interpreter: what a program gives for one block of samples. CPU twin: brood-program's execute.rs over a `Tape`,
+// in the encoding of encode.rs. What is generated around this text (numbers of operations, widths, `hold`, and `load` and
+// `store` of the registers) comes from shader.rs.
 
-struct Tile {
-    // Always 0; the compiler must not know.
-    zero: u32,
-    first_program: u32,
-    first_block: u32,
-    end_block: u32,
-    // Blocks in a row of inputs and in a row of outputs.
-    stride: u32,
+struct Place {
+    // Samples that are evaluated together, counted in blocks of that many.
+    block: u32,
+    // The column of the register file.
+    column: u32,
 }
-
-@group(0) @binding(0) var<uniform> tile: Tile;
-@group(0) @binding(1) var<storage, read> words: array<u32>;
-@group(0) @binding(2) var<storage, read> inputs: array<V>;
-@group(0) @binding(3) var<storage, read_write> outputs: array<V>;
-
-var<private> registers: array<V, REGISTERS>;
 
 fn number(at: u32) -> V {
     return V(bitcast<f32>(words[at]));
 }
 
-fn fetch(operand: u32, constants: u32, block: u32) -> V {
+fn fetch(operand: u32, constants: u32, place: Place) -> V {
     let index = operand & INDEX_MASK;
     switch operand >> INDEX_BITS {
         case KIND_REGISTER: {
-            return registers[index];
+            return load(index, place.column);
         }
         case KIND_INPUT: {
-            return inputs[index * tile.stride + block];
+            return inputs[index * tile.stride + place.block];
         }
         default: {
             return number(constants + index);
@@ -73,38 +63,30 @@ fn execute(operation: u32, a: V, b: V) -> V {
     }
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn evaluate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = tile.first_block + group.x * WORKGROUP + local;
-    if block >= tile.end_block {
-        return;
-    }
-    let program = tile.first_program + group.y;
+fn reflectance(program: u32, place: Place) -> array<V, 3> {
     let entry = program * ENTRY_WORDS;
     let end = words[entry + 1u];
     let constants = words[entry + 2u];
     for (var at = words[entry]; at < end; at += 2u) {
         let head = words[at];
         let operands = words[at + 1u];
-        let a = fetch(operands & 0xffffu, constants, block);
-        let b = fetch(operands >> 16u, constants, block);
-        registers[head & 0xffffu] = execute(head >> 16u, a, b);
+        let a = fetch(operands & 0xffffu, constants, place);
+        let b = fetch(operands >> 16u, constants, place);
+        store(head & 0xffffu, place.column, execute(head >> 16u, a, b));
     }
-    let red = fetch(words[entry + 3u], constants, block);
-    let green = fetch(words[entry + 4u], constants, block);
-    let blue = fetch(words[entry + 5u], constants, block);
+    let red = fetch(words[entry + 3u], constants, place);
+    let green = fetch(words[entry + 4u], constants, place);
+    let blue = fetch(words[entry + 5u], constants, place);
     let squares = array<V, 3>(product(red, red), product(green, green), product(blue, blue));
     let output = entry + 6u;
+    var f: array<V, 3>;
     for (var channel = 0u; channel < 3u; channel += 1u) {
         let row = output + 3u * channel;
         let first = product(squares[0], number(row));
         let second = hold(product(squares[1], number(row + 1u)) + first);
         let mixed = hold(product(squares[2], number(row + 2u)) + second);
         let scaled = product(mixed, number(output + 9u + channel));
-        let f = hold(scaled + number(output + 12u + channel));
-        outputs[(program * 3u + channel) * tile.stride + block] = f;
+        f[channel] = hold(scaled + number(output + 12u + channel));
     }
+    return f;
 }

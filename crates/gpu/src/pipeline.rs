@@ -1,53 +1,77 @@
-//! Layout and pipelines of the interpreter, as the API wants them described. What they compute is in the shader.
+//! Layouts and pipelines, as the API wants them described. What they compute is in the shaders.
 
-use crate::shader::{ENTRY_POINT, Variant, source};
+use crate::GpuError;
+use crate::device::Device;
+use crate::guard::Guard;
+use crate::marked;
+use crate::plan::Pace;
+use crate::shader::{ENTRY_POINT, Kernel};
 
-/// The four buffers of interpreter.wgsl, in the order of their bindings.
-pub(crate) fn bind_group_layout(api: &wgpu::Device) -> wgpu::BindGroupLayout {
+/// A pipeline, and what was learnt from running it.
+#[derive(Debug, Clone)]
+pub(crate) struct Compiled {
+    pub pipeline: wgpu::ComputePipeline,
+    /// Drivers may put compilation off until the first use.
+    pub has_run: bool,
+    pub pace: Pace,
+}
+
+/// The buffers of a kernel, in the order of their bindings: the tile, words, inputs, outputs, and for fitness targets.
+pub(crate) fn bind_group_layout(api: &wgpu::Device, kernel: Kernel) -> wgpu::BindGroupLayout {
     use wgpu::BufferBindingType::{Storage, Uniform};
-    let types = [
-        Uniform,
-        Storage { read_only: true },
-        Storage { read_only: true },
-        Storage { read_only: false },
-    ];
-    let mut binding = 0;
-    let entries = types.map(|ty| {
-        binding += 1;
-        wgpu::BindGroupLayoutEntry {
-            binding: binding - 1,
+    let read = Storage { read_only: true };
+    let mut types = vec![Uniform, read, read, Storage { read_only: false }];
+    if kernel == Kernel::Fitness {
+        types.push(read);
+    }
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = types
+        .into_iter()
+        .zip(0..)
+        .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
+            binding,
             visibility: wgpu::ShaderStages::COMPUTE,
             ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
-        }
-    });
-    api.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: None,
-        entries: &entries,
-    })
+        })
+        .collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
+    api.create_bind_group_layout(&descriptor)
 }
 
-/// Compiles one variant of the shader, as far as the driver does so before its first use.
+/// Compiles a shader, as far as the driver does so before its first use.
 pub(crate) fn build_pipeline(
-    api: &wgpu::Device,
+    device: &Device,
     layout: &wgpu::BindGroupLayout,
-    variant: Variant,
-) -> wgpu::ComputePipeline {
-    let module = api.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("interpreter"),
-        source: wgpu::ShaderSource::Wgsl(source(variant).into()),
-    });
-    let layout = api.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    api.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("interpreter"),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(ENTRY_POINT),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    })
+    text: &str,
+    guard: Guard,
+) -> Result<wgpu::ComputePipeline, GpuError> {
+    let api = &device.api;
+    device.scoped(|| {
+        let module = match guard {
+            Guard::Plain | Guard::Barrier => {
+                api.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some("interpreter"),
+                    source: wgpu::ShaderSource::Wgsl(text.into()),
+                })
+            }
+            Guard::NoContraction => marked::module(api, text)?,
+        };
+        let layout = api.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(layout)],
+            immediate_size: 0,
+        });
+        Ok(api.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("interpreter"),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(ENTRY_POINT),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                // Registers are written before they are read, and so is everything else.
+                zero_initialize_workgroup_memory: false,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
+            cache: None,
+        }))
+    })?
 }

@@ -3,10 +3,15 @@
 
 use std::ops::Range;
 
-use crate::encode::{Encoded, LANES, WORKGROUP};
+use crate::encode::Encoded;
+use crate::shader::SUM_SAMPLES;
 
 /// Most workgroups along one axis of a dispatch that every device takes.
 const MAX_GROUPS: u64 = 65_535;
+/// Fewest samples of a workgroup, whatever its layout.
+const LEAST_SAMPLES: u64 = 64;
+/// Rows are padded to whole blocks of every layout.
+const BLOCK: u64 = 4;
 const BYTES: u64 = 4;
 const CHANNELS: u64 = 3;
 
@@ -18,19 +23,20 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Samples of a slab: as many as a row of every input and the outputs of one program leave room for, at least one
-    /// workgroup's.
-    pub(crate) fn slab(&self, inputs: usize) -> usize {
-        let group = u64::from(LANES * WORKGROUP);
-        let rows = CHANNELS.max(inputs as u64);
-        let groups = (self.buffer_bytes / (BYTES * rows * group)).clamp(1, MAX_GROUPS);
-        usize::try_from(groups * group).expect("a buffer's bytes fit an address")
+    /// Samples of a slab: as many as `rows` in one buffer and the outputs of one program leave room for, in whole sums,
+    /// at least one.
+    pub(crate) fn slab(&self, rows: usize) -> usize {
+        let sum = u64::from(SUM_SAMPLES);
+        let rows = CHANNELS.max(rows as u64);
+        let most = MAX_GROUPS * LEAST_SAMPLES / sum;
+        let sums = (self.buffer_bytes / (BYTES * rows * sum)).clamp(1, most);
+        usize::try_from(sums * sum).expect("a buffer's bytes fit an address")
     }
 
-    /// Cuts programs into groups whose outputs, for a slab of `samples`, and whose words fit. Every group has at least
-    /// one program.
-    pub(crate) fn groups(&self, programs: &[Encoded], samples: usize) -> Vec<Range<usize>> {
-        let outputs = self.buffer_bytes / (BYTES * CHANNELS * padded(samples)).max(1);
+    /// Cuts programs into groups whose outputs, `output_bytes` each, and whose words fit. Every group has at least one
+    /// program.
+    pub(crate) fn groups(&self, programs: &[Encoded], output_bytes: u64) -> Vec<Range<usize>> {
+        let outputs = self.buffer_bytes / output_bytes.max(1);
         let most = outputs.clamp(1, MAX_GROUPS);
         let mut groups = Vec::new();
         let mut start = 0;
@@ -51,7 +57,23 @@ impl Bounds {
 
 /// Samples in a row, filled up to whole blocks.
 pub(crate) fn padded(samples: usize) -> u64 {
-    (samples as u64).next_multiple_of(LANES.into())
+    (samples as u64).next_multiple_of(BLOCK)
+}
+
+/// Bytes of the reflectances of one program.
+pub(crate) fn reflectance_bytes(samples: usize) -> u64 {
+    BYTES * CHANNELS * padded(samples)
+}
+
+/// The samples of a slab as a shader counts them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Grid {
+    /// Blocks in a row.
+    pub blocks: u32,
+    /// Samples in a block.
+    pub lanes: u32,
+    /// Blocks of a workgroup.
+    pub group: u32,
 }
 
 /// One dispatch.
@@ -69,16 +91,16 @@ pub(crate) struct Tile {
 /// with program and block `from`. Tiles are whole programs where those fit, and otherwise part of one program.
 pub(crate) fn next_tile(
     programs: &[Encoded],
-    blocks: u32,
+    grid: Grid,
     from: (u32, u32),
     budget: u64,
 ) -> Option<Tile> {
     let (first, block) = from;
-    let rounds = |program: &Encoded| program.rounds() * u64::from(LANES);
+    let rounds = |program: &Encoded| program.rounds() * u64::from(grid.lanes);
     let here = rounds(programs.get(first as usize)?);
-    let left = u64::from(blocks - block);
+    let left = u64::from(grid.blocks - block);
     if block > 0 || here * left > budget {
-        let group = u64::from(WORKGROUP);
+        let group = u64::from(grid.group);
         let fits = (budget / here / group * group).max(group).min(left);
         let end = block + u32::try_from(fits).expect("no more than the blocks left");
         return Some(Tile { programs: first..first + 1, blocks: block..end, work: here * fits });
@@ -93,7 +115,7 @@ pub(crate) fn next_tile(
         work += more;
         end += 1;
     }
-    Some(Tile { programs: first..end, blocks: 0..blocks, work })
+    Some(Tile { programs: first..end, blocks: 0..grid.blocks, work })
 }
 
 /// Where the tile after this one begins.
@@ -157,15 +179,17 @@ mod tests {
         let programs = programs(7);
         for (blocks, budget) in [(1, 1), (1000, 1), (1000, 40_000), (1000, 200_000), (64, u64::MAX)]
         {
+            let grid = Grid { blocks, lanes: 4, group: 64 };
             let mut seen = vec![0; programs.len() * blocks as usize];
             let mut from = (0, 0);
-            while let Some(tile) = next_tile(&programs, blocks, from, budget) {
+            while let Some(tile) = next_tile(&programs, grid, from, budget) {
                 for program in tile.programs.clone() {
                     for block in tile.blocks.clone() {
                         seen[(program * blocks + block) as usize] += 1;
                     }
                 }
-                let least = tile.programs.len() == 1 && tile.blocks.len() <= WORKGROUP as usize;
+                let least = tile.programs.len() == 1 && tile.blocks.len() <= 64;
+                assert_eq!(tile.blocks.start % 64, 0);
                 assert!(tile.work <= budget || least, "{tile:?} {budget}");
                 from = after(&tile, blocks);
             }
@@ -179,11 +203,11 @@ mod tests {
         let bounds = Bounds { buffer_bytes: 100_000 };
         let slab = bounds.slab(8);
         assert!(slab * 8 * 4 <= 100_000 && slab > 2000, "{slab}");
-        let groups = bounds.groups(&programs, slab);
+        let groups = bounds.groups(&programs, reflectance_bytes(slab));
         assert_eq!(groups.iter().map(ExactSizeIterator::len).sum::<usize>(), 50);
         assert!(groups.iter().all(|group| !group.is_empty()));
         assert!(groups.iter().all(|group| group.len() * slab * 12 <= 100_000));
-        assert_eq!(bounds.slab(0) % (LANES * WORKGROUP) as usize, 0);
+        assert_eq!(bounds.slab(0) % SUM_SAMPLES as usize, 0);
     }
 
     #[test]

@@ -10,7 +10,8 @@ use brood_genome::{
 use brood_program::{Program, execute};
 
 use crate::GpuError;
-use crate::engine::{Engine, Rows};
+use crate::engine::Engine;
+use crate::residency::Rows;
 
 /// Not a multiple of any width in the shader, so that ends of rows are probed as well.
 const SAMPLES: usize = 1003;
@@ -34,7 +35,8 @@ pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
     let references: Vec<&Program> = programs.iter().collect();
     let rows = Rows {
         mask: Input::ALL.into_iter().collect::<InputMask>(),
-        rows: inputs.iter().map(Vec::as_slice).collect(),
+        set: None,
+        row: &|input| &inputs[input.index()],
         len: SAMPLES,
     };
     let mut out = vec![f32::NAN; programs.len() * 3 * SAMPLES];
@@ -116,7 +118,7 @@ fn sweeps() -> Vec<Genome> {
 
 /// A row for every input: mostly numbers as scenes have them; for u and v numbers of all magnitudes, small enough that
 /// some squares are subnormal.
-fn inputs() -> Vec<Vec<f32>> {
+pub(crate) fn inputs() -> Vec<Vec<f32>> {
     let key = BirthKey { seed: 12, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
     Input::ALL

@@ -1,4 +1,4 @@
-//! The text of the shader: the two WGSL files behind a generated head with the numbers that Rust and WGSL share.
+//! The text of the shaders: the WGSL files behind a generated head with the numbers that Rust and WGSL share.
 //!
 //! Numbers of operations come from [`Operation`], layouts from `encode`; nothing is copied by hand. No text from outside
 //! ever gets here.
@@ -8,7 +8,9 @@ use std::fmt::Write;
 use brood_genome::RANGE;
 use brood_program::Operation;
 
-use crate::encode::{ENTRY_WORDS, INDEX_BITS, Kind, LANES, WORKGROUP};
+use crate::encode::{ENTRY_WORDS, INDEX_BITS, Kind};
+use crate::guard::Guard;
+use crate::shape::{RegisterFile, Shape};
 
 /// Register files that pipelines are built for; a batch runs in the smallest that holds its programs.
 ///
@@ -20,45 +22,155 @@ pub(crate) const REGISTER_FILES: [u32; 4] = [16, 32, 64, 128];
 /// Name of the entry point.
 pub(crate) const ENTRY_POINT: &str = "evaluate";
 
-/// What a pipeline is specialised for.
+/// Samples whose errors make one sum. The order of additions is part of what fitness means; see fitness.wgsl.
+pub(crate) const SUM_SAMPLES: u32 = 256;
+/// Sums that run side by side in one of those, and the invocations that add them.
+const PARTIAL_SUMS: u32 = 16;
+/// Invocations in a workgroup that writes reflectances.
+const WORKGROUP: u32 = 64;
+
+/// What a shader writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct Variant {
-    /// Length of the register file.
-    pub registers: u32,
-    /// Whether values pass through an exclusive or with a zero that the compiler does not know, which stops it from
-    /// contracting or reassociating what stands on either side.
-    pub barrier: bool,
+pub(crate) enum Kernel {
+    /// f of each program, channel and sample.
+    Reflectance,
+    /// A sum of errors of each program and each [`SUM_SAMPLES`] samples.
+    Fitness,
 }
 
-/// The whole shader.
-pub(crate) fn source(variant: Variant) -> String {
-    let mut text = String::new();
-    let mut line = |line: String| writeln!(text, "{line}").expect("a string takes everything");
-    for (alias, scalar) in [("V", "f32"), ("VI", "i32"), ("VU", "u32")] {
-        line(match LANES {
-            1 => format!("alias {alias} = {scalar};"),
-            lanes => format!("alias {alias} = vec{lanes}<{scalar}>;"),
-        });
+impl Kernel {
+    /// Invocations in a workgroup.
+    pub(crate) fn workgroup(self, lanes: u32) -> u32 {
+        match self {
+            Self::Reflectance => WORKGROUP,
+            Self::Fitness => SUM_SAMPLES / lanes,
+        }
     }
-    line(format!("const RANGE: f32 = {RANGE:?};"));
+
+    /// Bytes of workgroup memory beside registers.
+    fn workgroup_bytes(self) -> u32 {
+        match self {
+            Self::Reflectance => 0,
+            Self::Fitness => 4 * (SUM_SAMPLES + PARTIAL_SUMS),
+        }
+    }
+}
+
+/// How code is written, whatever it computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Style {
+    /// What keeps the compiler from contracting.
+    pub guard: Guard,
+    /// Layout of the interpreter.
+    pub shape: Shape,
+    /// For tests: contracts as a driver might. Sums of a constant and a product round once.
+    pub contracts: bool,
+}
+
+/// What a pipeline of the interpreter is specialised for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Variant {
+    pub kernel: Kernel,
+    pub style: Style,
+    /// Length of the register file.
+    pub registers: u32,
+}
+
+impl Variant {
+    /// A variant whose layout fits into the device's workgroup memory.
+    pub(crate) fn new(kernel: Kernel, style: Style, registers: u32, workgroup_bytes: u32) -> Self {
+        let samples = kernel.workgroup(style.shape.lanes()) * style.shape.lanes();
+        let left = workgroup_bytes.saturating_sub(kernel.workgroup_bytes());
+        let shape = style.shape.fitting(registers, samples, left);
+        Self { kernel, style: Style { shape, ..style }, registers }
+    }
+}
+
+/// The whole shader of the interpreter.
+pub(crate) fn source(variant: Variant) -> String {
+    let Variant { kernel, style, registers } = variant;
+    let lanes = style.shape.lanes();
+    let workgroup = kernel.workgroup(lanes);
+    let mut text = head(style, kernel);
     let numbers = [
-        ("REGISTERS", variant.registers),
-        ("WORKGROUP", WORKGROUP),
         ("ENTRY_WORDS", ENTRY_WORDS),
         ("INDEX_BITS", INDEX_BITS),
         ("INDEX_MASK", (1 << INDEX_BITS) - 1),
         ("KIND_REGISTER", Kind::Register as u32),
         ("KIND_INPUT", Kind::Input as u32),
+        ("SUM_SAMPLES", SUM_SAMPLES),
+        ("PARTIAL_SUMS", PARTIAL_SUMS),
     ];
     for (name, number) in numbers {
-        line(format!("const {name}: u32 = {number}u;"));
+        line(&mut text, format_args!("const {name}: u32 = {number}u;"));
     }
     for operation in Operation::ALL {
-        line(format!("const {}: u32 = {}u;", constant_name(operation), operation.number()));
+        let (name, number) = (constant_name(operation), operation.number());
+        line(&mut text, format_args!("const {name}: u32 = {number}u;"));
     }
-    let hold = if variant.barrier { "bitcast<V>(bitcast<VU>(x) ^ VU(tile.zero))" } else { "x" };
-    line(format!("fn hold(x: V) -> V {{ return {hold}; }}"));
-    text + include_str!("functions.wgsl") + include_str!("interpreter.wgsl")
+    let (space, length, at) = match style.shape.file() {
+        RegisterFile::Private => ("private", registers, "index".to_owned()),
+        RegisterFile::Workgroup => {
+            ("workgroup", registers * workgroup, format!("index * {workgroup}u + column"))
+        }
+    };
+    line(&mut text, format_args!("var<{space}> registers: array<V, {length}>;"));
+    let parameters = "index: u32, column: u32";
+    line(&mut text, format_args!("fn load({parameters}) -> V {{ return registers[{at}]; }}"));
+    line(
+        &mut text,
+        format_args!("fn store({parameters}, value: V) {{ registers[{at}] = value; }}"),
+    );
+    text += include_str!("interpreter.wgsl");
+    text + match kernel {
+        Kernel::Reflectance => include_str!("reflectance.wgsl"),
+        Kernel::Fitness => include_str!("fitness.wgsl"),
+    }
+}
+
+/// What every shader begins with: widths, guards, bindings and functions.
+pub(crate) fn head(style: Style, kernel: Kernel) -> String {
+    let lanes = style.shape.lanes();
+    let mut text = String::new();
+    for (alias, scalar) in [("V", "f32"), ("VI", "i32"), ("VU", "u32")] {
+        match lanes {
+            1 => line(&mut text, format_args!("alias {alias} = {scalar};")),
+            _ => line(&mut text, format_args!("alias {alias} = vec{lanes}<{scalar}>;")),
+        }
+    }
+    let workgroup = kernel.workgroup(lanes);
+    line(&mut text, format_args!("const RANGE: f32 = {RANGE:?};"));
+    line(&mut text, format_args!("const LANES: u32 = {lanes}u;"));
+    line(&mut text, format_args!("const WORKGROUP: u32 = {workgroup}u;"));
+    let component = if lanes == 1 { "x" } else { "x[at]" };
+    line(&mut text, format_args!("fn lane(x: V, at: u32) -> f32 {{ return {component}; }}"));
+    let (hold, hold_one) = match style.guard {
+        Guard::Plain | Guard::NoContraction => ("x", "x"),
+        Guard::Barrier => (
+            "bitcast<V>(bitcast<VU>(x) ^ VU(tile.zero))",
+            "bitcast<f32>(bitcast<u32>(x) ^ tile.zero)",
+        ),
+    };
+    line(&mut text, format_args!("fn hold(x: V) -> V {{ return {hold}; }}"));
+    line(&mut text, format_args!("fn hold_one(x: f32) -> f32 {{ return {hold_one}; }}"));
+    text += include_str!("bindings.wgsl");
+    text + &functions(style.contracts)
+}
+
+/// The functions, contracted by hand where a test asks for that.
+fn functions(contracts: bool) -> String {
+    const HONEST: &str = "return hold(V(a) + product(b, c));";
+    const CONTRACTED: &str = "return contracted(V(a), b, c);";
+    let functions = include_str!("functions.wgsl");
+    if contracts {
+        include_str!("contracted.wgsl").to_owned() + &functions.replace(HONEST, CONTRACTED)
+    } else {
+        functions.to_owned()
+    }
+}
+
+fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
+    writeln!(text, "{line}").expect("a string takes everything");
 }
 
 /// The name that interpreter.wgsl uses; it has an arm for each of them.
@@ -94,6 +206,19 @@ mod tests {
         for operation in Operation::ALL {
             let name = constant_name(operation);
             assert_eq!(cases.iter().filter(|case| **case == name).count(), 1, "{name}");
+        }
+    }
+
+    #[test]
+    fn contracted_functions_differ_from_honest_ones() {
+        assert_eq!(functions(false), include_str!("functions.wgsl"));
+        assert!(functions(true).contains("return contracted(V(a), b, c);"));
+    }
+
+    #[test]
+    fn sums_are_wide_enough_for_the_invocations_that_add_them() {
+        for shape in Shape::ALL {
+            assert!(Kernel::Fitness.workgroup(shape.lanes()) >= PARTIAL_SUMS);
         }
     }
 }

@@ -43,12 +43,45 @@ pub struct Child {
     pub twin: bool,
 }
 
+/// A genome that was drawn for a slot, and what it lowers to.
+#[derive(Debug, Clone)]
+pub struct Draw {
+    genome: Genome,
+    hash: GenomeHash,
+    program: Program,
+    program_hash: ProgramHash,
+    live_instructions: u32,
+}
+
+impl BroodRequest<'_> {
+    /// The first draw for a slot: it depends on nothing but the request, so slots may be drawn at the same time.
+    #[must_use]
+    pub fn draw(&self, slot: u32) -> Draw {
+        self.draw_again(slot, 0)
+    }
+
+    fn draw_again(&self, slot: u32, attempt: u32) -> Draw {
+        let genome = self.variation.birth(BirthKey { seed: self.seed, slot, attempt });
+        let program = Program::lower(&genome);
+        let program_hash = program.hash();
+        let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+        let live_instructions = u32::try_from(live).expect("at most 1024");
+        Draw { hash: genome.hash(), genome, program, program_hash, live_instructions }
+    }
+}
+
 /// Breeds the children of a request, a pure function of it.
 ///
 /// Slots are settled in order, each against the parents and the slots before it, so a smaller brood of the same seed
 /// is the beginning of a larger one.
 #[must_use]
 pub fn make_brood(request: &BroodRequest<'_>) -> Vec<Child> {
+    settle_brood(request, (0..request.count).map(|slot| request.draw(slot)).collect())
+}
+
+/// The same from the first draws of slots 0, 1, 2 and so on.
+#[must_use]
+pub fn settle_brood(request: &BroodRequest<'_>, first: Vec<Draw>) -> Vec<Child> {
     let mut seen: HashSet<ProgramHash> = request
         .variation
         .parents()
@@ -58,37 +91,43 @@ pub fn make_brood(request: &BroodRequest<'_>) -> Vec<Child> {
         })
         .map(|parent| Program::lower(&parent).hash())
         .collect();
-    (0..request.count)
-        .map(|slot| {
-            let child = settle(request, slot, &seen);
+    (0..)
+        .zip(first)
+        .map(|(slot, first)| {
+            let child = settle(request, slot, first, &seen);
             seen.insert(child.program_hash);
             child
         })
         .collect()
 }
 
-fn settle(request: &BroodRequest<'_>, slot: u32, seen: &HashSet<ProgramHash>) -> Child {
+fn settle(
+    request: &BroodRequest<'_>,
+    slot: u32,
+    first: Draw,
+    seen: &HashSet<ProgramHash>,
+) -> Child {
     let last = if request.distinct { MAX_REDRAWS } else { 0 };
     let mut attempt = 0;
+    let mut draw = first;
     loop {
-        let genome = request.variation.birth(BirthKey { seed: request.seed, slot, attempt });
-        let program = Program::lower(&genome);
-        let program_hash = program.hash();
-        let twin = seen.contains(&program_hash);
+        let twin = seen.contains(&draw.program_hash);
         if !twin || attempt == last {
-            let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+            let Draw { genome, hash, program, program_hash, live_instructions } = draw;
+            let attempts = attempt + 1;
             return Child {
                 slot,
-                hash: genome.hash(),
                 genome,
+                hash,
                 program,
                 program_hash,
-                live_instructions: u32::try_from(live).expect("at most 1024"),
-                attempts: attempt + 1,
+                live_instructions,
+                attempts,
                 twin,
             };
         }
         attempt += 1;
+        draw = request.draw_again(slot, attempt);
     }
 }
 

@@ -4,8 +4,6 @@
 //! the choice between sum and difference. The sign of a zero may change on the way; no operation turns that into any
 //! other difference, and results are squared.
 
-use std::collections::HashMap;
-
 use brood_genome::{Arithmetic, Input, RANGE};
 
 use crate::{Constant, Operation};
@@ -27,33 +25,31 @@ impl Reference {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Node {
     Input(Input),
     Constant(Constant),
     Operation { operation: Operation, a: u32, b: u32 },
 }
 
-/// What makes two nodes the same.
-#[derive(PartialEq, Eq, Hash)]
-enum Identity {
-    Input(Input),
-    Constant(u32, u64),
-    Operation(Operation, u32, u32),
-}
+/// Slots of the table of nodes at the start; a usual genome fills less than half of them.
+const FIRST_SLOTS: usize = 512;
 
 pub(crate) struct Builder {
     nodes: Vec<Node>,
     /// Hash of the whole tree under a node: orders commuting operands independently of the genome's order.
     shapes: Vec<u64>,
-    known: HashMap<Identity, u32>,
+    /// Open addressing by shape: one more than the index of a node, 0 where there is none.
+    known: Vec<u32>,
     fold: bool,
 }
 
 impl Builder {
     /// With `fold` false only value numbering happens, for the counts.
     pub(crate) fn new(fold: bool) -> Self {
-        Self { nodes: Vec::new(), shapes: Vec::new(), known: HashMap::new(), fold }
+        let (nodes, shapes) =
+            (Vec::with_capacity(FIRST_SLOTS / 2), Vec::with_capacity(FIRST_SLOTS / 2));
+        Self { nodes, shapes, known: vec![0; FIRST_SLOTS], fold }
     }
 
     pub(crate) fn node(&self, index: u32) -> Node {
@@ -67,7 +63,7 @@ impl Builder {
 
     pub(crate) fn input(&mut self, input: Input) -> Reference {
         let shape = mix(1, input.index() as u64, 0);
-        self.intern(Identity::Input(input), Node::Input(input), shape)
+        self.intern(Node::Input(input), shape)
     }
 
     pub(crate) fn constant(&mut self, value: f32) -> Reference {
@@ -200,7 +196,7 @@ impl Builder {
         let bits = (canonical.to_bits(), reference.to_bits());
         let shape = mix(2, u64::from(bits.0), bits.1);
         let node = Node::Constant(Constant { canonical, reference });
-        self.intern(Identity::Constant(bits.0, bits.1), node, shape).signed(negate)
+        self.intern(node, shape).signed(negate)
     }
 
     fn is_zero(&self, a: Reference) -> bool {
@@ -220,17 +216,41 @@ impl Builder {
         let (left, right) = (self.shapes[a as usize], self.shapes[b as usize]);
         let shape = mix(3 + u64::from(operation.number()), left, right);
         let node = Node::Operation { operation, a, b };
-        self.intern(Identity::Operation(operation, a, b), node, shape)
+        self.intern(node, shape)
     }
 
-    fn intern(&mut self, identity: Identity, node: Node, shape: u64) -> Reference {
-        let next = u32::try_from(self.nodes.len()).expect("at most 1024 instructions");
-        let index = *self.known.entry(identity).or_insert(next);
-        if index == next {
-            self.nodes.push(node);
-            self.shapes.push(shape);
+    fn intern(&mut self, node: Node, shape: u64) -> Reference {
+        if 2 * self.nodes.len() >= self.known.len() {
+            self.grow();
         }
+        let mut slot = self.slot(shape);
+        while let Some(index) = self.known[slot].checked_sub(1) {
+            if self.nodes[index as usize] == node {
+                return Reference { node: index, negate: false };
+            }
+            slot = (slot + 1) & (self.known.len() - 1);
+        }
+        let index = u32::try_from(self.nodes.len()).expect("at most 1024 instructions");
+        self.known[slot] = index + 1;
+        self.nodes.push(node);
+        self.shapes.push(shape);
         Reference { node: index, negate: false }
+    }
+
+    fn slot(&self, shape: u64) -> usize {
+        // The length is a power of two; the low bits of a shape are well mixed.
+        shape as usize & (self.known.len() - 1)
+    }
+
+    fn grow(&mut self) {
+        self.known = vec![0; 2 * self.known.len()];
+        for (number, shape) in (1..).zip(&self.shapes) {
+            let mut slot = *shape as usize & (self.known.len() - 1);
+            while self.known[slot] != 0 {
+                slot = (slot + 1) & (self.known.len() - 1);
+            }
+            self.known[slot] = number;
+        }
     }
 }
 

@@ -39,12 +39,19 @@ impl Counts {
         Self {
             instructions: count(instructions.len()),
             live_instructions: count(live.iter().filter(|mask| **mask != 0).count()),
-            scalar_operations: sum(&mut instructions.iter().map(|i| i.write_mask().bits())),
+            scalar_operations: written_operations(genome),
             live_scalar_operations: sum(&mut live.iter().copied()),
             numbered_operations: count(numbered.operations()),
             operations: count(Program::lower(genome).operations()),
         }
     }
+}
+
+/// [`Counts::scalar_operations`] alone, which needs no lowering.
+#[must_use]
+pub fn written_operations(genome: &Genome) -> u32 {
+    let cost = |i: &brood_genome::Instruction| scalar_cost(i.opcode(), i.write_mask().bits());
+    genome.instructions().iter().map(cost).sum()
 }
 
 fn count(n: usize) -> u32 {

@@ -22,14 +22,16 @@ mod hash;
 mod liveness;
 mod lower;
 mod program;
+mod range;
 mod tape;
 mod words;
 
-pub use brood::{BroodRequest, Child, MAX_REDRAWS, make_brood};
-pub use counts::Counts;
+pub use brood::{BroodRequest, Child, Draw, MAX_REDRAWS, make_brood, settle_brood};
+pub use counts::{Counts, written_operations};
 pub use execute::execute;
 pub use hash::ProgramHash;
 pub use liveness::live_instructions;
 pub use program::{Constant, Operand, Operation, Program, Step};
+pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};
 pub use words::WordsError;

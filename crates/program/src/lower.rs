@@ -1,7 +1,5 @@
 //! Lowering: genome to program.
 
-use std::collections::HashMap;
-
 use brood_genome::{Genome, Instruction, Opcode, Register, Source};
 
 use crate::build::{Builder, Node, Reference};
@@ -160,7 +158,8 @@ impl Expansion<'_> {
 /// Walks from the results and keeps what it meets, in post-order.
 pub(crate) struct Collector<'a> {
     builder: &'a Builder,
-    operands: HashMap<u32, Operand>,
+    /// For each node where its value is found, once it has been collected.
+    operands: Vec<Option<Operand>>,
     needs: Vec<u32>,
     program: Program,
 }
@@ -172,13 +171,13 @@ impl<'a> Collector<'a> {
         genome: &Genome,
     ) -> Program {
         let program = Program {
-            steps: Vec::new(),
-            constants: Vec::new(),
+            steps: Vec::with_capacity(builder.nodes().len()),
+            constants: Vec::with_capacity(8),
             results: [Operand::Constant(0); 3],
             output: *genome.output(),
         };
         let needs = register_needs(builder);
-        let mut collector = Self { builder, operands: HashMap::new(), needs, program };
+        let mut collector = Self { builder, operands: vec![None; needs.len()], needs, program };
         for (channel, result) in results.into_iter().enumerate() {
             collector.program.results[channel] = collector.visit(result.node);
         }
@@ -188,7 +187,7 @@ impl<'a> Collector<'a> {
     fn visit(&mut self, root: u32) -> Operand {
         let mut stack = vec![root];
         while let Some(node) = stack.last().copied() {
-            if self.operands.contains_key(&node) {
+            if self.operands[node as usize].is_some() {
                 stack.pop();
                 continue;
             }
@@ -199,28 +198,25 @@ impl<'a> Collector<'a> {
                     Operand::Constant(narrow(self.program.constants.len() - 1))
                 }
                 Node::Operation { operation, a, b } => {
-                    let pending = self.pending(a, b);
-                    if !pending.is_empty() {
-                        stack.extend(pending);
+                    let both = (self.operands[a as usize], self.operands[b as usize]);
+                    let (Some(a), Some(b)) = both else {
+                        // The one to be collected first on top: the one that needs more registers.
+                        let first_is_a = self.needs[a as usize] >= self.needs[b as usize];
+                        let pending = if first_is_a { [b, a] } else { [a, b] };
+                        let operands = &self.operands;
+                        stack.extend(
+                            pending.into_iter().filter(|n| operands[*n as usize].is_none()),
+                        );
                         continue;
-                    }
-                    let (a, b) = (self.operands[&a], self.operands[&b]);
+                    };
                     self.program.steps.push(Step { operation, a, b });
                     Operand::Step(narrow(self.program.steps.len() - 1))
                 }
             };
-            self.operands.insert(node, operand);
+            self.operands[node as usize] = Some(operand);
             stack.pop();
         }
-        self.operands[&root]
-    }
-
-    /// Operands not yet collected, the one to be collected first on top: the one that needs more registers.
-    fn pending(&self, a: u32, b: u32) -> Vec<u32> {
-        let first_is_a = self.needs[a as usize] >= self.needs[b as usize];
-        let mut pending = if first_is_a { vec![b, a] } else { vec![a, b] };
-        pending.retain(|node| !self.operands.contains_key(node));
-        pending
+        self.operands[root as usize].expect("the root has just been collected")
     }
 }
 

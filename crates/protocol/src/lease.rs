@@ -1,21 +1,21 @@
 //! Work for workers: binary (postcard behind a version), because a brood's programs and pictures as JSON text would
 //! cost milliseconds.
 
-use brood_scene::Scene;
+use brood_scene::{PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey};
+use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, Work};
 
 /// Content type of lease requests, grants and results.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Opens every message; the digit is the version.
-const MAGIC: &[u8; 8] = b"brood/1\n";
+const MAGIC: &[u8; 8] = b"brood/2\n";
 
 /// Bytes that are not a message of this version.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// Another version, or no message at all.
-    #[error("the message does not begin with the version brood/1")]
+    #[error("the message does not begin with the version brood/2")]
     Version,
     /// Broken off or malformed.
     #[error("the message is malformed: {0}")]
@@ -80,6 +80,8 @@ pub struct RenderItem {
     pub key: PictureKey,
     /// The program's packed words.
     pub words: Vec<u32>,
+    /// Scalar operations of the genome as written, which the program no longer shows: for [`Work`].
+    pub operations_written: u32,
 }
 
 /// Where a worker gets the mesh.
@@ -101,7 +103,9 @@ pub struct Frame {
     /// Side in pixels.
     pub size_px: u32,
     /// Samples per pixel.
-    pub samples_per_pixel: u32,
+    pub sampling: Sampling,
+    /// The part that is wanted; all of it if absent.
+    pub area: Option<PixelArea>,
     /// The file wanted.
     pub format: PictureFormat,
     /// The evaluator wanted.
@@ -109,17 +113,33 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame of a scene.
+    /// A frame of a whole picture of a scene.
     #[must_use]
     pub fn new(
         scene: &Scene,
         mesh: MeshSource,
         size_px: u32,
-        samples_per_pixel: u32,
+        sampling: impl Into<Sampling>,
         (format, backend): (PictureFormat, Backend),
     ) -> Self {
         let scene_json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
-        Self { scene_json, mesh, size_px, samples_per_pixel, format, backend }
+        let sampling = sampling.into();
+        Self { scene_json, mesh, size_px, sampling, area: None, format, backend }
+    }
+
+    /// The same with another part of the picture.
+    #[must_use]
+    pub fn with_area(self, area: Option<PixelArea>) -> Self {
+        // All of it is the picture itself, under its own key.
+        let area = area.filter(|area| *area != PixelArea::whole(self.size_px));
+        Self { area, ..self }
+    }
+
+    /// Rays that its picture takes at least.
+    #[must_use]
+    pub fn rays(&self) -> u64 {
+        let area = self.area.unwrap_or(PixelArea::whole(self.size_px));
+        area.pixels() * u64::from(self.sampling.least())
     }
 
     /// The scene.
@@ -137,7 +157,8 @@ impl Frame {
             parsed.mesh = brood_scene::MeshRef::Uploaded(String::new());
             scene = serde_json::to_string(&parsed).expect("a scene is finite numbers and words");
         }
-        let parts = (scene, self.mesh, self.size_px, self.samples_per_pixel, self.format, class);
+        let shape = (self.size_px, self.sampling, self.area);
+        let parts = (scene, self.mesh, shape, self.format, class);
         blake3::hash(&postcard::to_stdvec(&parts).expect("plain data serialises"))
     }
 }
@@ -154,8 +175,8 @@ pub struct LeaseResults {
 /// What came of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// The pictures, all of them.
-    Pictures(Vec<RenderedPicture>),
+    /// The pictures, all of them, and what they took.
+    Pictures(Vec<RenderedPicture>, Work),
     /// It cannot be done, and trying again would not help.
     Failed(String),
 }
@@ -166,6 +187,7 @@ pub struct RenderedPicture {
     /// Its key.
     pub key: PictureKey,
     /// The encoded file.
+    #[serde(with = "octets")]
     pub bytes: Vec<u8>,
     /// The exposure that was used, in EV; 0 for linear files.
     pub exposure_ev: f64,
@@ -173,6 +195,41 @@ pub struct RenderedPicture {
     pub samples: u64,
     /// Scalar operations executed for it.
     pub operations: u64,
+}
+
+/// Files as one run of bytes: serde's own form of a vector goes through them one by one, which takes milliseconds for the
+/// pictures of a brood. What is on the wire is the same.
+mod octets {
+    use std::fmt;
+
+    use serde::de::{Error, Visitor};
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(bytes)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+        struct Octets;
+
+        impl Visitor<'_> for Octets {
+            type Value = Vec<u8>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("bytes")
+            }
+
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
+                Ok(bytes.to_vec())
+            }
+
+            fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
+                Ok(bytes)
+            }
+        }
+
+        deserializer.deserialize_byte_buf(Octets)
+    }
 }
 
 /// A message as bytes.
@@ -188,5 +245,40 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
         Ok((message, [])) => Ok(message),
         Ok((_, rest)) => Err(WireError::Malformed(format!("{} bytes too many", rest.len()))),
         Err(error) => Err(WireError::Malformed(error.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn results(bytes: Vec<u8>) -> LeaseResults {
+        let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 3 };
+        let key = PictureKey([7; 32]);
+        let picture = RenderedPicture { key, bytes, exposure_ev: 0.5, samples: 9, operations: 99 };
+        let work = Work { pictures: 1, samples_lit: 9, ..Work::default() };
+        LeaseResults { ticket, outcome: Outcome::Pictures(vec![picture.clone(), picture], work) }
+    }
+
+    #[test]
+    fn results_come_back_as_they_were_sent() {
+        for bytes in [Vec::new(), (0..=255).cycle().take(70_000).collect()] {
+            let sent = results(bytes);
+            assert_eq!(decode::<LeaseResults>(&encode(&sent)).unwrap(), sent);
+        }
+    }
+
+    #[test]
+    fn message_is_refused_when_of_another_version_or_cut_off() {
+        let whole = encode(&results(vec![1; 100]));
+        let mut old = whole.clone();
+        old[6] = b'1';
+        assert_eq!(decode::<LeaseResults>(&old), Err(WireError::Version));
+        for end in MAGIC.len()..whole.len() {
+            let cut = decode::<LeaseResults>(&whole[..end]);
+            assert!(matches!(cut, Err(WireError::Malformed(_))), "{end}: {cut:?}");
+        }
+        let longer = [whole.as_slice(), b"x"].concat();
+        assert!(matches!(decode::<LeaseResults>(&longer), Err(WireError::Malformed(_))));
     }
 }

@@ -6,6 +6,7 @@ mod breed;
 mod client;
 mod id;
 mod individual;
+mod job;
 mod lease;
 mod lineage;
 mod mesh;
@@ -14,11 +15,16 @@ mod picture;
 mod problem;
 mod seed;
 mod system;
+mod work;
+
+/// How a picture is sampled and which part of it is wanted: words of requests, for those who know no scenes.
+pub use brood_scene::{PixelArea, Sampling};
 
 pub use breed::{Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
 pub use client::{ClientError, WorkerClient};
 pub use id::{GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId};
 pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
+pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource, Outcome,
     RenderItem, RenderJob, RenderedPicture, WireError, WorkerReport, decode, encode,
@@ -30,3 +36,4 @@ pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_V
 pub use problem::Problem;
 pub use seed::Seed;
 pub use system::{BackendReport, SystemAnswer};
+pub use work::Work;

@@ -1,28 +1,29 @@
 //! Draws a mesh in the default scene with a plain material, to see what a mesh or a file looks like.
 //!
-//! `look MESH OUT.png [SIZE] [SCENE_JSON]`: MESH is a built-in name or an OBJ file. Half the texture squares are darker, and
+//! `look MESH OUT.png [SIZE] [SCENE_JSON] [SAMPLES]`: MESH is a built-in name or an OBJ file. Half the texture squares are darker, and
 //! the highlight is stretched along u, so that texture positions and tangents can be seen.
 
 use std::error::Error;
 use std::fs;
 
-use brood_scene::{BuiltinMesh, Mesh, ObjLimits, SampleSet, Scene, parse_obj};
+use brood_scene::{BuiltinMesh, Mesh, ObjLimits, SampleSet, Sampling, Scene, parse_obj};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [name, out, rest @ ..] = words.as_slice() else {
-        return Err("usage: look MESH OUT.png [SIZE] [SCENE_JSON]".into());
+        return Err("usage: look MESH OUT.png [SIZE] [SCENE_JSON] [SAMPLES]".into());
     };
     let size_px: u32 = rest.first().map_or(Ok(256), |word| word.parse())?;
     let scene: Scene =
         rest.get(1).map_or(Ok(Scene::default()), |json| serde_json::from_str(json))?;
     scene.validate()?;
+    let sampling: Sampling = rest.get(2).map_or(Ok(Sampling::Adaptive), |word| word.parse())?;
     let mesh = match BuiltinMesh::ALL.into_iter().find(|mesh| mesh.name() == name) {
         Some(mesh) => Mesh::builtin(mesh),
         None => read(name)?,
     };
     let start = std::time::Instant::now();
-    let samples = SampleSet::render(&mesh, &scene, size_px, 1);
+    let samples = SampleSet::render(&mesh, &scene, size_px, sampling);
     println!(
         "{name}: {} vertices, {} triangles, {:?}, first render {:?}",
         mesh.vertex_count(),
@@ -31,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         start.elapsed()
     );
     let start = std::time::Instant::now();
-    let again = SampleSet::render(&mesh, &scene, size_px, 1);
+    let again = SampleSet::render(&mesh, &scene, size_px, sampling);
     println!("second render {:?}, at most {} bytes", start.elapsed(), again.bytes());
     let mut encoder = png::Encoder::new(fs::File::create(out)?, size_px, size_px);
     encoder.set_color(png::ColorType::Grayscale);
@@ -49,19 +50,19 @@ fn read(path: &str) -> Result<Mesh, Box<dyn Error>> {
 
 fn develop(samples: &SampleSet) -> Vec<u8> {
     let image = samples.image().expect("a rendered set has an image");
-    let mut pixels = vec![40u8; image.covered.len()];
-    for (pixel, covered) in pixels.iter_mut().zip(&image.covered) {
-        if *covered > 0 {
+    let mut pixels = vec![40u8; image.coverage.len()];
+    for (pixel, covered) in pixels.iter_mut().zip(image.coverage.iter()) {
+        if *covered > 0.0 {
             *pixel = 0;
         }
     }
     let irradiance = samples.irradiance()[0];
-    for span in &image.spans {
-        let radiance: f64 = (span.start..span.end)
+    for span in image.spans() {
+        let radiance: f64 = (span.counted..span.end)
             .map(|index| index as usize)
             .map(|index| plain(samples, index) * f64::from(irradiance[index]))
             .sum();
-        let shown = radiance.clamp(0.0, 1.0).powf(1.0 / 2.2);
+        let shown = (radiance * f64::from(image.scale)).clamp(0.0, 1.0).powf(1.0 / 2.2);
         pixels[span.pixel as usize] = (255.0 * shown).round() as u8;
     }
     pixels

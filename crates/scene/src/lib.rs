@@ -27,4 +27,7 @@ pub use description::{
 };
 pub use mesh::{Mesh, MeshError, MeshParts};
 pub use obj::{ObjError, ObjErrorKind, ObjFile, ObjLimits, ObjWarning, parse_obj};
-pub use sample_set::{ImageLayout, PixelSpan, SampleCounts, SampleSet};
+pub use sample_set::{
+    ImageLayout, PixelArea, PixelAreaError, PixelRun, PixelSpan, SampleCounts, SampleSet, Sampling,
+    SamplingError,
+};

@@ -3,37 +3,50 @@
 //! Owns the pairs of directions, what is computed from them at first use, the light that falls on each sample, and the
 //! way back from samples to pixels. Knows nothing of programs and colours.
 
+#[cfg(test)]
+mod adaptive_tests;
+mod cluster;
 mod frame;
 mod layout;
 mod lighting;
+mod pick;
+mod point;
+mod quadrature;
 mod render;
+mod sampling;
+mod select;
 #[cfg(test)]
 mod tests;
+mod values;
 mod view;
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use brood_brdf::{DirectionPair, Input};
+use brood_brdf::{DirectionPair, Input, InputMask};
 use glam::DVec2;
-use rayon::prelude::*;
 
-pub use layout::{ImageLayout, PixelSpan, SampleCounts};
+pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
+
+pub use sampling::{PixelArea, PixelAreaError, Sampling, SamplingError};
 
 use crate::{Mesh, Scene};
+use values::Values;
 
 /// Shading samples as a structure of arrays.
 ///
 /// # Shapes
-/// Every array has [`SampleSet::len`] entries. In sets of an image, samples are in the order of pixels, in a pixel of
-/// subsamples, in a subsample of lights, and only lit and covered ones are there.
+/// Every array has [`SampleSet::len`] entries. In sets of an image, samples are in the order of pixels, in a pixel those
+/// of the ray through its centre come first, and only lit and covered ones are there ([`ImageLayout`]).
 #[derive(Debug)]
 pub struct SampleSet {
+    id: u64,
     pairs: Vec<DirectionPair>,
     uvs: Vec<DVec2>,
     irradiance: [Vec<f32>; 3],
     image: Option<ImageLayout>,
     counts: SampleCounts,
-    inputs: [OnceLock<Vec<f32>>; Input::ALL.len()],
+    inputs: [OnceLock<Values>; Input::ALL.len()],
 }
 
 impl SampleSet {
@@ -43,13 +56,37 @@ impl SampleSet {
     /// A scene that [`Scene::validate`] accepts; another one gives a meaningless set. No shadows.
     ///
     /// # Panics
-    /// Where `size_px` or `samples_per_pixel` is not in 1..=65535, or the set would have 2^32 samples.
+    /// Where `size_px` is not in 1..=65535, a fixed number of samples is 0, or the set would have 2^32 samples.
     ///
     /// # Error
     /// The same to the bit for any number of threads.
     #[must_use]
-    pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, samples_per_pixel: u32) -> Self {
-        render::render(mesh, scene, size_px, samples_per_pixel)
+    pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, sampling: impl Into<Sampling>) -> Self {
+        Self::render_area(mesh, scene, size_px, sampling, PixelArea::whole(size_px))
+    }
+
+    /// The samples of a part of that picture: those of the whole picture in these pixels, to the bit.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render`], and where the area is empty or not within the picture.
+    #[must_use]
+    pub fn render_area(
+        mesh: &Mesh,
+        scene: &Scene,
+        size_px: u32,
+        sampling: impl Into<Sampling>,
+        area: PixelArea,
+    ) -> Self {
+        render::render(mesh, scene, size_px, sampling.into(), area)
+    }
+
+    /// The samples of some pixels of an image, as an image of one row; inputs in `inputs` come with them.
+    ///
+    /// # Panics
+    /// Where the set has no image, or `pixels` do not ascend or are not in it.
+    #[must_use]
+    pub fn pick(&self, pixels: &[u32], inputs: InputMask) -> Self {
+        pick::pick(self, pixels, inputs)
     }
 
     /// One sample per pair of directions with irradiance 1 and no image; no `uvs` at all stand for zeros.
@@ -76,7 +113,16 @@ impl SampleSet {
         image: Option<ImageLayout>,
         counts: SampleCounts,
     ) -> Self {
-        Self { pairs, uvs, irradiance, image, counts, inputs: Default::default() }
+        // An identity for caches alone: no value ever depends on it.
+        static NEXT_ID: AtomicU64 = AtomicU64::new(0);
+        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        Self { id, pairs, uvs, irradiance, image, counts, inputs: Default::default() }
+    }
+
+    /// A number that no other set of this process has, so that copies on devices can be told apart.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
     }
 
     /// Number of samples.
@@ -94,17 +140,23 @@ impl SampleSet {
     /// An input for every sample: computed in f64 and rounded once, at first use, then kept.
     #[must_use]
     pub fn input(&self, input: Input) -> &[f32] {
+        self.kept(input)
+    }
+
+    /// The least and the largest value of an input over all samples; both 0 where there is none.
+    #[must_use]
+    pub fn input_range(&self, input: Input) -> (f32, f32) {
+        self.kept(input).range()
+    }
+
+    fn kept(&self, input: Input) -> &Values {
         let kept = &self.inputs[input.index()];
         if kept.get().is_none() {
             // Not inside `get_or_init`: a thread that waits for its share of this loop may be given a task that asks
             // for the same input, and would wait for itself. Computing twice does no harm.
-            let values = self
-                .pairs
-                .par_iter()
-                .zip(&self.uvs)
-                .with_min_len(1024)
-                .map(|(pair, uv)| round_to_f32(input.evaluate(pair, *uv)))
-                .collect();
+            let values = Values::compute(self.len(), |index| {
+                round_to_f32(input.evaluate(&self.pairs[index], self.uvs[index]))
+            });
             kept.get_or_init(|| values);
         }
         kept.get().expect("the input has just been computed")

@@ -4,19 +4,22 @@
 //! to the lowest triangle, so that a hit does not depend on the shape of the tree. Works in the unit frame of the mesh:
 //! centre of the bounding sphere 0, radius 1.
 
+mod beam;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod triangle;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3, Vec3A};
 
+pub(crate) use beam::Beam;
+use beam::Window;
 use tree::{Bounds, Item, Node};
 use triangle::ShearedRay;
 
-/// Boxes are grown by this much in the unit frame: rounding of the corners to f32 (6e-8), of the box test and of the
-/// hit distance (1e-15 each) stay far below it.
-const BOX_MARGIN: f32 = 1e-6;
+/// Boxes are grown by this much in the unit frame. Boxes are tested in f32, against origins within 2.6 of the centre:
+/// the corners, the origin, their difference, the product and the hit distance are rounded by at most 2.4e-7 each.
+const BOX_MARGIN: f32 = 4e-6;
 
 /// A ray in the unit frame.
 #[derive(Debug, Clone, Copy)]
@@ -41,12 +44,21 @@ pub(crate) struct Hit {
 /// What rays are traced against.
 #[derive(Debug)]
 pub(crate) struct Tracer {
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
-    order: Vec<u32>,
+    triangles: Vec<Triangle>,
 }
+
+/// A triangle with its corners at hand: what is tested together lies together.
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    corners: [DVec3; 3],
+    number: u32,
+}
+
+/// Nodes that wait for their visit, kept between rays. Reused so that no ray allocates.
+#[derive(Debug, Default)]
+pub(crate) struct Stack(Vec<(f32, u32)>);
 
 impl Tracer {
     /// Builds the tree over all triangles that can be hit.
@@ -60,84 +72,169 @@ impl Tracer {
         let solid = (0u32..).zip(triangles).filter(|(_, t)| has_area(t));
         let items = solid.map(|(triangle, t)| Item { bounds: grown_bounds(corners(t)), triangle });
         let (nodes, order) = tree::build(items.collect());
-        Self { positions, triangles: triangles.to_vec(), nodes, order }
+        let ordered = order
+            .into_iter()
+            .map(|number| Triangle { corners: corners(&triangles[number as usize]), number });
+        Self { nodes, triangles: ordered.collect() }
     }
 
     /// The nearest hit at a positive distance.
     ///
     /// # Domain
     /// Any ray with finite numbers; another one misses.
-    pub fn trace(&self, ray: Ray, stack: &mut Vec<(f64, u32)>) -> Option<Hit> {
-        // Far origins would cost digits: start where the ray comes within reach of the bounding sphere.
-        let ahead = -ray.origin.dot(ray.direction);
-        if (ray.origin + ray.direction * ahead).length_squared() > 1.01 {
-            return None;
-        }
-        let origin = ray.origin + ray.direction * (ahead - 1.5).max(0.0);
-        let sheared = ShearedRay::new(origin, ray.direction)?;
-        let inverse = ray.direction.to_array().map(|d| {
-            // An infinity would make NaN of a box side that the origin lies on.
-            1.0 / if d.abs() < 1e-300 { 1e-300 } else { d }
-        });
+    pub fn trace(&self, ray: Ray, stack: &mut Stack) -> Option<Hit> {
+        let (sheared, origin) = approach(ray)?;
+        let origin = origin.as_vec3a();
+        let inverse = ray.direction.as_vec3a();
+        // An infinity would make NaN of a box side that the origin lies on.
+        let inverse = Vec3A::select(
+            inverse.abs().cmplt(Vec3A::splat(1e-30)),
+            Vec3A::splat(1e30),
+            inverse.recip(),
+        );
         let mut best: Option<Hit> = None;
+        let mut reach = f32::INFINITY;
+        let stack = &mut stack.0;
         stack.clear();
-        if let Some(root) = self.nodes.first()
-            && let Some(entry) = entry_distance(&root.bounds, origin, inverse)
-        {
-            stack.push((entry, 0));
+        if let Some(root) = self.nodes.first() {
+            let entry = entry_distance(&root.bounds, origin, inverse);
+            if entry < f32::INFINITY {
+                stack.push((entry, 0));
+            }
         }
         while let Some((entry, index)) = stack.pop() {
-            if best.is_some_and(|hit| entry > hit.distance) {
+            if entry > reach {
                 continue;
             }
             let node = &self.nodes[index as usize];
             if node.count > 0 {
-                let leaf = node.first as usize..(node.first + node.count) as usize;
-                for &triangle in &self.order[leaf] {
-                    self.test(&sheared, triangle as usize, &mut best);
+                for triangle in &self.triangles[node.range()] {
+                    test(&sheared, triangle, &mut best);
                 }
+                // Rounded, which the margin of the boxes allows for.
+                reach = best.map_or(f32::INFINITY, |hit| hit.distance as f32);
                 continue;
             }
-            let mut children = [node.first, node.first + 1].map(|child| {
-                let entry = entry_distance(&self.nodes[child as usize].bounds, origin, inverse);
-                (entry.unwrap_or(f64::INFINITY), child)
-            });
+            let (left, right) = (node.first, node.first + 1);
+            let near = entry_distance(&self.nodes[left as usize].bounds, origin, inverse);
+            let far = entry_distance(&self.nodes[right as usize].bounds, origin, inverse);
+            let (near, far) = if near < far {
+                ((near, left), (far, right))
+            } else {
+                ((far, right), (near, left))
+            };
             // The nearer child is popped first.
-            if children[0].0 < children[1].0 {
-                children.swap(0, 1);
+            if far.0 <= reach && far.0 < f32::INFINITY {
+                stack.push(far);
             }
-            stack.extend(children.into_iter().filter(|child| child.0 < f64::INFINITY));
+            if near.0 <= reach && near.0 < f32::INFINITY {
+                stack.push(near);
+            }
         }
         best
     }
 
-    fn test(&self, ray: &ShearedRay, triangle: usize, best: &mut Option<Hit>) {
-        let corners = self.triangles[triangle].map(|corner| self.positions[corner as usize]);
-        let Some((distance, weights)) = ray.intersect(corners) else { return };
-        let nearer = best.is_none_or(|hit| {
-            distance < hit.distance || (distance == hit.distance && triangle < hit.triangle)
-        });
-        if nearer {
-            *best = Some(Hit { triangle, weights, distance });
+    /// Looks up every triangle that a ray within the beam may hit; `false` where they are so many that rays are better
+    /// traced one by one. `project` says where in the pixel a place is seen.
+    pub fn gather(
+        &self,
+        beam: &Beam,
+        project: impl Fn(DVec3) -> Option<DVec2>,
+        stack: &mut Stack,
+        found: &mut Candidates,
+    ) -> bool {
+        found.triangles.clear();
+        found.windows.clear();
+        let stack = &mut stack.0;
+        stack.clear();
+        if !self.nodes.is_empty() {
+            stack.push((0.0, 0));
         }
+        while let Some((_, index)) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            if !beam.may_meet(&node.bounds) {
+                continue;
+            }
+            if node.count == 0 {
+                stack.push((0.0, node.first));
+                stack.push((0.0, node.first + 1));
+                continue;
+            }
+            for triangle in &self.triangles[node.range()] {
+                if let Some(window) = Window::around(&triangle.corners, &project) {
+                    found.triangles.push(*triangle);
+                    found.windows.push(window);
+                }
+            }
+            if found.triangles.len() > Candidates::MOST {
+                return false;
+            }
+        }
+        true
     }
 }
 
-/// Distance at which the ray enters the box (0 inside), `None` where it passes by.
-fn entry_distance(bounds: &Bounds, origin: DVec3, inverse: [f64; 3]) -> Option<f64> {
-    let (mut near, mut far) = (0.0f64, f64::INFINITY);
-    for (axis, o) in origin.to_array().into_iter().enumerate() {
-        let a = (f64::from(bounds.low[axis]) - o) * inverse[axis];
-        let b = (f64::from(bounds.high[axis]) - o) * inverse[axis];
-        near = near.max(a.min(b));
-        far = far.min(a.max(b));
+/// The triangles that matter to the rays of a pixel, and where in the pixel they may be seen.
+#[derive(Debug, Default)]
+pub(crate) struct Candidates {
+    triangles: Vec<Triangle>,
+    windows: Vec<Window>,
+}
+
+impl Candidates {
+    /// Above this, the tree is faster.
+    const MOST: usize = 160;
+
+    /// The nearest hit among them: what [`Tracer::trace`] finds, to the bit, for the ray through a place of the beam.
+    pub fn trace(&self, ray: Ray, place: DVec2) -> Option<Hit> {
+        let (sheared, _) = approach(ray)?;
+        let place = place.as_vec2();
+        let mut best = None;
+        for (window, triangle) in self.windows.iter().zip(&self.triangles) {
+            if window.holds(place) {
+                test(&sheared, triangle, &mut best);
+            }
+        }
+        best
     }
-    (near <= far).then_some(near)
+}
+
+/// The ray from where it comes within reach of the bounding sphere: far origins would cost digits. `None` where it
+/// passes by or is not finite.
+fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
+    let ahead = -ray.origin.dot(ray.direction);
+    if (ray.origin + ray.direction * ahead).length_squared() > 1.01 {
+        return None;
+    }
+    let origin = ray.origin + ray.direction * (ahead - 1.5).max(0.0);
+    Some((ShearedRay::new(origin, ray.direction)?, origin))
+}
+
+#[inline]
+fn test(ray: &ShearedRay, triangle: &Triangle, best: &mut Option<Hit>) {
+    let Some((distance, weights)) = ray.intersect(&triangle.corners) else { return };
+    let number = triangle.number as usize;
+    let nearer = best.is_none_or(|hit| {
+        distance < hit.distance || (distance == hit.distance && number < hit.triangle)
+    });
+    if nearer {
+        *best = Some(Hit { triangle: number, weights, distance });
+    }
+}
+
+/// Distance at which the ray enters the box (0 inside), infinite where it passes by.
+#[inline]
+fn entry_distance(bounds: &Bounds, origin: Vec3A, inverse: Vec3A) -> f32 {
+    let a = (bounds.low - origin) * inverse;
+    let b = (bounds.high - origin) * inverse;
+    let near = a.min(b).max_element().max(0.0);
+    let far = a.max(b).min_element();
+    if near <= far { near } else { f32::INFINITY }
 }
 
 /// The box of a triangle, grown so that it holds the triangle after all rounding.
 fn grown_bounds([a, b, c]: [DVec3; 3]) -> Bounds {
-    let low = a.min(b).min(c).as_vec3() - BOX_MARGIN;
-    let high = a.max(b).max(c).as_vec3() + BOX_MARGIN;
-    Bounds { low: low.to_array(), high: high.to_array() }
+    let low = a.min(b).min(c).as_vec3a() - BOX_MARGIN;
+    let high = a.max(b).max(c).as_vec3a() + BOX_MARGIN;
+    Bounds { low, high }
 }

@@ -1,6 +1,8 @@
 //! Generations: births and history. Owns the tables `generation` and `generation_parent`, and the one transaction that
 //! a birth is; refuses to know how children are made.
 
+use std::sync::atomic::Ordering;
+
 use brood_genome::GenomeHash;
 use brood_protocol::{
     Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
@@ -11,7 +13,9 @@ use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 use crate::genome::{self, CHUNK_ROWS, NewGenome};
 use crate::individual::{self, StoredIndividual, select_individual};
 use crate::row::{Columns, Key, damaged, narrow, set, signed};
-use crate::{Idempotency, NewJob, NewPicture, StorageError, Store, idempotency, job, picture};
+use crate::{
+    Committed, Idempotency, NewJob, NewPicture, StorageError, Store, idempotency, job, picture,
+};
 
 /// A generation to be stored, with all that becomes true with it.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +132,18 @@ impl Store {
         &self,
         new: NewGeneration,
     ) -> Result<StoredGeneration, StorageError> {
-        self.write(move |conn| Box::pin(async move { insert(conn, new).await })).await
+        Ok(self.create_generation_timed(new).await?.0)
+    }
+
+    /// The same, with where the time went. Once it was polled, whatever else is written comes after it.
+    pub async fn create_generation_timed(
+        &self,
+        new: NewGeneration,
+    ) -> Result<(StoredGeneration, Committed), StorageError> {
+        if new.job.as_ref().is_some_and(|job| job.leased_to.is_some()) {
+            self.claims().fetch_add(1, Ordering::Relaxed);
+        }
+        self.write_timed(move |conn| Box::pin(async move { insert(conn, new).await })).await
     }
 
     /// One generation.

@@ -79,6 +79,9 @@ words! {
     }
 }
 
+/// The epoch of a job's first lease.
+pub const FIRST_EPOCH: u64 = 1;
+
 /// A job to be enqueued.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewJob {
@@ -88,6 +91,8 @@ pub struct NewJob {
     pub kind: JobKind,
     /// Who waits for it.
     pub queue: Queue,
+    /// The worker that has it from the start, under [`FIRST_EPOCH`]; none where it waits in its queue.
+    pub leased_to: Option<String>,
     /// The work, in whatever form the caller reads.
     pub payload: Vec<u8>,
     /// When it was made, milliseconds since 1970.
@@ -103,6 +108,8 @@ pub struct ClaimedJob {
     pub epoch: u64,
     /// What is to be done.
     pub kind: JobKind,
+    /// When it was made, milliseconds since 1970.
+    pub created_ms: i64,
     /// The work.
     pub payload: Vec<u8>,
 }
@@ -151,7 +158,7 @@ impl QueueDepth {
 
 const CLAIM: &str = "UPDATE job SET state = 'leased', epoch = epoch + 1, worker = ?1
     WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2 ORDER BY id LIMIT 1)
-    RETURNING id, epoch, kind, payload";
+    RETURNING id, epoch, kind, created_ms, payload";
 const RELEASE: &str = "UPDATE job SET
         deaths = deaths + ?1,
         state = CASE WHEN deaths + ?1 >= ?2 THEN 'dead' ELSE 'queued' END,
@@ -201,6 +208,7 @@ impl Store {
                                 id: row.id("id")?,
                                 epoch: row.whole("epoch")?,
                                 kind: JobKind::read(&row.text("kind")?)?,
+                                created_ms: row.integer("created_ms")?,
                                 payload: row.blob("payload")?,
                             }));
                         }
@@ -285,6 +293,18 @@ impl Store {
         .await
     }
 
+    /// Whether a job waits for a worker. Reading is cheaper than a claim, which writes.
+    pub async fn any_queued(&self) -> Result<bool, StorageError> {
+        let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued')");
+        Ok(query.fetch_one(&mut *self.reader().await?).await?)
+    }
+
+    /// When the job that waits longest was made, in milliseconds since 1970.
+    pub async fn oldest_queued_ms(&self) -> Result<Option<i64>, StorageError> {
+        let query = sqlx::query_scalar("SELECT min(created_ms) FROM job WHERE state = 'queued'");
+        Ok(query.fetch_one(&mut *self.reader().await?).await?)
+    }
+
     /// How many jobs there are.
     pub async fn queue_depth(&self) -> Result<QueueDepth, StorageError> {
         let rows =
@@ -331,14 +351,24 @@ fn changed(rows: u64) -> Result<(), StorageError> {
 
 /// Stores a job without looking at how many wait.
 pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<(), StorageError> {
-    sqlx::query("INSERT INTO job (id, kind, queue, created_ms, payload) VALUES (?, ?, ?, ?, ?)")
-        .bind(job.id.key())
-        .bind(job.kind.name())
-        .bind(job.queue.name())
-        .bind(job.created_ms)
-        .bind(job.payload.as_slice())
-        .execute(conn)
-        .await?;
+    let (state, epoch) = match job.leased_to {
+        Some(_) => (JobState::Leased, FIRST_EPOCH),
+        None => (JobState::Queued, 0),
+    };
+    sqlx::query(
+        "INSERT INTO job (id, kind, queue, state, epoch, worker, created_ms, payload)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+    )
+    .bind(job.id.key())
+    .bind(job.kind.name())
+    .bind(job.queue.name())
+    .bind(state.name())
+    .bind(signed(epoch))
+    .bind(job.leased_to.as_deref())
+    .bind(job.created_ms)
+    .bind(job.payload.as_slice())
+    .execute(conn)
+    .await?;
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! What picture keys stand for. Owns the table `picture`; refuses to know pixels, which are derived and kept elsewhere.
 
 use brood_genome::GenomeHash;
-use brood_protocol::{Backend, PictureFormat, PictureKey, SceneId};
+use brood_protocol::{Backend, PictureFormat, PictureKey, PixelArea, Sampling, SceneId};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
@@ -23,7 +23,9 @@ pub struct PictureRow {
     /// Side in pixels.
     pub size_px: u32,
     /// Samples per pixel.
-    pub samples: u32,
+    pub sampling: Sampling,
+    /// The part that it shows; all of it if absent.
+    pub area: Option<PixelArea>,
     /// The file.
     pub format: PictureFormat,
     /// The evaluator.
@@ -59,8 +61,8 @@ impl Store {
     /// What a key stands for.
     pub async fn picture(&self, key: PictureKey) -> Result<PictureRow, StorageError> {
         let row = sqlx::query(
-            "SELECT key, genome_hash, scene_id, light_deg, size_px, samples, format, backend,
-                    renderer_version
+            "SELECT key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
+                    backend, renderer_version
              FROM picture WHERE key = ?",
         )
         .bind(key.0.as_slice())
@@ -77,7 +79,7 @@ pub(crate) async fn insert(
 ) -> Result<(), StorageError> {
     for chunk in pictures.chunks(CHUNK_ROWS) {
         let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, format,
+            "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
                                   backend, renderer_version) ",
         );
         query.push_values(chunk, |mut row, picture| {
@@ -86,7 +88,9 @@ pub(crate) async fn insert(
                 .push_bind(picture.scene.key())
                 .push_bind(picture.light_deg)
                 .push_bind(picture.size_px)
-                .push_bind(picture.samples)
+                .push_bind(picture.sampling.least())
+                .push_bind(picture.sampling == Sampling::Adaptive)
+                .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
                 .push_bind(format_word(picture.format))
                 .push_bind(picture.backend.name())
                 .push_bind(picture.renderer_version);
@@ -104,7 +108,14 @@ fn read(row: &SqliteRow) -> Result<PictureRow, StorageError> {
         scene: row.id("scene_id")?,
         light_deg: row.real("light_deg")?,
         size_px: row.whole("size_px")?,
-        samples: row.whole("samples")?,
+        sampling: match row.flag("adaptive")? {
+            true => Sampling::Adaptive,
+            false => Sampling::fixed(row.whole("samples")?).map_err(|_| damaged("samples"))?,
+        },
+        area: match row.text("area")?.as_str() {
+            "" => None,
+            text => Some(text.parse().map_err(|_| damaged("area"))?),
+        },
         format: match row.text("format")?.as_str() {
             "png" => PictureFormat::Png,
             "exr" => PictureFormat::Exr,

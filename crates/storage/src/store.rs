@@ -13,7 +13,7 @@ use tokio::task::JoinHandle;
 
 use crate::lock::DirectoryLock;
 use crate::row::Columns;
-use crate::writer::{Durability, Running, Writer};
+use crate::writer::{Committed, Durability, Running, Writer};
 use crate::{StorageError, connection};
 
 const FILE: &str = "brood.db";
@@ -219,6 +219,20 @@ impl Store {
             + Send
             + 'static,
     {
+        Ok(self.write_timed(operation).await?.0)
+    }
+
+    /// The same, with where the time went.
+    pub(crate) async fn write_timed<T, F>(
+        &self,
+        operation: F,
+    ) -> Result<(T, Committed), StorageError>
+    where
+        T: Send + 'static,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+            + Send
+            + 'static,
+    {
         self.inner.writer.write(Durability::PowerLoss, operation).await
     }
 
@@ -230,7 +244,7 @@ impl Store {
             + Send
             + 'static,
     {
-        self.inner.writer.write(Durability::ProcessDeath, operation).await
+        Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
     }
 }
 

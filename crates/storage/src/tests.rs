@@ -11,7 +11,7 @@ mod removal;
 use brood_genome::{Dialect, GenomeHash};
 use brood_protocol::{
     Backend, Curation, DialectConstraints, GenerationId, IndividualId, JobId, LineageId, ParentRef,
-    PictureFormat, PictureKey, SceneId, Seed,
+    PictureFormat, PictureKey, Sampling, SceneId, Seed,
 };
 use tempfile::TempDir;
 
@@ -112,7 +112,8 @@ fn picture(name: &str, genome_name: &str, scene: SceneId) -> NewPicture {
         scene,
         light_deg: 22.5,
         size_px: 256,
-        samples: 4,
+        sampling: Sampling::Adaptive,
+        area: "1,2,3,4".parse().ok(),
         format: PictureFormat::Png,
         backend: Backend::Auto,
         renderer_version: 1,
@@ -121,6 +122,7 @@ fn picture(name: &str, genome_name: &str, scene: SceneId) -> NewPicture {
 
 fn job(queue: Queue) -> NewJob {
     NewJob {
+        leased_to: None,
         id: JobId::fresh(),
         kind: JobKind::Render,
         queue,

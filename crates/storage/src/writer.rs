@@ -4,12 +4,13 @@
 //! Operations come over a bounded channel. The task takes one, opens a transaction, and keeps taking what has arrived
 //! until the channel is empty; each operation runs in a savepoint of its own, one commit makes them all durable, and
 //! then all are answered. Under load the operations that arrive while the disk is busy share the next commit, and a
-//! lone one is committed at once: no timer is needed for either.
+//! lone one is committed at once: no timer is needed for either. Statements between operations go to the connection's
+//! thread together, because each way there and back waits for a processor.
 
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use sqlx::{Connection, Row, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
@@ -24,14 +25,36 @@ const CHANNEL_OPERATIONS: usize = 256;
 const GROUP_OPERATIONS: usize = 128;
 /// The log is copied into the file when so many operations are in it and nothing was asked for a while ...
 const CHECKPOINT_OPERATIONS: usize = 8;
-const CHECKPOINT_SILENCE: Duration = Duration::from_millis(20);
-/// ... and in any case when so many are.
-const CHECKPOINT_MOST_OPERATIONS: usize = 64;
+const CHECKPOINT_SILENCE: Duration = Duration::from_millis(250);
+/// ... and in any case when it has so many pages, 24 MiB of them. Whoever writes next waits for that, tens of
+/// milliseconds on a slow disk; among broods without a pause in between it is fewer than one in a hundred.
+const CHECKPOINT_PAGES: i64 = 6144;
+/// How long the log is, is looked at after each fact, and after so many operations of any kind.
+const LOOK_OPERATIONS: usize = 64;
 
 /// A future on the write connection.
 pub(crate) type Running<'c, T> = Pin<Box<dyn Future<Output = T> + Send + 'c>>;
 /// Answers a caller: with the operation's own result, or with what became of the whole group.
-type Settle = Box<dyn FnOnce(Result<(), StorageError>) + Send>;
+type Settle = Box<dyn FnOnce(Result<Times, StorageError>) + Send>;
+
+/// When the stages of a group ended.
+#[derive(Debug, Clone, Copy)]
+struct Times {
+    begun: Instant,
+    written: Instant,
+    synced: Instant,
+}
+
+/// Where the time of a write went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Committed {
+    /// Waiting for the writes before it.
+    pub queued: Duration,
+    /// Running the statements of its group.
+    pub written: Duration,
+    /// Committing: writing the log and waiting for the disk.
+    pub synced: Duration,
+}
 
 /// What an answered write survives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +68,8 @@ pub(crate) enum Durability {
 /// An operation with the channel that its answer goes to.
 struct Pending<T, F> {
     operation: F,
-    answer: oneshot::Sender<Result<T, StorageError>>,
+    asked: Instant,
+    answer: oneshot::Sender<Result<(T, Committed), StorageError>>,
 }
 
 /// [`Pending`] with its types forgotten.
@@ -75,10 +99,16 @@ where
             if let (Some(Reach::Transaction | Reach::Store), Err(error)) = (failure, &result) {
                 tracing::error!(%error, detail = ?error, "a write failed");
             }
-            let answer = self.answer;
-            // A caller that has gone away does not matter: the write happened all the same.
-            let settle = Box::new(move |fate: Result<(), StorageError>| {
-                let _ = answer.send(fate.and(result));
+            let (answer, asked) = (self.answer, self.asked);
+            let settle = Box::new(move |fate: Result<Times, StorageError>| {
+                let committed = |times: Times| Committed {
+                    queued: times.begun.saturating_duration_since(asked),
+                    written: times.written - times.begun,
+                    synced: times.synced - times.written,
+                };
+                let answered = fate.and_then(|times| Ok((result?, committed(times))));
+                // A caller that has gone away does not matter: the write happened all the same.
+                let _ = answer.send(answered);
             });
             Ran { failure, settle }
         })
@@ -121,6 +151,8 @@ impl Writer {
             lock,
             synced: true,
             logged: 0,
+            looked: 0,
+            copied_pages: 0,
         };
         (Self { sender, poisoned }, tokio::spawn(task.run()))
     }
@@ -135,7 +167,7 @@ impl Writer {
         &self,
         durability: Durability,
         operation: F,
-    ) -> Result<T, StorageError>
+    ) -> Result<(T, Committed), StorageError>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
@@ -143,7 +175,7 @@ impl Writer {
             + 'static,
     {
         let (answer, answered) = oneshot::channel();
-        let operation = Box::new(Pending { operation, answer });
+        let operation = Box::new(Pending { operation, asked: Instant::now(), answer });
         let message = Message::Write(Request { durability, operation });
         match self.sender.try_send(message) {
             Ok(()) => answered.await.unwrap_or_else(|_| Err(self.ended())),
@@ -174,6 +206,10 @@ struct WriterTask {
     synced: bool,
     /// Operations committed since the log was last copied into the file.
     logged: usize,
+    /// How many of them there were when the length of the log was last looked at.
+    looked: usize,
+    /// Pages that were in the log when it was last copied: they stay there until no reader needs them.
+    copied_pages: i64,
 }
 
 impl Drop for WriterTask {
@@ -208,9 +244,19 @@ impl WriterTask {
 
     /// The next message; silence is used for copying the log into the file.
     async fn wait(&mut self) -> Option<Message> {
-        if self.logged >= CHECKPOINT_MOST_OPERATIONS {
-            self.checkpoint().await;
-        } else if self.logged >= CHECKPOINT_OPERATIONS {
+        // A fact is followed by work elsewhere, mostly rendering: nobody waits for this connection then.
+        if self.logged > 0 && (self.synced || self.logged >= self.looked + LOOK_OPERATIONS) {
+            self.looked = self.logged;
+            let pages = self.log_pages().await;
+            if pages < self.copied_pages {
+                // It was begun anew.
+                self.copied_pages = 0;
+            }
+            if pages - self.copied_pages >= CHECKPOINT_PAGES {
+                self.checkpoint().await;
+            }
+        }
+        if self.logged >= CHECKPOINT_OPERATIONS {
             match tokio::time::timeout(CHECKPOINT_SILENCE, self.receiver.recv()).await {
                 Ok(message) => return message,
                 Err(_) => self.checkpoint().await,
@@ -219,13 +265,19 @@ impl WriterTask {
         self.receiver.recv().await
     }
 
+    /// Pages in the log. Where it cannot be found out, the next copying will tell why.
+    async fn log_pages(&mut self) -> i64 {
+        let Some(conn) = self.conn.as_mut() else { return 0 };
+        pages_after(conn, "PRAGMA wal_checkpoint(NOOP)").await.unwrap_or(i64::MAX)
+    }
+
     /// Copies the log into the file. SQLite would do it by itself, inside of somebody's commit, and would keep a
     /// failure to itself; but a flush that fails here may be the only one that tells of a failing disk.
     async fn checkpoint(&mut self) {
-        self.logged = 0;
+        (self.logged, self.looked) = (0, 0);
         let Some(conn) = self.conn.as_mut() else { return };
-        match execute(conn, "PRAGMA wal_checkpoint(PASSIVE)").await {
-            Ok(()) => {}
+        match pages_after(conn, "PRAGMA wal_checkpoint(PASSIVE)").await {
+            Ok(pages) => self.copied_pages = pages,
             // The log keeps everything until there is room for it.
             Err(error @ (StorageError::Full | StorageError::Busy)) => {
                 tracing::warn!(%error, "the log cannot be copied into the database yet");
@@ -241,6 +293,7 @@ impl WriterTask {
             return None;
         };
         let durability = first.durability;
+        let begun = Instant::now();
         if let Err(error) = begin(conn, durability, &mut self.synced).await {
             match error {
                 StorageError::Full | StorageError::Busy => first.operation.refuse(error),
@@ -252,35 +305,40 @@ impl WriterTask {
             return None;
         }
         let mut settles = Vec::new();
-        let mut held = None;
-        let mut request = Some(first);
-        let mut end = Ok(());
-        while let Some(Request { operation, .. }) = request.take() {
-            let (settle, ran) = run_in_savepoint(conn, operation).await;
-            settles.extend(settle);
-            if let Err(error) = ran {
-                end = Err(error);
-                break;
-            }
-            if settles.len() == GROUP_OPERATIONS {
-                break;
-            }
-            match self.receiver.try_recv() {
+        let mut operation = first.operation;
+        let mut written = begun;
+        let (end, held) = loop {
+            let Ran { failure, settle } = operation.run(conn).await;
+            settles.push(settle);
+            let undo = match failure {
+                None => false,
+                Some(Reach::Operation) => true,
+                Some(Reach::Transaction) => break (Err(StorageError::Full), None),
+                Some(Reach::Store) => break (Err(StorageError::Poisoned), None),
+            };
+            let full = settles.len() == GROUP_OPERATIONS;
+            match if full { None } else { self.receiver.try_recv().ok() } {
                 // A fact must not ride in a transaction that does not wait for the disk.
-                Ok(Message::Write(next)) if is_covered(next.durability, durability) => {
-                    request = Some(next);
+                Some(Message::Write(next)) if is_covered(next.durability, durability) => {
+                    if let Err(error) = execute(conn, if undo { UNDO } else { KEEP }).await {
+                        let full = error.reach() == Reach::Transaction;
+                        next.operation.refuse(fate(full));
+                        break (Err(error), None);
+                    }
+                    operation = next.operation;
                 }
-                Ok(message) => held = Some(message),
-                Err(_) => {}
+                held => {
+                    written = Instant::now();
+                    let end = if undo { UNDO_AND_COMMIT } else { KEEP_AND_COMMIT };
+                    break (execute(conn, end).await, held);
+                }
             }
-        }
-        if end.is_ok() {
-            end = execute(conn, "COMMIT").await;
-        }
+        };
         match end {
             Ok(()) => {
                 self.logged += settles.len();
-                settles.into_iter().for_each(|settle| settle(Ok(())));
+                let times = Times { begun, written, synced: Instant::now() };
+                settles.into_iter().for_each(|settle| settle(Ok(times)));
             }
             Err(error) => self.give_up(error, settles).await,
         }
@@ -298,8 +356,7 @@ impl WriterTask {
         } else {
             self.poison(&error);
         }
-        let fate = || if full { StorageError::Full } else { StorageError::Poisoned };
-        settles.into_iter().for_each(|settle| settle(Err(fate())));
+        settles.into_iter().for_each(|settle| settle(Err(fate(full))));
     }
 
     /// Stops writing until the process ends.
@@ -334,52 +391,41 @@ fn is_covered(wanted: Durability, given: Durability) -> bool {
     given == Durability::PowerLoss || wanted == Durability::ProcessDeath
 }
 
-/// Opens a transaction that commits with the durability asked for.
+/// What a group is told that came to nothing.
+fn fate(full: bool) -> StorageError {
+    if full { StorageError::Full } else { StorageError::Poisoned }
+}
+
+const BEGIN: &str = "BEGIN IMMEDIATE; SAVEPOINT operation";
+// In WAL mode the later FULL commit also flushes what earlier NORMAL ones have left in the log.
+const BEGIN_SYNCED: &str = "PRAGMA synchronous = FULL; BEGIN IMMEDIATE; SAVEPOINT operation";
+const BEGIN_UNSYNCED: &str = "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE; SAVEPOINT operation";
+const KEEP: &str = "RELEASE operation; SAVEPOINT operation";
+/// The savepoint stays, and the next operation runs in it.
+const UNDO: &str = "ROLLBACK TO operation";
+// Releasing is not needed for the commit: it fails where an operation has ended the transaction that it ran in.
+const KEEP_AND_COMMIT: &str = "RELEASE operation; COMMIT";
+const UNDO_AND_COMMIT: &str = "ROLLBACK TO operation; RELEASE operation; COMMIT";
+
+/// Opens a transaction that commits with the durability asked for, and the savepoint of its first operation.
 async fn begin(
     conn: &mut SqliteConnection,
     durability: Durability,
     synced: &mut bool,
 ) -> Result<(), StorageError> {
     let wanted = durability == Durability::PowerLoss;
-    if *synced != wanted {
-        // In WAL mode the later FULL commit also flushes what earlier NORMAL ones have left in the log.
-        let pragma =
-            if wanted { "PRAGMA synchronous = FULL" } else { "PRAGMA synchronous = NORMAL" };
-        execute(conn, pragma).await?;
-        *synced = wanted;
-    }
-    execute(conn, "BEGIN IMMEDIATE").await
-}
-
-/// Runs one operation; an error ends the group.
-async fn run_in_savepoint(
-    conn: &mut SqliteConnection,
-    operation: Box<dyn Operation>,
-) -> (Option<Settle>, Result<(), StorageError>) {
-    if let Err(error) = execute(conn, "SAVEPOINT operation").await {
-        let full = error.reach() == Reach::Transaction;
-        operation.refuse(if full { StorageError::Full } else { StorageError::Poisoned });
-        return (None, Err(error));
-    }
-    let Ran { failure, settle } = operation.run(conn).await;
-    let end = match failure {
-        None => execute(conn, "RELEASE operation").await,
-        Some(Reach::Operation) => match execute(conn, "ROLLBACK TO operation").await {
-            Ok(()) => execute(conn, "RELEASE operation").await,
-            Err(error) => Err(error),
-        },
-        Some(Reach::Transaction) => Err(StorageError::Full),
-        Some(Reach::Store) => Err(StorageError::Poisoned),
+    let sql = match (*synced == wanted, wanted) {
+        (true, _) => BEGIN,
+        (false, true) => BEGIN_SYNCED,
+        (false, false) => BEGIN_UNSYNCED,
     };
-    // Anything but a full disk that befalls a savepoint means that the transaction is not what it seems.
-    let end = end.map_err(|error| match error.reach() {
-        Reach::Operation => {
-            tracing::error!(detail = ?error, "a savepoint is lost");
-            StorageError::Poisoned
-        }
-        _ => error,
-    });
-    (Some(settle), end)
+    if !wanted {
+        // Not believed to be synced even if only the first statement is done: a fact would not be durable.
+        *synced = false;
+    }
+    execute(conn, sql).await?;
+    *synced = wanted;
+    Ok(())
 }
 
 /// Empties the log into the file and closes. Whoever came second leaves the log to the first.
@@ -402,6 +448,11 @@ async fn shut(mut conn: SqliteConnection, owner: bool) -> Result<(), StorageErro
 async fn empty_log(conn: &mut SqliteConnection) -> Result<bool, StorageError> {
     let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(conn).await?;
     Ok(row.try_get::<i64, _>(0)? == 0)
+}
+
+/// Runs a checkpoint of some kind; returns how many pages are in the log.
+async fn pages_after(conn: &mut SqliteConnection, sql: &'static str) -> Result<i64, StorageError> {
+    Ok(sqlx::query(sql).fetch_one(conn).await?.try_get(1)?)
 }
 
 async fn execute(conn: &mut SqliteConnection, sql: &'static str) -> Result<(), StorageError> {

@@ -1,26 +1,34 @@
 //! The birth of a brood: one transaction that holds all of it, and render jobs for the pictures that do not exist yet.
 //!
-//! The first job is part of the transaction. A large brood's other jobs follow it in the batch queue, so that its first
-//! pictures come at once and somebody else's brood need not wait for its last ones.
+//! The first job is part of the transaction. A worker that waits gets it while the disk is still busy with the
+//! transaction: pictures are derived from their keys, so one whose brood never became a fact harms nobody. The 201
+//! comes after the disk all the same. A large brood's other jobs follow in the batch queue, so that its first pictures
+//! come at once and somebody else's brood need not wait for its last ones.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
-use brood_program::{Child, ProgramHash};
+use brood_program::ProgramHash;
 use brood_protocol::{
-    Breed, DialectConstraints, Generation, GenerationId, IndividualId, Lineage, ParentRef,
-    PictureKey, Seed,
+    Breed, DialectConstraints, Generation, GenerationId, IndividualId, JobId, Lineage, ParentRef,
+    PictureKey, RenderJob, Seed, encode,
 };
-use brood_storage::{NewGeneration, NewIndividual, NewPicture, Queue, StoredIndividual};
+use brood_storage::{
+    Committed, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, StorageError,
+    StoredGeneration, StoredIndividual,
+};
+use futures::poll;
 use http::StatusCode;
 
-use super::Parent;
-use crate::dispatch::{FrameId, render_job};
+use super::{Newborn, Parent};
+use crate::dispatch::{FrameId, Waiting, queued_job, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
 use crate::limit;
 use crate::picture::Failure;
 use crate::presenter::{individual, thumbnail_url};
 use crate::problem::ApiError;
+use crate::stage::Stages;
 use crate::state::{App, AppState, now_ms};
 
 impl AppState {
@@ -32,7 +40,8 @@ impl AppState {
         parents: &[Parent],
         brood: Brood,
         attempt: &Attempt,
-    ) -> Result<Generation, ApiError> {
+        stages: &mut Stages,
+    ) -> Result<(Generation, Option<JobId>), ApiError> {
         let centre = parents.first().filter(|parent| parent.individual.is_some());
         let (id, created_ms) = (GenerationId::fresh(), now_ms());
         let ids: Vec<_> = brood.children.iter().map(|_| IndividualId::fresh()).collect();
@@ -48,7 +57,7 @@ impl AppState {
         }
         let mut redraws = 0;
         let mut twins = 0;
-        for (child, id) in brood.children.into_iter().zip(&ids) {
+        for (Newborn { child, text }, id) in brood.children.into_iter().zip(&ids) {
             let key = framed.key(child.program_hash);
             pictures.push(framed.row(key, child.hash));
             redraws += u64::from(child.attempts - 1);
@@ -57,7 +66,7 @@ impl AppState {
                 id: *id,
                 slot: child.slot,
                 hash: child.hash,
-                genome_text: child.genome.to_string(),
+                genome_text: text,
                 program_hash: *child.program_hash.as_bytes(),
                 operator: brood.operator,
                 live_instructions: child.live_instructions,
@@ -97,11 +106,23 @@ impl AppState {
         };
 
         let departed = self.gallery.depart(materials.iter().map(|(key, ..)| *key));
-        self.metrics.skipped.increment((materials.len() - departed.len()) as u64);
+        let distinct: HashSet<_> = materials.iter().map(|(key, ..)| *key).collect();
+        self.metrics.shared.increment((materials.len() - distinct.len()) as u64);
+        self.metrics.skipped.increment((distinct.len() - departed.len()) as u64);
         let batch = FrameId::pictures_per_job(&framed.frame);
         let first = departed.get(..batch).unwrap_or(&departed);
-        let job = (!first.is_empty())
-            .then(|| render_job(&framed.frame, Queue::Interactive, items(first, &materials)));
+        let errand = (!first.is_empty()).then(|| {
+            let work = render_work(&framed.frame, items(first, &materials));
+            (JobId::fresh(), work, self.dispatch.next_waiting())
+        });
+        let job = errand.as_ref().map(|(id, work, waiting)| NewJob {
+            id: *id,
+            leased_to: waiting.as_ref().map(|waiting| waiting.worker.clone()),
+            ..queued_job(Queue::Interactive, encode(work))
+        });
+        let job_id = job.as_ref().map(|job| job.id);
+        let errand = errand
+            .and_then(|(job, work, waiting)| waiting.map(|waiting| Errand { job, work, waiting }));
         let new = NewGeneration {
             id,
             lineage: lineage.id,
@@ -120,18 +141,26 @@ impl AppState {
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
         let flights = Flights { app: self.clone(), keys: departed };
-        let birth =
-            Birth { new, answer, framed: framed.clone(), materials, flights, redraws, twins };
+        let framed = framed.clone();
+        let birth = Birth { new, errand, answer, framed, materials, flights, redraws, twins };
+        stages.end("prepare");
         let app = self.clone();
         // In a task of its own: what was written must be told even if the request was given up meanwhile.
         let born = self.tasks.spawn(async move { app.deliver(birth).await });
-        born.await.map_err(|error| ApiError::internal(error.to_string()))?
+        let born = born.await.map_err(|error| ApiError::internal(error.to_string()))?;
+        let (generation, committed) = born?;
+        stages.note("queue", committed.queued);
+        stages.note("write", committed.written);
+        stages.note("commit", committed.synced);
+        stages.end("birth");
+        Ok((generation, job_id))
     }
 
     /// Writes a brood and tells of it.
-    async fn deliver(self: App, birth: Birth) -> Result<Generation, ApiError> {
-        let Birth { new, mut answer, framed, materials, mut flights, redraws, twins } = birth;
-        let born = self.store.create_generation(new).await?;
+    async fn deliver(self: App, birth: Birth) -> Result<(Generation, Committed), ApiError> {
+        let Birth { new, errand, mut answer, framed, materials, mut flights, redraws, twins } =
+            birth;
+        let (born, committed) = self.write_and_hand_out(new, errand).await?;
         let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
         flights.keys.drain(..batch);
         self.dispatch.bell.notify_one();
@@ -154,7 +183,30 @@ impl AppState {
             let app = self.clone();
             self.tasks.spawn(async move { app.enqueue_rest(&framed, &materials, flights).await });
         }
-        Ok(answer)
+        Ok((answer, committed))
+    }
+
+    /// Writes a brood; a worker that waits begins with its pictures meanwhile.
+    async fn write_and_hand_out(
+        self: &App,
+        new: NewGeneration,
+        errand: Option<Errand>,
+    ) -> Result<(StoredGeneration, Committed), StorageError> {
+        let write = self.store.create_generation_timed(new);
+        let mut write = std::pin::pin!(write);
+        // Asked for first: whatever becomes of the job is written behind its birth.
+        if let std::task::Poll::Ready(refused) = poll!(write.as_mut()) {
+            return refused;
+        }
+        let ticket = errand.map(|Errand { job, work, waiting }| self.hand_out(job, work, waiting));
+        let born = write.await;
+        if born.is_err()
+            && let Some(ticket) = ticket
+        {
+            // There is no such job: its results are stale.
+            self.dispatch.table.end(&ticket);
+        }
+        born
     }
 
     /// Queues the pictures beyond the first job. Those that find no room, or that a crash keeps from being queued, are
@@ -162,8 +214,8 @@ impl AppState {
     async fn enqueue_rest(&self, framed: &Framed, materials: &[Wanted], mut flights: Flights) {
         while !flights.keys.is_empty() {
             let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
-            let items = items(&flights.keys[..batch], materials);
-            let job = render_job(&framed.frame, Queue::Batch, items);
+            let work = render_work(&framed.frame, items(&flights.keys[..batch], materials));
+            let job = queued_job(Queue::Batch, encode(&work));
             if let Err(error) = self.store.enqueue(job, limit::QUEUED_JOBS).await {
                 let pictures = flights.keys.len();
                 tracing::warn!(%error, pictures, "the rest of a brood is left until it is asked for");
@@ -192,6 +244,7 @@ fn items<'a>(
 /// A brood that is ready to be written, and what is to be told of it then.
 struct Birth {
     new: NewGeneration,
+    errand: Option<Errand>,
     answer: Generation,
     framed: Arc<Framed>,
     materials: Vec<Wanted>,
@@ -200,13 +253,20 @@ struct Birth {
     twins: u64,
 }
 
+/// A job for a worker that waits.
+struct Errand {
+    job: JobId,
+    work: RenderJob,
+    waiting: Waiting,
+}
+
 /// What was made and how it was asked for.
 pub(super) struct Brood {
     pub seed: Seed,
     pub constraints: DialectConstraints,
     pub operator: &'static str,
     pub breed: Breed,
-    pub children: Vec<Child>,
+    pub children: Vec<Newborn>,
 }
 
 /// Flights that have no job yet; they crash unless they get one.

@@ -11,12 +11,16 @@ use brood_protocol::LineageId;
 use http::{HeaderMap, HeaderValue, header};
 use tokio::sync::broadcast::error::RecvError;
 
+use crate::access::Need;
 use crate::event::{Event, Subscription};
 use crate::extract::{NoQuery, Path};
+use crate::layer;
 use crate::problem::ApiError;
 use crate::state::{App, AppState};
 
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
+/// A stream ends this long after its token was revoked.
+const ACCESS_TICK: Duration = Duration::from_secs(2);
 
 /// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
@@ -33,6 +37,7 @@ pub async fn stream_events(
     let place = place.ok_or_else(|| ApiError::busy("too many event streams are open"))?;
     let last_id = headers.get("last-event-id").map(|value| value.to_str().unwrap_or_default());
     let Subscription { resync, missed, mut receiver } = app.events.subscribe(id, last_id);
+    let token = layer::token(&headers).map(str::to_owned);
     let events = stream! {
         let _place = place;
         // Something to read at once, so that proxies and clients know that the stream is open.
@@ -43,10 +48,16 @@ pub async fn stream_events(
         for event in missed {
             yield Ok(present(&app, &event));
         }
+        let mut look = tokio::time::interval(ACCESS_TICK);
         loop {
             let event = tokio::select! {
                 event = receiver.recv() => event,
                 () = app.stopping.cancelled() => break,
+                // A stream outlives the check at its beginning: whoever may not read any more hears no more.
+                _ = look.tick() => {
+                    let allowed = app.access.check(&app.store, Need::Read, token.as_deref()).await;
+                    if allowed.is_err() { break } else { continue }
+                }
             };
             match event {
                 Ok(event) => yield Ok(present(&app, &event)),

@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{Breed, Generation, GenerationId, LineageId, Page};
+use http::{HeaderName, HeaderValue, header};
 use serde_json::Value;
 
 use super::created;
@@ -11,14 +12,18 @@ use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
+use crate::stage::Stages;
 use crate::state::App;
 
 const COLLECTION: &str = "/v1/generations";
+const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Breeds.
 #[utoipa::path(post, path = "/v1/lineages/{id}/generations", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Breed,
-    responses((status = 201, body = Generation)))]
+    responses((status = 201, body = Generation, headers(
+        ("Link" = String, description = "with rel=status: the job that renders the pictures, where there are any to be rendered"),
+        ("Server-Timing" = String, description = "where the time went")))))]
 pub async fn breed(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -30,9 +35,17 @@ pub async fn breed(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
+    let mut stages = Stages::begin();
     let lineage = app.store.lineage(id).await?;
-    let generation = app.breed(&lineage, body.value, &attempt).await?;
-    Ok(created(COLLECTION, &generation))
+    let (generation, job) = app.breed(&lineage, body.value, &attempt, &mut stages).await?;
+    let mut response = created(COLLECTION, &generation);
+    stages.end("answer");
+    response.headers_mut().insert(SERVER_TIMING, stages.header());
+    if let Some(job) = job {
+        let link = HeaderValue::from_str(&format!("</v1/jobs/{job}>; rel=\"status\""));
+        response.headers_mut().insert(header::LINK, link.expect("an id is plain text"));
+    }
+    Ok(response)
 }
 
 /// The index is known only once the transaction is done: what is remembered gets it from the generation itself.

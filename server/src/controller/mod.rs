@@ -4,6 +4,7 @@ pub mod event;
 pub mod generation;
 pub mod genome;
 pub mod individual;
+pub mod job;
 pub mod lease;
 pub mod lineage;
 pub mod lineage_file;
@@ -20,19 +21,25 @@ pub mod thumbnail;
 use axum::Json;
 use axum::response::{IntoResponse, Response};
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::extract::etag;
 use crate::problem::ApiError;
+
+/// What the headers of an answer repeat of it.
+#[derive(Deserialize)]
+struct Head {
+    id: Option<String>,
+    hash: Option<String>,
+    version: Option<u64>,
+}
 
 /// 201 with the place of what was made below `collection`, and its ETag where it has a version.
 fn created<T: Serialize>(collection: &str, answer: &T) -> Response {
     // Written from the type itself: on the way through a value, f32 numbers would grow digits.
     let body = serde_json::to_vec(answer).expect("answers are plain data");
-    let answer = serde_json::to_value(answer).expect("answers are plain data");
-    let id = ["id", "hash"].iter().find_map(|name| answer.get(name)?.as_str());
-    let location = format!("{collection}/{}", id.unwrap_or_default());
-    let version = answer.get("version").and_then(serde_json::Value::as_u64);
+    let Head { id, hash, version } = serde_json::from_slice(&body).expect("answers are objects");
+    let location = format!("{collection}/{}", id.or(hash).unwrap_or_default());
     let content_type = (header::CONTENT_TYPE, "application/json");
     let mut response = (StatusCode::CREATED, [content_type], body).into_response();
     if let Ok(location) = HeaderValue::from_str(&location) {

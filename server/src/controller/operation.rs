@@ -56,12 +56,12 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
         }
     }
     let (flights, memory_bytes) = app.gallery.size();
-    let (disk_bytes, files) = app.gallery.disk().size();
+    let (disk_bytes, pictures) = app.gallery.disk().size();
     app.metrics.gauge("brood_leases", &[], app.dispatch.table.len() as f64);
     app.metrics.gauge("brood_pictures_under_way", &[], flights as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
     app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);
-    app.metrics.gauge("brood_cache_disk_files", &[], files as f64);
+    app.metrics.gauge("brood_cache_disk_pictures", &[], pictures as f64);
     let content_type = (header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8");
     Ok(([content_type], app.metrics.render()).into_response())
 }

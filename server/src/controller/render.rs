@@ -3,6 +3,7 @@
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{Backend, IndividualId, PictureFormat, SceneId};
+use brood_scene::{PixelArea, Sampling};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -10,7 +11,7 @@ use super::file;
 use crate::extract::{Path, Query};
 use crate::library::View;
 use crate::limit;
-use crate::problem::ApiError;
+use crate::problem::{ApiError, quote};
 use crate::state::App;
 
 const SIZE: u32 = 256;
@@ -29,9 +30,10 @@ pub struct RenderQuery {
     scene: Option<SceneId>,
     /// Position on the scene's light circle, degrees.
     light_deg: Option<f64>,
-    /// Samples per pixel, 1 to 64; 1 unless asked otherwise.
-    #[param(minimum = 1, maximum = 64)]
-    samples: Option<u32>,
+    /// Samples per pixel: `adaptive`, or 1 to 64 in every pixel; adaptive unless asked otherwise.
+    samples: Option<String>,
+    /// Only this part of the picture, `x,y,width,height` in its pixels; all of it unless asked otherwise.
+    area: Option<String>,
     /// The evaluator; the server's unless asked otherwise.
     backend: Option<Backend>,
 }
@@ -75,16 +77,14 @@ async fn render(
         let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
         return Err(ApiError::bad_parameter("size", words));
     }
-    let samples = query.samples.unwrap_or(1);
-    if !(1..=limit::SAMPLES).contains(&samples) {
-        let words = format!("1 to {}, not {samples}", limit::SAMPLES);
-        return Err(ApiError::bad_parameter("samples", words));
-    }
+    let sampling = sampling(query.samples.as_deref())?;
+    let area = area(query.area.as_deref(), size_px)?;
     let light = query.light_deg.filter(|light| !(light.is_finite() && light.abs() <= 1e6));
     if light.is_some() {
         return Err(ApiError::bad_parameter("light_deg", "a number of degrees up to a million"));
     }
-    let rays = u64::from(size_px) * u64::from(size_px) * u64::from(samples);
+    let pixels = area.unwrap_or(PixelArea::whole(size_px)).pixels();
+    let rays = pixels * u64::from(sampling.least());
     if rays > limit::RAYS {
         let words = format!("size and samples make {rays} rays; {} is the most", limit::RAYS);
         return Err(ApiError::refused(words));
@@ -98,7 +98,8 @@ async fn render(
         scene,
         light_deg: query.light_deg,
         size_px,
-        samples,
+        sampling,
+        area,
         format,
         backend: query.backend.unwrap_or(app.backend),
     };
@@ -116,4 +117,27 @@ async fn render(
     let row = app.announce(framed.row(key, individual.hash)).await?;
     let bytes = app.picture(&row).await?;
     Ok(file(headers, &etag, content_type, CACHE, bytes))
+}
+
+fn sampling(text: Option<&str>) -> Result<Sampling, ApiError> {
+    let Some(text) = text else { return Ok(Sampling::default()) };
+    let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= limit::SAMPLES);
+    known.ok_or_else(|| {
+        let words = format!("adaptive or 1 to {}, not {}", limit::SAMPLES, quote(text));
+        ApiError::bad_parameter("samples", words)
+    })
+}
+
+fn area(text: Option<&str>, size_px: u32) -> Result<Option<PixelArea>, ApiError> {
+    let Some(text) = text else { return Ok(None) };
+    let known = text.parse().ok().filter(|area: &PixelArea| area.is_within(size_px));
+    let known = known.ok_or_else(|| {
+        let words = format!(
+            "x,y,width,height within the {size_px} pixels of the picture, not {}",
+            quote(text)
+        );
+        ApiError::bad_parameter("area", words)
+    })?;
+    // All of it is the picture itself, under its own key.
+    Ok(Some(known).filter(|area| *area != PixelArea::whole(size_px)))
 }

@@ -64,7 +64,8 @@ impl AppState {
             scene: row.scene,
             light_deg: Some(row.light_deg),
             size_px: row.size_px,
-            samples: row.samples,
+            sampling: row.sampling,
+            area: row.area,
             format: row.format,
             backend: row.backend,
         };

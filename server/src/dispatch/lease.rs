@@ -1,72 +1,81 @@
 //! The road of workers: claims, heartbeats, results, and what becomes of leases that nobody keeps.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use bytes::Bytes;
 
 use brood_protocol::{
-    LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey, RenderItem,
-    RenderJob, RenderedPicture, decode,
+    JobId, JobTimes, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey,
+    RenderItem, RenderJob, RenderedPicture, decode,
 };
+use brood_scene::PixelArea;
+use brood_storage::FIRST_EPOCH;
 use tokio::time::Instant;
 
-use super::Lease;
+use super::{Finished, Handed, Lease, Waiting};
 use crate::limit;
 use crate::picture::{Failure, check};
 use crate::problem::{ApiError, quote};
-use crate::state::{App, AppState};
+use crate::state::{App, AppState, now_ms};
 
 /// Longest reason that is kept.
 const REASON_CHARS: usize = 500;
-
-/// Gives a lease back unless it was handed over: a request that is given up in the middle loses no job.
-struct Undelivered {
-    app: App,
-    ticket: Option<LeaseTicket>,
-}
-
-impl Drop for Undelivered {
-    fn drop(&mut self) {
-        if let Some(lease) = self.ticket.and_then(|ticket| self.app.dispatch.table.end(&ticket)) {
-            let app = self.app.clone();
-            self.app.tasks.spawn(async move { app.put_back(&lease, false).await });
-        }
-    }
-}
 
 impl AppState {
     /// Waits for a job; `None` where there was none in the time asked for.
     pub async fn lease(self: &App, request: &LeaseRequest) -> Result<Option<LeaseGrant>, ApiError> {
         self.dispatch.heard(&request.worker, &request.report);
-        let wait = limit::LEASE_WAIT.min(std::time::Duration::from_millis(request.wait_ms.into()));
+        let wait = limit::LEASE_WAIT.min(Duration::from_millis(request.wait_ms.into()));
         let deadline = Instant::now() + wait;
         loop {
             let rung = self.dispatch.bell.notified();
             if self.stopping.is_cancelled() {
                 return Ok(None);
             }
-            let (app, worker) = (self.clone(), request.worker.clone());
-            // In a task of its own: a claim that was written must become a lease even if the worker has gone.
-            let claim = self.tasks.spawn(async move {
-                let grant = app.claim(&worker).await?;
-                let ticket = grant.as_ref().map(|grant| grant.ticket);
-                Ok::<_, ApiError>((grant, Undelivered { app, ticket }))
-            });
-            let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
-            let (grant, mut undelivered) = claimed?;
-            undelivered.ticket = None;
-            if grant.is_some() {
-                return Ok(grant);
+            if self.store.any_queued().await? {
+                let (app, worker) = (self.clone(), request.worker.clone());
+                // In a task of its own: a claim that was written must become a lease even if the worker has gone.
+                let claim = self.tasks.spawn(async move { app.claim(&worker).await });
+                let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
+                if let Some(handed) = claimed? {
+                    return Ok(Some(handed.take()));
+                }
             }
+            let mut place = self.dispatch.join(&request.worker);
             tokio::select! {
+                biased;
+                handed = &mut place => if let Ok(handed) = handed {
+                    return Ok(Some(handed.take()));
+                },
                 () = rung => {}
-                () = tokio::time::sleep_until(deadline) => return Ok(None),
-                () = self.stopping.cancelled() => return Ok(None),
+                () = tokio::time::sleep_until(deadline) => {}
+                () = self.stopping.cancelled() => {}
+            }
+            // A job may have been put there while something else ended the wait.
+            place.close();
+            if let Ok(handed) = place.try_recv() {
+                return Ok(Some(handed.take()));
+            }
+            if Instant::now() >= deadline {
+                return Ok(None);
             }
         }
     }
 
-    async fn claim(self: &App, worker: &str) -> Result<Option<LeaseGrant>, ApiError> {
+    /// Puts a job that is being written as leased into the hands of the worker that it is leased to.
+    pub fn hand_out(self: &App, job: JobId, work: RenderJob, waiting: Waiting) -> LeaseTicket {
+        let work = Arc::new(work);
+        let (ttl_ms, worker) = (lease_ms(), &waiting.worker);
+        let lease = (job, FIRST_EPOCH);
+        let ticket = self.dispatch.table.grant(lease, worker, work.clone(), Duration::ZERO);
+        let grant = LeaseGrant { ticket, job, ttl_ms, work: Arc::unwrap_or_clone(work) };
+        // Where the worker has left, the lease is given back by being dropped.
+        drop(waiting.place.send(Handed::new(self.clone(), grant)));
+        ticket
+    }
+
+    async fn claim(self: &App, worker: &str) -> Result<Option<Handed>, ApiError> {
         while let Some(job) = self.store.claim(worker).await? {
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
@@ -83,13 +92,16 @@ impl AppState {
                 self.store.complete(job.id, job.epoch).await?;
                 continue;
             }
+            let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
             let work = Arc::new(work);
-            let ticket = self.dispatch.table.grant(job.id, job.epoch, worker, work.clone());
+            let lease = (job.id, job.epoch);
+            let queued = Duration::from_millis(waited_ms);
+            let ticket = self.dispatch.table.grant(lease, worker, work.clone(), queued);
             let work = Arc::unwrap_or_clone(work);
-            let ttl_ms = u32::try_from(limit::LEASE.as_millis()).expect("a lease is seconds long");
             // More may be queued than bells were heard: whoever waits besides looks again.
             self.dispatch.bell.notify_one();
-            return Ok(Some(LeaseGrant { ticket, job: job.id, ttl_ms, work }));
+            let grant = LeaseGrant { ticket, job: job.id, ttl_ms: lease_ms(), work };
+            return Ok(Some(Handed::new(self.clone(), grant)));
         }
         Ok(None)
     }
@@ -115,8 +127,8 @@ impl AppState {
     /// Takes results; they count only while the lease is held.
     pub async fn results(self: &App, results: LeaseResults) -> Result<(), ApiError> {
         let lease = self.dispatch.table.end(&results.ticket).ok_or_else(stale)?;
-        let pictures = match results.outcome {
-            Outcome::Pictures(pictures) => pictures,
+        let (pictures, work) = match results.outcome {
+            Outcome::Pictures(pictures, work) => (pictures, work),
             Outcome::Failed(reason) => {
                 let reason: String = reason.chars().take(REASON_CHARS).collect();
                 tracing::warn!(job = %lease.job, worker = %lease.worker, reason, "a job failed");
@@ -128,11 +140,13 @@ impl AppState {
             self.give_up(&lease, "the worker sent something else than the pictures").await?;
             return Err(ApiError::refused(reason));
         }
-        self.metrics.render_seconds.record(lease.granted.elapsed().as_secs_f64());
+        let leased = lease.granted.elapsed();
+        self.metrics.render_seconds.record(leased.as_secs_f64());
         self.metrics.rendered.increment(pictures.len() as u64);
+        self.metrics.work(&work);
+        let times = JobTimes { queued_us: micros(lease.queued), leased_us: micros(leased) };
+        self.dispatch.history.note(lease.job, Finished { work, times });
         for picture in pictures {
-            self.metrics.samples.increment(picture.samples);
-            self.metrics.operations.increment(picture.operations);
             self.landed(picture.key, Bytes::from(picture.bytes), true);
         }
         // The pictures are derived: nobody has to wait until the queue's row is gone.
@@ -167,6 +181,14 @@ impl AppState {
         }
     }
 
+    /// Puts the jobs of a worker that is known to be dead back into the queue, without waiting for its leases to lapse.
+    pub async fn bury(&self, worker: &str) {
+        for lease in self.dispatch.table.end_those_of(worker) {
+            tracing::warn!(job = %lease.job, worker, "a worker died over a job");
+            self.put_back(&lease, true).await;
+        }
+    }
+
     /// Puts all jobs that are out back into the queue.
     pub async fn release_all(&self) {
         for lease in self.dispatch.table.end_all() {
@@ -174,7 +196,8 @@ impl AppState {
         }
     }
 
-    async fn put_back(&self, lease: &Lease, worker_died: bool) {
+    /// Puts the job of a lease that has ended back into the queue.
+    pub async fn put_back(&self, lease: &Lease, worker_died: bool) {
         match self.store.release(lease.job, lease.epoch, worker_died).await {
             Ok(brood_storage::JobState::Dead) => {
                 let reason = "worker_lost: three workers died over it";
@@ -199,6 +222,14 @@ fn keys(lease: &Lease) -> impl Iterator<Item = PictureKey> {
     lease.work.items.iter().map(|item| item.key)
 }
 
+fn lease_ms() -> u32 {
+    u32::try_from(limit::LEASE.as_millis()).expect("a lease is seconds long")
+}
+
+fn micros(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+}
+
 fn stale() -> ApiError {
     ApiError::stale_lease("the lease has lapsed, or its job was done by another worker")
 }
@@ -213,8 +244,10 @@ fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), Strin
     if expected != given {
         return Err("these are not the pictures of the job".to_owned());
     }
+    let whole = PixelArea::whole(work.frame.size_px);
+    let area = work.frame.area.unwrap_or(whole);
     for picture in pictures {
-        check(&picture.bytes, work.frame.format, work.frame.size_px)
+        check(&picture.bytes, work.frame.format, (area.width, area.height))
             .map_err(|reason| format!("picture {}: {reason}", quote(&picture.key.to_string())))?;
     }
     Ok(())
@@ -237,7 +270,11 @@ mod tests {
     fn results_are_refused_unless_they_are_the_pictures_asked_for() {
         let options = (PictureFormat::Png, Backend::Auto);
         let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
-        let item = |key| RenderItem { key: PictureKey([key; 32]), words: Vec::new() };
+        let item = |key| RenderItem {
+            key: PictureKey([key; 32]),
+            words: Vec::new(),
+            operations_written: 0,
+        };
         let work = RenderJob { frame, items: vec![item(2), item(1), item(1)] };
         check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
         assert!(check_all(&work, &[picture(1, 16)]).is_err());

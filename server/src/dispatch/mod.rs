@@ -1,9 +1,11 @@
 //! Dispatch: pictures that are wanted become jobs, jobs become leases, results become pictures.
 //!
 //! [`table`] holds the leases on the monotonic clock, [`render`] is the road of those who want pictures, [`lease`] that
-//! of those who make them.
+//! of those who make them, [`queue`] knows the workers that wait, and [`history`] what became of jobs.
 
+mod history;
 mod lease;
+mod queue;
 mod render;
 mod table;
 
@@ -12,9 +14,12 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use brood_protocol::{BackendReport, WorkerReport};
-use tokio::sync::Notify;
+use tokio::sync::{Notify, oneshot};
 
-pub use render::{FrameId, render_job};
+pub use history::{Finished, History};
+use queue::Waiters;
+pub use queue::{Handed, Waiting};
+pub use render::{FrameId, queued_job, render_work};
 pub use table::{Lease, Table};
 
 /// Workers that are remembered.
@@ -28,13 +33,32 @@ pub struct Dispatch {
     pub table: Table,
     /// Rung once for each job that is queued.
     pub bell: Notify,
+    /// Jobs that were done lately.
+    pub history: History,
+    waiters: Waiters,
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
 }
 
 impl Dispatch {
     /// No leases, no workers.
     pub fn new() -> Self {
-        Self { table: Table::new(), bell: Notify::new(), workers: Mutex::new(HashMap::new()) }
+        Self {
+            table: Table::new(),
+            bell: Notify::new(),
+            history: History::new(),
+            waiters: Waiters::default(),
+            workers: Mutex::default(),
+        }
+    }
+
+    /// The worker that has waited longest for a job; whoever takes it gives it one.
+    pub fn next_waiting(&self) -> Option<Waiting> {
+        self.waiters.next()
+    }
+
+    /// A place where a worker waits for a job.
+    pub fn join(&self, worker: &str) -> oneshot::Receiver<Handed> {
+        self.waiters.join(worker)
     }
 
     /// Notes that a worker was heard of.

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_program::written_operations;
 use brood_protocol::{
     Backend, Frame, JobId, PictureFormat, PictureKey, RenderItem, RenderJob, SceneId, encode,
 };
+use brood_scene::{PixelArea, Sampling};
 use brood_storage::{JobKind, NewJob, PictureRow, Queue, StorageError};
 use bytes::Bytes;
 
@@ -17,6 +19,7 @@ use crate::state::{App, AppState, now_ms};
 
 /// Pictures that come within this time are one job.
 const MOMENT: Duration = Duration::from_millis(1);
+const RETRY_MOST_S: u64 = 60;
 /// Most pictures of one job: a page's brood is one job.
 const JOB_PICTURES: u64 = 32;
 /// Most primary rays of one job, unless one picture has more. It also keeps a job's results, at most 16 bytes a pixel,
@@ -29,7 +32,8 @@ pub struct FrameId {
     scene: SceneId,
     light_bits: u64,
     size_px: u32,
-    samples: u32,
+    sampling: Sampling,
+    area: Option<PixelArea>,
     format: PictureFormat,
     backend: Backend,
 }
@@ -40,7 +44,8 @@ impl FrameId {
             scene: row.scene,
             light_bits: row.light_deg.to_bits(),
             size_px: row.size_px,
-            samples: row.samples,
+            sampling: row.sampling,
+            area: row.area,
             format: row.format,
             backend: row.backend,
         }
@@ -49,7 +54,12 @@ impl FrameId {
     /// How many pictures that have a frame in common are one job: at least 1, and few enough that no job keeps a worker
     /// for long.
     pub fn pictures_per_job(frame: &Frame) -> usize {
-        per_job(frame.size_px, frame.samples_per_pixel)
+        per_job(frame.rays())
+    }
+
+    fn rays(&self) -> u64 {
+        let area = self.area.unwrap_or(PixelArea::whole(self.size_px));
+        area.pixels() * u64::from(self.sampling.least())
     }
 
     fn view(&self) -> View {
@@ -57,33 +67,47 @@ impl FrameId {
             scene: self.scene,
             light_deg: Some(f64::from_bits(self.light_bits)),
             size_px: self.size_px,
-            samples: self.samples,
+            sampling: self.sampling,
+            area: self.area,
             format: self.format,
             backend: self.backend,
         }
     }
 }
 
-/// A job for pictures of one frame.
-pub fn render_job<'a>(
+/// What a worker is to do for pictures of one frame.
+pub fn render_work<'a>(
     frame: &Frame,
-    queue: Queue,
     items: impl Iterator<Item = (PictureKey, &'a Material)>,
-) -> NewJob {
-    let items = items.map(|(key, material)| RenderItem { key, words: material.program.to_words() });
-    let work = RenderJob { frame: frame.clone(), items: items.collect() };
+) -> RenderJob {
+    let items = items.map(|(key, material)| RenderItem {
+        key,
+        words: material.program.to_words(),
+        operations_written: written_operations(&material.genome),
+    });
+    RenderJob { frame: frame.clone(), items: items.collect() }
+}
+
+/// A render job that waits for a worker.
+pub fn queued_job(queue: Queue, payload: Vec<u8>) -> NewJob {
     NewJob {
         id: JobId::fresh(),
         kind: JobKind::Render,
         queue,
-        payload: encode(&work),
+        leased_to: None,
+        payload,
         created_ms: now_ms(),
     }
 }
 
-fn per_job(size_px: u32, samples: u32) -> usize {
-    let rays = u64::from(size_px).pow(2).saturating_mul(u64::from(samples)).max(1);
-    (JOB_RAYS / rays).clamp(1, JOB_PICTURES) as usize
+/// Rounded up, and bounded: a client that hears of an hour would never come back.
+fn whole_seconds(time: Duration) -> u64 {
+    u64::try_from(time.as_millis().div_ceil(1000)).unwrap_or(RETRY_MOST_S).clamp(1, RETRY_MOST_S)
+}
+
+/// Pictures of so many rays each. Adaptive ones count as one ray a pixel: what edges take is taken once for all of them.
+fn per_job(rays: u64) -> usize {
+    (JOB_RAYS / rays.max(1)).clamp(1, JOB_PICTURES) as usize
 }
 
 impl AppState {
@@ -124,13 +148,23 @@ impl AppState {
         }
     }
 
+    /// When to ask again after a 503: as long as jobs take at present, or as long as the oldest one has waited already,
+    /// whichever is longer.
+    pub async fn retry_after_s(&self) -> u64 {
+        let of_late = self.dispatch.history.wait().unwrap_or_default();
+        // Where even this cannot be read, the answer need not wait for it.
+        let oldest = self.store.oldest_queued_ms().await.ok().flatten();
+        let waited_ms = oldest.map_or(0, |made_ms| u64::try_from(now_ms() - made_ms).unwrap_or(0));
+        whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
+    }
+
     async fn lead(self: App, row: Arc<PictureRow>) {
         let key = row.key;
         let disk = self.gallery.disk().clone();
         if disk.contains(key)
             && let Ok(Some(bytes)) = tokio::task::spawn_blocking(move || disk.read(key)).await
         {
-            self.metrics.served.increment(1);
+            self.metrics.recalled.increment(1);
             self.landed(key, bytes, false);
             return;
         }
@@ -138,7 +172,7 @@ impl AppState {
         if self.wanted.add(frame, row) {
             tokio::time::sleep(MOMENT).await;
             let rows = self.wanted.take(&frame);
-            for batch in rows.chunks(per_job(frame.size_px, frame.samples)) {
+            for batch in rows.chunks(per_job(frame.rays())) {
                 self.enqueue(frame, batch).await;
             }
         }
@@ -152,7 +186,8 @@ impl AppState {
                 items.push((row.key, self.library.material(row.genome_hash).await?));
             }
             let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
-            let job = render_job(&framed.frame, Queue::Interactive, items);
+            let work = render_work(&framed.frame, items);
+            let job = queued_job(Queue::Interactive, encode(&work));
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {
@@ -199,18 +234,26 @@ mod tests {
     #[test]
     fn jobs_are_cut_by_rays_and_pictures() {
         // A page's brood with its parent is one job; the smallest pictures do not make endless ones.
-        assert_eq!(per_job(256, 1), 32);
-        assert_eq!(per_job(limit::PICTURE_MIN_PX, 1), 32);
-        assert_eq!(per_job(512, 1), 16);
-        assert_eq!(per_job(1024, 1), 4);
-        assert_eq!(per_job(1024, 4), 1);
-        assert_eq!(per_job(limit::PICTURE_PX, limit::SAMPLES), 1);
+        let square =
+            |size_px: u32, samples: u32| per_job(u64::from(size_px).pow(2) * u64::from(samples));
+        assert_eq!(square(256, 1), 32);
+        assert_eq!(square(limit::PICTURE_MIN_PX, 1), 32);
+        assert_eq!(square(512, 1), 16);
+        assert_eq!(square(1024, 1), 4);
+        assert_eq!(square(1024, 4), 1);
+        assert_eq!(square(limit::PICTURE_PX, limit::SAMPLES), 1);
+    }
+
+    #[test]
+    fn clients_come_back_after_whole_seconds_within_bounds() {
+        let seconds = |ms| whole_seconds(Duration::from_millis(ms));
+        assert_eq!([0, 1, 1000, 1001, 59_001, 3_600_000].map(seconds), [1, 1, 1, 2, 60, 60]);
     }
 
     #[test]
     fn results_of_a_job_fit_in_a_hand_over() {
         for size_px in limit::PICTURE_MIN_PX..=limit::PICTURE_PX {
-            let pixels = per_job(size_px, 1) * size_px as usize * size_px as usize;
+            let pixels = per_job(u64::from(size_px).pow(2)) * size_px as usize * size_px as usize;
             assert!(pixels * 16 <= limit::LEASE_BYTES / 4, "{size_px}");
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use brood_protocol::{JobId, LeaseId, LeaseTicket, RenderJob};
 use tokio::time::Instant;
@@ -19,6 +20,8 @@ pub struct Lease {
     pub worker: String,
     /// What is to be done.
     pub work: Arc<RenderJob>,
+    /// How long it waited for that.
+    pub queued: Duration,
     /// When it was given out.
     pub granted: Instant,
     deadline: Instant,
@@ -36,11 +39,18 @@ impl Table {
         Self { leases: Mutex::new(HashMap::new()) }
     }
 
-    /// Gives a job out.
-    pub fn grant(&self, job: JobId, epoch: u64, worker: &str, work: Arc<RenderJob>) -> LeaseTicket {
+    /// Gives a job out that waited so long.
+    pub fn grant(
+        &self,
+        (job, epoch): (JobId, u64),
+        worker: &str,
+        work: Arc<RenderJob>,
+        queued: Duration,
+    ) -> LeaseTicket {
         let granted = Instant::now();
         let deadline = granted + limit::LEASE;
-        let lease = Lease { job, epoch, worker: worker.to_owned(), work, granted, deadline };
+        let lease =
+            Lease { job, epoch, worker: worker.to_owned(), work, queued, granted, deadline };
         let id = LeaseId::fresh();
         self.lock().insert(id, lease);
         LeaseTicket { lease: id, epoch }
@@ -67,6 +77,12 @@ impl Table {
         self.lock().extract_if(|_, lease| lease.deadline <= now).map(|(_, lease)| lease).collect()
     }
 
+    /// Ends those of one worker.
+    pub fn end_those_of(&self, worker: &str) -> Vec<Lease> {
+        let mut leases = self.lock();
+        leases.extract_if(|_, lease| lease.worker == worker).map(|(_, lease)| lease).collect()
+    }
+
     /// Ends all.
     pub fn end_all(&self) -> Vec<Lease> {
         self.lock().drain().map(|(_, lease)| lease).collect()
@@ -84,8 +100,6 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
     use brood_scene::Scene;
 
@@ -100,8 +114,8 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn lease_expires_unless_it_is_renewed() {
         let table = Table::new();
-        let kept = table.grant(JobId::fresh(), 1, "a", work());
-        let lost = table.grant(JobId::fresh(), 1, "b", work());
+        let kept = table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
+        let lost = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);
         tokio::time::advance(Duration::from_secs(15)).await;
         assert_eq!(table.renew(&kept).as_deref(), Some("a"));
         tokio::time::advance(Duration::from_secs(6)).await;
@@ -116,9 +130,20 @@ mod tests {
     #[tokio::test]
     async fn lease_of_another_epoch_is_stale() {
         let table = Table::new();
-        let ticket = table.grant(JobId::fresh(), 2, "a", work());
+        let ticket = table.grant((JobId::fresh(), 2), "a", work(), Duration::ZERO);
         let stale = LeaseTicket { epoch: 1, ..ticket };
         assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
         assert_eq!(table.len(), 1);
+    }
+
+    #[tokio::test]
+    async fn leases_of_one_worker_end_without_the_others() {
+        let table = Table::new();
+        table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
+        table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
+        let other = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);
+        assert_eq!(table.end_those_of("a").len(), 2);
+        assert!(table.end_those_of("a").is_empty());
+        assert!(table.renew(&other).is_some());
     }
 }

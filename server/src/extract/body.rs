@@ -39,6 +39,8 @@ impl ContentType {
     }
 }
 
+/// Memory taken for a body before it has come.
+const RESERVE_BYTES: usize = 4 << 20;
 /// Bytes that the bodies of this process may still take.
 static BODIES: Semaphore = Semaphore::const_new(limit::BODIES_BYTES);
 /// The same for workers' messages.
@@ -78,9 +80,11 @@ async fn read_into(
 ) -> Result<Bytes, ApiError> {
     let too_large = || ApiError::too_large(format!("at most {limit} bytes are taken here"));
     let declared = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok());
-    if declared.and_then(|text| text.parse::<u64>().ok()).is_some_and(|n| n > limit as u64) {
+    let declared = declared.and_then(|text| text.parse::<u64>().ok());
+    if declared.is_some_and(|n| n > limit as u64) {
         return Err(too_large());
     }
+    let expected = declared.and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
     let start = Instant::now();
     let mut body = body;
     let mut first: Option<Bytes> = None;
@@ -117,6 +121,9 @@ async fn read_into(
             None => first = Some(data),
             Some(head) => {
                 if rest.is_empty() {
+                    // What was declared is believed up to a bound, so that a brood's pictures are not moved again and
+                    // again while they come in.
+                    rest.reserve(expected.min(RESERVE_BYTES));
                     rest.extend_from_slice(head);
                 }
                 rest.extend_from_slice(&data);

@@ -35,6 +35,12 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
     let (request, read_to_the_end) = watch(request);
     let mut response = next.run(request).instrument(span.clone()).await;
     let status = response.status();
+    if status == StatusCode::SERVICE_UNAVAILABLE
+        && response.headers().contains_key(header::RETRY_AFTER)
+    {
+        let seconds = app.retry_after_s().await;
+        response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+    }
     if status.is_client_error() || status.is_server_error() {
         let _entered = span.enter();
         write_problem(&mut response, &method, id);

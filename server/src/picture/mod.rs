@@ -7,6 +7,7 @@ mod check;
 mod coalesce;
 mod disk;
 mod gallery;
+mod segment;
 
 pub use check::check;
 pub use coalesce::Coalescer;

@@ -51,8 +51,11 @@ const ARROWS: [(&str, &[&str]); 12] = [
 const MAY_USE_ALL: &str = "brood";
 
 /// A dependency from outside, and the only packages that may name it.
-const GUARDED: [(&str, &[&str]); 3] =
-    [("sqlx", &["brood-storage"]), ("axum", &["brood-server"]), ("wgpu", &["brood-gpu"])];
+const GUARDED: [(&str, &[&str]); 3] = [
+    ("sqlx", &["brood-storage", "brood-tests"]),
+    ("axum", &["brood-server"]),
+    ("wgpu", &["brood-gpu"]),
+];
 
 /// A package, and what must not be anywhere in its tree.
 const ABSENT: [(&str, &[&str]); 3] = [

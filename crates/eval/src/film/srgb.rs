@@ -9,27 +9,45 @@ const OCTAVES: u32 = 13;
 const TABLE_START: f32 = 1.0 / (1u32 << OCTAVES) as f32;
 const MANTISSA_SHIFT: u32 = 23 - PER_OCTAVE.trailing_zeros();
 
+const LOW_MASK: u32 = (1 << MANTISSA_SHIFT) - 1;
+/// Entries, those that only make an index of a few bits always valid included.
+const ENTRIES: usize = 4096;
+const CODE_SHIFT: u32 = 16;
+
 pub(super) struct Curve {
-    /// `thresholds[k]` is the least linear value that encodes to k; the last is infinite.
-    thresholds: [f32; 257],
-    /// The code at the start of each table entry.
-    start: Vec<u8>,
+    /// For each entry the code at its start, `CODE_SHIFT` bits up, plus what makes the low bits of a value carry into the
+    /// code from the entry's threshold on: no comparison, and one load.
+    steps: Box<[u32; ENTRIES]>,
 }
 
 static CURVE: LazyLock<Curve> = LazyLock::new(Curve::new);
 
 impl Curve {
     fn new() -> Self {
-        let mut thresholds = [f32::INFINITY; 257];
-        for code in 0..=255u8 {
-            let encoded = (f64::from(code) - 0.5) / 255.0;
-            thresholds[usize::from(code)] = at_least(linear(encoded.max(0.0)));
+        let thresholds = thresholds();
+        let mut steps = Box::new([255 << CODE_SHIFT; ENTRIES]);
+        for (step, entry) in steps.iter_mut().zip(0..PER_OCTAVE * OCTAVES) {
+            let start = entry_start(entry);
+            let code = slow(&thresholds, start);
+            *step = u32::from(code) << CODE_SHIFT;
+            let next = thresholds[usize::from(code) + 1];
+            if next < entry_start(entry + 1) {
+                *step += (1 << CODE_SHIFT) - (next.to_bits() & LOW_MASK);
+            }
         }
-        thresholds[0] = f32::NEG_INFINITY;
-        let entries = PER_OCTAVE * OCTAVES;
-        let start = (0..entries).map(|entry| slow(&thresholds, entry_start(entry))).collect();
-        Self { thresholds, start }
+        Self { steps }
     }
+}
+
+/// `[k]` is the least linear value that encodes to k; the last is infinite.
+fn thresholds() -> [f32; 257] {
+    let mut thresholds = [f32::INFINITY; 257];
+    for code in 0..=255u8 {
+        let encoded = (f64::from(code) - 0.5) / 255.0;
+        thresholds[usize::from(code)] = at_least(linear(encoded.max(0.0)));
+    }
+    thresholds[0] = f32::NEG_INFINITY;
+    thresholds
 }
 
 /// The sRGB electro-optical transfer function (IEC 61966-2-1, piecewise).
@@ -65,16 +83,13 @@ impl Curve {
     /// See [`encode_srgb`].
     #[inline]
     pub(super) fn encode(&self, value: f32) -> u8 {
-        if value >= 1.0 {
-            return 255;
-        }
         // The table begins below the first threshold: what is darker, negative or NaN is code 0.
-        if value < TABLE_START || value.is_nan() {
-            return 0;
-        }
-        let entry = (value.to_bits() >> MANTISSA_SHIFT) - (TABLE_START.to_bits() >> MANTISSA_SHIFT);
-        let code = self.start[entry as usize];
-        code + u8::from(self.thresholds[usize::from(code) + 1] <= value)
+        let value = if value > TABLE_START { value } else { TABLE_START };
+        let value = if value < 1.0 { value } else { 1.0 };
+        let bits = value.to_bits() - TABLE_START.to_bits();
+        // The mask changes nothing; it shows the compiler that the index is valid.
+        let step = self.steps[(bits >> MANTISSA_SHIFT) as usize & (ENTRIES - 1)];
+        ((step + (bits & LOW_MASK)) >> CODE_SHIFT) as u8
     }
 }
 
@@ -96,18 +111,33 @@ mod tests {
 
     #[test]
     fn no_table_entry_holds_two_thresholds() {
-        assert!(CURVE.thresholds[1] > TABLE_START);
-        for pair in CURVE.start.windows(2) {
-            assert!(pair[1] - pair[0] <= 1);
+        let thresholds = thresholds();
+        assert!(thresholds[1] > TABLE_START);
+        for entry in 0..PER_OCTAVE * OCTAVES {
+            let [start, next] = [entry, entry + 1].map(entry_start);
+            let inside = thresholds.iter().filter(|t| **t > start && **t <= next).count();
+            assert!(inside <= 1, "{start}");
         }
     }
 
     #[test]
     fn every_threshold_is_met_from_both_sides() {
+        let thresholds = thresholds();
         for code in 1..=255u8 {
-            let threshold = CURVE.thresholds[usize::from(code)];
+            let threshold = thresholds[usize::from(code)];
             assert_eq!(encode_srgb(threshold), code);
             assert_eq!(encode_srgb(threshold.next_down()), code - 1);
+        }
+    }
+
+    #[test]
+    fn code_is_that_of_a_search_for_every_linear_value() {
+        let thresholds = thresholds();
+        // Every 61st number of the table's range and beyond: each entry is met in many places.
+        let ends = [TABLE_START * 0.5, 1.5].map(f32::to_bits);
+        for bits in (ends[0]..ends[1]).step_by(61) {
+            let value = f32::from_bits(bits);
+            assert_eq!(encode_srgb(value), slow(&thresholds, value), "{value}");
         }
     }
 

@@ -21,7 +21,8 @@ pub(super) struct ShadedPoint {
     pub wo: DVec3,
     u: DVec3,
     b: DVec3,
-    n: DVec3,
+    /// The normal, on the side that the eye sees.
+    pub n: DVec3,
 }
 
 impl ShadedPoint {

@@ -1,18 +1,46 @@
 //! The way back from samples to the pixels of an image, and the counts of what was skipped.
 
+use std::sync::Arc;
+
+use super::{PixelArea, Sampling};
+
 /// Where the samples of an image belong.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayout {
     /// Columns.
     pub width: u32,
     /// Rows; row 0 is the top.
     pub height: u32,
-    /// Subsamples of a pixel, covered or not.
-    pub samples_per_pixel: u32,
+    /// Side of the whole square picture.
+    pub size_px: u32,
+    /// The part of it that this is.
+    pub area: PixelArea,
+    /// How it was sampled.
+    pub sampling: Sampling,
+    /// A pixel's radiance is this times the sum over its samples.
+    pub scale: f32,
     /// Pixels that have samples, in ascending order; their samples follow one another without gaps.
-    pub spans: Vec<PixelSpan>,
-    /// Per pixel: subsamples in which the mesh is seen, lit or not.
-    pub covered: Vec<u16>,
+    pub runs: Vec<PixelRun>,
+    /// Share of each pixel in which the mesh is seen, lit or not.
+    pub coverage: Arc<[f32]>,
+}
+
+/// Pixels that follow one another and have equally many samples of each kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelRun {
+    /// The first pixel: row times width plus column.
+    pub pixel: u32,
+    /// Number of pixels.
+    pub pixels: u32,
+    /// First sample of the first pixel.
+    pub start: u32,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// How many of them, from the first on, belong to the ray through the pixel's centre: one per light that reaches its
+    /// hit. Automatic exposure looks at nothing else; none where that ray misses or meets shadow.
+    pub centre: u32,
+    /// Which is the first that counts for radiance: 0, or `centre` where the others stand for the whole pixel.
+    pub counted: u32,
 }
 
 /// The samples of one pixel.
@@ -22,8 +50,10 @@ pub struct PixelSpan {
     pub pixel: u32,
     /// First sample.
     pub start: u32,
-    /// End of the samples of its first lit subsample, which has one per light that reaches it.
-    pub first_end: u32,
+    /// End of the samples of the ray through its centre.
+    pub centre_end: u32,
+    /// First sample that counts for radiance.
+    pub counted: u32,
     /// End of its samples.
     pub end: u32,
 }
@@ -35,12 +65,49 @@ pub struct SampleCounts {
     pub rays: u64,
     /// Rays that hit the mesh (in sets of pairs: pairs).
     pub covered: u64,
-    /// Samples kept: pairs of a hit and a light that is in front of its surface.
+    /// Samples kept: pairs of a hit and a light that is in front of its surface, groups of similar ones counted once.
     pub lit: u64,
 }
 
 impl ImageLayout {
+    /// The pixels that have samples, one by one.
+    pub fn spans(&self) -> impl Iterator<Item = PixelSpan> + '_ {
+        self.runs.iter().flat_map(|run| run.spans())
+    }
+
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.spans.as_slice()) + size_of_val(self.covered.as_slice())
+        size_of_val(self.runs.as_slice()) + size_of_val(&*self.coverage)
+    }
+}
+
+impl PixelRun {
+    /// Its pixels, one by one.
+    pub fn spans(self) -> impl Iterator<Item = PixelSpan> {
+        (0..self.pixels).map(move |k| {
+            let start = self.start + k * self.samples;
+            PixelSpan {
+                pixel: self.pixel + k,
+                start,
+                centre_end: start + self.centre,
+                counted: start + self.counted,
+                end: start + self.samples,
+            }
+        })
+    }
+
+    /// End of its samples.
+    pub(super) fn end(&self) -> u32 {
+        self.start + self.pixels * self.samples
+    }
+
+    /// Takes the next pixel in, if it is the neighbour and alike.
+    pub(super) fn extend(&mut self, next: &Self) -> bool {
+        let alike =
+            (self.samples, self.centre, self.counted) == (next.samples, next.centre, next.counted);
+        let joins = alike && self.pixel + self.pixels == next.pixel;
+        if joins {
+            self.pixels += next.pixels;
+        }
+        joins
     }
 }

@@ -1,153 +1,278 @@
-//! From a mesh and a scene to its samples: one ray a subsample, rows in parallel, put together in their order.
+//! From a mesh and a scene to its samples: rows in parallel, put together in their order.
 
-use brood_brdf::DirectionPair;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::frame::ShadedPoint;
+use super::cluster::Groups;
 use super::lighting::PointLight;
+use super::point::{Gathered, Mark, Point, Surface};
+use super::quadrature::{Camera, Scratch};
 use super::view::{UnitFrame, View, subsample_places};
-use super::{ImageLayout, PixelSpan, SampleCounts, SampleSet, round_to_f32};
-use crate::mesh::MeshParts;
-use crate::trace::Tracer;
+use super::{ImageLayout, PixelArea, PixelRun, SampleCounts, SampleSet, Sampling};
+use crate::trace::Stack;
 use crate::{Mesh, Scene};
 
-/// What a row needs to know.
-struct Job<'a> {
-    parts: &'a MeshParts,
-    mesh: &'a Mesh,
-    tracer: &'a Tracer,
-    view: View,
-    lights: Vec<PointLight>,
-    places: Vec<DVec2>,
-    size_px: u32,
-}
+/// From so many rays a pixel on, its triangles are looked up once for all of them.
+const SHARED_RAYS: usize = 4;
+/// A smooth pixel whose centre is off its mean by more than this, relative to the light at normal incidence, is curved.
+const CURVED: f32 = 2e-4;
 
-/// Samples of a row; spans count from the row's own first sample.
+/// The samples of a row of the area.
 #[derive(Default)]
 struct Row {
-    pairs: Vec<DirectionPair>,
-    uvs: Vec<DVec2>,
-    irradiance: [Vec<f32>; 3],
-    spans: Vec<PixelSpan>,
-    covered: Vec<u16>,
+    gathered: Gathered,
+    runs: Vec<PixelRun>,
+    coverage: Vec<f32>,
+    counts: SampleCounts,
+}
+
+/// The rays through the centres of a row: of the area and a border of one pixel.
+struct CentreRow {
+    marks: Vec<Mark>,
+    /// Samples of the area's own pixels, and how many each has.
+    gathered: Gathered,
+    lit: Vec<u8>,
 }
 
 pub(super) fn render(
     mesh: &Mesh,
     scene: &Scene,
     size_px: u32,
-    samples_per_pixel: u32,
+    sampling: Sampling,
+    area: PixelArea,
 ) -> SampleSet {
-    let counted = 1..=u32::from(u16::MAX);
-    assert!(counted.contains(&size_px), "size_px {size_px} is not in 1..=65535");
-    assert!(
-        counted.contains(&samples_per_pixel),
-        "samples_per_pixel {samples_per_pixel} is not in 1..=65535"
-    );
+    assert!(size_px <= u32::from(u16::MAX), "size_px {size_px} is not in 1..=65535");
+    assert!(area.is_within(size_px), "the area {area} is not within {size_px} pixels");
     let frame = UnitFrame::new(mesh, scene);
-    let job = Job {
-        parts: mesh.parts(),
-        mesh,
-        tracer: mesh.tracer(),
+    let camera = Camera {
         view: View::new(&scene.camera, &frame),
-        lights: PointLight::all(scene, &frame),
-        places: subsample_places(samples_per_pixel),
+        tracer: mesh.tracer(),
+        surface: Surface::new(mesh, PointLight::all(scene, &frame)),
         size_px,
     };
-    let rows: Vec<Row> = (0..size_px).into_par_iter().map(|row| job.row(row)).collect();
-    let rays = u64::from(size_px).pow(2) * u64::from(samples_per_pixel);
-    put_together(rows, size_px, samples_per_pixel, rays)
+    let rows = match sampling {
+        Sampling::Adaptive => adaptive(&camera, area),
+        Sampling::Fixed(samples) => {
+            let places = subsample_places(u32::from(samples));
+            (0..area.height)
+                .into_par_iter()
+                .map_init(Scratch::default, |scratch, row| {
+                    fixed_row(&camera, area, row, &places, scratch)
+                })
+                .collect()
+        }
+    };
+    let scale = match sampling {
+        Sampling::Adaptive => 1.0,
+        Sampling::Fixed(samples) => 1.0 / f32::from(samples),
+    };
+    let image = ImageLayout {
+        width: area.width,
+        height: area.height,
+        size_px,
+        area,
+        sampling,
+        scale,
+        runs: Vec::new(),
+        coverage: Vec::new().into(),
+    };
+    put_together(rows, image)
 }
 
-impl Job<'_> {
-    fn row(&self, y: u32) -> Row {
-        let mut row = Row::default();
-        let mut stack = Vec::new();
-        for x in 0..self.size_px {
-            let mut span = PixelSpan {
-                pixel: y * self.size_px + x,
-                start: row.count(),
-                first_end: row.count(),
-                end: row.count(),
+/// The same rays in every pixel.
+fn fixed_row(
+    camera: &Camera<'_>,
+    area: PixelArea,
+    row: u32,
+    places: &[DVec2],
+    scratch: &mut Scratch,
+) -> Row {
+    let mut out = Row::default();
+    out.counts.rays = u64::from(area.width) * places.len() as u64;
+    let inverse = 1.0 / places.len() as f32;
+    let (mut point, y) = (Point::default(), area.y + row);
+    for column in 0..area.width {
+        let x = area.x + column;
+        let start = out.gathered.count();
+        let (mut centre, mut covered) = (0, 0u16);
+        if places.len() >= SHARED_RAYS {
+            camera.enter_pixel(x, y, scratch);
+        }
+        for (k, place) in places.iter().enumerate() {
+            let hit = if places.len() >= SHARED_RAYS {
+                camera.see_in_pixel((x, y), *place, scratch, &mut point)
+            } else {
+                camera.see(camera.ray(x, y, *place), &mut scratch.stack, &mut point)
             };
-            let mut covered = 0u16;
-            for place in &self.places {
-                let place = (DVec2::new(f64::from(x), f64::from(y)) + *place)
-                    * (2.0 / f64::from(self.size_px))
-                    - DVec2::ONE;
-                let ray = self.view.ray(DVec2::new(place.x, -place.y));
-                let Some(hit) = self.tracer.trace(ray, &mut stack) else { continue };
+            if hit {
                 covered += 1;
-                let point = ShadedPoint::new(self.parts, &hit, -ray.direction);
-                self.light(&point, &mut row);
-                if span.first_end == span.start {
-                    span.first_end = row.count();
-                }
+                out.gathered.push_point(&point);
             }
-            span.end = row.count();
-            if span.end > span.start {
-                row.spans.push(span);
+            if k == 0 {
+                centre = out.gathered.count() - start;
             }
-            row.covered.push(covered);
         }
-        row
+        out.counts.covered += u64::from(covered);
+        let samples = out.gathered.count() - start;
+        out.finish(row * area.width + column, (samples, centre, 0), f32::from(covered) * inverse);
     }
+    out
+}
 
-    /// Adds one sample for every light in front of the surface.
-    fn light(&self, point: &ShadedPoint, row: &mut Row) {
-        let place = (point.place - self.mesh.centre()) / self.mesh.radius();
-        for light in &self.lights {
-            let Some((towards, irradiance)) = light.at(place) else { continue };
-            let wi = point.local(towards);
-            // NaN, which a light beyond all reason could make, is unlit.
-            if wi.z > 0.0 {
-                let pair =
-                    DirectionPair::new(wi, point.wo).expect("both have just been normalised");
-                for (channel, e) in row.irradiance.iter_mut().zip(irradiance) {
-                    channel.push(round_to_f32(e * pair.cos_i()));
-                }
-                row.pairs.push(pair);
-                row.uvs.push(point.uv);
-            }
+/// One ray through each centre, more where neighbours differ.
+fn adaptive(camera: &Camera<'_>, area: PixelArea) -> Vec<Row> {
+    let border = area.grown(camera.size_px);
+    let centres: Vec<CentreRow> = (0..border.height)
+        .into_par_iter()
+        .map_init(Stack::default, |stack, row| {
+            centre_row(camera, area, border, border.y + row, stack)
+        })
+        .collect();
+    (0..area.height)
+        .into_par_iter()
+        .map_init(
+            || (Scratch::default(), Groups::default()),
+            |tools, row| {
+                let inside = (area.y - border.y + row) as usize;
+                let last = centres.len() - 1;
+                let rows = [inside.saturating_sub(1), inside, (inside + 1).min(last)];
+                let neighbours = rows.map(|row| centres[row].marks.as_slice());
+                adaptive_row(camera, (area, border), row, (&centres[inside], neighbours), tools)
+            },
+        )
+        .collect()
+}
+
+fn centre_row(
+    camera: &Camera<'_>,
+    area: PixelArea,
+    border: PixelArea,
+    y: u32,
+    stack: &mut Stack,
+) -> CentreRow {
+    let mut row = CentreRow {
+        marks: Vec::with_capacity(border.width as usize),
+        gathered: Gathered::default(),
+        lit: Vec::with_capacity(area.width as usize),
+    };
+    let own_row = (area.y..area.y + area.height).contains(&y);
+    let mut point = Point::default();
+    for x in border.x..border.x + border.width {
+        camera.see(camera.ray(x, y, DVec2::splat(0.5)), stack, &mut point);
+        row.marks.push(point.mark);
+        if own_row && (area.x..area.x + area.width).contains(&x) {
+            row.gathered.push_point(&point);
+            row.lit.push(u8::try_from(point.lit.len()).expect("a scene has few lights"));
         }
     }
+    row
+}
+
+/// What a pixel needs besides the ray through its centre.
+#[derive(PartialEq)]
+enum Need {
+    Nothing,
+    Curved,
+    Edge,
+}
+
+fn need(rows: [&[Mark]; 3], x: usize) -> Need {
+    let columns = x.saturating_sub(1)..(x + 2).min(rows[1].len());
+    let own = &rows[1][x];
+    let alike = rows.iter().all(|row| row[columns.clone()].iter().all(|mark| own.is_like(mark)));
+    if !alike {
+        return Need::Edge;
+    }
+    if own.lights == 0 {
+        return Need::Nothing;
+    }
+    let bend = |a: &Mark, b: &Mark| (a.shade - 2.0 * own.shade + b.shade).abs();
+    let level = bend(&rows[1][columns.start], &rows[1][columns.end - 1]);
+    // The mean over a square differs from the value at its centre by 1/24 of the second differences.
+    let off = (level + bend(&rows[0][x], &rows[2][x])) / 24.0;
+    if off > CURVED { Need::Curved } else { Need::Nothing }
+}
+
+fn adaptive_row(
+    camera: &Camera<'_>,
+    (area, border): (PixelArea, PixelArea),
+    row: u32,
+    (centre, neighbours): (&CentreRow, [&[Mark]; 3]),
+    (scratch, groups): &mut (Scratch, Groups),
+) -> Row {
+    let mut out = Row::default();
+    let (mut from, mut copied) = (0, 0);
+    for column in 0..area.width {
+        let x = area.x + column;
+        let at = (x - border.x) as usize;
+        let pixel = row * area.width + column;
+        let own = &neighbours[1][at];
+        let lit = centre.lit[column as usize];
+        let need = need(neighbours, at);
+        out.counts.rays += 1;
+        out.counts.covered += u64::from(own.covered);
+        from += usize::from(lit);
+        if need == Need::Nothing {
+            let lit = u32::from(lit);
+            out.finish(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
+            continue;
+        }
+        out.gathered.extend(&centre.gathered, copied..from);
+        copied = from;
+        if need == Need::Edge {
+            camera.edge((x, area.y + row), own, scratch);
+        } else {
+            camera.curved((x, area.y + row), scratch);
+        }
+        let start = out.gathered.count();
+        let coverage = groups.push_all(scratch.weighted(), &mut out.gathered);
+        let added = out.gathered.count() - start;
+        out.counts.rays += scratch.rays() as u64;
+        out.counts.covered += scratch.covered();
+        let lit = u32::from(lit);
+        // Weights sum to 1 but for rounding.
+        let coverage = if coverage > 1.0 - 1e-9 { 1.0 } else { coverage as f32 };
+        out.finish(pixel, (lit + added, lit, lit), coverage);
+    }
+    out.gathered.extend(&centre.gathered, copied..from);
+    out
 }
 
 impl Row {
-    fn count(&self) -> u32 {
-        u32::try_from(self.pairs.len()).expect("a row has fewer than 2^32 samples")
+    /// Ends a pixel whose samples have been, or are about to be, added; its numbers of samples are all, those of the
+    /// centre, and those that do not count.
+    fn finish(&mut self, pixel: u32, (samples, centre, counted): (u32, u32, u32), coverage: f32) {
+        self.coverage.push(coverage);
+        if samples == 0 {
+            return;
+        }
+        let start = self.runs.last().map_or(0, PixelRun::end);
+        let run = PixelRun { pixel, pixels: 1, start, samples, centre, counted };
+        if !self.runs.last_mut().is_some_and(|last| last.extend(&run)) {
+            self.runs.push(run);
+        }
     }
 }
 
-fn put_together(rows: Vec<Row>, size_px: u32, samples_per_pixel: u32, rays: u64) -> SampleSet {
-    let count = rows.iter().map(|row| row.pairs.len()).sum();
-    let mut pairs = Vec::with_capacity(count);
-    let mut uvs = Vec::with_capacity(count);
-    let mut irradiance = [(); 3].map(|()| Vec::with_capacity(count));
-    let mut image = ImageLayout {
-        width: size_px,
-        height: size_px,
-        samples_per_pixel,
-        spans: Vec::with_capacity(rows.iter().map(|row| row.spans.len()).sum()),
-        covered: Vec::with_capacity(rows.iter().map(|row| row.covered.len()).sum()),
-    };
-    for row in rows {
-        let first = u32::try_from(pairs.len()).expect("an image has fewer than 2^32 samples");
-        image.spans.extend(row.spans.iter().map(|span| PixelSpan {
-            pixel: span.pixel,
-            start: first + span.start,
-            first_end: first + span.first_end,
-            end: first + span.end,
-        }));
-        pairs.extend(row.pairs);
-        uvs.extend(row.uvs);
-        for (all, row) in irradiance.iter_mut().zip(row.irradiance) {
-            all.extend(row);
+fn put_together(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
+    let count = rows.iter().map(|row| row.gathered.pairs.len()).sum();
+    let mut all = Gathered::with_capacity(count);
+    let mut coverage = Vec::with_capacity((image.width * image.height) as usize);
+    let mut counts = SampleCounts::default();
+    for mut row in rows {
+        let first = all.count();
+        for run in row.runs {
+            let run = PixelRun { start: first + run.start, ..run };
+            if !image.runs.last_mut().is_some_and(|last| last.extend(&run)) {
+                image.runs.push(run);
+            }
         }
-        image.covered.extend(row.covered);
+        all.append(&mut row.gathered);
+        coverage.extend(row.coverage);
+        counts.rays += row.counts.rays;
+        counts.covered += row.counts.covered;
     }
-    let covered = image.covered.iter().map(|covered| u64::from(*covered)).sum();
-    let counts = SampleCounts { rays, covered, lit: pairs.len() as u64 };
-    SampleSet::new(pairs, uvs, irradiance, Some(image), counts)
+    image.coverage = coverage.into();
+    counts.lit = u64::from(all.count());
+    SampleSet::new(all.pairs, all.uvs, all.irradiance, Some(image), counts)
 }

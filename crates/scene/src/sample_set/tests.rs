@@ -2,7 +2,7 @@ use brood_brdf::{DirectionPair, Input};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::SampleSet;
+use super::{SampleSet, Sampling};
 use crate::{BuiltinMesh, Camera, Light, Mesh, MeshParts, Scene, parse_obj};
 
 fn sphere() -> Mesh {
@@ -33,20 +33,28 @@ fn check_promises(samples: &SampleSet) {
     let image = samples.image().unwrap();
     let mut next = 0;
     let mut last_pixel = None;
-    for span in &image.spans {
+    for span in image.spans() {
         assert_eq!(span.start, next, "spans follow one another");
-        assert!(span.start < span.first_end && span.first_end <= span.end, "{span:?}");
+        assert!(span.start <= span.centre_end && span.centre_end <= span.end, "{span:?}");
+        assert!(span.counted == span.start || span.counted == span.centre_end, "{span:?}");
+        assert!(span.start < span.end, "{span:?}");
         assert!(last_pixel < Some(span.pixel), "pixels ascend");
-        assert!(image.covered[span.pixel as usize] > 0, "{span:?}");
+        assert!(image.coverage[span.pixel as usize] > 0.0, "{span:?}");
         last_pixel = Some(span.pixel);
         next = span.end;
     }
     assert_eq!(next as usize, samples.len(), "spans cover all samples");
     let counts = samples.counts();
     let pixels = u64::from(image.width) * u64::from(image.height);
-    assert_eq!(image.covered.len() as u64, pixels);
-    assert_eq!(counts.rays, pixels * u64::from(image.samples_per_pixel));
-    assert_eq!(counts.covered, image.covered.iter().map(|n| u64::from(*n)).sum::<u64>());
+    assert_eq!(image.coverage.len() as u64, pixels);
+    assert!(image.coverage.iter().all(|share| (0.0..=1.0).contains(share)));
+    if let Sampling::Fixed(samples) = image.sampling {
+        assert_eq!(counts.rays, pixels * u64::from(samples));
+        let covered: f64 = image.coverage.iter().map(|share| f64::from(*share)).sum();
+        assert!((counts.covered as f64 - covered * f64::from(samples)).abs() <= 1e-3 * covered);
+    } else {
+        assert!(counts.rays >= pixels);
+    }
     assert_eq!(counts.lit, samples.len() as u64);
     for index in 0..samples.len() {
         let (pair, uv) = samples.pair(index);
@@ -64,7 +72,7 @@ fn check_promises(samples: &SampleSet) {
 /// Bounds of the covered pixels: left, right, top, bottom.
 fn bounds(samples: &SampleSet) -> [u32; 4] {
     let image = samples.image().unwrap();
-    let pixels = (0u32..).zip(&image.covered).filter(|(_, covered)| **covered > 0);
+    let pixels = (0u32..).zip(image.coverage.iter()).filter(|(_, covered)| **covered > 0.0);
     pixels.fold([u32::MAX, 0, u32::MAX, 0], |[left, right, top, bottom], (pixel, _)| {
         let (x, y) = (pixel % image.width, pixel / image.width);
         [left.min(x), right.max(x), top.min(y), bottom.max(y)]
@@ -103,7 +111,7 @@ fn cameras_have_x_to_the_right_and_y_upwards() {
     for camera in cameras {
         let samples = SampleSet::render(&flag, &with_camera(camera.clone()), 64, 1);
         let image = samples.image().unwrap();
-        let covered = |x: u32, y: u32| image.covered[(y * 64 + x) as usize] > 0;
+        let covered = |x: u32, y: u32| image.coverage[(y * 64 + x) as usize] > 0.0;
         let [left, right, top, bottom] = bounds(&samples);
         assert!(covered(left, top + 1) && covered(right - 1, bottom), "{camera:?}");
         assert!(!covered(right, top), "{camera:?}");
@@ -129,7 +137,7 @@ fn frame_of_the_sphere_points_to_the_light_and_the_eye() {
     assert_eq!(samples.counts().lit, samples.counts().covered, "light at the eye leaves no dark");
     let image = samples.image().unwrap();
     let sample = |pixel: u32| {
-        let span = image.spans.iter().find(|span| span.pixel == pixel).unwrap();
+        let span = image.spans().find(|span| span.pixel == pixel).unwrap();
         samples.pair(span.start as usize)
     };
     let (middle, uv) = sample(64 * 129 + 64);
@@ -155,7 +163,7 @@ fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
         let scene = Scene { lights, ..with_camera(orbit(0.0, 0.0)) };
         let samples = SampleSet::render(&square, &scene, 65, 1);
         let image = samples.image().unwrap();
-        let middle = image.spans.iter().find(|span| span.pixel == 32 * 65 + 32).unwrap();
+        let middle = image.spans().find(|span| span.pixel == 32 * 65 + 32).unwrap();
         let [r, g, b] = samples.irradiance().map(|e| f64::from(e[middle.start as usize]));
         assert!((r - expected).abs() < 1e-5, "{position:?} {r}");
         if intensity.is_some() {
@@ -269,11 +277,11 @@ fn subsamples_are_counted_per_pixel_and_their_first_is_the_centre() {
         (SampleSet::render(&mesh, &scene, 40, 1), SampleSet::render(&mesh, &scene, 40, 8));
     check_promises(&many);
     let image = many.image().unwrap();
-    assert_eq!(image.covered.iter().max(), Some(&8));
-    assert!(image.covered.iter().any(|n| (1..8).contains(n)), "edges are partly covered");
-    assert!(image.spans.iter().any(|span| span.first_end - span.start == 2), "two lights");
-    for span in &single.image().unwrap().spans {
-        let fine = image.spans.iter().find(|fine| fine.pixel == span.pixel).unwrap();
+    assert!(image.coverage.contains(&1.0));
+    assert!(image.coverage.iter().any(|n| *n > 0.0 && *n < 1.0), "edges are partly covered");
+    assert!(image.spans().any(|span| span.centre_end - span.start == 2), "two lights");
+    for span in single.image().unwrap().spans() {
+        let fine = image.spans().find(|fine| fine.pixel == span.pixel).unwrap();
         assert_eq!(single.pair(span.start as usize), many.pair(fine.start as usize));
     }
 }
@@ -340,5 +348,6 @@ proptest! {
         };
         prop_assert_eq!(scene.validate(), Ok(()));
         check_promises(&SampleSet::render(&mesh, &scene, 16, 2));
+        check_promises(&SampleSet::render(&mesh, &scene, 16, Sampling::Adaptive));
     }
 }

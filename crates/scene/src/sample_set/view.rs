@@ -62,6 +62,9 @@ pub(super) struct View {
     right: DVec3,
     up: DVec3,
     forward: DVec3,
+    /// `right` and `up` over their squared lengths.
+    per_right: DVec3,
+    per_up: DVec3,
     parallel: bool,
 }
 
@@ -87,13 +90,8 @@ impl View {
                 // Starts in front of the object, wherever the world's origin is.
                 let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale);
                 let half = frame.length(orthographic) / frame.scale;
-                Self {
-                    origin: frame.place(middle),
-                    right: frame.direction(DVec3::X) * half,
-                    up: frame.direction(DVec3::Y) * half,
-                    forward: frame.direction(DVec3::NEG_Z),
-                    parallel: true,
-                }
+                let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z].map(|axis| frame.direction(axis));
+                Self::with_axes(frame.place(middle), axes, half, true)
             }
         }
     }
@@ -106,13 +104,34 @@ impl View {
     ) -> Self {
         let (sin, cos) = sin_cos_deg(0.5 * fov_y_deg);
         let half = sin / cos;
+        let axes = [right, up, -back].map(|axis| frame.direction(axis));
+        Self::with_axes(frame.place(eye), axes, half, false)
+    }
+
+    /// Unit axes at right angles, and half the side of the picture.
+    fn with_axes(origin: DVec3, axes: [DVec3; 3], half: f64, parallel: bool) -> Self {
+        let [right, up, forward] = axes;
         Self {
-            origin: frame.place(eye),
-            right: frame.direction(right) * half,
-            up: frame.direction(up) * half,
-            forward: frame.direction(-back),
-            parallel: false,
+            origin,
+            right: right * half,
+            up: up * half,
+            forward,
+            per_right: right / half,
+            per_up: up / half,
+            parallel,
         }
+    }
+
+    /// Where in the picture a place is seen, as in [`View::ray`]; `None` where it is not in front of the eye.
+    pub fn project(&self, place: DVec3) -> Option<DVec2> {
+        let from = place - self.origin;
+        let at = DVec2::new(from.dot(self.per_right), from.dot(self.per_up));
+        if self.parallel {
+            return Some(at);
+        }
+        let depth = from.dot(self.forward);
+        // Nearer than this, digits are lost.
+        (depth > 1e-6).then(|| at / depth)
     }
 
     /// The ray through a place of the picture: x to the right and y upwards, both within [-1, 1].

@@ -1,7 +1,7 @@
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::{Ray, Tracer};
+use super::{Beam, Candidates, Ray, Stack, Tracer};
 
 fn direction() -> impl Strategy<Value = DVec3> {
     (-1.0..1.0, -1.0..1.0, -1.0..1.0f64)
@@ -12,12 +12,10 @@ fn direction() -> impl Strategy<Value = DVec3> {
 
 /// Nearest hit by testing every triangle.
 fn exhaustive(tracer: &Tracer, ray: Ray) -> Option<(usize, f64)> {
-    let ahead = -ray.origin.dot(ray.direction);
-    let origin = ray.origin + ray.direction * (ahead - 1.5).max(0.0);
-    let sheared = super::ShearedRay::new(origin, ray.direction)?;
+    let (sheared, _) = super::approach(ray)?;
     let mut best = None;
-    for triangle in 0..tracer.triangles.len() {
-        tracer.test(&sheared, triangle, &mut best);
+    for triangle in &tracer.triangles {
+        super::test(&sheared, triangle, &mut best);
     }
     best.map(|hit| (hit.triangle, hit.distance))
 }
@@ -36,11 +34,52 @@ proptest! {
         let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
         let origin = from * distance;
         let ray = Ray { origin, direction: (towards * 0.5 - origin).normalize() };
-        let hit = tracer.trace(ray, &mut Vec::new());
+        let hit = tracer.trace(ray, &mut Stack::default());
         prop_assert_eq!(hit.map(|hit| (hit.triangle, hit.distance)), exhaustive(&tracer, ray));
         if let Some(hit) = hit {
             prop_assert!(hit.weights.iter().all(|w| *w >= 0.0));
             prop_assert!((hit.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn candidates_of_a_beam_give_the_hits_of_the_tree(
+        places in prop::collection::vec(direction(), 3..24),
+        from in direction(),
+        distance in prop::sample::select(vec![0.4, 3.0, 1e4]),
+        at in (-0.9..0.9, -0.9..0.9f64),
+        half in prop::sample::select(vec![1e-3, 0.02, 0.3]),
+        parallel in any::<bool>(),
+    ) {
+        let count = places.len() as u32;
+        let triangles: Vec<[u32; 3]> =
+            (0..count).map(|k| [k, (k * 7 + 1) % count, (k * 3 + 2) % count]).collect();
+        let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
+        let right: DVec3 = from.any_orthonormal_vector();
+        let up: DVec3 = from.cross(right);
+        let ray = |x: f64, y: f64| {
+            let target: DVec3 = right * (at.0 + half * x) + up * (at.1 + half * y);
+            if parallel {
+                return Ray { origin: from * 2.0 + target, direction: -from };
+            }
+            let origin = from * distance;
+            Ray { origin, direction: (target - origin).normalize() }
+        };
+        let beam = Beam::new([ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)]);
+        let project = |p: DVec3| {
+            let (right, up, away) = (p.dot(right), p.dot(up), p.dot(from));
+            let shrunk = if parallel { 1.0 } else { distance / (distance - away) };
+            let place = DVec2::new(right * shrunk - at.0, up * shrunk - at.1) / half;
+            (parallel || distance - away > 1e-6).then(|| place * 0.5 + 0.5)
+        };
+        let (mut stack, mut candidates) = (Stack::default(), Candidates::default());
+        prop_assert!(tracer.gather(&beam.unwrap(), project, &mut stack, &mut candidates));
+        for k in 0..81 {
+            let place = DVec2::new(f64::from(k % 9), f64::from(k / 9)) / 8.0;
+            let ray = ray(place.x * 2.0 - 1.0, place.y * 2.0 - 1.0);
+            prop_assert_eq!(candidates.trace(ray, place), tracer.trace(ray, &mut stack), "{}", k);
         }
     }
 }
@@ -54,7 +93,7 @@ fn hit_is_the_lowest_triangle_when_several_are_at_one_place() {
     for side in [1.0, -1.0] {
         let origin = middle + DVec3::new(1.0, 1.0, -3.0) * side;
         let ray = Ray { origin, direction: (middle - origin).normalize() };
-        assert_eq!(tracer.trace(ray, &mut Vec::new()).map(|hit| hit.triangle), Some(1));
+        assert_eq!(tracer.trace(ray, &mut Stack::default()).map(|hit| hit.triangle), Some(1));
     }
 }
 
@@ -76,7 +115,7 @@ fn rays_do_not_slip_through_when_they_meet_edges_and_corners() {
                 let target = DVec3::new(f64::from(i), f64::from(j), 0.0) / 64.0
                     - DVec3::new(0.25, 0.25, 0.1);
                 let ray = Ray { origin: eye, direction: (target - eye).normalize() };
-                assert!(tracer.trace(ray, &mut Vec::new()).is_some(), "{eye} {i} {j}");
+                assert!(tracer.trace(ray, &mut Stack::default()).is_some(), "{eye} {i} {j}");
             }
         }
     }
@@ -87,8 +126,8 @@ fn nothing_is_hit_when_no_triangle_has_an_area_or_the_ray_is_not_finite() {
     let places = [DVec3::ZERO, DVec3::X, DVec3::X * 0.5];
     let flat = Tracer::new(&places, &[[0, 1, 2]], DVec3::ZERO, 1.0);
     let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };
-    assert_eq!(flat.trace(ray, &mut Vec::new()), None);
+    assert_eq!(flat.trace(ray, &mut Stack::default()), None);
     let solid = Tracer::new(&[DVec3::X, DVec3::Y, DVec3::NEG_ONE], &[[0, 1, 2]], DVec3::ZERO, 1.0);
     let nowhere = Ray { origin: DVec3::NAN, direction: DVec3::Z };
-    assert_eq!(solid.trace(nowhere, &mut Vec::new()), None);
+    assert_eq!(solid.trace(nowhere, &mut Stack::default()), None);
 }

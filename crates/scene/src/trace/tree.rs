@@ -4,6 +4,10 @@
 //! the bottom take time quadratic in the triangles where these lie in or on one another. Here a level costs one pass, and
 //! below a depth that real models do not reach halves are cut at the median.
 
+use std::ops::Range;
+
+use glam::Vec3A;
+
 /// Triangles of a leaf at most.
 const LEAF_MAX: usize = 4;
 /// Bins per split.
@@ -14,29 +18,27 @@ const MEDIAN_DEPTH: u32 = 48;
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
+    pub low: Vec3A,
+    pub high: Vec3A,
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    const EMPTY: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     fn extend(&mut self, other: &Self) {
-        for axis in 0..3 {
-            self.low[axis] = self.low[axis].min(other.low[axis]);
-            self.high[axis] = self.high[axis].max(other.high[axis]);
-        }
+        self.low = self.low.min(other.low);
+        self.high = self.high.max(other.high);
     }
 
     /// Half the surface; 0 where empty.
     fn area(&self) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|axis| (self.high[axis] - self.low[axis]).max(0.0));
-        x * y + y * z + z * x
+        let size = (self.high - self.low).max(Vec3A::ZERO);
+        size.dot(Vec3A::new(size.y, size.z, size.x))
     }
 
-    /// Twice the middle along an axis.
-    fn middle(&self, axis: usize) -> f32 {
-        self.low[axis] + self.high[axis]
+    /// Twice the middle.
+    fn middle(&self) -> Vec3A {
+        self.low + self.high
     }
 }
 
@@ -46,6 +48,13 @@ pub(super) struct Node {
     pub bounds: Bounds,
     pub first: u32,
     pub count: u32,
+}
+
+impl Node {
+    /// The triangles of a leaf.
+    pub fn range(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
 }
 
 /// What is sorted into the tree.
@@ -91,14 +100,13 @@ fn node(bounds: Bounds, first: usize, count: usize) -> Node {
 
 /// Sorts the part into two and says where the second begins; neither is empty.
 fn split(part: &mut [Item], depth: u32) -> usize {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    let (mut low, mut high) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     for item in part.iter() {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(item.bounds.middle(axis));
-            high[axis] = high[axis].max(item.bounds.middle(axis));
-        }
+        let middle = item.bounds.middle();
+        low = low.min(middle);
+        high = high.max(middle);
     }
-    let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+    let extent = high - low;
     let axis = if extent[0] >= extent[1] && extent[0] >= extent[2] {
         0
     } else if extent[1] >= extent[2] {
@@ -108,7 +116,7 @@ fn split(part: &mut [Item], depth: u32) -> usize {
     };
     let half = part.len() / 2;
     if depth >= MEDIAN_DEPTH {
-        let key = |item: &Item| item.bounds.middle(axis);
+        let key = |item: &Item| item.bounds.middle()[axis];
         part.select_nth_unstable_by(half, |a, b| {
             key(a).total_cmp(&key(b)).then(a.triangle.cmp(&b.triangle))
         });
@@ -120,7 +128,7 @@ fn split(part: &mut [Item], depth: u32) -> usize {
     }
     let bin = |item: &Item| {
         // Truncated; the highest middle alone would fall into a bin of its own.
-        (((item.bounds.middle(axis) - low[axis]) * scale) as usize).min(BINS - 1)
+        (((item.bounds.middle()[axis] - low[axis]) * scale) as usize).min(BINS - 1)
     };
     let mut bins = [(Bounds::EMPTY, 0usize); BINS];
     for item in part.iter() {
@@ -202,7 +210,8 @@ mod tests {
         (0..count)
             .map(|triangle| {
                 let (low, high) = bounds(triangle as f32);
-                Item { bounds: Bounds { low, high }, triangle }
+                let bounds = Bounds { low: low.into(), high: high.into() };
+                Item { bounds, triangle }
             })
             .collect()
     }

@@ -5,30 +5,46 @@ use glam::DVec3;
 /// A ray with the axes permuted and sheared so that it runs along +z of its own frame.
 pub(super) struct ShearedRay {
     origin: DVec3,
-    axes: [usize; 3],
+    axes: Axes,
     shear: [f64; 3],
+}
+
+/// Which component of a vector comes first, second and last.
+#[derive(Clone, Copy)]
+enum Axes {
+    Xyz,
+    Yzx,
+    Zxy,
+    Yxz,
+    Zyx,
+    Xzy,
 }
 
 impl ShearedRay {
     /// `None` where the direction is zero or not finite.
     pub fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
         let size = direction.abs();
-        let kz = if size.x >= size.y && size.x >= size.z {
-            0
+        // The last axis is the longest; the other two are exchanged where it runs backwards, which keeps the sense of
+        // triangles.
+        let (axes, w) = if size.x >= size.y && size.x >= size.z {
+            let forward = direction.x >= 0.0;
+            let w = DVec3::new(direction.y, direction.z, direction.x);
+            (if forward { Axes::Yzx } else { Axes::Zyx }, w)
         } else if size.y >= size.z {
-            1
+            let forward = direction.y >= 0.0;
+            let w = DVec3::new(direction.z, direction.x, direction.y);
+            (if forward { Axes::Zxy } else { Axes::Xzy }, w)
         } else {
-            2
+            let forward = direction.z >= 0.0;
+            (if forward { Axes::Xyz } else { Axes::Yxz }, direction)
         };
-        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        // Keeps the sense of triangles.
-        if direction[kz] < 0.0 {
-            std::mem::swap(&mut kx, &mut ky);
-        }
-        let depth = direction[kz];
-        let usable = depth != 0.0 && direction.is_finite() && origin.is_finite();
-        let shear = [direction[kx] / depth, direction[ky] / depth, 1.0 / depth];
-        usable.then_some(Self { origin, axes: [kx, ky, kz], shear })
+        let w = match axes {
+            Axes::Xyz | Axes::Yzx | Axes::Zxy => w,
+            Axes::Yxz | Axes::Zyx | Axes::Xzy => DVec3::new(w.y, w.x, w.z),
+        };
+        let usable = w.z != 0.0 && direction.is_finite() && origin.is_finite();
+        let shear = [w.x / w.z, w.y / w.z, 1.0 / w.z];
+        usable.then_some(Self { origin, axes, shear })
     }
 
     /// Distance and corner weights of the hit, from either side, edges included.
@@ -37,13 +53,9 @@ impl ShearedRay {
     ///
     /// # Source
     /// Woop, Benthin and Wald 2013, *Watertight Ray/Triangle Intersection*.
-    pub fn intersect(&self, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let [kx, ky, kz] = self.axes;
-        let [sx, sy, sz] = self.shear;
-        let [a, b, c] = corners.map(|corner| {
-            let w = corner - self.origin;
-            DVec3::new(w[kx] - sx * w[kz], w[ky] - sy * w[kz], sz * w[kz])
-        });
+    #[inline]
+    pub fn intersect(&self, corners: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let [a, b, c] = [self.shear(corners[0]), self.shear(corners[1]), self.shear(corners[2])];
         let u = c.x * b.y - c.y * b.x;
         let v = a.x * c.y - a.y * c.x;
         let w = b.x * a.y - b.y * a.x;
@@ -57,5 +69,22 @@ impl ShearedRay {
         let weights = [u / sum, v / sum, w / sum];
         let distance = weights[0] * a.z + weights[1] * b.z + weights[2] * c.z;
         (distance > 0.0 && distance.is_finite()).then_some((distance, weights))
+    }
+
+    /// A corner in the ray's own frame.
+    #[inline]
+    fn shear(&self, corner: DVec3) -> DVec3 {
+        let w = corner - self.origin;
+        let [sx, sy, sz] = self.shear;
+        // Selections rather than indices: an index would send the vector through memory.
+        let (x, y, z) = match self.axes {
+            Axes::Xyz => (w.x, w.y, w.z),
+            Axes::Yzx => (w.y, w.z, w.x),
+            Axes::Zxy => (w.z, w.x, w.y),
+            Axes::Yxz => (w.y, w.x, w.z),
+            Axes::Zyx => (w.z, w.y, w.x),
+            Axes::Xzy => (w.x, w.z, w.y),
+        };
+        DVec3::new(x - sx * z, y - sy * z, sz * z)
     }
 }

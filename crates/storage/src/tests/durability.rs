@@ -258,11 +258,11 @@ async fn log_does_not_grow_without_end() {
     let lineage = lineage(&store).await;
     for n in 0..300 {
         let mut new = new_generation(lineage, &[], &n.to_string());
-        new.individuals[0].genome_text.push_str(&"#".repeat(50_000));
+        new.individuals[0].genome_text.push_str(&"#".repeat(200_000));
         store.create_generation(new).await.unwrap();
     }
     let log_bytes = std::fs::metadata(dir.path().join("brood.db-wal")).unwrap().len();
-    assert!(log_bytes < 10_000_000, "{log_bytes}");
+    assert!(log_bytes < 30_000_000, "60 MB were written, {log_bytes} are in the log");
 }
 
 #[tokio::test]

@@ -1,7 +1,7 @@
 //! The work queue.
 
-use super::{job, open};
-use crate::{JobState, Queue, StorageError, Store};
+use super::{job, lineage, new_generation, open};
+use crate::{FIRST_EPOCH, JobState, NewJob, Queue, StorageError, Store};
 
 const NO_LIMIT: u64 = 1000;
 
@@ -133,4 +133,32 @@ async fn leased_jobs_are_requeued_at_start() {
     let row = store.job(id).await.unwrap();
     assert_eq!((row.state, row.deaths, row.worker), (JobState::Queued, 0, None));
     assert_eq!(store.claim("w").await.unwrap().unwrap().epoch, 2);
+}
+
+#[tokio::test]
+async fn job_is_in_a_workers_hands_from_the_start_when_it_was_leased_at_birth() {
+    let (dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    assert!(!store.any_queued().await.unwrap());
+    assert_eq!(store.oldest_queued_ms().await.unwrap(), None);
+    let mut new = new_generation(lineage, &[], "a");
+    let job = NewJob { leased_to: Some("w".to_owned()), ..job(Queue::Interactive) };
+    let (id, created_ms) = (job.id, job.created_ms);
+    new.job = Some(job);
+    store.create_generation(new).await.unwrap();
+    assert!(!store.any_queued().await.unwrap());
+    assert_eq!(store.claim("other").await.unwrap(), None);
+    let row = store.job(id).await.unwrap();
+    let found = (row.state, row.epoch, row.worker.as_deref());
+    assert_eq!(found, (JobState::Leased, FIRST_EPOCH, Some("w")));
+    // The lease is like any other: it is given back, claimed under the next epoch, and only that one counts.
+    assert_eq!(store.release(id, FIRST_EPOCH, false).await.unwrap(), JobState::Queued);
+    assert!(store.any_queued().await.unwrap());
+    assert_eq!(store.oldest_queued_ms().await.unwrap(), Some(created_ms));
+    let claimed = store.claim("other").await.unwrap().unwrap();
+    assert_eq!((claimed.id, claimed.epoch), (id, FIRST_EPOCH + 1));
+    assert!(store.complete(id, FIRST_EPOCH).await.is_err());
+    store.close().await.unwrap();
+    let again = Store::open(dir.path()).await.unwrap();
+    assert_eq!(again.requeue_all_leased().await.unwrap(), 1, "nobody holds it after a restart");
 }

@@ -1,0 +1,262 @@
+//! Kernels: what one instruction does to a block of samples.
+//!
+//! Sums, differences and products come alone or as a fused pair, whose intermediate value never leaves the vector
+//! registers; both with and without each clamp, because most clamps can be proved never to act. Every rounding is the
+//! one of the machine: fused means one pass over the block, never one rounding for two operations.
+
+#![allow(unsafe_code, reason = "a table of rows that are read and written has no safe form")]
+
+use brood_genome::{Arithmetic, Functions};
+use brood_program::Operation;
+
+use crate::Level;
+use crate::level::Kind;
+use bytemuck::{Pod, Zeroable};
+
+/// Lanes that the loops below take at once.
+pub(crate) const LANES: usize = 64;
+/// Quarters in a block.
+pub(super) const QUARTERS: usize = 4;
+/// Samples in a block: long enough that decoding costs little, short enough that registers stay in the nearest cache.
+pub(crate) const BLOCK: usize = LANES * QUARTERS;
+
+/// As many lanes as the loops below take at once, on the border of a cache line: vectors that straddle two lines cost
+/// twice.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(crate) struct Quarter(pub(crate) [f32; LANES]);
+
+/// The values of an operand in a block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View {
+    first: *const Quarter,
+    /// 1 where each quarter has values of its own, 0 where the first stands for all.
+    step: usize,
+}
+
+impl View {
+    /// A row of its own.
+    pub(super) fn row(quarters: &[Quarter]) -> Self {
+        Self { first: quarters.as_ptr(), step: 1 }
+    }
+
+    /// A row that is also written to, at other times.
+    pub(super) fn at(first: *const Quarter) -> Self {
+        Self { first, step: 1 }
+    }
+
+    /// One quarter for all.
+    pub(super) fn constant(quarter: &Quarter) -> Self {
+        Self { first: quarter, step: 0 }
+    }
+
+    /// # Safety
+    /// The row has such a quarter, it lives, and nothing writes to it meanwhile.
+    #[inline(always)]
+    pub(crate) unsafe fn quarter<'a>(self, index: usize) -> &'a [f32; LANES] {
+        // SAFETY: promised by the caller.
+        unsafe { &(*self.first.add(self.step.wrapping_mul(index))).0 }
+    }
+}
+
+/// What an instruction does, as the number of its loop.
+///
+/// 0 to 47: a fused pair, 16 * first + 4 * second + clamps; 48 to 53: sum, difference, product, each without and with
+/// clamp; from 54: the functions, two numbers each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Kernel(u8);
+
+/// Whether the clamps of a function can act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Clamping {
+    Needed,
+    Idle,
+}
+
+/// The second operation of a pair, t being the result of the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Second {
+    Add,
+    /// t - c.
+    Sub,
+    /// c - t.
+    SubFrom,
+    Mul,
+}
+
+impl Kernel {
+    pub(super) fn single(operation: Operation, clamping: Clamping) -> Self {
+        let idle = u8::from(clamping == Clamping::Idle);
+        match first(operation) {
+            Some(number) => Self(48 + 2 * number + (1 - idle)),
+            None => Self(54 + 2 * (operation.number() - Operation::Sin.number()) + idle),
+        }
+    }
+
+    pub(super) fn fused(operation: Operation, second: Second, clamps: [bool; 2]) -> Option<Self> {
+        let clamps = u8::from(clamps[0]) + 2 * u8::from(clamps[1]);
+        Some(Self(16 * first(operation)? + 4 * second as u8 + clamps))
+    }
+}
+
+fn first(operation: Operation) -> Option<u8> {
+    match operation {
+        Operation::Add => Some(0),
+        Operation::Sub => Some(1),
+        Operation::Mul => Some(2),
+        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => None,
+        Operation::Lg2 | Operation::Rcp | Operation::Rsq => None,
+        Operation::Spl | Operation::SplNeg => None,
+    }
+}
+
+/// The loop of a kernel: the rows written and the operands.
+///
+/// # Safety
+/// The operands are rows of as many quarters as the destination, or constants; the destination overlaps none of them;
+/// the machine has the instructions that the loop was compiled for.
+pub(super) type Pass = unsafe fn(&mut [Quarter], &[View; 3]);
+
+/// The loops of one instruction set, each compiled as a function of its own: so the compiler knows that nothing overlaps
+/// the destination, and the loops stay small.
+macro_rules! passes {
+    ($name:ident, $f:ident $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        #[inline(never)]
+        unsafe fn $f<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
+            // SAFETY: promised by the caller.
+            unsafe { pass::<KERNEL>(out, operands) }
+        }
+        passes!(table $name, $f;
+            0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35
+            36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64 65 66 67
+            68 69 70 71);
+    };
+    (table $name:ident, $f:ident; $($n:literal)*) => {
+        static $name: [Pass; 72] = [$($f::<$n>),*];
+    };
+}
+
+passes!(BASELINE, baseline);
+#[cfg(target_arch = "x86_64")]
+passes!(AVX2, avx2, "avx2");
+#[cfg(target_arch = "x86_64")]
+passes!(AVX512, avx512, "avx512f,avx512dq,avx512vl,avx512bw");
+
+impl Kernel {
+    /// Its loop for an instruction set.
+    pub(super) fn pass(self, level: Level) -> Pass {
+        let passes = match level.kind() {
+            Kind::Baseline => &BASELINE,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => &AVX2,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => &AVX512,
+        };
+        passes[usize::from(self.0)]
+    }
+}
+
+/// # Safety
+/// As [`Pass`].
+#[inline(always)]
+unsafe fn pass<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
+    let f = match KERNEL {
+        0..54 => Functions::KNOWN,
+        // Unknown constants are broadcast before the loop, known ones again in each pass of it.
+        _ => std::hint::black_box(Functions::KNOWN),
+    };
+    // SAFETY: promised by the caller.
+    unsafe {
+        match KERNEL {
+            0..48 => each_triple(out, operands, fused::<KERNEL>),
+            48 => each_pair(out, operands, |a, b| a + b),
+            49 => each_pair(out, operands, |a, b| a.add(b)),
+            50 => each_pair(out, operands, |a, b| a - b),
+            51 => each_pair(out, operands, |a, b| a.add(-b)),
+            52 => each_pair(out, operands, |a, b| a * b),
+            53 => each_pair(out, operands, |a, b| a.mul(b)),
+            54 => each(out, operands, |a| f.sin::<true>(a)),
+            55 => each(out, operands, |a| f.sin::<false>(a)),
+            56 => each(out, operands, |a| f.cos::<true>(a)),
+            57 => each(out, operands, |a| f.cos::<false>(a)),
+            58 => each(out, operands, |a| f.ex2::<true>(a)),
+            59 => each(out, operands, |a| f.ex2::<false>(a)),
+            60 => each(out, operands, |a| f.ex2::<true>(-a)),
+            61 => each(out, operands, |a| f.ex2::<false>(-a)),
+            62 | 63 => each(out, operands, |a| f.lg2(a)),
+            64 | 65 => each(out, operands, |a| f.rcp(a)),
+            66 | 67 => each(out, operands, |a| f.rsq(a)),
+            68 | 69 => each(out, operands, |a| f.spl(a)),
+            _ => each(out, operands, |a| f.spl(-a)),
+        }
+    }
+}
+
+/// A pair of operations on one lane: bit 0 clamps the first, bit 1 the second, bits 2 and 3 are the [`Second`], the
+/// rest is the first.
+#[inline(always)]
+fn fused<const CODE: u8>(a: f32, b: f32, c: f32) -> f32 {
+    let clamps = (CODE & 1 != 0, CODE & 2 != 0);
+    let t = match (CODE >> 4, clamps.0) {
+        (0, false) => a + b,
+        (0, true) => a.add(b),
+        (1, false) => a - b,
+        (1, true) => a.add(-b),
+        (_, false) => a * b,
+        (_, true) => a.mul(b),
+    };
+    match (CODE >> 2 & 3, clamps.1) {
+        (0, false) => t + c,
+        (0, true) => t.add(c),
+        (1, false) => t - c,
+        (1, true) => t.add(-c),
+        (2, false) => c - t,
+        (2, true) => c.add(-t),
+        (_, false) => t * c,
+        (_, true) => t.mul(c),
+    }
+}
+
+// The number of quarters is not known to the compiler: unrolled, the loops would not fit the instruction cache.
+
+/// # Safety
+/// As [`Pass`].
+#[inline(always)]
+unsafe fn each(out: &mut [Quarter], operands: &[View; 3], f: impl Fn(f32) -> f32) {
+    for (index, out) in out.iter_mut().enumerate() {
+        // SAFETY: promised by the caller.
+        let a = unsafe { operands[0].quarter(index) };
+        for (out, a) in out.0.iter_mut().zip(a) {
+            *out = f(*a);
+        }
+    }
+}
+
+/// # Safety
+/// As [`Pass`].
+#[inline(always)]
+unsafe fn each_pair(out: &mut [Quarter], operands: &[View; 3], f: impl Fn(f32, f32) -> f32) {
+    let [a, b, _] = *operands;
+    for (index, out) in out.iter_mut().enumerate() {
+        // SAFETY: promised by the caller.
+        let (a, b) = unsafe { (a.quarter(index), b.quarter(index)) };
+        for ((out, a), b) in out.0.iter_mut().zip(a).zip(b) {
+            *out = f(*a, *b);
+        }
+    }
+}
+
+/// # Safety
+/// As [`Pass`].
+#[inline(always)]
+unsafe fn each_triple(out: &mut [Quarter], operands: &[View; 3], f: impl Fn(f32, f32, f32) -> f32) {
+    let [a, b, c] = *operands;
+    for (index, out) in out.iter_mut().enumerate() {
+        // SAFETY: promised by the caller.
+        let (a, b, c) = unsafe { (a.quarter(index), b.quarter(index), c.quarter(index)) };
+        for (((out, a), b), c) in out.0.iter_mut().zip(a).zip(b).zip(c) {
+            *out = f(*a, *b, *c);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Exposure: what radiance is multiplied by, given or measured.
+
+use brood_scene::{Exposure, SampleSet};
+
+use crate::radiance::ReflectedLight;
+
+/// What automatic exposure maps its percentile to.
+const AUTO_TARGET: f32 = 0.9;
+/// Below this there is nothing to expose for.
+const AUTO_FLOOR: f32 = 1e-8;
+
+/// What radiance is multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// The factor, 2^`ev`.
+    pub(crate) factor: f32,
+    /// The same as an exposure.
+    pub ev: f64,
+}
+
+impl Gain {
+    /// The gain that an exposure has for a picture.
+    ///
+    /// # Shapes
+    /// As [`crate::shade`].
+    #[must_use]
+    pub fn new(exposure: Exposure, set: &SampleSet, f: &[f32]) -> Self {
+        Self::of(exposure, || ReflectedLight::new(set, f).centres())
+    }
+
+    /// The gain of a given exposure.
+    #[must_use]
+    pub fn fixed(ev: f64) -> Self {
+        Self { factor: nearest(libm::exp2(ev)), ev }
+    }
+
+    pub(crate) fn of(exposure: Exposure, centres: impl FnOnce() -> Vec<f32>) -> Self {
+        match exposure {
+            Exposure::Auto => Self::automatic(centres()),
+            Exposure::Ev(ev) => Self::fixed(ev),
+        }
+    }
+
+    fn automatic(values: Vec<f32>) -> Self {
+        let none = Self { factor: 1.0, ev: 0.0 };
+        let count = values.len();
+        if count == 0 {
+            return none;
+        }
+        let value = ranked(values, (97 * count).div_ceil(100) - 1);
+        if value < AUTO_FLOOR {
+            return none;
+        }
+        let factor = AUTO_TARGET / value;
+        Self { factor, ev: libm::log2(f64::from(factor)) }
+    }
+}
+
+/// Every so many values, one is looked at to guess where the wanted one lies.
+const STRIDE: usize = 32;
+
+/// The value that sorting would put at `rank`.
+///
+/// The rank is near the end, so the few values above a guess are all that has to be put in order.
+fn ranked(mut values: Vec<f32>, rank: usize) -> f32 {
+    let above = values.len() - rank;
+    let mut few: Vec<f32> = values.iter().copied().step_by(STRIDE).collect();
+    // Twice as far from the end as the rank is: nearly always below the value, by how much does not matter.
+    let guess = few.len().saturating_sub(1 + 2 * above / STRIDE);
+    let (_, guess, _) = few.select_nth_unstable_by(guess, f32::total_cmp);
+    let guess = *guess;
+    let largest: Vec<f32> = values.iter().copied().filter(|value| *value >= guess).collect();
+    let (values, rank) = if largest.len() >= above {
+        let rank = largest.len() - above;
+        (largest, rank)
+    } else {
+        (std::mem::take(&mut values), rank)
+    };
+    let mut values = values;
+    *values.select_nth_unstable_by(rank, f32::total_cmp).1
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
+fn nearest(value: f64) -> f32 {
+    value as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn automatic_exposure_takes_the_97th_percentile_by_its_definition() {
+        let values: Vec<f32> = (1..=200u8).map(f32::from).collect();
+        // ceil(0.97 * 200) - 1 = 193, the value 194.
+        assert_eq!(Gain::automatic(values).factor, 0.9 / 194.0);
+        assert_eq!(Gain::automatic(vec![2.0]).factor, 0.45);
+        assert_eq!(Gain::automatic(vec![2.0]).ev, libm::log2(f64::from(0.45f32)));
+        let none = Gain { factor: 1.0, ev: 0.0 };
+        assert_eq!(Gain::automatic(Vec::new()), none);
+        assert_eq!(Gain::automatic(vec![1e-9; 50]), none);
+    }
+
+    #[test]
+    fn ranked_value_is_that_of_sorting_whatever_the_order() {
+        let mut state = 1u32;
+        let mut next = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32
+        };
+        for count in [1, 2, 31, 32, 33, 100, 3000, 40_000] {
+            let random: Vec<f32> = (0..count).map(|_| next()).collect();
+            let mut sorted = random.clone();
+            sorted.sort_by(f32::total_cmp);
+            let mut turned = sorted.clone();
+            turned.reverse();
+            // The values that are looked at for the guess are all larger than the others.
+            let unlucky =
+                (0..count).map(|k| if k % STRIDE == 0 { 1e9 } else { k as f32 }).collect();
+            for values in [random, sorted, turned, vec![3.0; count], unlucky] {
+                let mut expected = values.clone();
+                expected.sort_by(f32::total_cmp);
+                for rank in [0, count / 2, (97 * count).div_ceil(100) - 1, count - 1] {
+                    assert_eq!(ranked(values.clone(), rank), expected[rank], "{count} {rank}");
+                }
+            }
+        }
+    }
+}

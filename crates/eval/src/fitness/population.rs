@@ -1,0 +1,155 @@
+//! Programs on the CPU, translated once, summed block by block.
+
+use std::ops::Range;
+
+use brood_genome::Functions;
+use brood_program::Program;
+use rayon::prelude::*;
+
+use super::{Fitness, FitnessTarget, Loss, Population};
+use crate::canonical::{
+    BLOCK, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
+};
+use crate::{EvalError, Level};
+
+/// Sums that take the errors of a block in turn.
+const PARTIAL_SUMS: usize = 16;
+
+/// Programs bound to a target.
+#[derive(Debug)]
+pub struct CanonicalPopulation<'a> {
+    codes: Vec<Code<'a>>,
+    target: &'a FitnessTarget,
+    level: Level,
+    fitness: Vec<Fitness>,
+}
+
+impl<'a> CanonicalPopulation<'a> {
+    /// Translates the programs for the target's samples.
+    #[must_use]
+    pub fn new(programs: &[&'a Program], target: &'a FitnessTarget, level: Level) -> Self {
+        let codes =
+            programs.par_iter().map(|program| Code::new(program, target.set(), level)).collect();
+        Self { codes, target, level, fitness: vec![Fitness::default(); programs.len()] }
+    }
+}
+
+impl Population for CanonicalPopulation<'_> {
+    fn fitness(&self) -> &[Fitness] {
+        &self.fitness
+    }
+
+    fn extend(
+        &mut self,
+        programs: &[usize],
+        range: Range<usize>,
+        bound: f64,
+    ) -> Result<(), EvalError> {
+        let Self { codes, target, level, fitness } = self;
+        let known: &[Fitness] = fitness;
+        let done: Vec<Fitness> = programs
+            .par_iter()
+            .map(|program| {
+                let (code, fitness) = (&codes[*program], known[*program]);
+                debug_assert_eq!(fitness.blocks, range.start, "blocks follow one another");
+                with_workspace(|workspace| {
+                    let range = range.clone();
+                    level.run(Sum { code, target, range, bound, fitness, workspace })
+                })
+            })
+            .collect();
+        for (program, done) in programs.iter().zip(done) {
+            fitness[*program] = done;
+        }
+        Ok(())
+    }
+}
+
+/// Blocks of one program, until the bound is passed.
+struct Sum<'a> {
+    code: &'a Code<'a>,
+    target: &'a FitnessTarget,
+    range: Range<usize>,
+    bound: f64,
+    fitness: Fitness,
+    workspace: &'a mut Workspace,
+}
+
+impl Work for Sum<'_> {
+    type Done = Fitness;
+
+    #[inline(always)]
+    fn run(self) -> Fitness {
+        let Self { code, target, range, bound, mut fitness, workspace } = self;
+        let functions = std::hint::black_box(Functions::KNOWN);
+        let mut f = [Quarter([0.0; LANES]); 3];
+        for block in range {
+            let span = Span::of(block * BLOCK, target.samples());
+            let results = code.block(workspace, span);
+            let mut sums = [0.0f32; PARTIAL_SUMS];
+            // Quarters without samples would add zeros.
+            for quarter in 0..span.length.div_ceil(LANES) {
+                reflectance(code.program(), results.quarter(quarter), &mut f);
+                let rows = target.quarter(block * (BLOCK / LANES) + quarter);
+                match target.loss() {
+                    Loss::Logarithmic => add(&mut sums, &f, rows, |x| functions.log2(1.0 + x)),
+                    Loss::Squared => add(&mut sums, &f, rows, |x| x),
+                }
+            }
+            fitness.sum += f64::from(in_halves(sums));
+            fitness.blocks += 1;
+            if fitness.sum > bound {
+                break;
+            }
+        }
+        fitness
+    }
+}
+
+/// Adds the errors of a quarter to the sums that take them.
+#[inline(always)]
+fn add(
+    sums: &mut [f32; PARTIAL_SUMS],
+    f: &[Quarter; 3],
+    rows: [&Quarter; 6],
+    scale: impl Fn(f32) -> f32,
+) {
+    let mut errors = [0.0f32; LANES];
+    let [red, green, blue] = f;
+    deviations(&mut errors, red, rows[0], rows[3], &scale, |_, square| square);
+    deviations(&mut errors, green, rows[1], rows[4], &scale, |error, square| error + square);
+    deviations(&mut errors, blue, rows[2], rows[5], &scale, |error, square| error + square);
+    for errors in errors.as_chunks::<PARTIAL_SUMS>().0 {
+        for (sum, error) in sums.iter_mut().zip(errors) {
+            *sum += *error;
+        }
+    }
+}
+
+#[inline(always)]
+fn deviations(
+    errors: &mut [f32; LANES],
+    f: &Quarter,
+    values: &Quarter,
+    weights: &Quarter,
+    scale: impl Fn(f32) -> f32,
+    join: impl Fn(f32, f32) -> f32,
+) {
+    for (((error, f), value), weight) in errors.iter_mut().zip(&f.0).zip(&values.0).zip(&weights.0)
+    {
+        let deviation = scale(f * weight) - value;
+        *error = join(*error, deviation * deviation);
+    }
+}
+
+#[inline(always)]
+fn in_halves(mut sums: [f32; PARTIAL_SUMS]) -> f32 {
+    let mut half = PARTIAL_SUMS / 2;
+    while half > 0 {
+        for at in 0..half {
+            sums[at] += sums[at + half];
+        }
+        half /= 2;
+    }
+    sums[0]
+}

@@ -1,0 +1,91 @@
+//! The device's own clock: how long a submission ran there, without what it waited for.
+
+use crate::GpuError;
+use crate::device::Device;
+
+/// Two timestamps around a compute pass.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    /// Length of a tick.
+    tick_ns: f64,
+}
+
+const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
+
+impl Clock {
+    /// `None` where the adapter has no timestamps.
+    pub(crate) fn new(device: &Device) -> Result<Option<Self>, GpuError> {
+        use wgpu::BufferUsages as Usage;
+        let tick_ns = f64::from(device.queue.get_timestamp_period());
+        if !device.api.features().contains(wgpu::Features::TIMESTAMP_QUERY) || tick_ns <= 0.0 {
+            return Ok(None);
+        }
+        device.scoped(|| {
+            let descriptor = wgpu::QuerySetDescriptor {
+                label: Some("clock"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            };
+            Some(Self {
+                queries: device.api.create_query_set(&descriptor),
+                resolved: device.buffer("clock", BYTES, Usage::QUERY_RESOLVE | Usage::COPY_SRC),
+                staging: device.buffer("clock reading", BYTES, Usage::MAP_READ | Usage::COPY_DST),
+                tick_ns,
+            })
+        })
+    }
+
+    /// What a pass has to be told to be timed.
+    pub(crate) fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
+    /// Goes into the encoder after the pass.
+    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, BYTES);
+    }
+
+    /// Seconds that the pass of a finished submission took on the device; `None` where the two readings make no sense,
+    /// as happens where a counter starts again or stands still.
+    pub(crate) fn read(
+        &self,
+        device: &Device,
+        submission: wgpu::SubmissionIndex,
+        wall_s: f64,
+    ) -> Result<Option<f64>, GpuError> {
+        let mut ticks = [0u64; 2];
+        device.read(&self.staging, BYTES, submission, |bytes| {
+            bytemuck::bytes_of_mut(&mut ticks).copy_from_slice(bytes);
+        })?;
+        Ok(seconds(ticks, self.tick_ns, wall_s))
+    }
+}
+
+fn seconds([begin, end]: [u64; 2], tick_ns: f64, wall_s: f64) -> Option<f64> {
+    let ticks = end.checked_sub(begin).filter(|ticks| *ticks > 0)?;
+    let seconds = ticks as f64 * tick_ns * 1e-9;
+    // Work cannot have run longer than it was waited for.
+    (seconds <= wall_s).then_some(seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seconds;
+
+    #[test]
+    fn readings_count_only_when_they_make_sense() {
+        let measured = seconds([1000, 3000], 0.5, 1.0).unwrap();
+        assert!((measured - 1e-6).abs() < 1e-12, "{measured}");
+        assert_eq!(seconds([3000, 1000], 0.5, 1.0), None, "the counter started again");
+        assert_eq!(seconds([7, 7], 0.5, 1.0), None, "the counter stands still");
+        assert_eq!(seconds([0, u64::MAX], 1.0, 1.0), None, "longer than was waited");
+    }
+}

@@ -1,0 +1,251 @@
+//! Ranges: between which values each step of a program stays, given those of its inputs, and so which of its clamps can
+//! never act.
+//!
+//! Rounding to the nearest is monotone, so the range of a rounded sum or product is spanned by the rounded ends; the
+//! ranges hold for every bit of canonical f32, not only up to an error.
+
+use brood_genome::{Arithmetic, Input, RANGE};
+
+use crate::{Operand, Operation, Program};
+
+/// All values from `low` to `high`, both finite and within the machine's range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Least value.
+    pub low: f32,
+    /// Largest value.
+    pub high: f32,
+}
+
+/// What is known of one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepRange {
+    /// Between these its result stays.
+    pub result: Range,
+    /// Whether the clamp of the result can act; false for operations that clamp nothing but their argument.
+    pub clamps: bool,
+    /// Whether the clamp of the argument of sine, cosine or the power of two can act.
+    pub clamps_argument: bool,
+}
+
+impl Range {
+    /// Everything that a number can be.
+    pub const ALL: Self = Self { low: -RANGE, high: RANGE };
+
+    /// One value.
+    #[must_use]
+    pub fn point(value: f32) -> Self {
+        Self { low: value, high: value }
+    }
+
+    /// The least range that holds all values; [`Range::ALL`] where there is none.
+    #[must_use]
+    pub fn of(values: &[f32]) -> Self {
+        let Some((first, rest)) = values.split_first() else { return Self::ALL };
+        rest.iter().fold(Self::point(*first), |range, value| Self {
+            low: if *value < range.low { *value } else { range.low },
+            high: if *value > range.high { *value } else { range.high },
+        })
+    }
+
+    fn is_within(self, low: f32, high: f32) -> bool {
+        low <= self.low && self.high <= high
+    }
+
+    /// Widened by a part in 2^20 and the least normal number, which is more than any of the functions is off.
+    fn widened(self) -> Self {
+        let slack = |x: f32| x.abs() * (1.0 / 1_048_576.0) + f32::MIN_POSITIVE;
+        Self { low: self.low - slack(self.low), high: self.high + slack(self.high) }
+    }
+
+    fn clamped(self) -> (Self, bool) {
+        let result =
+            Self { low: self.low.clamp(-RANGE, RANGE), high: self.high.clamp(-RANGE, RANGE) };
+        (result, result != self)
+    }
+
+    fn negated(self) -> Self {
+        Self { low: -self.high, high: -self.low }
+    }
+}
+
+/// The ranges of all steps in order.
+///
+/// # Domain
+/// `input` holds every value of that input, which may be any finite range within the machine's.
+///
+/// # Error
+/// None: no canonical f32 value leaves its range (`no_value_leaves_its_range`).
+#[must_use]
+pub fn step_ranges(program: &Program, input: impl Fn(Input) -> Range) -> Vec<StepRange> {
+    let mut ranges: Vec<StepRange> = Vec::with_capacity(program.steps().len());
+    for step in program.steps() {
+        let read = |operand| match operand {
+            Operand::Step(index) => ranges[usize::from(index)].result,
+            Operand::Input(name) => input(name),
+            Operand::Constant(index) => {
+                Range::point(program.constants()[usize::from(index)].canonical)
+            }
+        };
+        let (a, b) = (read(step.a), read(step.b));
+        ranges.push(of_step(step.operation, a, b, step.a == step.b));
+    }
+    ranges
+}
+
+fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {
+    match operation {
+        Operation::Add => arithmetic(Range { low: a.low + b.low, high: a.high + b.high }),
+        Operation::Sub => arithmetic(Range { low: a.low - b.high, high: a.high - b.low }),
+        Operation::Mul => arithmetic(product(a, b, same)),
+        Operation::Sin | Operation::Cos => StepRange {
+            // The polynomials may pass 1 by a rounding.
+            result: Range { low: -1.0, high: 1.0 }.widened(),
+            clamps: false,
+            clamps_argument: !a.is_within(-1024.0, 1024.0),
+        },
+        Operation::Ex2 => power(a),
+        Operation::Ex2Neg => power(a.negated()),
+        Operation::Lg2 => function(Range { low: -24.0, high: 32.0 }),
+        // |x| / (x^2 + e) has its largest value, 1 / (2 sqrt e), at sqrt e = 2^-12.
+        Operation::Rcp => function(Range { low: -2048.0, high: 2048.0 }),
+        Operation::Rsq => function(Range { low: 0.0, high: 4096.0 }),
+        Operation::Spl | Operation::SplNeg => StepRange {
+            result: Range { low: 0.0, high: RANGE },
+            clamps: true,
+            clamps_argument: true,
+        },
+    }
+}
+
+fn arithmetic(exact: Range) -> StepRange {
+    let (result, clamps) = exact.clamped();
+    StepRange { result, clamps, clamps_argument: false }
+}
+
+fn function(result: Range) -> StepRange {
+    StepRange { result: result.widened(), clamps: false, clamps_argument: false }
+}
+
+fn product(a: Range, b: Range, square: bool) -> Range {
+    let ends = [a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high];
+    if !square {
+        return Range::of(&ends);
+    }
+    let low = if a.low <= 0.0 && a.high >= 0.0 { 0.0 } else { smaller(ends[0], ends[3]) };
+    Range { low, high: if ends[0] > ends[3] { ends[0] } else { ends[3] } }
+}
+
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+fn power(argument: Range) -> StepRange {
+    let ends = Range { low: argument.low.ex2(), high: argument.high.ex2() };
+    let (result, _) = ends.widened().clamped();
+    StepRange {
+        result,
+        // 2^15.99 is below the end of the range, 2^16 is not.
+        clamps: argument.high > 15.9,
+        clamps_argument: !argument.is_within(-24.0, 16.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::{BirthKey, Dialect, OpcodeSet, Variation};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Values of all steps, by the plain meaning.
+    fn values(program: &Program, input: impl Fn(Input) -> f32) -> Vec<f32> {
+        let mut values: Vec<f32> = Vec::new();
+        for step in program.steps() {
+            let read = |operand| match operand {
+                Operand::Step(index) => values[usize::from(index)],
+                Operand::Input(name) => input(name),
+                Operand::Constant(index) => program.constants()[usize::from(index)].canonical,
+            };
+            values.push(step.operation.apply(read(step.a), read(step.b)));
+        }
+        values
+    }
+
+    /// What comes out without the clamp of the result.
+    fn unclamped(operation: Operation, a: f32, b: f32) -> f32 {
+        match operation {
+            Operation::Add => a + b,
+            Operation::Sub => a - b,
+            Operation::Mul => a * b,
+            _ => operation.apply(a, b),
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(400))]
+
+        #[test]
+        fn no_value_leaves_its_range(
+            seed in any::<u64>(), extended: bool, exponent in -20i32..16, samples in any::<[u16; 8]>(),
+        ) {
+            let opcodes = if extended { OpcodeSet::Extended } else { OpcodeSet::Paper };
+            let dialect = Dialect { opcodes, registers: 10, ..Dialect::default() };
+            let genome = Variation::random(dialect).birth(BirthKey { seed, slot: 0, attempt: 0 });
+            let program = Program::lower(&genome);
+            let scale = 2f32.powi(exponent).min(RANGE / 2.0);
+            let range = |input: Input| {
+                let shift = input.index() as f32 / 23.0 - 0.5;
+                Range { low: (shift - 0.5) * scale, high: (shift + 0.7) * scale }
+            };
+            let ranges = step_ranges(&program, range);
+            for sample in samples {
+                let input = |name: Input| {
+                    let Range { low, high } = range(name);
+                    let mix = sample.rotate_left(name.index() as u32) % 5;
+                    [low, high, 0.5 * (low + high), low, high][usize::from(mix)]
+                };
+                let values = values(&program, input);
+                let operand = |operand| match operand {
+                    Operand::Step(index) => values[usize::from(index)],
+                    Operand::Input(name) => input(name),
+                    Operand::Constant(index) => program.constants()[usize::from(index)].canonical,
+                };
+                for ((step, value), range) in program.steps().iter().zip(&values).zip(&ranges) {
+                    let (a, b) = (operand(step.a), operand(step.b));
+                    prop_assert!(range.result.is_within(-RANGE, RANGE), "{:?}", range);
+                    prop_assert!(range.result.low <= *value && *value <= range.result.high, "{step:?} {a} {b} {value} {range:?}");
+                    if !range.clamps {
+                        prop_assert_eq!(unclamped(step.operation, a, b).to_bits(), value.to_bits());
+                    }
+                    if !range.clamps_argument && matches!(step.operation, Operation::Sin | Operation::Cos) {
+                        prop_assert!(a.abs() <= 1024.0);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn functions_stay_within_their_ranges_over_the_whole_machine() {
+        for operation in Operation::ALL.into_iter().filter(|operation| !operation.is_binary()) {
+            let whole = of_step(operation, Range::ALL, Range::ALL, true);
+            for exponent in -30..=15 {
+                for mantissa in 0..4096u32 {
+                    let magnitude = 2f32.powi(exponent) * (1.0 + mantissa as f32 / 4096.0);
+                    for x in [magnitude, -magnitude, 0.0] {
+                        let x = x.clamp(-RANGE, RANGE);
+                        let y = operation.apply(x, x);
+                        assert!(
+                            whole.result.low <= y && y <= whole.result.high,
+                            "{operation:?} {x} {y}"
+                        );
+                        let near =
+                            of_step(operation, Range::point(x), Range::point(x), true).result;
+                        assert!(near.low <= y && y <= near.high, "{operation:?} {x} {y} {near:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Adaptive sampling: what edges, clusters, areas and picks must hold to.
+
+use std::f64::consts::PI;
+
+use brood_brdf::{Input, InputMask};
+
+use super::{PixelArea, SampleSet, Sampling};
+use crate::{BuiltinMesh, Camera, Light, Mesh, Scene};
+
+/// The sphere seen in parallel, so that it is a disc of 0.8 of the picture's half side.
+fn disc() -> Scene {
+    Scene { camera: Camera::Orthographic { orthographic: 1.25 }, ..Scene::default() }
+}
+
+/// Light received by each pixel, over lights and samples: the picture of a Lambertian surface.
+fn received(set: &SampleSet) -> Vec<f64> {
+    let layout = set.image().unwrap();
+    let mut pixels = vec![0.0; layout.coverage.len()];
+    for span in layout.spans() {
+        let samples = span.counted as usize..span.end as usize;
+        let sum: f64 = set.irradiance()[0][samples].iter().map(|e| f64::from(*e)).sum();
+        pixels[span.pixel as usize] = sum * f64::from(layout.scale);
+    }
+    pixels
+}
+
+fn rmse(a: &[f64], b: &[f64]) -> f64 {
+    let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    (sum / a.len() as f64).sqrt()
+}
+
+#[test]
+fn coverage_of_the_sphere_is_the_area_of_its_disc() {
+    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+    for size_px in [31, 64, 200] {
+        let covered = |sampling: Sampling| {
+            let set = SampleSet::render(&mesh, &disc(), size_px, sampling);
+            let layout = set.image().unwrap();
+            layout.coverage.iter().map(|share| f64::from(*share)).sum::<f64>()
+        };
+        let radius = 0.4 * f64::from(size_px);
+        // The mesh's outline is a polygon of 192 sides, whose area is this much of the circle's.
+        let corners = 2.0 * PI / 192.0;
+        let area = PI * radius * radius * corners.sin() / corners;
+        let off = (covered(Sampling::Adaptive) - area).abs();
+        // What is left is the outline's: how its corners lie to the direction of view.
+        assert!(off < 1e-4 * area, "{size_px}: off by {off} of {area}");
+        let plain = (covered(Sampling::Fixed(1)) - area).abs();
+        assert!(off < plain, "{size_px}: {off} {plain}");
+    }
+}
+
+#[test]
+fn adaptive_samples_come_nearer_to_many_than_sixteen_do() {
+    let mut scene = Scene::default();
+    scene.lights.push(Light::Point { position: Some([-4.0, 1.0, 2.0]), intensity: None });
+    for name in BuiltinMesh::ALL {
+        let mesh = Mesh::builtin(name);
+        let picture =
+            |sampling: Sampling| received(&SampleSet::render(&mesh, &scene, 40, sampling));
+        let many = picture(Sampling::Fixed(512));
+        let own = rmse(&picture(Sampling::Adaptive), &many);
+        let sixteen = rmse(&picture(Sampling::Fixed(16)), &many);
+        assert!(own < 0.5 * sixteen, "{}: {own} {sixteen}", name.name());
+    }
+}
+
+#[test]
+fn adaptive_set_has_the_centres_of_one_sample_a_pixel() {
+    let mut scene = Scene::default();
+    scene.lights.push(Light::Point { position: Some([-4.0, 1.0, 2.0]), intensity: None });
+    let mesh = Mesh::builtin(BuiltinMesh::Knob);
+    let (one, own) = (
+        SampleSet::render(&mesh, &scene, 50, 1),
+        SampleSet::render(&mesh, &scene, 50, Sampling::Adaptive),
+    );
+    let centres = |set: &SampleSet| -> Vec<_> {
+        let spans = set.image().unwrap().spans().filter(|span| span.centre_end > span.start);
+        let samples = |span: super::PixelSpan| {
+            (span.start as usize..span.centre_end as usize).map(move |at| (span.pixel, at))
+        };
+        spans.flat_map(samples).map(|(pixel, at)| (pixel, set.pair(at))).collect()
+    };
+    assert_eq!(centres(&one), centres(&own));
+    // So small a picture of two lights is nearly all edge; six groups a light bound what that costs.
+    assert!(own.len() < 5 * one.len(), "{} {}", own.len(), one.len());
+}
+
+#[test]
+fn set_of_an_area_is_that_part_of_the_whole_to_the_bit() {
+    let scene = Scene { rotation_deg: [10.0, 20.0, 30.0], ..Scene::default() };
+    let mesh = Mesh::builtin(BuiltinMesh::Knob);
+    for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(5)] {
+        let whole = SampleSet::render(&mesh, &scene, 48, sampling);
+        for area in ["0,0,48,48", "13,9,20,17", "0,20,48,1", "47,47,1,1", "24,0,1,48"] {
+            let area: PixelArea = area.parse().unwrap();
+            let part = SampleSet::render_area(&mesh, &scene, 48, sampling, area);
+            let numbers: Vec<u32> = (area.y..area.y + area.height)
+                .flat_map(|y| (area.x..area.x + area.width).map(move |x| y * 48 + x))
+                .collect();
+            let mask: InputMask = [Input::P1, Input::U].into_iter().collect();
+            let picked = whole.pick(&numbers, mask);
+            assert_eq!(part.pairs, picked.pairs, "{area} {sampling}");
+            assert_eq!(part.uvs, picked.uvs, "{area} {sampling}");
+            assert_eq!(part.irradiance(), picked.irradiance(), "{area} {sampling}");
+            let (own, other) = (part.image().unwrap(), picked.image().unwrap());
+            assert!(own.spans().eq(other.spans()), "{area} {sampling}");
+            assert_eq!(own.coverage, other.coverage, "{area} {sampling}");
+            for input in [Input::P1, Input::U, Input::V] {
+                assert_eq!(part.input(input), picked.input(input), "{area} {sampling}");
+            }
+        }
+    }
+}
+
+#[test]
+fn adaptive_set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
+    let make = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mesh = Mesh::builtin(BuiltinMesh::Torus);
+        pool.install(|| SampleSet::render(&mesh, &Scene::default(), 64, Sampling::Adaptive))
+    };
+    let (one, four) = (make(1), make(4));
+    assert_eq!(one.image(), four.image());
+    assert_eq!((one.pairs, one.uvs), (four.pairs, four.uvs));
+    assert_eq!(one.irradiance, four.irradiance);
+}

@@ -1,0 +1,109 @@
+//! Groups of similar points of one pixel: reflectance is evaluated once for each, light is integrated over all.
+
+use glam::{DVec2, DVec3};
+
+use super::point::{Gathered, Point};
+
+/// Directions of a group are within this of its first: the square of the sum of both chords.
+const SPREAD: f64 = 0.15;
+/// So are texture positions; also keeps apart the two sides of a seam.
+const UV_SPREAD: f64 = 0.05;
+/// Groups of one light at most; what comes later joins the nearest.
+const MOST: usize = 6;
+
+/// Points in the light of one lamp.
+#[derive(Debug, Clone, Copy)]
+struct Group {
+    light: usize,
+    first: (DVec3, DVec3, DVec2),
+    wi: DVec3,
+    wo: DVec3,
+    uv: DVec2,
+    weight: f64,
+    irradiance: [f64; 3],
+}
+
+/// The groups of one pixel.
+#[derive(Default)]
+pub(super) struct Groups(Vec<Group>);
+
+impl Groups {
+    /// Adds the samples that stand for weighted points; their irradiance is integrated over the pixel.
+    ///
+    /// Returns the share of the pixel that is covered.
+    pub fn push_all<'a>(
+        &mut self,
+        points: impl Iterator<Item = (&'a Point, f64)>,
+        out: &mut Gathered,
+    ) -> f64 {
+        self.0.clear();
+        let mut coverage = 0.0;
+        for (point, weight) in points {
+            if point.mark.covered {
+                coverage += weight;
+                self.take(point, weight);
+            }
+        }
+        // In the order of lights, then of first appearance; a stable sort, few elements.
+        self.0.sort_by_key(|group| group.light);
+        for group in &self.0 {
+            out.push(
+                group.wi.normalize(),
+                group.wo.normalize(),
+                group.uv / group.weight,
+                group.irradiance,
+            );
+        }
+        coverage
+    }
+
+    fn take(&mut self, point: &Point, weight: f64) {
+        for lit in &point.lit {
+            let index = self.find(lit.light, lit.wi, point.wo, point.uv).unwrap_or_else(|| {
+                self.0.push(Group {
+                    light: lit.light,
+                    first: (lit.wi, point.wo, point.uv),
+                    wi: DVec3::ZERO,
+                    wo: DVec3::ZERO,
+                    uv: DVec2::ZERO,
+                    weight: 0.0,
+                    irradiance: [0.0; 3],
+                });
+                self.0.len() - 1
+            });
+            let group = &mut self.0[index];
+            // The mean place is that of the light received, so that what is nearly dark does not pull at it.
+            let share = weight * lit.wi.z;
+            group.wi += lit.wi * share;
+            group.wo += point.wo * share;
+            group.uv += point.uv * share;
+            group.weight += share;
+            for (sum, e) in group.irradiance.iter_mut().zip(lit.irradiance) {
+                *sum += weight * e;
+            }
+        }
+    }
+
+    /// The group that a point joins, if it need not open a new one.
+    fn find(&self, light: usize, wi: DVec3, wo: DVec3, uv: DVec2) -> Option<usize> {
+        let mut nearest: Option<(usize, f64)> = None;
+        let mut count = 0;
+        for (index, group) in self.0.iter().enumerate() {
+            if group.light != light {
+                continue;
+            }
+            count += 1;
+            let (first_wi, first_wo, first_uv) = group.first;
+            let directions = (first_wi - wi).length_squared() + (first_wo - wo).length_squared();
+            let texture = (first_uv - uv).abs().max_element();
+            if directions <= SPREAD * SPREAD && texture <= UV_SPREAD {
+                return Some(index);
+            }
+            let distance = directions / (SPREAD * SPREAD) + texture / UV_SPREAD;
+            if nearest.is_none_or(|nearest| distance < nearest.1) {
+                nearest = Some((index, distance));
+            }
+        }
+        nearest.filter(|_| count >= MOST).map(|nearest| nearest.0)
+    }
+}

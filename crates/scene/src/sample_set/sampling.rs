@@ -1,0 +1,230 @@
+//! How many rays a pixel gets, and which part of a picture is made.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::de::{Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// How a pixel is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
+pub enum Sampling {
+    /// One ray through the centre, and many where something changes within the pixel: silhouettes, terminators, creases.
+    #[default]
+    Adaptive,
+    /// The same number of rays in every pixel, 1 to [`Sampling::FIXED_MAX`].
+    Fixed(u16),
+}
+
+/// Text that names no sampling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("samples are \"adaptive\" or a number from 1 to 65535")]
+pub struct SamplingError;
+
+impl Sampling {
+    /// The largest fixed number.
+    pub const FIXED_MAX: u32 = u16::MAX as u32;
+
+    /// That many rays in every pixel; refuses 0 and what is above [`Sampling::FIXED_MAX`].
+    pub fn fixed(samples: u32) -> Result<Self, SamplingError> {
+        match u16::try_from(samples) {
+            Ok(samples) if samples > 0 => Ok(Self::Fixed(samples)),
+            _ => Err(SamplingError),
+        }
+    }
+
+    /// Rays that every pixel gets at least.
+    #[must_use]
+    pub fn least(self) -> u32 {
+        match self {
+            Self::Adaptive => 1,
+            Self::Fixed(samples) => u32::from(samples),
+        }
+    }
+}
+
+/// A fixed number, as in tests and benchmarks.
+///
+/// # Panics
+/// Where it is 0 or above [`Sampling::FIXED_MAX`]; what comes from outside goes through [`Sampling::fixed`].
+impl From<u32> for Sampling {
+    fn from(samples: u32) -> Self {
+        Self::fixed(samples).unwrap_or_else(|_| panic!("{samples} samples a pixel, not 1..=65535"))
+    }
+}
+
+impl fmt::Display for Sampling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Adaptive => f.write_str("adaptive"),
+            Self::Fixed(samples) => samples.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Sampling {
+    type Err = SamplingError;
+
+    fn from_str(text: &str) -> Result<Self, SamplingError> {
+        match text {
+            "adaptive" => Ok(Self::Adaptive),
+            _ => text.parse().map_err(|_| SamplingError).and_then(Self::fixed),
+        }
+    }
+}
+
+impl Serialize for Sampling {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match (serializer.is_human_readable(), self) {
+            (true, Self::Adaptive) => serializer.serialize_str("adaptive"),
+            (true, Self::Fixed(samples)) => serializer.serialize_u16(*samples),
+            (false, Self::Adaptive) => serializer.serialize_u16(0),
+            (false, Self::Fixed(samples)) => serializer.serialize_u16(*samples),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Sampling {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            return deserializer.deserialize_any(WordOrNumber);
+        }
+        Ok(match u16::deserialize(deserializer)? {
+            0 => Self::Adaptive,
+            samples => Self::Fixed(samples),
+        })
+    }
+}
+
+struct WordOrNumber;
+
+impl Visitor<'_> for WordOrNumber {
+    type Value = Sampling;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("\"adaptive\" or a number from 1 to 65535")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Sampling, E> {
+        text.parse().map_err(|_| E::invalid_value(Unexpected::Other("another word"), &self))
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, samples: u64) -> Result<Sampling, E> {
+        let fixed = u32::try_from(samples).map_err(|_| SamplingError).and_then(Sampling::fixed);
+        fixed.map_err(E::custom)
+    }
+}
+
+/// A rectangle of pixels of a picture; row 0 is the top.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PixelArea {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Text that names no area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("an area is four whole numbers, as in x,y,width,height, and not empty")]
+pub struct PixelAreaError;
+
+impl PixelArea {
+    /// A whole square picture.
+    #[must_use]
+    pub fn whole(size_px: u32) -> Self {
+        Self { x: 0, y: 0, width: size_px, height: size_px }
+    }
+
+    /// Whether it is not empty and lies in a square picture of that side.
+    #[must_use]
+    pub fn is_within(&self, size_px: u32) -> bool {
+        let fits = |start: u32, length: u32| {
+            length > 0 && start.checked_add(length).is_some_and(|end| end <= size_px)
+        };
+        fits(self.x, self.width) && fits(self.y, self.height)
+    }
+
+    /// With a border of one pixel, as far as the picture goes.
+    #[must_use]
+    pub fn grown(&self, size_px: u32) -> Self {
+        let grow = |start: u32, length: u32| {
+            let from = start.saturating_sub(1);
+            (from, (start + length + 1).min(size_px) - from)
+        };
+        let (x, width) = grow(self.x, self.width);
+        let (y, height) = grow(self.y, self.height);
+        Self { x, y, width, height }
+    }
+
+    /// Number of pixels.
+    #[must_use]
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+}
+
+impl fmt::Display for PixelArea {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{},{}", self.x, self.y, self.width, self.height)
+    }
+}
+
+impl FromStr for PixelArea {
+    type Err = PixelAreaError;
+
+    fn from_str(text: &str) -> Result<Self, PixelAreaError> {
+        let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[x, y, width, height]) if width > 0 && height > 0 => {
+                Ok(Self { x, y, width, height })
+            }
+            _ => Err(PixelAreaError),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sampling_is_a_word_or_a_number_in_every_form() {
+        for (text, sampling) in [
+            ("\"adaptive\"", Some(Sampling::Adaptive)),
+            ("4", Some(Sampling::Fixed(4))),
+            ("65535", Some(Sampling::Fixed(65535))),
+            ("0", None),
+            ("65536", None),
+            ("-1", None),
+            ("1.5", None),
+            ("\"many\"", None),
+        ] {
+            assert_eq!(serde_json::from_str(text).ok(), sampling, "{text}");
+            assert_eq!(text.trim_matches('"').parse().ok(), sampling, "{text}");
+            let Some(sampling) = sampling else { continue };
+            assert_eq!(serde_json::to_string(&sampling).unwrap(), text);
+            let bytes = postcard::to_stdvec(&sampling).unwrap();
+            assert_eq!(postcard::from_bytes::<Sampling>(&bytes).unwrap(), sampling);
+        }
+    }
+
+    #[test]
+    fn area_is_four_numbers_within_the_picture() {
+        let area: PixelArea = "3, 0,5,8".parse().unwrap();
+        assert_eq!(area.to_string(), "3,0,5,8");
+        assert!(area.is_within(8) && !area.is_within(7));
+        assert_eq!(area.grown(8), PixelArea { x: 2, y: 0, width: 6, height: 8 });
+        for text in ["", "1,2,3", "1,2,3,4,5", "1,2,0,4", "-1,2,3,4", "1,2,3,x", "1,2,3,4294967296"]
+        {
+            assert!(text.parse::<PixelArea>().is_err(), "{text}");
+        }
+        let far = PixelArea { x: u32::MAX, y: 0, width: 2, height: 1 };
+        assert!(!far.is_within(2048));
+    }
+}

@@ -1,0 +1,72 @@
+//! One input of every sample, laid out for vector loads.
+
+use std::ops::Deref;
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+/// As many values as a cache line takes.
+const LINE: usize = 16;
+
+/// A line of the nearest cache: vectors that straddle two lines cost twice.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Line([f32; LINE]);
+
+/// Values that begin on the border of a cache line, and the least and the largest of them.
+#[derive(Debug)]
+pub(super) struct Values {
+    lines: Vec<Line>,
+    len: usize,
+    range: (f32, f32),
+}
+
+impl Values {
+    /// `len` values, in parallel; the same whatever the number of threads.
+    pub(super) fn compute(len: usize, value: impl Fn(usize) -> f32 + Sync) -> Self {
+        let mut lines = vec![Line([0.0; LINE]); len.div_ceil(LINE)];
+        lines.par_iter_mut().enumerate().with_min_len(64).for_each(|(index, line)| {
+            let first = index * LINE;
+            for (offset, place) in line.0.iter_mut().take(len - first).enumerate() {
+                *place = value(first + offset);
+            }
+        });
+        let mut values = Self { lines, len, range: (0.0, 0.0) };
+        values.range = range(&values);
+        values
+    }
+
+    pub(super) fn range(&self) -> (f32, f32) {
+        self.range
+    }
+}
+
+impl Deref for Values {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &bytemuck::cast_slice(&self.lines)[..self.len]
+    }
+}
+
+fn range(values: &[f32]) -> (f32, f32) {
+    let Some(first) = values.first() else { return (0.0, 0.0) };
+    values.iter().fold((*first, *first), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_in_order_and_aligned_for_any_length() {
+        for len in [0usize, 1, 15, 16, 17, 1000, 5003] {
+            let values = Values::compute(len, |index| index as f32 - 7.0);
+            assert_eq!(values.len(), len);
+            assert!((0..len).all(|index| values[index] == index as f32 - 7.0));
+            assert_eq!(values.as_ptr() as usize % 64, 0);
+            let high = if len == 0 { 0.0 } else { len as f32 - 8.0 };
+            assert_eq!(values.range(), (if len == 0 { 0.0 } else { -7.0 }, high));
+        }
+    }
+}

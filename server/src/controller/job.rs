@@ -1,0 +1,51 @@
+//! Jobs: where they stand, and what they took.
+
+use axum::Json;
+use axum::extract::State;
+use brood_protocol::{JobAnswer, JobId, JobStatus};
+use brood_storage::{JobState, StorageError};
+
+use crate::extract::{NoQuery, Path};
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// One job. Render jobs that are done are remembered for a while, and not over a restart.
+#[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
+    params(("id" = JobId, Path)), responses((status = 200, body = JobAnswer)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+) -> Result<Json<JobAnswer>, ApiError> {
+    let answer = |state| JobAnswer {
+        id,
+        kind: "render".to_owned(),
+        state,
+        reason: None,
+        work: None,
+        times: None,
+    };
+    // Its row is taken off the queue after it is done, so what is done is looked at first.
+    if let Some(done) = app.dispatch.history.of(id) {
+        let (work, times) = (Some(done.work), Some(done.times));
+        return Ok(Json(JobAnswer { work, times, ..answer(JobStatus::Succeeded) }));
+    }
+    let row = match app.store.job(id).await {
+        Ok(row) => row,
+        // It may have ended between the two looks, or be in a worker's hands before it was written.
+        Err(StorageError::NotFound) => {
+            if let Some(done) = app.dispatch.history.of(id) {
+                let (work, times) = (Some(done.work), Some(done.times));
+                return Ok(Json(JobAnswer { work, times, ..answer(JobStatus::Succeeded) }));
+            }
+            return Err(ApiError::not_found("there is no such job, or it was done long ago"));
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let state = match row.state {
+        JobState::Queued => JobStatus::Queued,
+        JobState::Leased => JobStatus::Running,
+        JobState::Failed | JobState::Dead => JobStatus::Failed,
+    };
+    Ok(Json(JobAnswer { reason: row.reason, ..answer(state) }))
+}
