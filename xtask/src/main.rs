@@ -3,6 +3,9 @@
 //! Owns what is run, in which order, and what counts as a pass. Refuses to know how anything is computed: it starts
 //! cargo, node and the package manager, and reads their answers. Kept light, because it is built before everything else.
 
+mod accept;
+mod bench;
+mod callgrind;
 mod dev;
 mod golden;
 mod prerequisite;
@@ -18,6 +21,11 @@ const USAGE: &str = "usage: cargo xtask <task>
   ci                          the same; what .ci/run calls
   dev                         quick loop: check and unit tests without the gpu feature
   golden [--update]           compare the golden images, or write them anew; report in target/golden/
+  accept [--short | --long] [--data DIR]
+                              functions against f64 and random programs: some of the arguments, or all 2^32 of them
+  callgrind [--update]        instructions of fixed work against docs/bench/instructions.json, or write it anew
+  bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
+                              other programs on the same work, installed below target/, with ratios
   tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
   help                        this text
 ";
@@ -30,6 +38,10 @@ fn main() -> ExitCode {
         ["dev"] => dev::run(),
         ["golden"] => golden::run(false),
         ["golden", "--update"] => golden::run(true),
+        ["accept", options @ ..] => accept::run(options),
+        ["callgrind"] => callgrind::run(false),
+        ["callgrind", "--update"] => callgrind::run(true),
+        ["bench", "peers", options @ ..] => bench::peers(options),
         ["tidy"] => tidy::run(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         [] | ["help" | "--help" | "-h"] => {

@@ -1,4 +1,5 @@
-//! What the tests need besides Rust, a C++ compiler and Node: a software Vulkan driver, a browser and its driver.
+//! What the tests need besides Rust, a C++ compiler and Node: a software Vulkan driver, a browser and its driver, and
+//! an instruction counter.
 //!
 //! Owns finding these and installing what is missing, saying so first. Refuses to know what they are used for. Where
 //! it cannot install (no Debian, no rights) it says what to do, and the step that needs the thing fails by itself.
@@ -35,6 +36,10 @@ impl Prerequisites {
             println!("missing: a browser (Debian: chromium)");
             packages.push("chromium");
         }
+        if shell::find_program("valgrind").is_none() {
+            println!("missing: an instruction counter (Debian: valgrind)");
+            packages.push("valgrind");
+        }
         if !packages.is_empty()
             && let Err(error) = install_debian(&packages)
         {
@@ -43,10 +48,14 @@ impl Prerequisites {
         if let Err(error) = install_browser_driver() {
             eprintln!("could not install the browser's driver: {error:#}");
         }
-        let found =
-            Self { lavapipe: lavapipe(), chromium: chromium(), nextest: nextest_is_installed() };
+        let found = Self::look();
         found.report();
         found
+    }
+
+    /// Only looks.
+    pub fn look() -> Self {
+        Self { lavapipe: lavapipe(), chromium: chromium(), nextest: nextest_is_installed() }
     }
 
     /// Sets what the tests read from their environment.
@@ -71,6 +80,7 @@ impl Prerequisites {
         };
         println!("software Vulkan driver: {}", shown(&self.lavapipe));
         println!("browser: {}", shown(&self.chromium));
+        println!("instruction counter: {}", shown(&shell::find_program("valgrind")));
         println!("test runner: {}", if self.nextest { "cargo nextest" } else { "cargo test" });
     }
 }
@@ -107,7 +117,8 @@ fn nextest_is_installed() -> bool {
     shell::cargo().args(["nextest", "--version"]).output().is_ok_and(|it| it.status.success())
 }
 
-fn install_debian(packages: &[&str]) -> Result<()> {
+/// Installs Debian packages, where this is such a system and there is the right to.
+pub fn install_debian(packages: &[&str]) -> Result<()> {
     if shell::find_program("apt-get").is_none() {
         bail!("this is no Debian system; install them by hand");
     }

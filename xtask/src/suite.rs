@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{shell, tidy};
+use crate::{accept, callgrind, shell, tidy};
 
 /// The result of one step.
 struct Step {
@@ -53,6 +53,8 @@ pub fn run() -> Result<()> {
                 "--quiet",
             ]))
         });
+        step(&mut steps, "acceptance, short form", || accept::short(&target, &found));
+        step(&mut steps, "instruction counts", || callgrind::guard(&target));
         step(&mut steps, "page: types and unit tests", page);
         step(&mut steps, "browser journey", || browser(&found, &target));
     }

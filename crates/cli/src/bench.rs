@@ -1,9 +1,18 @@
 //! `brood bench`: measurements of the whole road, as a user meets it.
 
+mod all;
 mod breed;
+mod fitness;
+mod frame;
+mod measure;
 mod ops;
 mod own_server;
+mod pareto;
+mod picture;
+mod record;
+mod skip;
 mod stress;
+mod target;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -11,10 +20,20 @@ use clap::Subcommand;
 /// What is measured.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
+    /// Every benchmark in turn, into one folder with the machine it ran on
+    All(all::BenchAllArgs),
     /// From the request for a brood to the last byte of all its thumbnails, over HTTP
     Breed(breed::BenchBreedArgs),
+    /// Genomes a second against a target, everything included
+    Fitness(fitness::BenchFitnessArgs),
+    /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
+    Frame(frame::BenchFrameArgs),
     /// Scalar operations a second on one core, at every level of vector instructions
     Ops(ops::BenchOpsArgs),
+    /// Run time against error: each choice of the product swept, with charts
+    Pareto(pareto::BenchParetoArgs),
+    /// What each kind of skipping is worth, measured with it and without
+    Skip(skip::BenchSkipArgs),
     /// Random programs on directions that break formulas: anything not finite, any bit that differs, the error of f32
     Stress(stress::BenchStressArgs),
 }
@@ -22,8 +41,13 @@ pub enum BenchCommand {
 /// Runs the command.
 pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
     match command {
+        BenchCommand::All(args) => all::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
+        BenchCommand::Fitness(args) => fitness::run(args, json),
+        BenchCommand::Frame(args) => frame::run(args, json),
         BenchCommand::Ops(args) => ops::run(args, json),
+        BenchCommand::Pareto(args) => pareto::run(args, json),
+        BenchCommand::Skip(args) => skip::run(args, json),
         BenchCommand::Stress(args) => stress::run(args, json),
     }
 }

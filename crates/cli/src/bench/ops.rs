@@ -1,20 +1,22 @@
-//! Scalar operations a second on one core: random programs on 4096 samples, translation and output included.
+//! Scalar operations a second on one core: random programs on 4096 random pairs of directions, translation and output
+//! included.
 //!
 //! A GP operation is one scalar operation of a program on one sample. *Executed* counts what runs after lowering,
 //! *equivalent* what the genome as written would take.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
+use super::record::Folder;
+use super::target::random_pairs;
+use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table};
+use crate::{logging, output};
 use anyhow::{Context, Result};
-use brood_eval::conformance::hard_samples;
 use brood_eval::{CanonicalEvaluator, Evaluator, Level};
 use brood_genome::{BirthKey, Dialect, Genome, Opcode, Output, Variation};
-use brood_program::{Counts, Program};
+use brood_program::{Counts, Operation, Program};
 use brood_scene::SampleSet;
 use clap::Args;
-use serde::Serialize;
-
-use crate::logging;
 
 /// Samples of a set, as peers are measured.
 const SAMPLES: usize = 4096;
@@ -31,9 +33,12 @@ pub struct BenchOpsArgs {
     /// Seed of the programs
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Folder for ops.json, ops.csv and ops.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 struct Row {
     mix: &'static str,
     level: &'static str,
@@ -41,6 +46,8 @@ struct Row {
     slowest_executed_per_second: f64,
     equivalent_per_second: f64,
     operations_per_program: f64,
+    /// Share of executed operations that are more than a sum or a product.
+    function_share: f64,
     programs_per_second: f64,
 }
 
@@ -61,7 +68,8 @@ const MIXES: [Mix; 3] = [
 /// Runs the command.
 pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let set = hard_samples(args.seed, SAMPLES);
+    let folder = Folder::make(args.out.as_deref())?;
+    let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one_thread = one_thread.context("make a pool of one thread")?;
     let mut rows = Vec::new();
@@ -72,27 +80,62 @@ pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
             rows.push(one_thread.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
         }
     }
+    let table = table(&rows);
+    folder.write("ops.csv", &table.csv())?;
+    folder.write("ops.svg", &chart(&rows, args.programs).svg())?;
+    folder.add_json("ops", &table)?;
     if json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
-        return Ok(());
+        return output::print(&(serde_json::to_string_pretty(&table)? + "\n"));
     }
-    println!(
-        "one thread, {SAMPLES} samples, {} programs; executed operations a second",
-        args.programs
-    );
+    let head = format!("one thread, {SAMPLES} samples, {} programs of each mix\n", args.programs);
+    output::print(&(head + &table.text()))
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(&[
+        "mix",
+        "level",
+        "executed_per_second",
+        "slowest_executed_per_second",
+        "equivalent_per_second",
+        "operations_per_program",
+        "function_share",
+        "programs_per_second",
+    ]);
     for row in rows {
-        println!(
-            "{:<20} {:<8} {:6.2} G  (slowest pass {:6.2} G)  equivalent {:7.2} G  {:5.1} operations  {:7.0} programs a second",
-            row.mix,
-            row.level,
-            row.executed_per_second / 1e9,
-            row.slowest_executed_per_second / 1e9,
-            row.equivalent_per_second / 1e9,
-            row.operations_per_program,
-            row.programs_per_second,
-        );
+        table.push([
+            row.mix.into(),
+            row.level.into(),
+            row.executed_per_second.into(),
+            row.slowest_executed_per_second.into(),
+            row.equivalent_per_second.into(),
+            row.operations_per_program.into(),
+            row.function_share.into(),
+            row.programs_per_second.into(),
+        ]);
     }
-    Ok(())
+    table
+}
+
+fn chart(rows: &[Row], programs: u32) -> BarChart {
+    let levels = Level::available();
+    let bar = |row: &Row| Bar {
+        series: levels.iter().position(|level| level.name() == row.level).unwrap_or(0),
+        value: row.executed_per_second / 1e9,
+        label: format!("{:.2} G/s, {}", row.executed_per_second / 1e9, row.level),
+    };
+    let group = |mix: &Mix| Group {
+        name: mix.name.to_owned(),
+        bars: rows.iter().filter(|row| row.mix == mix.name).map(bar).collect(),
+    };
+    BarChart {
+        title: "Scalar operations a second on one core".to_owned(),
+        subtitle: format!(
+            "{programs} random programs of each mix on {SAMPLES} samples, executed operations, translation and output included"
+        ),
+        axis: Axis { title: "10^9 operations a second", scale: Scale::Linear },
+        groups: MIXES.iter().map(group).collect(),
+    }
 }
 
 /// A random genome of 100 instructions of the mix.
@@ -117,6 +160,9 @@ fn measure(
 ) -> Result<Row> {
     let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
     let executed: usize = programs.iter().map(Program::operations).sum();
+    let plain = [Operation::Add, Operation::Sub, Operation::Mul];
+    let steps = programs.iter().flat_map(Program::steps);
+    let functions = steps.filter(|step| !plain.contains(&step.operation)).count();
     let equivalent: u32 = genomes.iter().map(|genome| Counts::of(genome).scalar_operations).sum();
     let evaluator = CanonicalEvaluator::with_level(level);
     let mut out = Vec::new();
@@ -141,6 +187,7 @@ fn measure(
         slowest_executed_per_second: per_second(executed as f64, slowest),
         equivalent_per_second: per_second(f64::from(equivalent), fastest),
         operations_per_program: executed as f64 / programs.len() as f64,
+        function_share: functions as f64 / executed.max(1) as f64,
         programs_per_second: programs.len() as f64 / fastest,
     })
 }

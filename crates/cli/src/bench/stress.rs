@@ -1,33 +1,35 @@
 //! Numerical stress: what could go wrong is counted, not assumed away.
 //!
-//! Random programs of all dialects, half of them with constants up to +-65504, run on directions of which half graze;
-//! every level of vector instructions is held against the scalar meaning of the program, and the GPU, where there is
-//! one, on a part. Inputs are swapped to see that reciprocity is exact. Pictures in f32 are held against f64.
+//! Random programs of all dialects, with constants up to the ends of the range, run on directions of which half graze,
+//! on poles, mirrored and equal ones; every level of vector instructions is held against a scalar evaluator, that one
+//! against the meaning of the steps on a part, and the GPU, where there is one, against both on a part. Inputs are
+//! swapped to see that reciprocity is exact. Meshes that should not exist are looked at. Pictures in f32 are held
+//! against f64.
 
+mod batch;
+mod mesh;
+mod picture;
+mod program;
+mod scalar;
+
+use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use brood_brdf::{DirectionPair, Input};
-use brood_eval::conformance::{first_difference, hard_samples, wild_program};
-use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, develop, shade};
-use brood_genome::{BirthKey, Dialect, Variation};
-use brood_program::Program;
+use brood_eval::Level;
+use brood_eval::conformance::hard_samples;
 use brood_protocol::Backend;
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
 use brood_worker::Renderer;
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::logging;
-
-/// Programs and samples of one batch.
-const PROGRAMS: u64 = 64;
-const SAMPLES: usize = 4096;
-/// One batch in this many also goes to the GPU.
-const GPU_SHARE: u64 = 16;
-/// Side of the pictures that are held against f64.
-const PICTURE_PX: u32 = 128;
+use self::batch::{Batches, SAMPLES};
+use self::mesh::Meshes;
+use self::picture::Pictures;
+use super::record::Folder;
+use crate::{logging, output};
 
 /// Options of `brood bench stress`.
 #[derive(Debug, Args)]
@@ -41,157 +43,76 @@ pub struct BenchStressArgs {
     /// Random genomes whose pictures are held against f64
     #[arg(long, value_name = "N", default_value_t = 200)]
     pictures: u32,
+    /// Broken meshes that are looked at
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    meshes: u32,
     /// Seed of the first batch; the others count on from it
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Folder for stress.json, stress.csv and stress.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 struct Report {
     levels: Vec<&'static str>,
-    evaluations_per_level: u64,
-    not_finite: u64,
-    negative: u64,
-    differing_from_scalar: u64,
+    #[serde(flatten)]
+    batches: Batches,
     gpu: String,
-    gpu_evaluations: u64,
-    gpu_differing: u64,
     swapped_pairs: u64,
     swapped_inputs_differing: u64,
-    pictures: u32,
-    pictures_off_by_more_than_1_255: u32,
+    #[serde(flatten)]
+    meshes: Meshes,
+    #[serde(flatten)]
+    pictures: Pictures,
+    evaluation_seconds: f64,
     seconds: f64,
 }
 
 /// Runs the command; fails where anything that must be 0 is not.
 pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
     logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
     let started = Instant::now();
-    let mut report = Report {
-        levels: Level::available().iter().map(|l| l.name()).collect(),
-        ..Report::default()
-    };
     let gpu = Renderer::new(Backend::Gpu);
-    report.gpu = gpu.report().adapter;
-    for batch in 0..args.evaluations.div_ceil(PROGRAMS * SAMPLES as u64) {
-        let seed = args.seed.wrapping_add(batch);
-        let programs: Vec<Program> = (0..PROGRAMS)
-            .into_par_iter()
-            .map(|slot| wild_program(seed.wrapping_mul(PROGRAMS).wrapping_add(slot)))
-            .collect();
-        let set = hard_samples(seed, SAMPLES);
-        let on_gpu = gpu.worker_report().gpu && batch % GPU_SHARE == 0;
-        report.add(&programs, &set, on_gpu.then_some(&gpu))?;
-    }
-    report.swap(args);
-    report.pictures(args)?;
-    report.seconds = started.elapsed().as_secs_f64();
+    let batches = batch::run(args.seed, args.evaluations, &gpu)?;
+    let evaluation_seconds = started.elapsed().as_secs_f64();
+    let (swapped_pairs, swapped_inputs_differing) = swap(args);
+    let report = Report {
+        levels: Level::available().iter().map(|l| l.name()).collect(),
+        batches,
+        gpu: gpu.report().adapter,
+        swapped_pairs,
+        swapped_inputs_differing,
+        meshes: mesh::run(args.seed, args.meshes)?,
+        pictures: picture::run(args.seed, args.pictures)?,
+        evaluation_seconds,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    folder.add_json("stress", &report)?;
+    folder.write("stress.csv", &report.pictures.table().csv())?;
+    folder.write("stress.svg", &report.pictures.chart().svg())?;
     report.print(json)?;
-    let must_be_zero = [
-        report.not_finite,
-        report.negative,
-        report.differing_from_scalar,
-        report.gpu_differing,
-        report.swapped_inputs_differing,
-    ];
-    ensure!(must_be_zero == [0; 5], "what must be 0 is not: see the figures above");
+    let must_be_zero: u64 = report.zeros().iter().map(|(_, count)| count).sum();
+    ensure!(must_be_zero == 0, "what must be 0 is not: see the figures above");
     Ok(())
 }
 
-impl Report {
-    /// One batch at every level.
-    fn add(&mut self, programs: &[Program], set: &SampleSet, gpu: Option<&Renderer>) -> Result<()> {
-        let batch: Vec<&Program> = programs.iter().collect();
-        let of_program = 3 * set.len();
-        let mut first = Vec::new();
-        for (index, level) in Level::available().into_iter().enumerate() {
-            let mut out = Vec::new();
-            CanonicalEvaluator::with_level(level).eval(&batch, set, &mut out)?;
-            if index > 0 {
-                self.differing_from_scalar += differing(&first, &out);
-                continue;
-            }
-            let count = |f: &dyn Fn(&f32) -> bool| out.iter().filter(|v| f(v)).count() as u64;
-            self.not_finite += count(&|v| !v.is_finite());
-            self.negative += count(&|v| *v < 0.0);
-            self.differing_from_scalar += programs
-                .par_iter()
-                .zip(out.par_chunks(of_program))
-                .filter(|(program, f)| first_difference(program, set, f).is_some())
-                .count() as u64;
-            self.evaluations_per_level += (batch.len() * set.len()) as u64;
-            first = out;
-        }
-        if let Some(gpu) = gpu {
-            let out = gpu.reflectance(Backend::Gpu, &batch, set).context("evaluate on the GPU")?;
-            self.gpu_differing += differing(&first, &out);
-            self.gpu_evaluations += (batch.len() * set.len()) as u64;
-        }
-        Ok(())
-    }
-
-    /// Reciprocity: every input of every pair, both ways round.
-    fn swap(&mut self, args: &BenchStressArgs) {
-        let sets = args.pairs.div_ceil(SAMPLES as u64);
-        self.swapped_pairs = sets * SAMPLES as u64;
-        self.swapped_inputs_differing = (0..sets)
-            .into_par_iter()
-            .map(|index| {
-                let set = hard_samples(args.seed.wrapping_add(index), SAMPLES);
-                (0..set.len()).map(|sample| asymmetric(set.pair(sample))).sum::<u64>()
-            })
-            .sum();
-    }
-
-    /// Pictures of random genomes, f32 against f64 at one exposure.
-    fn pictures(&mut self, args: &BenchStressArgs) -> Result<()> {
-        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-        let set = SampleSet::render(&mesh, &Scene::default(), PICTURE_PX, 1);
-        let random = Variation::random(Dialect::default());
-        self.pictures = args.pictures;
-        for slot in 0..args.pictures {
-            let key = BirthKey { seed: args.seed, slot, attempt: 0 };
-            let program = Program::lower(&random.birth(key));
-            let (mut canonical, mut reference) = (Vec::new(), Vec::new());
-            CanonicalEvaluator::default().eval(&[&program], &set, &mut canonical)?;
-            ReferenceEvaluator.eval(&[&program], &set, &mut reference)?;
-            let canonical = develop(&shade(&set, &canonical), Exposure::Auto);
-            let exposure = Exposure::Ev(canonical.exposure_ev);
-            let reference = develop(&shade(&set, &reference), exposure);
-            let off = canonical.rgba.iter().zip(&reference.rgba).any(|(a, b)| a.abs_diff(*b) > 1);
-            self.pictures_off_by_more_than_1_255 += u32::from(off);
-        }
-        Ok(())
-    }
-
-    fn print(&self, json: bool) -> Result<()> {
-        if json {
-            println!("{}", serde_json::to_string_pretty(self)?);
-            return Ok(());
-        }
-        println!("levels                {}", self.levels.join(", "));
-        println!("evaluations a level   {}", self.evaluations_per_level);
-        println!("not finite            {}", self.not_finite);
-        println!("negative              {}", self.negative);
-        println!("differing from scalar {}", self.differing_from_scalar);
-        println!("GPU                   {}", self.gpu);
-        println!("  evaluations         {}", self.gpu_evaluations);
-        println!("  differing           {}", self.gpu_differing);
-        println!("pairs swapped         {}", self.swapped_pairs);
-        println!("  inputs differing    {}", self.swapped_inputs_differing);
-        let share = 100.0 * f64::from(self.pictures_off_by_more_than_1_255)
-            / f64::from(self.pictures.max(1));
-        println!("pictures against f64  {}", self.pictures);
-        println!("  off by over 1/255   {} ({share:.1} %)", self.pictures_off_by_more_than_1_255);
-        println!("seconds               {:.1}", self.seconds);
-        Ok(())
-    }
-}
-
-/// Values whose bits differ.
-fn differing(a: &[f32], b: &[f32]) -> u64 {
-    let values = a.iter().zip(b).filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64;
-    values + a.len().abs_diff(b.len()) as u64
+/// Reciprocity: every input of every pair, both ways round.
+fn swap(args: &BenchStressArgs) -> (u64, u64) {
+    let sets = args.pairs.div_ceil(SAMPLES as u64);
+    let bar = output::bar(sets, "swapping");
+    let differing = (0..sets)
+        .into_par_iter()
+        .map(|index| {
+            let set = hard_samples(args.seed.wrapping_add(index), SAMPLES);
+            bar.inc(1);
+            (0..set.len()).map(|sample| asymmetric(set.pair(sample))).sum::<u64>()
+        })
+        .sum();
+    bar.finish_and_clear();
+    (sets * SAMPLES as u64, differing)
 }
 
 /// Inputs that change when the directions of a pair are swapped.
@@ -201,4 +122,52 @@ fn asymmetric((pair, uv): (DirectionPair, glam::DVec2)) -> u64 {
         input.evaluate(&pair, uv).to_bits() != input.evaluate(&swapped, uv).to_bits()
     };
     Input::ALL.iter().filter(|input| differs(input)).count() as u64
+}
+
+impl Report {
+    /// What has to be 0, by name.
+    fn zeros(&self) -> [(&'static str, u64); 8] {
+        [
+            ("not finite", self.batches.not_finite),
+            ("negative", self.batches.negative),
+            ("differing from scalar", self.batches.differing_from_scalar),
+            ("scalar against the steps' meaning", self.batches.scalar_differing),
+            ("differing on the GPU", self.batches.gpu_differing),
+            ("inputs differing when swapped", self.swapped_inputs_differing),
+            ("broken meshes: samples not finite", self.meshes.mesh_samples_not_finite),
+            ("broken meshes: samples out of bounds", self.meshes.mesh_samples_out_of_bounds),
+        ]
+    }
+
+    fn print(&self, json: bool) -> Result<()> {
+        if json {
+            return output::print(&(serde_json::to_string_pretty(self)? + "\n"));
+        }
+        let Self { batches, meshes, pictures, .. } = self;
+        let mut lines = vec![
+            ("levels", self.levels.join(", ")),
+            ("evaluations a level", batches.evaluations_per_level.to_string()),
+            ("  with constants to 65504", batches.evaluations_with_large_constants.to_string()),
+            ("  a direction grazing", batches.grazing.to_string()),
+            ("  a direction at the pole", batches.at_the_pole.to_string()),
+            ("  antipodal in azimuth", batches.antipodal.to_string()),
+            ("  wi = wo", batches.equal.to_string()),
+            ("scalar against meaning", batches.scalar_checked.to_string()),
+            ("GPU", self.gpu.clone()),
+            ("  evaluations", batches.gpu_evaluations.to_string()),
+            ("  both subnormal, apart", batches.gpu_subnormal_differing.to_string()),
+            ("pairs swapped", self.swapped_pairs.to_string()),
+            ("broken meshes", meshes.meshes.to_string()),
+            ("  refused as no mesh", meshes.meshes_refused.to_string()),
+            ("  sample sets", meshes.mesh_sets.to_string()),
+            ("  samples", meshes.mesh_samples.to_string()),
+            ("pictures against f64", pictures.pictures.to_string()),
+            ("  off by over 1/255", pictures.share()),
+            ("seconds", format!("{:.1}", self.seconds)),
+            ("  of them evaluations", format!("{:.1}", self.evaluation_seconds)),
+        ];
+        lines.extend(self.zeros().map(|(name, count)| (name, count.to_string())));
+        let line = |(name, value): &(&str, String)| format!("{name:<36} {value}\n");
+        output::print(&lines.iter().map(line).collect::<String>())
+    }
 }

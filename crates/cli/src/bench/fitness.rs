@@ -1,0 +1,180 @@
+//! Genomes a second against a target, everything included: lowering, translation, evaluation, the sum, the selection.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use brood_eval::{CanonicalEvaluator, Ranked, Screening, select_best};
+use brood_genome::Genome;
+use brood_program::{Counts, Program};
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::measure::{self, genomes, median};
+use super::record::Folder;
+use super::target;
+use crate::{logging, output};
+
+/// How many are selected of a population.
+const SELECTED: usize = 20;
+/// Share of a population that a race lets through.
+const RACE_SHARE: f64 = 0.05;
+
+/// Options of `brood bench fitness`.
+#[derive(Debug, Args)]
+pub struct BenchFitnessArgs {
+    /// Random genomes of a population
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(20..=100_000))]
+    population: u32,
+    /// Populations, each of other genomes and with a target of its own
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    rounds: u32,
+    /// Samples of the target
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    samples: u32,
+    /// Seed of the first population; the others count on from it
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for fitness.json
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Row {
+    screening: &'static str,
+    threads: usize,
+    genomes_per_second: f64,
+    /// With programs that were lowered before.
+    programs_per_second: f64,
+    /// Share of the blocks of 256 samples that were evaluated.
+    blocks_evaluated_share: f64,
+    /// Scalar operations of the genomes as written, on all samples.
+    equivalent_operations_per_second: f64,
+    executed_operations_per_second: f64,
+    /// Of the best 20 of everything evaluated.
+    selected_share: f64,
+}
+
+/// Times and counts of one population.
+#[derive(Debug, Default, Clone, Copy)]
+struct Round {
+    seconds: f64,
+    lowering_seconds: f64,
+    evaluated: f64,
+    written: f64,
+    executed: f64,
+    same: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let screenings = [
+        ("none", Screening::None),
+        ("exact", Screening::Exact),
+        ("race", Screening::Race { share: RACE_SHARE }),
+    ];
+    let bar = output::bar(u64::from(args.rounds), "populations");
+    let mut rounds = [(); 3].map(|()| Vec::new());
+    for round in 0..args.rounds {
+        let seed = args.seed.wrapping_add(round.into());
+        let genomes = genomes(seed, args.population);
+        let mut all = Vec::new();
+        for (rounds, (_, screening)) in rounds.iter_mut().zip(screenings) {
+            let (found, best) = measure(args, seed, &genomes, screening, &all)?;
+            rounds.push(found);
+            if all.is_empty() {
+                all = best;
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let rows: Vec<Row> = screenings
+        .iter()
+        .zip(&rounds)
+        .map(|((name, _), rounds)| row(name, args.population, rounds))
+        .collect();
+    ensure!(rows[1].selected_share >= 1.0, "exact abort changed a selection");
+    folder.add_json("fitness", &rows)?;
+    if json {
+        return output::print_json(&serde_json::to_value(&rows)?);
+    }
+    let line = |row: &Row| {
+        format!(
+            "{:<6} {:9.0} genomes/s  ({:9.0} lowered before)  {:4.0} % of blocks  {:6.1} G equivalent  {:5.1} G executed \
+             operations/s  {:3.0} % of the best {SELECTED}\n",
+            row.screening,
+            row.genomes_per_second,
+            row.programs_per_second,
+            100.0 * row.blocks_evaluated_share,
+            row.equivalent_operations_per_second / 1e9,
+            row.executed_operations_per_second / 1e9,
+            100.0 * row.selected_share,
+        )
+    };
+    let head = format!(
+        "{} rounds of {} random genomes against {} samples, {} threads; medians\n",
+        args.rounds,
+        args.population,
+        args.samples,
+        rayon::current_num_threads()
+    );
+    output::print(&(head + &rows.iter().map(line).collect::<String>()))
+}
+
+fn measure(
+    args: &BenchFitnessArgs,
+    seed: u64,
+    genomes: &[Genome],
+    screening: Screening,
+    all: &[Ranked],
+) -> Result<(Round, Vec<Ranked>)> {
+    let wanted = measure::programs(seed ^ 0x5eed, 1).remove(0);
+    let target = target::of(&wanted, args.samples as usize, seed)?;
+    let evaluator = CanonicalEvaluator::default();
+    // Inputs belong to the target, not to a population: another population computes them.
+    let others = measure::programs(seed.wrapping_add(7), 50);
+    let others: Vec<&Program> = others.iter().collect();
+    select_best(&evaluator, &others, &target, 1, Screening::None)?;
+    let start = Instant::now();
+    let programs: Vec<Program> = genomes.par_iter().map(Program::lower).collect();
+    let lowering_seconds = start.elapsed().as_secs_f64();
+    let population: Vec<&Program> = programs.iter().collect();
+    let selected = select_best(&evaluator, &population, &target, SELECTED, screening)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let samples = f64::from(args.samples);
+    let written: u64 =
+        genomes.iter().map(|genome| u64::from(Counts::of(genome).scalar_operations)).sum();
+    let evaluated = selected.blocks_evaluated as f64 / selected.blocks as f64;
+    let live: usize = programs.iter().map(Program::operations).sum();
+    let same = selected.best.iter().filter(|one| all.contains(one)).count();
+    let found = Round {
+        seconds,
+        lowering_seconds,
+        evaluated,
+        written: written as f64 * samples,
+        // A program that ends early is taken for one of the mean length.
+        executed: live as f64 * samples * evaluated,
+        same: if all.is_empty() { 1.0 } else { same as f64 / all.len() as f64 },
+    };
+    Ok((found, selected.best))
+}
+
+fn row(screening: &'static str, population: u32, rounds: &[Round]) -> Row {
+    let count = f64::from(population);
+    let of = |value: &dyn Fn(&Round) -> f64| median(rounds.iter().map(value));
+    Row {
+        screening,
+        threads: rayon::current_num_threads(),
+        genomes_per_second: of(&|r| count / r.seconds),
+        programs_per_second: of(&|r| count / (r.seconds - r.lowering_seconds)),
+        blocks_evaluated_share: of(&|r| r.evaluated),
+        equivalent_operations_per_second: of(&|r| r.written / r.seconds),
+        executed_operations_per_second: of(&|r| r.executed / r.seconds),
+        selected_share: rounds.iter().map(|r| r.same).fold(1.0, f64::min),
+    }
+}

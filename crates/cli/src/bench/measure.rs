@@ -1,0 +1,132 @@
+//! What the benchmarks share: random programs, the clock, one thread, and how errors are summed up.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use brood_genome::{BirthKey, Dialect, Genome, Variation};
+use brood_program::Program;
+use rayon::ThreadPool;
+
+/// Random genomes of the default dialect, as a brood without parents draws them.
+pub fn genomes(seed: u64, count: u32) -> Vec<Genome> {
+    let random = Variation::random(Dialect::default());
+    (0..count).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 })).collect()
+}
+
+/// Their programs.
+pub fn programs(seed: u64, count: u32) -> Vec<Program> {
+    genomes(seed, count).iter().map(Program::lower).collect()
+}
+
+/// A pool in which parallel loops run on one thread.
+pub fn one_thread() -> Result<ThreadPool> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.context("make a pool of one thread")
+}
+
+/// The fastest of `repeats` runs in milliseconds, and the result of the last one. Anything else on the machine only
+/// ever adds time.
+pub fn fastest_ms<T>(repeats: u32, mut run: impl FnMut() -> Result<T>) -> Result<(f64, T)> {
+    let (mut least, mut result) = timed_ms(&mut run)?;
+    for _ in 1..repeats {
+        let (ms, value) = timed_ms(&mut run)?;
+        (least, result) = (least.min(ms), value);
+    }
+    Ok((least, result))
+}
+
+/// The fastest run of each, in milliseconds. They take turns, so that a slow minute of the machine meets all of them
+/// alike.
+pub fn fastest_of_each_ms<const N: usize>(
+    repeats: u32,
+    mut runs: [&mut dyn FnMut() -> Result<()>; N],
+) -> Result<[f64; N]> {
+    let mut least = [f64::INFINITY; N];
+    for _ in 0..repeats.max(1) {
+        for (least, run) in least.iter_mut().zip(&mut runs) {
+            *least = least.min(timed_ms(run)?.0);
+        }
+    }
+    Ok(least)
+}
+
+fn timed_ms<T>(run: &mut impl FnMut() -> Result<T>) -> Result<(f64, T)> {
+    let start = Instant::now();
+    let value = run()?;
+    Ok((start.elapsed().as_secs_f64() * 1e3, value))
+}
+
+/// The value below which that share of the values lies, by rank; NaN where there are none.
+pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    let rank = libm::ceil(share * values.len() as f64) as usize;
+    values.get(rank.max(1) - 1).copied().unwrap_or(f64::NAN)
+}
+
+/// The middle value.
+pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// How far pixels are from a reference.
+#[derive(Debug, Clone, Copy)]
+pub struct Difference {
+    /// Root mean square over all pixels and channels.
+    pub rmse: f64,
+    /// The absolute difference that one channel in a thousand exceeds.
+    pub p999: f64,
+    /// The largest absolute difference.
+    pub max: f64,
+}
+
+/// The difference of two pictures of linear pixels, each held in [0, `white`] first: a display shows no more.
+///
+/// # Panics
+/// Where they are of different sizes.
+pub fn difference(picture: &[[f64; 3]], reference: &[[f64; 3]], white: f64) -> Difference {
+    assert_eq!(picture.len(), reference.len(), "pictures of one size are compared");
+    let shown = |value: f64| value.clamp(0.0, white);
+    let pairs = picture.as_flattened().iter().zip(reference.as_flattened());
+    let apart: Vec<f64> = pairs.map(|(a, b)| (shown(*a) - shown(*b)).abs()).collect();
+    let squares: f64 = apart.iter().map(|d| d * d).sum();
+    Difference {
+        rmse: (squares / apart.len().max(1) as f64).sqrt(),
+        max: apart.iter().copied().fold(0.0, f64::max),
+        p999: quantile(apart, 0.999),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantile_is_taken_by_rank() {
+        let values = || (1..=1000).rev().map(f64::from);
+        assert_eq!(median(values()), 500.0);
+        assert_eq!(quantile(values(), 0.999), 999.0);
+        assert_eq!(quantile([7.0], 0.0), 7.0);
+        assert!(median([]).is_nan());
+    }
+
+    #[test]
+    fn difference_counts_only_what_a_display_shows() {
+        let found = difference(&[[0.5, 3.0, 0.0]], &[[0.25, 9.0, 0.0]], 1.0);
+        assert!((found.rmse - 0.25 / 3f64.sqrt()).abs() < 1e-15, "{found:?}");
+        assert_eq!((found.max, found.p999), (0.25, 0.25));
+        assert_eq!(difference(&[[0.5, 3.0, 0.0]], &[[0.5, 9.0, 0.0]], 10.0).max, 6.0);
+    }
+
+    #[test]
+    fn fastest_run_counts_and_errors_come_through() {
+        let mut runs = 0;
+        let (ms, value) = fastest_ms(3, || {
+            runs += 1;
+            Ok(runs)
+        })
+        .unwrap();
+        assert!(ms >= 0.0 && value == 3);
+        assert!(fastest_ms(2, || anyhow::bail!("no") as Result<()>).is_err());
+    }
+}

@@ -1,0 +1,158 @@
+//! What each kind of skipping is worth: the same work with it and without it, in one run.
+//!
+//! Counts say how much work is left out, times what that saves. What is only a matter of looking something up over HTTP
+//! (pictures that exist already) belongs to `bench breed`.
+
+mod fitness;
+mod input;
+mod kept;
+mod lowering;
+mod twin;
+mod unlit;
+mod unlowered;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::measure::one_thread;
+use super::record::{Finding, Findings, Folder};
+use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table, number};
+use crate::{logging, output};
+
+/// Options of `brood bench skip`.
+#[derive(Debug, Args)]
+pub struct BenchSkipArgs {
+    /// Folder for skip.json, skip.csv and skip.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Small and quick: shows that it works, not what is true
+    #[arg(long)]
+    short: bool,
+    /// Seed of the genomes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// How much is measured.
+#[derive(Debug, Clone, Copy)]
+struct Extent {
+    seed: u64,
+    genomes: u32,
+    size_px: u32,
+    repeats: u32,
+}
+
+/// Measures some kinds of skipping.
+type Part = fn(&Extent) -> Result<Vec<Saving>>;
+
+/// One kind of skipping.
+#[derive(Debug)]
+struct Saving {
+    /// What is skipped.
+    name: String,
+    /// What the counts count.
+    counted: &'static str,
+    without: u64,
+    with: u64,
+    /// What the times are of.
+    timed: &'static str,
+    without_ms: f64,
+    with_ms: f64,
+}
+
+impl Saving {
+    fn times_faster(&self) -> f64 {
+        self.without_ms / self.with_ms
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let extent = if args.short {
+        Extent { seed: args.seed, genomes: 10, size_px: 32, repeats: 1 }
+    } else {
+        Extent { seed: args.seed, genomes: 200, size_px: 256, repeats: 15 }
+    };
+    let parts: [Part; 6] = [
+        lowering::measure,
+        input::measure,
+        unlit::measure,
+        kept::measure,
+        fitness::measure,
+        twin::measure,
+    ];
+    let bar = output::bar(parts.len() as u64, "skipping");
+    let pool = one_thread()?;
+    let mut savings = Vec::new();
+    for part in parts {
+        savings.extend(pool.install(|| part(&extent))?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let finding = Finding {
+        name: "skip",
+        note: format!(
+            "one thread, random genomes of the default dialect, pictures of {size} x {size}; with and without in turn, \
+             the fastest of {repeats}",
+            size = extent.size_px,
+            repeats = extent.repeats
+        ),
+        table: table(&savings),
+        raw: None,
+        chart: chart(&savings).svg(),
+    };
+    folder.add(&finding)?;
+    let findings = [finding];
+    folder.add_json("skip", &Findings(&findings))?;
+    if json {
+        return output::print_json(&Findings(&findings));
+    }
+    output::print(&findings[0].text())
+}
+
+fn table(savings: &[Saving]) -> Table {
+    let mut table = Table::new(&[
+        "skipped",
+        "counted",
+        "without",
+        "with",
+        "timed",
+        "without_ms",
+        "with_ms",
+        "times_faster",
+    ]);
+    for saving in savings {
+        table.push([
+            saving.name.as_str().into(),
+            saving.counted.into(),
+            saving.without.into(),
+            saving.with.into(),
+            saving.timed.into(),
+            saving.without_ms.into(),
+            saving.with_ms.into(),
+            saving.times_faster().into(),
+        ]);
+    }
+    table
+}
+
+fn chart(savings: &[Saving]) -> BarChart {
+    let group = |saving: &Saving| {
+        let share = 100.0 * saving.with as f64 / saving.without.max(1) as f64;
+        let label = format!("{} x, {} % left", number(saving.times_faster()), number(share));
+        let bar = Bar { series: 0, value: saving.times_faster(), label };
+        Group { name: saving.name.clone(), bars: vec![bar] }
+    };
+    BarChart {
+        title: "What skipping is worth".to_owned(),
+        subtitle:
+            "time without over time with it, same run, one thread; the share of work that is left"
+                .to_owned(),
+        axis: Axis { title: "times faster", scale: Scale::Log },
+        groups: savings.iter().map(group).collect(),
+    }
+}

@@ -1,0 +1,116 @@
+//! What is kept from one picture to the next: sample sets with their inputs, and translations.
+
+use anyhow::Result;
+use brood_eval::{CanonicalEvaluator, Evaluator, shade};
+use brood_program::Program;
+use brood_protocol::Backend;
+use brood_scene::{BuiltinMesh, Mesh, Scene};
+use brood_worker::Renderer;
+
+use super::{Extent, Saving};
+use crate::bench::measure::{fastest_ms, fastest_of_each_ms, genomes, programs};
+use crate::bench::picture::{self, Mode};
+
+/// Children of a brood, which share a sample set.
+const BROOD: u32 = 20;
+
+pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
+    let mut savings = sample_sets(extent)?;
+    savings.extend(translations(extent)?);
+    Ok(savings)
+}
+
+/// A brood with a set made for it, and with one that is there.
+fn sample_sets(extent: &Extent) -> Result<Vec<Saving>> {
+    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+    let scene = Scene::default();
+    let brood = programs(extent.seed, BROOD);
+    let mode = Mode::default();
+    let kept = mode.set(&mesh, &scene, extent.size_px);
+    let pictures = |set: &_, programs: &[Program]| {
+        let mut f = Vec::new();
+        for program in programs {
+            picture::canonical(set, program, &mut f)?;
+        }
+        anyhow::Ok(())
+    };
+    pictures(&kept, &brood)?;
+    let saving = |name: &str, programs: &[Program]| {
+        let [with_ms, without_ms] = fastest_of_each_ms(
+            extent.repeats.min(5),
+            [&mut || pictures(&kept, programs), &mut || {
+                pictures(&mode.set(&mesh, &scene, extent.size_px), programs)
+            }],
+        )?;
+        anyhow::Ok(Saving {
+            name: name.to_owned(),
+            counted: "rays for the next picture",
+            without: kept.counts().rays,
+            with: 0,
+            timed: "evaluation and shading, rays and inputs where they are not kept",
+            without_ms,
+            with_ms,
+        })
+    };
+    Ok(vec![
+        saving("sample sets kept, one material", &brood[..1])?,
+        saving("sample sets kept, a brood of 20", &brood)?,
+    ])
+}
+
+/// Evaluation on 4096 samples, with the program found by its words, with the words read, and with the genome lowered.
+fn translations(extent: &Extent) -> Result<Vec<Saving>> {
+    let set = brood_eval::conformance::hard_samples(extent.seed, 4096);
+    let genomes = genomes(extent.seed, extent.genomes);
+    let words: Vec<Vec<u32>> = genomes.iter().map(|g| Program::lower(g).to_words()).collect();
+    let renderer = Renderer::new(Backend::Cpu);
+    let evaluator = CanonicalEvaluator::default();
+    let evaluate = |program: &Program, f: &mut Vec<f32>| evaluator.eval(&[program], &set, f);
+    let kept = |f: &mut Vec<f32>| -> Result<()> {
+        words.iter().try_for_each(|words| Ok(evaluate(&*renderer.program(words)?, f)?))
+    };
+    let (mut a, mut b, mut c) = (Vec::new(), Vec::new(), Vec::new());
+    // Fills the inputs and the renderer's cache.
+    kept(&mut a)?;
+    let [kept_ms, read_ms, lowered_ms] = fastest_of_each_ms(
+        extent.repeats,
+        [
+            &mut || kept(&mut a),
+            &mut || words.iter().try_for_each(|w| Ok(evaluate(&Program::from_words(w)?, &mut b)?)),
+            &mut || genomes.iter().try_for_each(|g| Ok(evaluate(&Program::lower(g), &mut c)?)),
+        ],
+    )?;
+    let saving = |name: &str, without_ms| Saving {
+        name: name.to_owned(),
+        counted: "translations",
+        without: genomes.len() as u64,
+        with: 0,
+        timed: "evaluation of all genomes on 4096 samples, with what the translation takes",
+        without_ms,
+        with_ms: kept_ms,
+    };
+    Ok(vec![
+        saving("programs kept, words read again", read_ms),
+        saving("programs kept, genomes lowered again", lowered_ms),
+    ])
+}
+
+/// Evaluation and shading alone; used by the twins too.
+pub fn picture_ms(extent: &Extent, programs: &[Program]) -> Result<f64> {
+    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+    let set = Mode::default().set(&mesh, &Scene::default(), extent.size_px);
+    let evaluator = CanonicalEvaluator::default();
+    let mut f = Vec::new();
+    let mut run = || {
+        for program in programs {
+            evaluator.eval(&[program], &set, &mut f)?;
+            let image = shade(&set, &f);
+            let developed = brood_eval::develop(&image, brood_scene::Exposure::Auto);
+            let (width, height) = (developed.width, developed.height);
+            std::hint::black_box(brood_eval::encode_png(width, height, &developed.rgba));
+        }
+        Ok(())
+    };
+    run()?;
+    Ok(fastest_ms(extent.repeats.min(3), run)?.0 / programs.len() as f64)
+}

@@ -1,0 +1,122 @@
+//! A scalar evaluator: one value after the other, by the operations that define every bit.
+//!
+//! It shares nothing with the evaluators under test but [`Operation::apply`]: no registers and no vectors. It is
+//! `brood_program::execute` with the places of all operands found once and each step taken for a few samples in turn,
+//! so that choosing the operation costs little; that makes 10^9 evaluations a matter of minutes. A part of its results
+//! is held against `execute` itself.
+
+use std::hint::black_box;
+
+use brood_genome::Arithmetic;
+use brood_program::{Operand, Operation, Program};
+use brood_scene::SampleSet;
+
+/// Samples for which a step is taken in turn.
+const TURN: usize = 32;
+
+type Row = [f32; TURN];
+
+/// A program whose values all stand in rows: inputs, constants, then one for each step.
+pub struct Scalar<'a> {
+    program: &'a Program,
+    inputs: Vec<&'a [f32]>,
+    steps: Vec<(Operation, u32, u32)>,
+    results: [u32; 3],
+    rows: Vec<Row>,
+    first_step: usize,
+}
+
+impl<'a> Scalar<'a> {
+    /// Finds the place of every operand.
+    pub fn new(program: &'a Program, set: &'a SampleSet) -> Self {
+        let read: Vec<_> = program.inputs().iter().collect();
+        let first_step = read.len() + program.constants().len();
+        let place = |operand: &Operand| {
+            let index = match operand {
+                Operand::Input(input) => {
+                    let position = read.iter().position(|other| other == input);
+                    position.expect("the mask names every input read")
+                }
+                Operand::Constant(index) => read.len() + usize::from(*index),
+                Operand::Step(index) => first_step + usize::from(*index),
+            };
+            u32::try_from(index).expect("programs are short")
+        };
+        let steps = program.steps().iter();
+        let steps = steps.map(|step| (step.operation, place(&step.a), place(&step.b))).collect();
+        let results = program.results().each_ref().map(place);
+        let mut rows = vec![[0.0; TURN]; first_step + program.steps().len()];
+        for (row, constant) in rows[read.len()..].iter_mut().zip(program.constants()) {
+            *row = [constant.canonical; TURN];
+        }
+        let inputs = read.iter().map(|input| set.input(*input)).collect();
+        Self { program, inputs, steps, results, rows, first_step }
+    }
+
+    /// f of all samples: red, green, blue, in each the samples in order.
+    pub fn run(&mut self, f: &mut [f32]) {
+        let samples = f.len() / 3;
+        for start in (0..samples).step_by(TURN) {
+            let length = TURN.min(samples - start);
+            for (row, input) in self.rows.iter_mut().zip(&self.inputs) {
+                row[..length].copy_from_slice(&input[start..start + length]);
+            }
+            for (at, (operation, a, b)) in (self.first_step..).zip(&self.steps) {
+                let (before, here) = self.rows.split_at_mut(at);
+                take(*operation, &before[*a as usize], &before[*b as usize], &mut here[0]);
+            }
+            for sample in 0..length {
+                let squares = self.results.map(|place| self.rows[place as usize][sample].square());
+                let value = self.program.output().apply(squares);
+                for (channel, value) in value.into_iter().enumerate() {
+                    f[channel * samples + start + sample] = value;
+                }
+            }
+        }
+    }
+}
+
+/// One step for a few samples. The operation is known inside each loop.
+fn take(operation: Operation, a: &Row, b: &Row, out: &mut Row) {
+    match operation {
+        Operation::Add => each(a, b, out, |a, b| Operation::Add.apply(a, b)),
+        Operation::Sub => each(a, b, out, |a, b| Operation::Sub.apply(a, b)),
+        Operation::Mul => each(a, b, out, |a, b| Operation::Mul.apply(a, b)),
+        Operation::Sin => each(a, b, out, |a, b| Operation::Sin.apply(a, b)),
+        Operation::Cos => each(a, b, out, |a, b| Operation::Cos.apply(a, b)),
+        Operation::Ex2 => each(a, b, out, |a, b| Operation::Ex2.apply(a, b)),
+        Operation::Ex2Neg => each(a, b, out, |a, b| Operation::Ex2Neg.apply(a, b)),
+        Operation::Lg2 => each(a, b, out, |a, b| Operation::Lg2.apply(a, b)),
+        Operation::Rcp => each(a, b, out, |a, b| Operation::Rcp.apply(a, b)),
+        Operation::Rsq => each(a, b, out, |a, b| Operation::Rsq.apply(a, b)),
+        Operation::Spl => each(a, b, out, |a, b| Operation::Spl.apply(a, b)),
+        Operation::SplNeg => each(a, b, out, |a, b| Operation::SplNeg.apply(a, b)),
+    }
+}
+
+/// Each value goes through `black_box`, which keeps the compiler from making vectors of the loop: those are what this
+/// evaluator is held against.
+fn each(a: &Row, b: &Row, out: &mut Row, f: impl Fn(f32, f32) -> f32) {
+    for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+        *out = f(black_box(*a), *b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_eval::conformance::{first_difference, hard_samples, programs};
+
+    use super::*;
+
+    #[test]
+    fn scalar_evaluator_is_the_meaning_of_the_steps() {
+        for size in [1, TURN, 3 * TURN + 5] {
+            let set = hard_samples(9, size);
+            for program in programs(4) {
+                let mut f = vec![0.0; 3 * size];
+                Scalar::new(&program, &set).run(&mut f);
+                assert_eq!(first_difference(&program, &set, &f), None);
+            }
+        }
+    }
+}

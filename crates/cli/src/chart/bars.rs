@@ -1,0 +1,119 @@
+//! Horizontal bars in groups, each with its value written beside it.
+
+use super::axis::{Axis, Fitted};
+use super::canvas::{
+    Anchor, Area, Canvas, GRID, GRID_STRONG, INK, SOFT_INK, Text, colour, text_width,
+};
+use super::plot::heading;
+
+const WIDTH: f64 = 760.0;
+const RIGHT: f64 = 150.0;
+const TOP: f64 = 84.0;
+const BOTTOM: f64 = 62.0;
+const BAR: f64 = 17.0;
+const GAP: f64 = 13.0;
+
+/// A chart of bars.
+#[derive(Debug, Clone)]
+pub struct BarChart {
+    /// What it says, in a line.
+    pub title: String,
+    /// How it was measured, in a line.
+    pub subtitle: String,
+    /// What the lengths mean. On a logarithmic axis bars start at 1, or lower where a value is.
+    pub axis: Axis,
+    /// From the top down.
+    pub groups: Vec<Group>,
+}
+
+/// Bars that belong together.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// Written to the left of them.
+    pub name: String,
+    /// From the top down.
+    pub bars: Vec<Bar>,
+}
+
+/// One bar.
+#[derive(Debug, Clone)]
+pub struct Bar {
+    /// Bars of one number have one colour.
+    pub series: usize,
+    /// Its length; nothing is drawn where a logarithmic axis cannot show it.
+    pub value: f64,
+    /// Written beside it.
+    pub label: String,
+}
+
+impl BarChart {
+    /// The chart.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let bars = || self.groups.iter().flat_map(|group| &group.bars);
+        let axis = Fitted::lengths(self.axis.scale, bars().map(|bar| bar.value));
+        let longest = self.groups.iter().map(|group| text_width(&group.name, 13.0));
+        let left = 24.0 + longest.fold(60.0, f64::max) + 10.0;
+        let height_of = |group: &Group| BAR * group.bars.len() as f64 + GAP;
+        let bottom = TOP + self.groups.iter().map(height_of).sum::<f64>() + 4.0;
+        let frame = Area([left, TOP, WIDTH - RIGHT, bottom]);
+        let mut canvas = Canvas::new(WIDTH, bottom + BOTTOM);
+        heading(&mut canvas, &self.title, &self.subtitle);
+        self.grid(&mut canvas, frame, &axis);
+        let mut top = TOP + 0.5 * GAP;
+        for group in &self.groups {
+            let middle = top + 0.5 * BAR * group.bars.len() as f64;
+            let text =
+                |x, y, anchor, colour| Text { x, y, anchor, size: 13.0, colour, bold: false };
+            canvas.text(text(left - 10.0, middle + 4.5, Anchor::End, INK), &group.name);
+            for bar in &group.bars {
+                let shown = self.axis.scale.shows(bar.value);
+                let share = if shown { axis.place(bar.value).max(0.0) } else { 0.0 };
+                let end = left + share * (WIDTH - RIGHT - left);
+                canvas.rect(Area([left, top + 1.0, end, top + BAR - 1.0]), colour(bar.series));
+                let label = Text { size: 12.0, ..text(end + 6.0, top + 12.5, Anchor::Start, INK) };
+                canvas.text(label, &bar.label);
+                top += BAR;
+            }
+            top += GAP;
+        }
+        canvas.finish()
+    }
+
+    fn grid(&self, canvas: &mut Canvas, Area([l, t, r, b]): Area, axis: &Fitted) {
+        let text =
+            |x, y, size, colour| Text { x, y, anchor: Anchor::Middle, size, colour, bold: false };
+        for tick in &axis.ticks {
+            let at = l + axis.place(tick.value) * (r - l);
+            let shade = if tick.label.is_empty() { GRID } else { GRID_STRONG };
+            canvas.line([at, t], [at, b], shade, 1.0);
+            canvas.text(text(at, b + 19.0, 12.0, SOFT_INK), &tick.label);
+        }
+        canvas.text(text(0.5 * (l + r), b + 42.0, 13.0, INK), self.axis.title);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::Scale;
+
+    #[test]
+    fn bars_are_as_long_as_their_values() {
+        let bar = |value: f64| Bar { series: 0, value, label: format!("{value} x") };
+        let group = |name: &str, value| Group { name: name.to_owned(), bars: vec![bar(value)] };
+        let chart = BarChart {
+            title: "Worth".to_owned(),
+            subtitle: String::new(),
+            axis: Axis { title: "ratio", scale: Scale::Linear },
+            groups: vec![group("a", 10.0), group("b", 5.0), group("c", 0.0)],
+        };
+        let svg = chart.svg();
+        let width = |at: usize| -> f64 {
+            let rect = svg.lines().filter(|l| l.contains("fill=\"#0067a5\"")).nth(at).unwrap();
+            rect.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
+        };
+        assert!((width(0) - 2.0 * width(1)).abs() < 0.2 && width(2) == 0.0, "{svg}");
+        assert!(svg.contains(">10 x<"), "{svg}");
+    }
+}

@@ -1,0 +1,213 @@
+//! A table of measurements: one source for what is printed, for CSV and for JSON.
+
+use std::fmt::Write;
+
+use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
+
+use super::axis::number;
+
+/// Rows under named columns.
+#[derive(Debug, Clone)]
+pub struct Table {
+    columns: Vec<&'static str>,
+    rows: Vec<Vec<Cell>>,
+}
+
+/// What stands in a row under a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A word or a sentence.
+    Text(String),
+    /// A whole number.
+    Count(u64),
+    /// A measurement; JSON and CSV get all its digits, a reader three.
+    Number(f64),
+    /// Nothing was measured: null in JSON, empty in CSV.
+    Missing,
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        if value.is_finite() { Self::Number(value) } else { Self::Missing }
+    }
+}
+
+impl From<u64> for Cell {
+    fn from(count: u64) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(count: u32) -> Self {
+        Self::Count(count.into())
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Count(count as u64)
+    }
+}
+
+impl Cell {
+    /// As CSV has it: quoted where a comma or a quote would break the row.
+    fn csv(&self) -> String {
+        match self {
+            Self::Text(text) if text.contains([',', '"', '\n']) => {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            }
+            Self::Text(text) => text.clone(),
+            Self::Count(count) => count.to_string(),
+            Self::Number(value) => value.to_string(),
+            Self::Missing => String::new(),
+        }
+    }
+
+    fn printed(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Count(count) => count.to_string(),
+            Self::Number(value) => number(*value),
+            Self::Missing => "-".to_owned(),
+        }
+    }
+}
+
+impl Table {
+    /// A table without rows.
+    #[must_use]
+    pub fn new(columns: &[&'static str]) -> Self {
+        Self { columns: columns.to_vec(), rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// Where it has not one cell for each column.
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
+        let row: Vec<Cell> = row.into_iter().collect();
+        assert_eq!(row.len(), self.columns.len(), "a row has one cell for each column");
+        self.rows.push(row);
+    }
+
+    /// Comma-separated values with a header.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text = self.columns.join(",") + "\n";
+        for row in &self.rows {
+            let cells: Vec<String> = row.iter().map(Cell::csv).collect();
+            text += &cells.join(",");
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Aligned columns for a terminal: words to the left, numbers to the right.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let printed: Vec<Vec<String>> =
+            self.rows.iter().map(|row| row.iter().map(Cell::printed).collect()).collect();
+        let width = |column: usize| {
+            let cells = printed.iter().map(|row| row[column].chars().count());
+            cells.chain([self.columns[column].len()]).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
+        let is_text =
+            |column: usize| self.rows.iter().any(|row| matches!(row[column], Cell::Text(_)));
+        let mut text = String::new();
+        let mut line = |cells: &mut dyn Iterator<Item = &str>| {
+            let mut out = String::new();
+            for (column, cell) in cells.enumerate() {
+                let width = widths[column];
+                let result = if is_text(column) {
+                    write!(out, "{cell:<width$}  ")
+                } else {
+                    write!(out, "{cell:>width$}  ")
+                };
+                result.expect("a string takes everything");
+            }
+            text += out.trim_end();
+            text.push('\n');
+        };
+        line(&mut self.columns.iter().copied());
+        for row in &printed {
+            line(&mut row.iter().map(String::as_str));
+        }
+        text
+    }
+}
+
+/// A list of objects, keys in the order of the columns.
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(self.rows.len()))?;
+        for row in &self.rows {
+            list.serialize_element(&Row { columns: &self.columns, row })?;
+        }
+        list.end()
+    }
+}
+
+struct Row<'a> {
+    columns: &'a [&'static str],
+    row: &'a [Cell],
+}
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.row.len()))?;
+        for (column, cell) in self.columns.iter().zip(self.row) {
+            map.serialize_entry(column, cell)?;
+        }
+        map.end()
+    }
+}
+
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Text(text) => serializer.serialize_str(text),
+            Self::Count(count) => serializer.serialize_u64(*count),
+            Self::Number(value) => serializer.serialize_f64(*value),
+            Self::Missing => serializer.serialize_none(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let mut table = Table::new(&["mode", "count", "rmse"]);
+        table.push(["a, \"b\"".into(), 3u32.into(), 0.012_345.into()]);
+        table.push(["c".into(), 12u32.into(), f64::NAN.into()]);
+        table
+    }
+
+    #[test]
+    fn table_is_the_same_in_csv_json_and_print() {
+        assert_eq!(table().csv(), "mode,count,rmse\n\"a, \"\"b\"\"\",3,0.012345\nc,12,\n");
+        let json = serde_json::to_string(&table()).unwrap();
+        let expected = r#"[{"mode":"a, \"b\"","count":3,"rmse":0.012345},{"mode":"c","count":12,"rmse":null}]"#;
+        assert_eq!(json, expected);
+        let text = table().text();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "mode    count    rmse");
+        assert_eq!(lines[1], "a, \"b\"      3  0.0123");
+        assert_eq!(lines[2], "c          12       -");
+    }
+}

@@ -1,0 +1,112 @@
+//! The benchmarks as a recorded run uses them: each short form runs, prints JSON, and leaves its files.
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+fn bench(words: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_brood"))
+        .arg("bench")
+        .args(words)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the binary starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{words:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs a benchmark with `--json` and `--out`, and checks that the JSON is the file's too.
+fn recorded(words: &[&str], dir: &Path, name: &str) -> Value {
+    let mut all = words.to_vec();
+    all.extend(["--json", "--out", dir.to_str().unwrap()]);
+    let json: Value = serde_json::from_str(&bench(&all)).unwrap();
+    let file = std::fs::read_to_string(dir.join(format!("{name}.json"))).unwrap();
+    assert_eq!(json, serde_json::from_str::<Value>(&file).unwrap());
+    json
+}
+
+/// A chart is a whole SVG without numbers that are none; its CSV has a header and rows.
+fn has_chart(dir: &Path, name: &str) {
+    let svg = std::fs::read_to_string(dir.join(format!("{name}.svg"))).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{name}");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}: {svg}");
+    let csv = std::fs::read_to_string(dir.join(format!("{name}.csv"))).unwrap();
+    assert!(csv.lines().count() > 1, "{name}: {csv}");
+}
+
+#[test]
+fn pareto_writes_a_chart_for_each_sweep() {
+    let dir = tempfile::tempdir().unwrap();
+    let json = recorded(&["pareto", "--short"], dir.path(), "pareto");
+    for name in ["samples-sphere", "samples-knob", "precision", "albedo", "prefix", "backend"] {
+        has_chart(dir.path(), name);
+        let rows = json[name]["rows"].as_array().unwrap();
+        for row in rows {
+            for key in ["knob", "value", "time_ms", "error", "error_metric"] {
+                assert!(!row[key].is_null(), "{name}: {key} in {row}");
+            }
+            assert!(row["time_ms"].as_f64().unwrap() > 0.0, "{name}: {row}");
+        }
+        let defaults = rows.iter().filter(|row| row["default"] == "yes").count();
+        assert!(defaults <= 1, "{name}: {defaults} defaults");
+    }
+    // More samples, less error: true of any sphere.
+    let rows = json["samples-sphere"]["rows"].as_array().unwrap();
+    let error = |mode: &str| {
+        let row = rows.iter().find(|row| row["value"] == mode).unwrap();
+        row["error"].as_f64().unwrap()
+    };
+    assert!(error("1") > error("16") && error("1") > error("adaptive"), "{rows:?}");
+}
+
+#[test]
+fn lambert_sphere_has_a_row_for_each_mode() {
+    let dir = tempfile::tempdir().unwrap();
+    let words = ["pareto", "--scene", "lambert-sphere", "--short"];
+    let json = recorded(&words, dir.path(), "lambert-sphere");
+    has_chart(dir.path(), "lambert-sphere");
+    let rows = json["rows"].as_array().unwrap();
+    let rmse = |mode: &str| {
+        let row = rows.iter().find(|row| row["mode"] == mode).unwrap();
+        assert!(row["picture_ms_one_thread"].as_f64().unwrap() > 0.0, "{row}");
+        assert!(row["set_ms_one_thread"].as_f64().unwrap() > 0.0, "{row}");
+        row["rmse"].as_f64().unwrap()
+    };
+    assert!(rmse("1") > 2.0 * rmse("64") && rmse("1") > 2.0 * rmse("adaptive"), "{rows:?}");
+    assert!(json["reference_rmse"].as_f64().unwrap() < rmse("16"), "{json}");
+}
+
+#[test]
+fn skip_measures_every_kind_with_and_without() {
+    let dir = tempfile::tempdir().unwrap();
+    let json = recorded(&["skip", "--short"], dir.path(), "skip");
+    has_chart(dir.path(), "skip");
+    let rows = json["skip"]["rows"].as_array().unwrap();
+    assert!(rows.len() >= 12, "{rows:?}");
+    for row in rows {
+        // A whole brood may read every input; everything else leaves something out.
+        assert!(row["with"].as_u64() <= row["without"].as_u64(), "{row}");
+        assert!(row["times_faster"].as_f64().unwrap() > 0.0, "{row}");
+    }
+}
+
+#[test]
+fn ops_and_stress_leave_their_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let words = ["ops", "--programs", "5", "--passes", "1"];
+    let json = recorded(&words, dir.path(), "ops");
+    has_chart(dir.path(), "ops");
+    assert!(json[0]["executed_per_second"].as_f64().unwrap() > 0.0, "{json}");
+    let words =
+        ["stress", "--evaluations", "1", "--pairs", "1", "--pictures", "8", "--meshes", "6"];
+    let json = recorded(&words, dir.path(), "stress");
+    has_chart(dir.path(), "stress");
+    for key in ["not_finite", "negative", "differing_from_scalar", "swapped_inputs_differing"] {
+        assert_eq!(json[key], 0, "{key}");
+    }
+    assert_eq!(json["evaluations_per_level"], 64 * 4096);
+    assert_eq!(json["mesh_samples_not_finite"], 0);
+}

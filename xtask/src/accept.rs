@@ -1,0 +1,168 @@
+//! `cargo xtask accept`: that the functions keep their promises for every f32, and that nothing random breaks anything.
+//!
+//! Owns how much is run: `--short` is what continuous integration can afford, `--long` is everything. The work itself
+//! is an example of the genome crate and `brood bench stress`; each fails by itself where something is beyond a bound.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::json;
+
+use crate::prerequisite::Prerequisites;
+use crate::{shell, suite};
+
+/// Every so many bit patterns in the short form; a prime, so that no pattern of bits is left out.
+const SHORT_STRIDE: u32 = 61;
+/// Program x sample evaluations at each level.
+const SHORT_EVALUATIONS: u64 = 10_000_000;
+const LONG_EVALUATIONS: u64 = 1_000_000_000;
+/// Direction pairs whose inputs are swapped.
+const SHORT_PAIRS: u64 = 1_000_000;
+const LONG_PAIRS: u64 = 100_000_000;
+/// Largest error of a Lambert sphere against a picture by another program, whose 64 random samples a pixel leave about
+/// 4e-4 of it.
+const LAMBERT_RMSE: f64 = 1e-3;
+
+/// What the command line says.
+#[derive(Debug, Default, PartialEq)]
+struct Options {
+    long: bool,
+    data: Option<PathBuf>,
+}
+
+impl Options {
+    fn parse(words: &[&str]) -> Result<Self> {
+        let mut options = Self::default();
+        let mut words = words.iter();
+        while let Some(word) = words.next() {
+            match *word {
+                "--short" => options.long = false,
+                "--long" => options.long = true,
+                "--data" => {
+                    options.data = Some(words.next().context("--data needs a folder")?.into())
+                }
+                word => bail!("unknown option {word} of accept"),
+            }
+        }
+        Ok(options)
+    }
+}
+
+/// Builds what is needed and runs one of the forms.
+pub fn run(words: &[&str]) -> Result<()> {
+    let options = Options::parse(words)?;
+    let target = suite::target_directory()?;
+    shell::run(shell::cargo().args(["build", "--locked", "--package", "brood"]))?;
+    let example = ["build", "--locked", "--package", "brood-genome", "--example", "functions"];
+    shell::run(shell::cargo().args(example))?;
+    let found = Prerequisites::look();
+    let started = Instant::now();
+    let mut failed = Vec::new();
+    let mut step = |name: &str, outcome: Result<()>| {
+        if let Err(error) = outcome {
+            eprintln!("{name} failed: {error:#}");
+            failed.push(name.to_owned());
+        }
+    };
+    step("functions", functions(&target, options.long));
+    step("stress", stress(&target, &found, options.long));
+    match &options.data {
+        None => println!("without --data nothing is held against pictures from outside"),
+        Some(data) => step("pictures from outside", pictures(&target, data)),
+    }
+    println!("accept: {:.0} s", started.elapsed().as_secs_f64());
+    ensure!(failed.is_empty(), "not accepted: {}", failed.join(", "));
+    Ok(())
+}
+
+/// The short form with what a build of everything has left there.
+pub fn short(target: &Path, found: &Prerequisites) -> Result<()> {
+    functions(target, false).and(stress(target, found, false))
+}
+
+fn functions(target: &Path, long: bool) -> Result<()> {
+    let stride = if long { 1 } else { SHORT_STRIDE };
+    let mut command = shell::command(target.join("debug/examples/functions"));
+    shell::run(command.args(["--stride", &stride.to_string()]))
+}
+
+fn stress(target: &Path, found: &Prerequisites, long: bool) -> Result<()> {
+    let (evaluations, pairs) =
+        if long { (LONG_EVALUATIONS, LONG_PAIRS) } else { (SHORT_EVALUATIONS, SHORT_PAIRS) };
+    let mut command: Command = brood(target);
+    found.apply(&mut command);
+    command.args(["bench", "stress", "--evaluations", &evaluations.to_string()]);
+    shell::run(command.args(["--pairs", &pairs.to_string()]))
+}
+
+fn brood(target: &Path) -> Command {
+    shell::command(target.join("debug/brood"))
+}
+
+/// A Lambert sphere under a distant light, against the same by another renderer.
+fn pictures(target: &Path, data: &Path) -> Result<()> {
+    let wanted = data.join("renders_mitsuba/sphere_l45_lambert_0.5_0.3_0.2.exr");
+    ensure!(wanted.is_file(), "no {}", wanted.display());
+    let wanted = wanted.canonicalize().context("find the picture")?;
+    let folder = target.join("accept");
+    std::fs::create_dir_all(&folder).context("make a folder")?;
+    let (genome, scene) = (folder.join("lambert.brood"), folder.join("scene.json"));
+    std::fs::write(&genome, lambert([0.5, 0.3, 0.2])).context("write the genome")?;
+    std::fs::write(&scene, distant_light().to_string()).context("write the scene")?;
+    let picture = folder.join("lambert.exr");
+    let mut render = brood(target);
+    render.arg("render").arg(&genome).arg("--scene").arg(&scene);
+    shell::run(render.args(["--size", "128"]).arg("--output").arg(&picture))?;
+    let text =
+        shell::output(brood(target).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture))?;
+    let rmse: f64 = text.trim().parse().context("read the difference")?;
+    println!("Lambert sphere against {}: RMSE {rmse:.2e}", wanted.display());
+    ensure!(rmse <= LAMBERT_RMSE, "more than {LAMBERT_RMSE:e}");
+    Ok(())
+}
+
+/// f = albedo / pi, without a square root to be rounded: the square is 1, the scale does the rest.
+fn lambert(albedo: [f64; 3]) -> String {
+    let [red, green, blue] = albedo.map(|value| value / std::f64::consts::PI);
+    format!(
+        "brood 1\n.dialect paper smooth registers 7 isotropic homogeneous\n.scale {red} {green} {blue}\n\
+         .const C0 1 1 1 0\nMOV R0, C0\n"
+    )
+}
+
+/// Light from normalise(1, 1, sqrt 2) with irradiance pi, so far away that it is parallel.
+fn distant_light() -> serde_json::Value {
+    let distance = 1e5;
+    let position = [0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2].map(|part: f64| part * distance);
+    let intensity = [std::f64::consts::PI * distance * distance; 3];
+    json!({
+        "mesh": "sphere",
+        "camera": {"orthographic": 1.05},
+        "lights": [{"kind": "point", "position": position, "intensity": intensity}],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Options, lambert};
+
+    #[test]
+    fn options_are_refused_when_a_word_is_unknown_or_a_value_is_missing() {
+        assert!(Options::parse(&["--all"]).is_err());
+        assert!(Options::parse(&["--data"]).is_err());
+    }
+
+    #[test]
+    fn form_is_short_unless_told_otherwise() {
+        assert_eq!(Options::parse(&[]).unwrap(), Options::default());
+        let long = Options::parse(&["--long", "--data", "d"]).unwrap();
+        assert!(long.long && long.data.is_some());
+    }
+
+    #[test]
+    fn lambert_genome_divides_by_pi() {
+        assert!(lambert([1.0; 3]).contains(".scale 0.3183098861837907 "));
+    }
+}

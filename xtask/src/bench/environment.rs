@@ -1,0 +1,285 @@
+//! What a comparison with peers needs: brood itself, a Python environment with the peers, and a libLLVM for one of them.
+//!
+//! Owns versions and places. Everything goes below the target folder, but for the Debian package of libLLVM. Exact
+//! versions of all Python packages stand in xtask/peer/*.txt, a file for each peer, so that one can fail alone.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+
+use super::Options;
+use crate::{prerequisite, shell, suite};
+
+/// Versions of libLLVM that Mitsuba's compiler works with, and that Debian has in one release or another.
+const LLVM_PACKAGES: [&str; 3] = ["libllvm19", "libllvm20", "libllvm21"];
+/// The oldest that works.
+const LLVM_OLDEST: u32 = 19;
+/// Tells Mitsuba where libLLVM lies.
+const LLVM_VARIABLE: &str = "DRJIT_LIBLLVM_PATH";
+
+/// A program that brood is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Peer {
+    /// Symbolic regression in C++.
+    Operon,
+    /// A renderer that compiles materials.
+    Mitsuba,
+}
+
+impl Peer {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Operon, Self::Mitsuba];
+
+    /// The name of the package, and of its list of versions.
+    pub fn package(self) -> &'static str {
+        match self {
+            Self::Operon => "pyoperon",
+            Self::Mitsuba => "mitsuba",
+        }
+    }
+}
+
+/// Everything that is there, and what is not.
+pub struct Environment {
+    brood: PathBuf,
+    profile: &'static str,
+    python: PathBuf,
+    /// Below the target folder: compiled kernels of a peer must not be found again by a later run.
+    home: PathBuf,
+    llvm: Option<PathBuf>,
+    installed: Vec<(Peer, String)>,
+    /// Why a peer is not there.
+    pub missing: Vec<String>,
+}
+
+impl Environment {
+    /// Builds brood and installs the peers; only the first is a failure.
+    pub(super) fn prepare(options: &Options) -> Result<Self> {
+        let target = suite::target_directory()?;
+        let (brood, profile) = brood(options, &target)?;
+        let place = target.join("peers");
+        let mut environment = Self {
+            brood,
+            profile,
+            python: place.join("venv/bin/python"),
+            home: place.join("home"),
+            llvm: None,
+            installed: Vec::new(),
+            missing: Vec::new(),
+        };
+        std::fs::create_dir_all(&environment.home).context("make a folder for the peers")?;
+        environment.install(&place.join("venv"));
+        Ok(environment)
+    }
+
+    fn install(&mut self, venv: &Path) {
+        if let Err(error) = make_venv(venv, &self.python) {
+            let why = format!("no Python environment ({error:#}); on Debian: python3-venv");
+            self.missing.extend(Peer::ALL.map(|peer| format!("{}: {why}", peer.package())));
+            return;
+        }
+        for peer in Peer::ALL {
+            if let Err(error) = self.install_peer(peer) {
+                eprintln!("{} is left out: {error:#}", peer.package());
+                self.missing.push(format!("{}: {error:#}", peer.package()));
+            }
+        }
+    }
+
+    fn install_peer(&mut self, peer: Peer) -> Result<()> {
+        let list = script(&format!("{}.txt", peer.package()));
+        // Wheels only: building such a package from source would take an hour, and is not what people use.
+        let mut pip = shell::command(&self.python);
+        pip.args(["-m", "pip", "install", "--quiet", "--no-input", "--disable-pip-version-check"]);
+        pip.args(["--only-binary", ":all:", "--requirement"]).arg(list);
+        shell::run(&mut pip).context("install it from PyPI")?;
+        if peer == Peer::Mitsuba {
+            self.llvm = Some(find_or_install_llvm()?);
+        }
+        let import = format!(
+            "import {0}; from importlib.metadata import version; print(version('{0}'))",
+            peer.package()
+        );
+        let version = shell::output(self.python().args(["-c", &import])).context("import it")?;
+        self.installed.push((peer, version.trim().to_owned()));
+        Ok(())
+    }
+
+    /// Whether a peer can be run.
+    pub fn has(&self, peer: Peer) -> bool {
+        self.installed.iter().any(|(installed, _)| *installed == peer)
+    }
+
+    /// A script beside the lists of versions, run by the environment's Python.
+    pub fn script(&self, name: &str) -> Command {
+        let mut command = self.python();
+        command.arg(script(name));
+        command
+    }
+
+    fn python(&self) -> Command {
+        let mut command = shell::command(&self.python);
+        command.env("HOME", &self.home).env("PYTHONDONTWRITEBYTECODE", "1");
+        if let Some(llvm) = &self.llvm {
+            command.env(LLVM_VARIABLE, llvm);
+        }
+        command
+    }
+
+    /// Removes kernels that an earlier run compiled and kept.
+    pub fn forget_kernels(&self) -> Result<()> {
+        match std::fs::remove_dir_all(self.home.join(".drjit")) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(error).context("remove the peer's cache of kernels")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The brood that is measured.
+    pub fn brood(&self) -> Command {
+        shell::command(&self.brood)
+    }
+
+    /// What the figures depend on.
+    pub fn machine(&self) -> Value {
+        let cores = std::thread::available_parallelism().map_or(0, usize::from);
+        let versions: serde_json::Map<String, Value> = self
+            .installed
+            .iter()
+            .map(|(peer, version)| (peer.package().to_owned(), json!(version)))
+            .collect();
+        let library = self.llvm.as_ref().and_then(|path| path.file_name());
+        json!({
+            "processor": processor(),
+            "cores": cores,
+            "brood_profile": self.profile,
+            "brood_version": one_line(self.brood().arg("--version")),
+            "rustc": one_line(shell::command("rustc").arg("--version")),
+            "peers": versions,
+            "libllvm": library.map(|name| name.to_string_lossy()),
+        })
+    }
+}
+
+/// The brood that is measured, built where none was named, and the profile it was built with.
+fn brood(options: &Options, target: &Path) -> Result<(PathBuf, &'static str)> {
+    if let Some(file) = &options.brood {
+        return Ok((file.clone(), "of a given binary"));
+    }
+    let mut build = shell::cargo();
+    build.args(["build", "--package", "brood", "--locked"]);
+    let (folder, profile) = if options.release {
+        build.arg("--release");
+        ("release", "release")
+    } else {
+        ("debug", "dev")
+    };
+    shell::run(&mut build)?;
+    Ok((target.join(folder).join("brood"), profile))
+}
+
+fn script(name: &str) -> PathBuf {
+    shell::root().join("xtask/peer").join(name)
+}
+
+fn make_venv(venv: &Path, python: &Path) -> Result<()> {
+    if python.is_file() {
+        return Ok(());
+    }
+    shell::run(shell::command("python3").args(["-m", "venv"]).arg(venv))
+}
+
+fn find_or_install_llvm() -> Result<PathBuf> {
+    if let Some(path) = std::env::var_os(LLVM_VARIABLE) {
+        return Ok(path.into());
+    }
+    if let Some(found) = find_llvm() {
+        return Ok(found);
+    }
+    println!("missing: libLLVM, {LLVM_OLDEST} or newer (Debian: {})", LLVM_PACKAGES[0]);
+    for package in LLVM_PACKAGES {
+        match prerequisite::install_debian(&[package]) {
+            Ok(()) => break,
+            Err(error) => eprintln!("could not install {package}: {error:#}"),
+        }
+    }
+    find_llvm().with_context(|| {
+        format!("no libLLVM {LLVM_OLDEST} or newer: install one, or name it in ${LLVM_VARIABLE}")
+    })
+}
+
+/// The newest libLLVM that is new enough, in the folders where Debian's packages put it.
+fn find_llvm() -> Option<PathBuf> {
+    let of_architecture = format!("/usr/lib/{}-linux-gnu", std::env::consts::ARCH);
+    let own = std::fs::read_dir("/usr/lib").into_iter().flatten().filter_map(|entry| {
+        let path = entry.ok()?.path();
+        path.file_name()?.to_str()?.starts_with("llvm-").then(|| path.join("lib"))
+    });
+    std::iter::once(PathBuf::from(of_architecture))
+        .chain(own)
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flatten()
+        .filter_map(|entry| {
+            let path = entry.ok()?.path();
+            let version = llvm_version(path.file_name()?.to_str()?)?;
+            (version >= LLVM_OLDEST && path.exists()).then_some((version, path))
+        })
+        .max()
+        .map(|(_, path)| path)
+}
+
+/// The main version in names such as `libLLVM-19.so`, `libLLVM-19.so.1` and `libLLVM.so.19.1`.
+fn llvm_version(name: &str) -> Option<u32> {
+    let rest = name.strip_prefix("libLLVM")?;
+    if !rest.contains(".so") {
+        return None;
+    }
+    let digits = rest.trim_start_matches(['-', '.', 's', 'o']);
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    digits[..end].parse().ok()
+}
+
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    line.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+fn one_line(command: &mut Command) -> Option<String> {
+    match shell::output(command) {
+        Ok(text) => Some(text.trim().to_owned()),
+        Err(error) => {
+            eprintln!("{error:#}");
+            None
+        }
+    }
+}
+
+/// Runs a command and reads what it prints as JSON.
+pub fn json_of(command: &mut Command) -> Result<Value> {
+    let text = shell::output(command)?;
+    let value = serde_json::from_str(&text).context("read its answer as JSON")?;
+    if value == Value::Null {
+        bail!("its answer is empty");
+    }
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::llvm_version;
+
+    #[test]
+    fn libllvm_is_recognised_in_all_forms_of_its_name() {
+        for name in ["libLLVM-19.so", "libLLVM-19.so.1", "libLLVM.so.19.1", "libLLVM-19.1.so"] {
+            assert_eq!(llvm_version(name), Some(19), "{name}");
+        }
+        assert_eq!(llvm_version("libLLVM-14.0.6.so.1"), Some(14));
+        for name in ["libLLVM.so", "libLLVM-19.a", "libLTO.so.19", "libLLVMSupport.a"] {
+            assert_eq!(llvm_version(name), None, "{name}");
+        }
+    }
+}
