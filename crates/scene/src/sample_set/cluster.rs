@@ -8,7 +8,7 @@ use super::point::{Gathered, Point};
 const SPREAD: f64 = 0.15;
 /// So are texture positions; also keeps apart the two sides of a seam.
 const UV_SPREAD: f64 = 0.05;
-/// Groups of one light at most; what comes later joins the nearest.
+/// Groups of one light at most; what comes later gives its light to the nearest and leaves that one's directions alone.
 const MOST: usize = 6;
 
 /// Points in the light of one lamp.
@@ -59,7 +59,8 @@ impl Groups {
 
     fn take(&mut self, point: &Point, weight: f64) {
         for lit in &point.lit {
-            let index = self.find(lit.light, lit.wi, point.wo, point.uv).unwrap_or_else(|| {
+            let found = self.find(lit.light, lit.wi, point.wo, point.uv);
+            let (index, alike) = found.unwrap_or_else(|| {
                 self.0.push(Group {
                     light: lit.light,
                     first: (lit.wi, point.wo, point.uv),
@@ -69,23 +70,27 @@ impl Groups {
                     weight: 0.0,
                     irradiance: [0.0; 3],
                 });
-                self.0.len() - 1
+                (self.0.len() - 1, true)
             });
             let group = &mut self.0[index];
+            for (sum, e) in group.irradiance.iter_mut().zip(lit.irradiance) {
+                *sum += weight * e;
+            }
+            if !alike {
+                // At a pole of the texture tangents turn all the way round: the mean of such directions is none of them.
+                continue;
+            }
             // The mean place is that of the light received, so that what is nearly dark does not pull at it.
             let share = weight * lit.wi.z;
             group.wi += lit.wi * share;
             group.wo += point.wo * share;
             group.uv += point.uv * share;
             group.weight += share;
-            for (sum, e) in group.irradiance.iter_mut().zip(lit.irradiance) {
-                *sum += weight * e;
-            }
         }
     }
 
-    /// The group that a point joins, if it need not open a new one.
-    fn find(&self, light: usize, wi: DVec3, wo: DVec3, uv: DVec2) -> Option<usize> {
+    /// The group that a point joins, if it need not open a new one, and whether it is like that group.
+    fn find(&self, light: usize, wi: DVec3, wo: DVec3, uv: DVec2) -> Option<(usize, bool)> {
         let mut nearest: Option<(usize, f64)> = None;
         let mut count = 0;
         for (index, group) in self.0.iter().enumerate() {
@@ -97,13 +102,13 @@ impl Groups {
             let directions = (first_wi - wi).length_squared() + (first_wo - wo).length_squared();
             let texture = (first_uv - uv).abs().max_element();
             if directions <= SPREAD * SPREAD && texture <= UV_SPREAD {
-                return Some(index);
+                return Some((index, true));
             }
             let distance = directions / (SPREAD * SPREAD) + texture / UV_SPREAD;
             if nearest.is_none_or(|nearest| distance < nearest.1) {
                 nearest = Some((index, distance));
             }
         }
-        nearest.filter(|_| count >= MOST).map(|nearest| nearest.0)
+        nearest.filter(|_| count >= MOST).map(|nearest| (nearest.0, false))
     }
 }
