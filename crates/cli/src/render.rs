@@ -22,7 +22,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub frame: FrameArgs,
     /// Only this part of the picture, in its pixels from the upper left
-    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT")]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", allow_hyphen_values = true)]
     pub area: Option<PixelArea>,
     /// The picture: .png is developed, .exr is linear
     #[arg(short, long, value_name = "FILE")]
