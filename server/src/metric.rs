@@ -17,7 +17,7 @@ const METADATA: Metadata<'static> = Metadata::new("brood", Level::INFO, None);
 /// A counter of [`Work`]: its name, what it says, and the field.
 type WorkCounter = (&'static str, &'static str, fn(&Work) -> u64);
 
-const WORK: [WorkCounter; 15] = [
+const WORK: [WorkCounter; 17] = [
     (
         "brood_operations_written_total",
         "Scalar operations of genomes as written, times the rays of their pictures",
@@ -39,6 +39,10 @@ const WORK: [WorkCounter; 15] = [
     ("brood_samples_total", "Samples that light reaches, which are shaded", |work| {
         work.samples_lit
     }),
+    ("brood_rough_pixels_total", "Pixels of pictures that were sampled again", |work| {
+        work.rough_pixels
+    }),
+    ("brood_rough_samples_total", "Samples shaded in rough pixels", |work| work.rough_samples),
     ("brood_sample_sets_reused_total", "Sample sets that workers had", |work| work.sets_reused),
     ("brood_sample_sets_made_total", "Sample sets that workers made", |work| work.sets_made),
     ("brood_translations_reused_total", "Programs whose translation workers had", |work| {

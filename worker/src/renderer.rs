@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::cache::{Caches, LoadedMesh, Raster, View};
 use crate::evaluator::Evaluators;
-use crate::shot::{Refiner, Shot};
+use crate::shot::{FineTiles, Refiner, Shot};
 use crate::tally::micros;
 
 /// Reflectances held at once; larger batches are cut, because a brood of 256 at 2048 x 2048 would take 13 GB.
@@ -194,6 +194,7 @@ impl Renderer {
         } else {
             Some(self.gains(&view, scene.film.exposure, frame, programs)?)
         };
+        let tiles = FineTiles::new(size_px);
         let floats = 3 * set.len();
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
@@ -218,7 +219,8 @@ impl Renderer {
                         Some(gains) => gains[number * batch + index],
                         None => Gain::new(scene.film.exposure, &set, f),
                     };
-                    let refiner = Refiner { renderer: self, view: &view, frame, program };
+                    let refiner =
+                        Refiner { renderer: self, view: &view, frame, program, tiles: &tiles };
                     finish(program, &Shot { set: &set, f, gain, area, refiner })
                 })
                 .collect();

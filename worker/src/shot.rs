@@ -2,11 +2,14 @@
 //!
 //! It refuses to know how batches are evaluated and how pictures are encoded.
 
+use std::sync::{Arc, OnceLock};
+
 use brood_eval::{
-    Developed, Gain, ROUGH_SAMPLING, RadianceImage, RoughTile, develop_samples, rough_tiles, shade,
+    Developed, Gain, ROUGH_SAMPLING, RadianceImage, RoughTile, develop_samples, rough_tile_count,
+    rough_tiles, shade, shade_each,
 };
 use brood_program::Program;
-use brood_protocol::{Backend, Frame};
+use brood_protocol::{Backend, Frame, Work};
 use brood_scene::{PixelArea, SampleSet};
 
 use crate::cache::{Raster, View};
@@ -28,6 +31,33 @@ pub(crate) struct Refiner<'a> {
     pub(crate) view: &'a View<'a>,
     pub(crate) frame: &'a Frame,
     pub(crate) program: &'a Program,
+    pub(crate) tiles: &'a FineTiles,
+}
+
+/// Fine samples of the tiles of one view, looked up once for all programs of a batch.
+pub(crate) struct FineTiles {
+    size_px: u32,
+    sets: Vec<OnceLock<Arc<SampleSet>>>,
+}
+
+impl FineTiles {
+    pub(crate) fn new(size_px: u32) -> Self {
+        let sets = (0..rough_tile_count(size_px)).map(|_| OnceLock::new()).collect();
+        Self { size_px, sets }
+    }
+
+    /// Traced where they are first needed, and kept with the other sample sets.
+    fn set(&self, renderer: &Renderer, view: &View<'_>, rough: &RoughTile) -> &SampleSet {
+        let kept = &self.sets[rough.number];
+        if kept.get().is_none() {
+            let raster =
+                Raster { size_px: self.size_px, sampling: ROUGH_SAMPLING, area: rough.tile };
+            // Not inside `get_or_init`: who makes it may be given another task meanwhile, which may want it too.
+            let set = renderer.caches.sample_set_in_task(view, raster);
+            kept.get_or_init(|| set);
+        }
+        kept.get().expect("it has just been put there")
+    }
 }
 
 impl Shot<'_> {
@@ -54,36 +84,45 @@ impl Shot<'_> {
         })
     }
 
-    /// Calls back with the rough pixels and their radiance. Fine samples are traced where they are first needed, a tile at
-    /// a time, and kept with the other sample sets.
+    /// Calls back with the rough pixels and their radiance. All are evaluated together.
     fn refine(
         &self,
         rough: Vec<RoughTile>,
         mut put: impl FnMut(usize, [f32; 3]),
     ) -> Result<(), RenderError> {
-        let Refiner { renderer, view, frame, program } = &self.refiner;
+        if rough.is_empty() {
+            return Ok(());
+        }
+        let Refiner { renderer, view, frame, program, tiles } = &self.refiner;
         // Too few samples for a GPU; the exact evaluators give the same bits.
         let backend = match frame.backend {
             Backend::Reference => Backend::Reference,
             Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
         };
+        let sets: Vec<&SampleSet> =
+            rough.iter().map(|rough| tiles.set(renderer, view, rough)).collect();
+        let wanted: Vec<Vec<u32>> = rough
+            .iter()
+            .map(|rough| rough.pixels.iter().map(|(_, of_tile)| *of_tile).collect())
+            .collect();
+        let parts: Vec<(&SampleSet, &[u32])> =
+            sets.into_iter().zip(wanted.iter().map(Vec::as_slice)).collect();
+        let picked = SampleSet::pick(&parts, program.inputs());
         let mut f = Vec::new();
-        for rough in rough {
-            let raster =
-                Raster { size_px: frame.size_px, sampling: ROUGH_SAMPLING, area: rough.tile };
-            let tile = renderer.caches.sample_set_in_task(view, raster);
-            let wanted: Vec<u32> = rough.pixels.iter().map(|pixel| pixel.1).collect();
-            let picked = tile.pick(&wanted, program.inputs());
-            renderer.evaluators.eval(backend, &[*program], &picked, &mut f)?;
-            let fine = shade(&picked, &f);
-            let fine = fine.premultiplied().iter().zip(fine.coverage());
-            for ((pixel, _), (radiance, coverage)) in rough.pixels.iter().zip(fine) {
-                // Its centre hit, so this is 0 for nothing but the finest of slits.
-                if *coverage > 0.0 {
-                    put(*pixel as usize, radiance.map(|channel| channel / coverage));
-                }
+        renderer.evaluators.eval(backend, &[*program], &picked, &mut f)?;
+        let coverage = &picked.image().expect("pixels were picked").coverage;
+        let mut fine = vec![[0.0; 3]; coverage.len()];
+        shade_each(&picked, &f, |k, radiance| fine[k] = radiance);
+        let pixels = rough.iter().flat_map(|rough| &rough.pixels);
+        for ((pixel, _), (radiance, coverage)) in pixels.zip(fine.iter().zip(coverage.iter())) {
+            // Its centre hit, so this is 0 for nothing but the finest of slits.
+            if *coverage > 0.0 {
+                put(*pixel as usize, radiance.map(|channel| channel / coverage));
             }
         }
+        let rough_pixels = rough.iter().map(|rough| rough.pixels.len() as u64).sum();
+        let rough_samples = picked.len() as u64;
+        renderer.caches.tally.add(Work { rough_pixels, rough_samples, ..Work::default() });
         Ok(())
     }
 

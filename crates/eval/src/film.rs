@@ -4,9 +4,11 @@ mod exposure;
 mod rough;
 mod srgb;
 
+use std::ops::Range;
+
 use brood_scene::{Exposure, PixelArea, SampleSet};
 pub use exposure::Gain;
-pub use rough::{ROUGH_SAMPLING, RoughTile, rough_tiles};
+pub use rough::{ROUGH_SAMPLING, RoughTile, rough_tile_count, rough_tiles};
 pub use srgb::encode_srgb;
 
 use crate::RadianceImage;
@@ -93,10 +95,13 @@ pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
         let (places, _) = places.as_chunks_mut::<4>();
         if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
             // One ray for the whole pixel, which hit: nothing to divide by.
-            light.each_pixel(run, |k, radiance| {
-                let [r, g, b] = radiance.map(|channel| curve.encode(channel * gain.factor));
-                places[k] = [r, g, b, 255];
-            });
+            let (start, end) = (run.start as usize, (run.start + run.pixels) as usize);
+            let mut from = start;
+            for places in places.chunks_mut(TOGETHER) {
+                let samples = from..end.min(from + TOGETHER);
+                from = samples.end;
+                whole_pixels(curve, &light, samples, layout.scale, gain.factor, places);
+            }
             continue;
         }
         let coverage = &layout.coverage[first..last];
@@ -105,6 +110,34 @@ pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
         });
     }
     Developed { width: layout.width, height: layout.height, rgba, exposure_ev: gain.ev }
+}
+
+/// Pixels that are encoded together.
+const TOGETHER: usize = 32;
+
+/// Opaque pixels of one sample each, at most [`TOGETHER`] of them.
+#[inline(always)]
+fn whole_pixels(
+    curve: &srgb::Curve,
+    light: &ReflectedLight<'_>,
+    samples: Range<usize>,
+    scale: f32,
+    factor: f32,
+    places: &mut [[u8; 4]],
+) {
+    let mut codes = [[0; TOGETHER]; 3];
+    for (channel, codes) in codes.iter_mut().enumerate() {
+        let (f, irradiance) = light.channel(channel, samples.clone());
+        let mut exposed = [0.0; TOGETHER];
+        for ((exposed, f), e) in exposed.iter_mut().zip(f).zip(irradiance) {
+            *exposed = f * e * scale * factor;
+        }
+        *codes = curve.encode_each(&exposed);
+    }
+    let [red, green, blue] = &codes;
+    for (((place, red), green), blue) in places.iter_mut().zip(red).zip(green).zip(blue) {
+        *place = (red | green << 8 | blue << 16 | 255 << 24).to_le_bytes();
+    }
 }
 
 #[inline(always)]

@@ -19,7 +19,8 @@ pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{
-    Developed, Gain, ROUGH_SAMPLING, RoughTile, develop, develop_samples, encode_srgb, rough_tiles,
+    Developed, Gain, ROUGH_SAMPLING, RoughTile, develop, develop_samples, encode_srgb,
+    rough_tile_count, rough_tiles,
 };
 pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessTarget, Loss, Population, Ranked,
@@ -27,5 +28,5 @@ pub use fitness::{
 };
 pub use level::Level;
 pub use picture::{PictureError, SheetCell, centre_px, decode_png, encode_exr, encode_png, sheet};
-pub use radiance::{RadianceImage, shade};
+pub use radiance::{RadianceImage, shade, shade_each};
 pub use reference::ReferenceEvaluator;

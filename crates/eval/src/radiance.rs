@@ -1,5 +1,6 @@
 //! From reflectance to radiance: the sum over the samples and lights of each pixel.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use brood_scene::{ImageLayout, PixelArea, PixelRun, SampleSet};
@@ -87,14 +88,22 @@ pub fn shade(set: &SampleSet, f: &[f32]) -> RadianceImage {
     let light = ReflectedLight::new(set, f);
     let layout = light.layout;
     let mut premultiplied = vec![[0.0; 3]; layout.coverage.len()];
-    for run in &layout.runs {
-        let first = run.pixel as usize;
-        let pixels = &mut premultiplied[first..first + run.pixels as usize];
-        light.each_pixel(run, |k, radiance| pixels[k] = radiance);
-    }
+    shade_each(set, f, |pixel, radiance| premultiplied[pixel] = radiance);
     let (width, height) = (layout.width, layout.height);
     let coverage = layout.coverage.clone();
     RadianceImage { width, height, premultiplied, coverage, centres: light.centres() }
+}
+
+/// Calls back with each pixel that has samples and its radiance times coverage: [`shade`] without a picture.
+///
+/// # Panics
+/// As [`shade`].
+pub fn shade_each(set: &SampleSet, f: &[f32], mut put: impl FnMut(usize, [f32; 3])) {
+    let light = ReflectedLight::new(set, f);
+    for run in &light.layout.runs {
+        let first = run.pixel as usize;
+        light.each_pixel(run, |k, radiance| put(first + k, radiance));
+    }
 }
 
 /// A program's reflectance together with the light that falls on each sample.
@@ -113,6 +122,12 @@ impl<'a> ReflectedLight<'a> {
         let (red, rest) = f.split_at(samples);
         let (green, blue) = rest.split_at(samples);
         Self { layout, f: [red, green, blue], irradiance: set.irradiance() }
+    }
+
+    /// Reflectance and irradiance of some samples in one channel.
+    #[inline(always)]
+    pub(crate) fn channel(&self, channel: usize, samples: Range<usize>) -> (&[f32], &[f32]) {
+        (&self.f[channel][samples.clone()], &self.irradiance[channel][samples])
     }
 
     /// Calls back with each pixel of a run, counted from its first, and its radiance times coverage.

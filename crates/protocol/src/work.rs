@@ -25,6 +25,10 @@ pub struct Work {
     pub samples_covered: u64,
     /// Hits that light reaches and the camera sees the front of: only these are shaded.
     pub samples_lit: u64,
+    /// Pixels that looked rough and were sampled again.
+    pub rough_pixels: u64,
+    /// Samples shaded in them.
+    pub rough_samples: u64,
     /// Sample sets that were at hand.
     pub sets_reused: u64,
     /// Sample sets made.
@@ -53,6 +57,8 @@ impl AddAssign for Work {
         self.rays += other.rays;
         self.samples_covered += other.samples_covered;
         self.samples_lit += other.samples_lit;
+        self.rough_pixels += other.rough_pixels;
+        self.rough_samples += other.rough_samples;
         self.sets_reused += other.sets_reused;
         self.sets_made += other.sets_made;
         self.translations_reused += other.translations_reused;

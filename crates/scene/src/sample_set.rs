@@ -41,6 +41,8 @@ use values::Values;
 #[derive(Debug)]
 pub struct SampleSet {
     id: u64,
+    len: usize,
+    /// As many as samples; none in a set of picked pixels.
     pairs: Vec<DirectionPair>,
     uvs: Vec<DVec2>,
     irradiance: [Vec<f32>; 3],
@@ -80,13 +82,14 @@ impl SampleSet {
         render::render(mesh, scene, size_px, sampling.into(), area)
     }
 
-    /// The samples of some pixels of an image, as an image of one row; inputs in `inputs` come with them.
+    /// The samples of some pixels of images that were sampled alike, as an image of one row, part after part. It has no
+    /// directions, and of the inputs only those asked for; their ranges are those of the whole parts.
     ///
     /// # Panics
-    /// Where the set has no image, or `pixels` do not ascend or are not in it.
+    /// Where a part has no image, or its pixels do not ascend or are not in it.
     #[must_use]
-    pub fn pick(&self, pixels: &[u32], inputs: InputMask) -> Self {
-        pick::pick(self, pixels, inputs)
+    pub fn pick(parts: &[(&Self, &[u32])], inputs: InputMask) -> Self {
+        pick::pick(parts, inputs)
     }
 
     /// One sample per pair of directions with irradiance 1 and no image; no `uvs` at all stand for zeros.
@@ -116,7 +119,16 @@ impl SampleSet {
         // An identity for caches alone: no value ever depends on it.
         static NEXT_ID: AtomicU64 = AtomicU64::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Self { id, pairs, uvs, irradiance, image, counts, inputs: Default::default() }
+        Self {
+            id,
+            len: pairs.len(),
+            pairs,
+            uvs,
+            irradiance,
+            image,
+            counts,
+            inputs: Default::default(),
+        }
     }
 
     /// A number that no other set of this process has, so that copies on devices can be told apart.
@@ -128,22 +140,29 @@ impl SampleSet {
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.pairs.len()
+        self.len
     }
 
     /// Whether there is no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
+        self.len == 0
     }
 
     /// An input for every sample: computed in f64 and rounded once, at first use, then kept.
+    ///
+    /// # Panics
+    /// In a set of picked pixels, for an input that was not picked with them.
     #[must_use]
     pub fn input(&self, input: Input) -> &[f32] {
         self.kept(input)
     }
 
-    /// The least and the largest value of an input over all samples; both 0 where there is none.
+    /// Between these are all values of an input; both 0 where there is none. In sets that were not picked, the least and the
+    /// largest.
+    ///
+    /// # Panics
+    /// As [`SampleSet::input`].
     #[must_use]
     pub fn input_range(&self, input: Input) -> (f32, f32) {
         self.kept(input).range()
@@ -152,6 +171,7 @@ impl SampleSet {
     fn kept(&self, input: Input) -> &Values {
         let kept = &self.inputs[input.index()];
         if kept.get().is_none() {
+            assert!(self.pairs.len() == self.len, "{input:?} was not picked with these pixels");
             // Not inside `get_or_init`: a thread that waits for its share of this loop may be given a task that asks
             // for the same input, and would wait for itself. Computing twice does no harm.
             let values = Values::compute(self.len(), |index| {
@@ -165,7 +185,7 @@ impl SampleSet {
     /// The directions and the texture position of a sample.
     ///
     /// # Panics
-    /// Where there is no such sample.
+    /// Where there is no such sample, and in a set of picked pixels.
     #[must_use]
     pub fn pair(&self, index: usize) -> (DirectionPair, DVec2) {
         (self.pairs[index], self.uvs[index])

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use anyhow::Result;
 use brood_eval::{
-    CanonicalEvaluator, Evaluator, ROUGH_SAMPLING, RadianceImage, ReferenceEvaluator, develop,
-    rough_tiles, shade,
+    CanonicalEvaluator, Evaluator, ROUGH_SAMPLING, RadianceImage, ReferenceEvaluator, RoughTile,
+    develop, rough_tiles, shade,
 };
 use brood_program::Program;
 use brood_scene::{Exposure, Mesh, PixelArea, SampleSet, Sampling, Scene};
@@ -88,13 +88,21 @@ impl<'a> Studio<'a> {
         let image = canonical(set, program, f)?;
         let developed = develop(&image, Exposure::Auto);
         let mut pixels = image.premultiplied().to_vec();
-        for rough in rough_tiles(set, &developed) {
-            let fine = tiles.entry(rough.tile).or_insert_with(|| {
-                SampleSet::render_area(mesh, scene, *size_px, ROUGH_SAMPLING, rough.tile)
+        let rough = rough_tiles(set, &developed);
+        for RoughTile { tile, .. } in &rough {
+            tiles.entry(*tile).or_insert_with(|| {
+                SampleSet::render_area(mesh, scene, *size_px, ROUGH_SAMPLING, *tile)
             });
-            let of_tile: Vec<u32> = rough.pixels.iter().map(|(_, of_tile)| *of_tile).collect();
-            let image = canonical(&fine.pick(&of_tile, program.inputs()), program, f)?;
-            for ((pixel, _), radiance) in rough.pixels.iter().zip(image.premultiplied()) {
+        }
+        let wanted = rough.iter().map(|rough| rough.pixels.iter().map(|pixel| pixel.1).collect());
+        let wanted: Vec<Vec<u32>> = wanted.collect();
+        let parts = rough.iter().zip(&wanted);
+        let parts: Vec<(&SampleSet, &[u32])> =
+            parts.map(|(rough, wanted)| (&tiles[&rough.tile], wanted.as_slice())).collect();
+        if !parts.is_empty() {
+            let image = canonical(&SampleSet::pick(&parts, program.inputs()), program, f)?;
+            let rough = rough.iter().flat_map(|rough| &rough.pixels);
+            for ((pixel, _), radiance) in rough.zip(image.premultiplied()) {
                 pixels[*pixel as usize] = *radiance;
             }
         }

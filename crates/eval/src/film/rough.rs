@@ -1,7 +1,8 @@
 //! Pixels of a material that one sample does not do justice: textures and highlights finer than a pixel.
 //!
-//! Which they are is seen in the developed picture: next to a pixel that looks quite different. It depends on the picture
-//! alone, so that it is the same whatever else is rendered, on every machine and by every exact evaluator.
+//! Which they are is seen in the developed picture: where colours do not go on evenly from the one neighbour to the other.
+//! An even slope, however steep, has its mean in the middle, so one sample is right there. What is rough depends on the
+//! picture alone: it is the same whatever else is rendered, on every machine and by every exact evaluator.
 
 use brood_scene::{PixelArea, SampleSet, Sampling};
 
@@ -9,18 +10,28 @@ use super::Developed;
 
 /// Samples of a rough pixel.
 pub const ROUGH_SAMPLING: Sampling = Sampling::Fixed(8);
-/// Neighbours that differ by more codes than this, in any channel, are rough.
-const ROUGH_CODES: u8 = 20;
+/// A pixel that is off the mean of two opposite neighbours by more codes than this, in any channel, is rough.
+const ROUGH_CODES: u8 = 24;
 /// Side of a tile in pixels: small enough that one rough spot costs little, large enough to be kept with little overhead.
 const TILE_PX: u32 = 32;
+/// Bytes that are looked at together, without branches: most pictures have nothing to find in most places.
+const CHUNK: usize = 64;
 
 /// The rough pixels of a tile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RoughTile {
+    /// Which of the [`rough_tile_count`] tiles of the picture it is, row by row.
+    pub number: usize,
     /// Where it is in the whole picture: what its fine samples depend on besides the scene.
     pub tile: PixelArea,
     /// Its rough pixels, in ascending order: the number in the set's image, and the number in the tile.
     pub pixels: Vec<(u32, u32)>,
+}
+
+/// Tiles of a square picture of that side.
+#[must_use]
+pub fn rough_tile_count(size_px: u32) -> usize {
+    (size_px.div_ceil(TILE_PX) as usize).pow(2)
 }
 
 /// The pixels that should get more samples, by tile; none where the picture is smooth or not sampled adaptively.
@@ -37,67 +48,188 @@ pub fn rough_tiles(set: &SampleSet, developed: &Developed) -> Vec<RoughTile> {
     if layout.sampling != Sampling::Adaptive {
         return Vec::new();
     }
-    let mut rough = vec![false; width * height];
-    let mut any = false;
-    let pixels = developed.rgba.as_chunks::<4>().0;
+    let mut rough = Vec::new();
     for y in 0..height {
-        let row = &pixels[y * width..(y + 1) * width];
-        // Whole rows first, in a loop without branches: most pictures have nothing to find in most of them.
-        let beside = row.iter().zip(&row[1..]).any(|(a, b)| differ(a, b));
-        let below = pixels.get((y + 1) * width..(y + 2) * width);
-        let under = below.is_some_and(|below| row.iter().zip(below).any(|(a, b)| differ(a, b)));
-        if !beside && !under {
+        let row = |y: usize| &developed.rgba[4 * y * width..4 * (y + 1) * width];
+        let number =
+            |x: usize| u32::try_from(y * width + x).expect("a picture is below 2^32 pixels");
+        let beside = (width > 2).then(|| {
+            let row = row(y);
+            [row, &row[4..], &row[8..]].map(|row| &row[..4 * (width - 2)])
+        });
+        let across = (y > 0 && y + 1 < height).then(|| [row(y - 1), row(y), row(y + 1)]);
+        let before = rough.len();
+        find(beside, |x| rough.push(number(x + 1)));
+        find(across, |x| rough.push(number(x)));
+        rough[before..].sort_unstable();
+    }
+    rough.dedup();
+    tiles(set, &rough)
+}
+
+/// Calls back with the pixels of the middle row that are off the mean of those before and after them, all three opaque.
+fn find(rows: Option<[&[u8]; 3]>, mut found: impl FnMut(usize)) {
+    let Some([before, middle, after]) = rows else { return };
+    let length = middle.len();
+    for start in (0..length).step_by(CHUNK) {
+        let end = length.min(start + CHUNK);
+        let chunks = [before, middle, after].map(|row| &row[start..end]);
+        let off = match chunks.map(|chunk| chunk.first_chunk::<CHUNK>()) {
+            [Some(before), Some(middle), Some(after)] => off_mean(before, middle, after),
+            _ => {
+                // The end of a row: what is not there is even.
+                let mut rest = [[0; CHUNK]; 3];
+                for (rest, chunk) in rest.iter_mut().zip(chunks) {
+                    rest[..chunk.len()].copy_from_slice(chunk);
+                }
+                off_mean(&rest[0], &rest[1], &rest[2])
+            }
+        };
+        // Not compared as arrays: that is a call, and this loop is a few vector operations.
+        if off.iter().fold(0, |any, off| any | off) == 0 {
             continue;
         }
-        any = true;
-        for x in 0..width {
-            let at = y * width + x;
-            if x + 1 < width && differ(&row[x], &row[x + 1]) {
-                rough[at] = true;
-                rough[at + 1] = true;
-            }
-            if let Some(below) = below
-                && differ(&row[x], &below[x])
-            {
-                rough[at] = true;
-                rough[at + width] = true;
+        let [before, middle, after] = chunks.map(|chunk| chunk.as_chunks::<4>().0);
+        let neighbours = before.iter().zip(middle).zip(after);
+        for (x, (off, ((before, middle), after))) in
+            off.as_chunks::<4>().0.iter().zip(neighbours).enumerate()
+        {
+            let opaque = before[3] & middle[3] & after[3] == 255;
+            if opaque & (u32::from_ne_bytes(*off) != 0) {
+                found(start / 4 + x);
             }
         }
     }
-    if !any { Vec::new() } else { tiles(set, &rough) }
 }
 
-/// Both opaque, and of quite different colours.
+/// 0 where a byte is near the mean of those before and after it.
 #[inline(always)]
-fn differ(a: &[u8; 4], b: &[u8; 4]) -> bool {
-    let apart = |channel: usize| a[channel].abs_diff(b[channel]) > ROUGH_CODES;
-    (a[3] & b[3] == 255) & (apart(0) | apart(1) | apart(2))
+fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> [u8; CHUNK] {
+    let mut off = [0; CHUNK];
+    for k in 0..CHUNK {
+        let mean = ((u16::from(before[k]) + u16::from(after[k]) + 1) >> 1) as u8;
+        // The two differences, one of them 0: saturating bytes stay bytes in vector registers.
+        let apart = mean.saturating_sub(middle[k]) | middle[k].saturating_sub(mean);
+        off[k] = apart.saturating_sub(ROUGH_CODES);
+    }
+    off
 }
 
-fn tiles(set: &SampleSet, rough: &[bool]) -> Vec<RoughTile> {
+/// Those of the ascending pixels that are covered whole and have one ray, by tile.
+fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
     let layout = set.image().expect("the samples are those of a picture");
     let columns = layout.size_px.div_ceil(TILE_PX);
     let mut tiles: Vec<RoughTile> = Vec::new();
-    let mut slots = vec![usize::MAX; (columns * columns) as usize];
-    for run in layout.runs.iter().filter(|run| run.centre > 0 && run.samples == run.centre) {
-        for pixel in run.pixel..run.pixel + run.pixels {
-            if !rough[pixel as usize] {
-                continue;
-            }
-            let x = layout.area.x + pixel % layout.width;
-            let y = layout.area.y + pixel / layout.width;
-            let (left, top) = (x - x % TILE_PX, y - y % TILE_PX);
-            let slot = &mut slots[(y / TILE_PX * columns + x / TILE_PX) as usize];
-            if *slot == usize::MAX {
-                *slot = tiles.len();
-                let width = TILE_PX.min(layout.size_px - left);
-                let height = TILE_PX.min(layout.size_px - top);
-                let tile = PixelArea { x: left, y: top, width, height };
-                tiles.push(RoughTile { tile, pixels: Vec::new() });
-            }
-            let RoughTile { tile, pixels } = &mut tiles[*slot];
-            pixels.push((pixel, (y - top) * tile.width + (x - left)));
+    let mut slots = vec![usize::MAX; rough_tile_count(layout.size_px)];
+    let mut runs = layout.runs.iter().peekable();
+    for pixel in rough {
+        while runs.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
+        let alone = runs
+            .peek()
+            .is_some_and(|run| run.pixel <= *pixel && run.centre > 0 && run.samples == run.centre);
+        if !alone {
+            continue;
         }
+        let x = layout.area.x + pixel % layout.width;
+        let y = layout.area.y + pixel / layout.width;
+        let (left, top) = (x - x % TILE_PX, y - y % TILE_PX);
+        let number = (y / TILE_PX * columns + x / TILE_PX) as usize;
+        let slot = &mut slots[number];
+        if *slot == usize::MAX {
+            *slot = tiles.len();
+            let width = TILE_PX.min(layout.size_px - left);
+            let height = TILE_PX.min(layout.size_px - top);
+            let tile = PixelArea { x: left, y: top, width, height };
+            tiles.push(RoughTile { number, tile, pixels: Vec::new() });
+        }
+        let RoughTile { tile, pixels, .. } = &mut tiles[*slot];
+        pixels.push((*pixel, (y - top) * tile.width + (x - left)));
     }
     tiles
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_scene::{BuiltinMesh, Mesh, Scene};
+
+    use super::*;
+
+    /// A picture of a sphere with these codes, and the rough pixels as columns and rows.
+    fn rough(size_px: u32, code: impl Fn(u32, u32) -> u8) -> Vec<(u32, u32)> {
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &Scene::default(), size_px, Sampling::Adaptive);
+        let coverage = &set.image().unwrap().coverage;
+        let pixel = |k: u32| {
+            let c = code(k % size_px, k / size_px);
+            [c, c / 2, 0, (coverage[k as usize] * 255.0 + 0.5) as u8]
+        };
+        let rgba = (0..size_px * size_px).flat_map(pixel).collect();
+        let picture = Developed { width: size_px, height: size_px, rgba, exposure_ev: 0.0 };
+        let tiles = rough_tiles(&set, &picture);
+        for RoughTile { tile, pixels, number } in &tiles {
+            assert!(*number < rough_tile_count(size_px));
+            assert!(pixels.is_sorted_by(|a, b| a < b) && tile.is_within(size_px));
+            for (pixel, of_tile) in pixels {
+                let x = tile.x + of_tile % tile.width;
+                assert_eq!((x, tile.y + of_tile / tile.width), (pixel % size_px, pixel / size_px));
+            }
+        }
+        let mut all: Vec<u32> = tiles.iter().flat_map(|tile| &tile.pixels).map(|p| p.0).collect();
+        all.sort_unstable();
+        all.into_iter().map(|pixel| (pixel % size_px, pixel / size_px)).collect()
+    }
+
+    #[test]
+    fn even_slopes_are_not_rough_however_steep() {
+        assert_eq!(rough(80, |x, _| (x * 3) as u8), []);
+        assert_eq!(rough(80, |x, y| (x + 2 * y) as u8), []);
+    }
+
+    #[test]
+    fn line_is_rough_with_what_is_beside_it_as_far_as_it_is_off() {
+        let line = |height: u8| rough(80, move |x, _| if x == 40 { 100 + height } else { 100 });
+        assert_eq!(line(24), []);
+        let columns: Vec<u32> = line(25).iter().map(|(x, _)| *x).collect();
+        assert!(columns.len() > 20 && columns.iter().all(|x| *x == 40), "{columns:?}");
+        let columns: Vec<u32> = line(100).iter().map(|(x, _)| *x).collect();
+        assert!(
+            (39..=41).all(|x| columns.contains(&x))
+                && columns.iter().all(|x| (39..=41).contains(x))
+        );
+    }
+
+    #[test]
+    fn rough_pixels_are_those_of_the_definition_up_to_the_edges() {
+        let size_px = 77;
+        let code = |x: u32, y: u32| ((x * x * 7 + y * 31 + x * y) % 97) as u8 * 2;
+        let found = rough(size_px, code);
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &Scene::default(), size_px, Sampling::Adaptive);
+        let layout = set.image().unwrap();
+        let alone: Vec<u32> = layout
+            .runs
+            .iter()
+            .filter(|run| run.centre > 0 && run.samples == run.centre)
+            .flat_map(|run| run.pixel..run.pixel + run.pixels)
+            .collect();
+        let opaque = |x: u32, y: u32| layout.coverage[(y * size_px + x) as usize] > 0.999;
+        let off = |a: (u32, u32), b: (u32, u32), c: (u32, u32)| {
+            let channel = |divide: u8| {
+                let [a, b, c] = [a, b, c].map(|(x, y)| i32::from(code(x, y) / divide));
+                ((a + c + 1) / 2 - b).abs() > 24
+            };
+            [a, b, c].iter().all(|(x, y)| opaque(*x, *y)) && (channel(1) || channel(2))
+        };
+        let expected: Vec<(u32, u32)> = alone
+            .into_iter()
+            .map(|pixel| (pixel % size_px, pixel / size_px))
+            .filter(|(x, y)| {
+                let inside = |v: u32| v > 0 && v + 1 < size_px;
+                (inside(*x) && off((x - 1, *y), (*x, *y), (x + 1, *y)))
+                    || (inside(*y) && off((*x, y - 1), (*x, *y), (*x, y + 1)))
+            })
+            .collect();
+        assert!(expected.len() > 500, "{}", expected.len());
+        assert_eq!(found, expected);
+    }
 }

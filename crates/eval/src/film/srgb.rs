@@ -83,14 +83,40 @@ impl Curve {
     /// See [`encode_srgb`].
     #[inline]
     pub(super) fn encode(&self, value: f32) -> u8 {
-        // The table begins below the first threshold: what is darker, negative or NaN is code 0.
-        let value = if value > TABLE_START { value } else { TABLE_START };
-        let value = if value < 1.0 { value } else { 1.0 };
-        let bits = value.to_bits() - TABLE_START.to_bits();
-        // The mask changes nothing; it shows the compiler that the index is valid.
-        let step = self.steps[(bits >> MANTISSA_SHIFT) as usize & (ENTRIES - 1)];
-        ((step + (bits & LOW_MASK)) >> CODE_SHIFT) as u8
+        let bits = place(value);
+        ((self.step(bits) + (bits & LOW_MASK)) >> CODE_SHIFT) as u8
     }
+
+    /// The codes of many values. Everything but the look-up runs on vectors.
+    #[inline(always)]
+    pub(super) fn encode_each<const N: usize>(&self, values: &[f32; N]) -> [u32; N] {
+        let (mut bits, mut codes) = ([0; N], [0; N]);
+        for (bits, value) in bits.iter_mut().zip(values) {
+            *bits = place(*value);
+        }
+        for (code, bits) in codes.iter_mut().zip(&bits) {
+            *code = self.step(*bits);
+        }
+        for (code, bits) in codes.iter_mut().zip(&bits) {
+            *code = (*code + (bits & LOW_MASK)) >> CODE_SHIFT;
+        }
+        codes
+    }
+
+    #[inline(always)]
+    fn step(&self, bits: u32) -> u32 {
+        // The mask changes nothing; it shows the compiler that the index is valid.
+        self.steps[(bits >> MANTISSA_SHIFT) as usize & (ENTRIES - 1)]
+    }
+}
+
+/// Where a value is in the table, in steps of f32.
+#[inline(always)]
+fn place(value: f32) -> u32 {
+    // The table begins below the first threshold: what is darker, negative or NaN is code 0.
+    let value = if value > TABLE_START { value } else { TABLE_START };
+    let value = if value < 1.0 { value } else { 1.0 };
+    value.to_bits() - TABLE_START.to_bits()
 }
 
 /// The 8-bit sRGB code of a linear value: the curve, times 255, rounded half up.

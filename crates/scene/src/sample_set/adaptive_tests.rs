@@ -99,18 +99,56 @@ fn set_of_an_area_is_that_part_of_the_whole_to_the_bit() {
                 .flat_map(|y| (area.x..area.x + area.width).map(move |x| y * 48 + x))
                 .collect();
             let mask: InputMask = [Input::P1, Input::U].into_iter().collect();
-            let picked = whole.pick(&numbers, mask);
-            assert_eq!(part.pairs, picked.pairs, "{area} {sampling}");
-            assert_eq!(part.uvs, picked.uvs, "{area} {sampling}");
+            let picked = SampleSet::pick(&[(&whole, &numbers)], mask);
+            assert_eq!(part.len(), picked.len(), "{area} {sampling}");
             assert_eq!(part.irradiance(), picked.irradiance(), "{area} {sampling}");
             let (own, other) = (part.image().unwrap(), picked.image().unwrap());
             assert!(own.spans().eq(other.spans()), "{area} {sampling}");
             assert_eq!(own.coverage, other.coverage, "{area} {sampling}");
-            for input in [Input::P1, Input::U, Input::V] {
+            for input in [Input::P1, Input::U] {
                 assert_eq!(part.input(input), picked.input(input), "{area} {sampling}");
+                assert_eq!(picked.input_range(input), whole.input_range(input));
             }
         }
     }
+}
+
+#[test]
+fn pixels_of_several_sets_are_picked_part_after_part() {
+    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+    let tile = |area: &str| {
+        let area = area.parse().unwrap();
+        SampleSet::render_area(&mesh, &Scene::default(), 32, Sampling::Fixed(3), area)
+    };
+    let (left, right) = (tile("8,8,8,16"), tile("16,8,8,16"));
+    // The first is not hit.
+    let (of_left, of_right) = ([0, 41, 42, 90], [3, 60]);
+    let mask: InputMask = [Input::P1].into_iter().collect();
+    let picked = SampleSet::pick(&[(&left, &of_left), (&right, &of_right)], mask);
+    let each = of_left.map(|pixel| (&left, pixel)).into_iter();
+    let each = each.chain(of_right.map(|pixel| (&right, pixel)));
+    let samples = |set: &SampleSet, pixel: u32| -> Vec<f32> {
+        let span = set.image().unwrap().spans().find(|span| span.pixel == pixel);
+        let range = span.map_or(0..0, |span| span.start as usize..span.end as usize);
+        set.input(Input::P1)[range].to_vec()
+    };
+    let expected: Vec<Vec<f32>> = each.map(|(set, pixel)| samples(set, pixel)).collect();
+    let found: Vec<Vec<f32>> = (0..6).map(|pixel| samples(&picked, pixel)).collect();
+    assert_eq!(found, expected);
+    assert!(expected.iter().filter(|samples| samples.len() == 3).count() >= 3, "{expected:?}");
+    assert_eq!(picked.len(), expected.iter().map(Vec::len).sum::<usize>());
+}
+
+#[test]
+#[should_panic(expected = "was not picked")]
+fn input_that_was_not_picked_is_refused() {
+    let set = SampleSet::render(
+        &Mesh::builtin(BuiltinMesh::Sphere),
+        &Scene::default(),
+        16,
+        Sampling::Fixed(1),
+    );
+    let _ = SampleSet::pick(&[(&set, &[120])], InputMask::default()).input(Input::P1);
 }
 
 #[test]

@@ -1,53 +1,76 @@
-//! A few pixels of a set as a set of their own.
+//! A few pixels of some sets as a set of their own.
+
+use std::ops::Range;
 
 use brood_brdf::InputMask;
 
-use super::point::Gathered;
-use super::values::Values;
+use super::values::{Values, join};
 use super::{ImageLayout, PixelArea, PixelRun, SampleCounts, SampleSet};
 
-pub(super) fn pick(set: &SampleSet, pixels: &[u32], inputs: InputMask) -> SampleSet {
-    let layout = set.image().expect("the set has an image");
-    assert!(pixels.is_sorted_by(|a, b| a < b), "pixels ascend");
-    let width = u32::try_from(pixels.len()).expect("an image has fewer than 2^32 pixels");
-    let mut gathered = Gathered::default();
+/// Samples that follow one another in one of the parts.
+type Piece<'a> = (&'a SampleSet, Range<usize>);
+
+pub(super) fn pick(parts: &[(&SampleSet, &[u32])], inputs: InputMask) -> SampleSet {
+    let pixels = parts.iter().map(|(_, pixels)| pixels.len()).sum();
     let mut runs: Vec<PixelRun> = Vec::new();
-    let mut samples: Vec<usize> = Vec::new();
-    let mut spans = layout.spans().peekable();
-    for (number, pixel) in (0..width).zip(pixels) {
-        while spans.next_if(|span| span.pixel < *pixel).is_some() {}
-        let Some(span) = spans.next_if(|span| span.pixel == *pixel) else { continue };
-        let range = span.start as usize..span.end as usize;
-        let run = PixelRun {
-            pixel: number,
-            pixels: 1,
-            start: gathered.count(),
-            samples: span.end - span.start,
-            centre: span.centre_end - span.start,
-            counted: span.counted - span.start,
-        };
-        if !runs.last_mut().is_some_and(|last| last.extend(&run)) {
-            runs.push(run);
+    let mut pieces: Vec<Piece<'_>> = Vec::new();
+    let mut coverage = Vec::with_capacity(pixels);
+    let mut len = 0;
+    for (set, pixels) in parts {
+        assert!(pixels.is_sorted_by(|a, b| a < b), "pixels ascend");
+        let layout = set.image().expect("the set has an image");
+        let mut theirs = layout.runs.iter().peekable();
+        for pixel in *pixels {
+            let number = narrow(coverage.len());
+            coverage.push(layout.coverage[*pixel as usize]);
+            while theirs.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
+            let Some(run) = theirs.peek().filter(|run| run.pixel <= *pixel) else { continue };
+            let first = (run.start + (pixel - run.pixel) * run.samples) as usize;
+            let samples = first..first + run.samples as usize;
+            let own = PixelRun { pixel: number, pixels: 1, start: narrow(len), ..**run };
+            if !runs.last_mut().is_some_and(|last| last.extend(&own)) {
+                runs.push(own);
+            }
+            len += samples.len();
+            match pieces.last_mut() {
+                // Pixels side by side: one piece, copied at once.
+                Some((last, range)) if range.end == samples.start && last.id == set.id => {
+                    range.end = samples.end;
+                }
+                _ => pieces.push((*set, samples)),
+            }
         }
-        gathered.extend_from(&set.pairs, &set.uvs, &set.irradiance, range.clone());
-        samples.extend(range);
     }
-    let image = ImageLayout {
+    let width = narrow(pixels);
+    let like = parts.first().and_then(|(set, _)| set.image());
+    let image = like.map(|like| ImageLayout {
         width,
         height: 1,
+        size_px: like.size_px,
         area: PixelArea { x: 0, y: 0, width, height: 1 },
+        sampling: like.sampling,
+        scale: like.scale,
         runs,
-        coverage: pixels.iter().map(|pixel| layout.coverage[*pixel as usize]).collect(),
-        ..layout.clone()
-    };
-    let lit = u64::from(gathered.count());
-    let counts = SampleCounts { rays: 0, covered: lit, lit };
-    let picked =
-        SampleSet::new(gathered.pairs, gathered.uvs, gathered.irradiance, Some(image), counts);
+        coverage: coverage.into(),
+    });
+    let irradiance = [0, 1, 2].map(|channel| {
+        let mut all = vec![0.0; len];
+        join(&mut all, pieces.iter().map(|(set, range)| &set.irradiance[channel][range.clone()]));
+        all
+    });
+    let counts = SampleCounts { rays: 0, covered: len as u64, lit: len as u64 };
+    let mut picked = SampleSet::new(Vec::new(), Vec::new(), irradiance, image, counts);
+    picked.len = len;
     for input in inputs.iter() {
-        let all = set.input(input);
-        let values = Values::compute(samples.len(), |index| all[samples[index]]);
+        let of = parts.iter().map(|(set, _)| set.input_range(input));
+        let range = of.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+        let values = pieces.iter().map(|(set, range)| &set.input(input)[range.clone()]);
+        let values = Values::joined(len, range, values);
         picked.inputs[input.index()].get_or_init(|| values);
     }
     picked
+}
+
+fn narrow(count: usize) -> u32 {
+    u32::try_from(count).expect("an image has fewer than 2^32 samples")
 }

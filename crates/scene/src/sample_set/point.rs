@@ -149,19 +149,9 @@ impl Gathered {
     }
 
     pub fn extend(&mut self, other: &Self, range: Range<usize>) {
-        self.extend_from(&other.pairs, &other.uvs, &other.irradiance, range);
-    }
-
-    pub fn extend_from(
-        &mut self,
-        pairs: &[DirectionPair],
-        uvs: &[DVec2],
-        irradiance: &[Vec<f32>; 3],
-        range: Range<usize>,
-    ) {
-        self.pairs.extend_from_slice(&pairs[range.clone()]);
-        self.uvs.extend_from_slice(&uvs[range.clone()]);
-        for (all, more) in self.irradiance.iter_mut().zip(irradiance) {
+        self.pairs.extend_from_slice(&other.pairs[range.clone()]);
+        self.uvs.extend_from_slice(&other.uvs[range.clone()]);
+        for (all, more) in self.irradiance.iter_mut().zip(&other.irradiance) {
             all.extend_from_slice(&more[range.clone()]);
         }
     }

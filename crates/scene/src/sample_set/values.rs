@@ -36,6 +36,17 @@ impl Values {
         values
     }
 
+    /// `len` values that are there already, piece after piece, all of them within `range`.
+    pub(super) fn joined<'a>(
+        len: usize,
+        range: (f32, f32),
+        pieces: impl Iterator<Item = &'a [f32]>,
+    ) -> Self {
+        let mut lines = vec![Line([0.0; LINE]); len.div_ceil(LINE)];
+        join(bytemuck::cast_slice_mut(&mut lines), pieces);
+        Self { lines, len, range }
+    }
+
     pub(super) fn range(&self) -> (f32, f32) {
         self.range
     }
@@ -46,6 +57,22 @@ impl Deref for Values {
 
     fn deref(&self) -> &[f32] {
         &bytemuck::cast_slice(&self.lines)[..self.len]
+    }
+}
+
+/// Copies pieces one after the other. Most are short: eight at a time beat a call for each.
+pub(super) fn join<'a>(mut rest: &mut [f32], pieces: impl Iterator<Item = &'a [f32]>) {
+    for piece in pieces {
+        let (place, after) = rest.split_at_mut(piece.len());
+        let (eights, few) = place.as_chunks_mut::<8>();
+        let (piece, last) = piece.as_chunks::<8>();
+        for (place, piece) in eights.iter_mut().zip(piece) {
+            *place = *piece;
+        }
+        for (place, value) in few.iter_mut().zip(last) {
+            *place = *value;
+        }
+        rest = after;
     }
 }
 
