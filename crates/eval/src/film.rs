@@ -11,8 +11,9 @@ pub use exposure::Gain;
 pub use rough::{ROUGH_SAMPLING, RoughTile, rough_tile_count, rough_tiles};
 pub use srgb::encode_srgb;
 
-use crate::RadianceImage;
+use crate::canonical::Work;
 use crate::radiance::ReflectedLight;
+use crate::{Level, RadianceImage};
 
 /// A developed picture: sRGB with straight alpha, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,61 +83,82 @@ pub fn develop(image: &RadianceImage, exposure: Exposure) -> Developed {
 #[must_use]
 pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
     let light = ReflectedLight::new(set, f);
-    let layout = light.layout;
-    let curve = srgb::curve();
-    let mut rgba = vec![0; 4 * layout.coverage.len()];
-    for (place, coverage) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(layout.coverage.iter()) {
-        place[3] = alpha(*coverage);
-    }
-    for run in &layout.runs {
-        let first = run.pixel as usize;
-        let last = first + run.pixels as usize;
-        let places = &mut rgba[4 * first..4 * last];
-        let (places, _) = places.as_chunks_mut::<4>();
-        if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
-            // One ray for the whole pixel, which hit: nothing to divide by.
-            let (start, end) = (run.start as usize, (run.start + run.pixels) as usize);
-            let mut from = start;
-            for places in places.chunks_mut(TOGETHER) {
-                let samples = from..end.min(from + TOGETHER);
-                from = samples.end;
-                whole_pixels(curve, &light, samples, layout.scale, gain.factor, places);
-            }
-            continue;
-        }
-        let coverage = &layout.coverage[first..last];
-        light.each_pixel(run, |k, radiance| {
-            places[k] = pixel(curve, radiance, coverage[k], gain.factor);
-        });
-    }
-    Developed { width: layout.width, height: layout.height, rgba, exposure_ev: gain.ev }
+    let (width, height) = (light.layout.width, light.layout.height);
+    let mut rgba = vec![0; 4 * light.layout.coverage.len()];
+    let (curve, factor) = (srgb::curve(), gain.factor);
+    Level::best().run(Development { light, curve, factor, pixels: rgba.as_chunks_mut().0 });
+    Developed { width, height, rgba, exposure_ev: gain.ev }
 }
 
 /// Pixels that are encoded together.
 const TOGETHER: usize = 32;
 
-/// Opaque pixels of one sample each, at most [`TOGETHER`] of them.
-#[inline(always)]
-fn whole_pixels(
-    curve: &srgb::Curve,
-    light: &ReflectedLight<'_>,
-    samples: Range<usize>,
-    scale: f32,
+/// The pixels of a picture in the making.
+struct Development<'a> {
+    light: ReflectedLight<'a>,
+    curve: &'a srgb::Curve,
     factor: f32,
-    places: &mut [[u8; 4]],
-) {
-    let mut codes = [[0; TOGETHER]; 3];
-    for (channel, codes) in codes.iter_mut().enumerate() {
-        let (f, irradiance) = light.channel(channel, samples.clone());
-        let mut exposed = [0.0; TOGETHER];
-        for ((exposed, f), e) in exposed.iter_mut().zip(f).zip(irradiance) {
-            *exposed = f * e * scale * factor;
+    pixels: &'a mut [[u8; 4]],
+}
+
+impl Work for Development<'_> {
+    type Done = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let layout = self.light.layout;
+        for (pixel, coverage) in self.pixels.iter_mut().zip(layout.coverage.iter()) {
+            pixel[3] = alpha(*coverage);
         }
-        *codes = curve.encode_each(&exposed);
+        for run in &layout.runs {
+            let (first, last) = (run.pixel as usize, (run.pixel + run.pixels) as usize);
+            if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
+                // One ray for each pixel, which hit: nothing to divide by.
+                let mut sample = run.start as usize;
+                for pixel in (first..last).step_by(TOGETHER) {
+                    let count = TOGETHER.min(last - pixel);
+                    self.opaque(pixel..pixel + count, sample..sample + count);
+                    sample += count;
+                }
+                continue;
+            }
+            let coverage = &layout.coverage[first..last];
+            let Self { light, curve, factor, pixels } = &mut self;
+            let pixels = &mut pixels[first..last];
+            light.each_pixel(run, |k, radiance| {
+                pixels[k] = pixel(curve, radiance, coverage[k], *factor);
+            });
+        }
     }
-    let [red, green, blue] = &codes;
-    for (((place, red), green), blue) in places.iter_mut().zip(red).zip(green).zip(blue) {
-        *place = (red | green << 8 | blue << 16 | 255 << 24).to_le_bytes();
+}
+
+impl Development<'_> {
+    /// Opaque pixels of one sample each, at most [`TOGETHER`] of them.
+    #[inline(always)]
+    fn opaque(&mut self, pixels: Range<usize>, samples: Range<usize>) {
+        let (scale, factor) = (self.light.layout.scale, self.factor);
+        let mut codes = [[0; TOGETHER]; 3];
+        for (channel, codes) in codes.iter_mut().enumerate() {
+            let (f, irradiance) = self.light.channel(channel, samples.clone());
+            let mut exposed = [0.0; TOGETHER];
+            match (f.first_chunk::<TOGETHER>(), irradiance.first_chunk::<TOGETHER>()) {
+                (Some(f), Some(irradiance)) => expose(&mut exposed, f, irradiance, scale, factor),
+                _ => expose(&mut exposed, f, irradiance, scale, factor),
+            }
+            *codes = self.curve.encode_each(&exposed);
+        }
+        let [red, green, blue] = &codes;
+        let pixels = &mut self.pixels[pixels];
+        for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+            *pixel = (red | green << 8 | blue << 16 | 255 << 24).to_le_bytes();
+        }
+    }
+}
+
+#[inline(always)]
+fn expose(exposed: &mut [f32], f: &[f32], irradiance: &[f32], scale: f32, factor: f32) {
+    for ((exposed, f), irradiance) in exposed.iter_mut().zip(f).zip(irradiance) {
+        *exposed = f * irradiance * scale * factor;
     }
 }
 

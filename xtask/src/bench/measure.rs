@@ -164,7 +164,7 @@ impl Findings {
                 environment.forget_kernels()?;
                 script("mitsuba_pictures.py", &["new", "--seed", &seed])
             }
-            Work::BroodFrame => bench(&["frame"]),
+            Work::BroodFrame => bench(&["frame", "--size", "128", "--samples", "adaptive"]),
             Work::BroodBreed => bench(&["breed", "--size", "128", "--count", "50"]),
         };
         json_of(&mut command)

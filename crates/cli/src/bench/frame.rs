@@ -27,9 +27,9 @@ pub struct BenchFrameArgs {
     /// How often, each time with other materials
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     repeats: u32,
-    /// Samples a pixel: `adaptive` or a number
-    #[arg(long, value_name = "N", default_value = "adaptive")]
-    samples: Sampling,
+    /// Samples a pixel: `adaptive` or a number; without it `adaptive` and 1
+    #[arg(long, value_name = "N")]
+    samples: Option<Sampling>,
     /// Seed of the first materials; the others count on from it
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -41,6 +41,7 @@ pub struct BenchFrameArgs {
 #[derive(Debug, Serialize)]
 struct Row {
     size_px: u32,
+    samples: Sampling,
     programs: u32,
     threads: usize,
     total_ms: Figures,
@@ -61,12 +62,17 @@ pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
     let folder = Folder::make(args.out.as_deref())?;
     let renderer = Renderer::new(Backend::Cpu);
     let sizes = args.size.map_or(vec![128, 256], |size| vec![size]);
-    let rows: Result<Vec<Row>> =
-        sizes.into_iter().map(|size_px| measure(args, &renderer, size_px)).collect();
-    let rows = rows?;
+    let both = vec![Sampling::Adaptive, Sampling::Fixed(1)];
+    let samplings = args.samples.map_or(both, |samples| vec![samples]);
+    let mut rows = Vec::new();
+    for size_px in sizes {
+        for samples in &samplings {
+            rows.push(measure(args, &renderer, size_px, *samples)?);
+        }
+    }
     folder.add_json("frame", &rows)?;
     if json {
-        // One size is what other programs ask for: an object, not a list of one.
+        // One row is what other programs ask for: an object, not a list of one.
         return match &rows[..] {
             [row] => output::print_json(&serde_json::to_value(row)?),
             rows => output::print_json(&serde_json::to_value(rows)?),
@@ -75,18 +81,27 @@ pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
     let line = |row: &Row| {
         let Figures { min, median, p99 } = &row.total_ms;
         format!(
-            "{} new materials at {} px, {} threads: min {min:.2} ms  median {median:.2} ms  p99 {p99:.2} ms \
+            "{} new materials at {} px, samples {:<8}, {} threads: min {min:.2} ms  median {median:.2} ms  p99 {p99:.2} ms  \
              (lowering {:.2} ms)\n",
-            row.programs, row.size_px, row.threads, row.lower_ms.median
+            row.programs,
+            row.size_px,
+            row.samples.to_string(),
+            row.threads,
+            row.lower_ms.median
         )
     };
     output::print(&rows.iter().map(line).collect::<String>())
 }
 
-fn measure(args: &BenchFrameArgs, renderer: &Renderer, size_px: u32) -> Result<Row> {
+fn measure(
+    args: &BenchFrameArgs,
+    renderer: &Renderer,
+    size_px: u32,
+    samples: Sampling,
+) -> Result<Row> {
     let mesh = renderer.builtin(BuiltinMesh::Sphere);
     let how = (PictureFormat::Png, Backend::Cpu);
-    let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, args.samples, how);
+    let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, samples, how);
     let (mut total, mut lowering) = (Vec::new(), Vec::new());
     // The first round makes the sample set and is not counted.
     for round in 0..=args.repeats {
@@ -105,6 +120,7 @@ fn measure(args: &BenchFrameArgs, renderer: &Renderer, size_px: u32) -> Result<R
     }
     Ok(Row {
         size_px,
+        samples,
         programs: args.programs,
         threads: rayon::current_num_threads(),
         total_ms: figures(&total),

@@ -7,6 +7,8 @@
 use brood_scene::{PixelArea, SampleSet, Sampling};
 
 use super::Developed;
+use crate::Level;
+use crate::canonical::Work;
 
 /// Samples of a rough pixel.
 pub const ROUGH_SAMPLING: Sampling = Sampling::Fixed(8);
@@ -48,33 +50,51 @@ pub fn rough_tiles(set: &SampleSet, developed: &Developed) -> Vec<RoughTile> {
     if layout.sampling != Sampling::Adaptive {
         return Vec::new();
     }
-    let mut rough = Vec::new();
-    for y in 0..height {
-        let row = |y: usize| &developed.rgba[4 * y * width..4 * (y + 1) * width];
-        let number =
-            |x: usize| u32::try_from(y * width + x).expect("a picture is below 2^32 pixels");
-        let beside = (width > 2).then(|| {
-            let row = row(y);
-            [row, &row[4..], &row[8..]].map(|row| &row[..4 * (width - 2)])
-        });
-        let across = (y > 0 && y + 1 < height).then(|| [row(y - 1), row(y), row(y + 1)]);
-        let before = rough.len();
-        find(beside, |x| rough.push(number(x + 1)));
-        find(across, |x| rough.push(number(x)));
-        rough[before..].sort_unstable();
-    }
-    rough.dedup();
+    let rough = Level::best().run(Search { width, height, rgba: &developed.rgba });
     tiles(set, &rough)
 }
 
+/// A picture whose rough pixels are wanted, in ascending order, edges and all.
+struct Search<'a> {
+    width: usize,
+    height: usize,
+    rgba: &'a [u8],
+}
+
+impl Work for Search<'_> {
+    type Done = Vec<u32>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<u32> {
+        let Self { width, height, rgba } = self;
+        let mut rough = Vec::new();
+        for y in 0..height {
+            let row = |y: usize| &rgba[4 * y * width..4 * (y + 1) * width];
+            let number = |x: usize| u32::try_from(y * width + x).expect("fewer than 2^32 pixels");
+            let before = rough.len();
+            if width > 2 {
+                let inner = 4 * (width - 2);
+                let beside = [&row(y)[..inner], &row(y)[4..4 + inner], &row(y)[8..]];
+                find(beside, |x| rough.push(number(x + 1)));
+            }
+            if y > 0 && y + 1 < height {
+                find([row(y - 1), row(y), row(y + 1)], |x| rough.push(number(x)));
+            }
+            rough[before..].sort_unstable();
+        }
+        rough.dedup();
+        rough
+    }
+}
+
 /// Calls back with the pixels of the middle row that are off the mean of those before and after them, all three opaque.
-fn find(rows: Option<[&[u8]; 3]>, mut found: impl FnMut(usize)) {
-    let Some([before, middle, after]) = rows else { return };
+#[inline(always)]
+fn find([before, middle, after]: [&[u8]; 3], mut found: impl FnMut(usize)) {
     let length = middle.len();
     for start in (0..length).step_by(CHUNK) {
         let end = length.min(start + CHUNK);
-        let chunks = [before, middle, after].map(|row| &row[start..end]);
-        let off = match chunks.map(|chunk| chunk.first_chunk::<CHUNK>()) {
+        let chunks = [&before[start..end], &middle[start..end], &after[start..end]];
+        let hits = match chunks.map(|chunk| chunk.first_chunk::<CHUNK>()) {
             [Some(before), Some(middle), Some(after)] => off_mean(before, middle, after),
             _ => {
                 // The end of a row: what is not there is even.
@@ -85,26 +105,17 @@ fn find(rows: Option<[&[u8]; 3]>, mut found: impl FnMut(usize)) {
                 off_mean(&rest[0], &rest[1], &rest[2])
             }
         };
-        // Not compared as arrays: that is a call, and this loop is a few vector operations.
-        if off.iter().fold(0, |any, off| any | off) == 0 {
-            continue;
-        }
-        let [before, middle, after] = chunks.map(|chunk| chunk.as_chunks::<4>().0);
-        let neighbours = before.iter().zip(middle).zip(after);
-        for (x, (off, ((before, middle), after))) in
-            off.as_chunks::<4>().0.iter().zip(neighbours).enumerate()
-        {
-            let opaque = before[3] & middle[3] & after[3] == 255;
-            if opaque & (u32::from_ne_bytes(*off) != 0) {
+        if hits.iter().fold(0, |any, hit| any | hit) != 0 {
+            hits.iter().enumerate().filter(|(_, hit)| **hit != 0).for_each(|(x, _)| {
                 found(start / 4 + x);
-            }
+            });
         }
     }
 }
 
-/// 0 where a byte is near the mean of those before and after it.
+/// For each pixel: 0 where it is near the mean of those before and after it in every channel, or one of them is not opaque.
 #[inline(always)]
-fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> [u8; CHUNK] {
+fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> [u32; CHUNK / 4] {
     let mut off = [0; CHUNK];
     for k in 0..CHUNK {
         let mean = ((u16::from(before[k]) + u16::from(after[k]) + 1) >> 1) as u8;
@@ -112,7 +123,20 @@ fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> 
         let apart = mean.saturating_sub(middle[k]) | middle[k].saturating_sub(mean);
         off[k] = apart.saturating_sub(ROUGH_CODES);
     }
-    off
+    let words = |bytes: &[u8; CHUNK]| {
+        let mut words = [0; CHUNK / 4];
+        for (word, bytes) in words.iter_mut().zip(bytes.as_chunks::<4>().0) {
+            *word = u32::from_le_bytes(*bytes);
+        }
+        words
+    };
+    let (mut hits, before, middle, after) =
+        (words(&off), words(before), words(middle), words(after));
+    for (x, hit) in hits.iter_mut().enumerate() {
+        let opaque = before[x] & middle[x] & after[x] >= 0xff00_0000;
+        *hit = if opaque { *hit } else { 0 };
+    }
+    hits
 }
 
 /// Those of the ascending pixels that are covered whole and have one ray, by tile.

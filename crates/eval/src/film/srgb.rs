@@ -81,7 +81,7 @@ pub(super) fn curve() -> &'static Curve {
 
 impl Curve {
     /// See [`encode_srgb`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn encode(&self, value: f32) -> u8 {
         let bits = place(value);
         ((self.step(bits) + (bits & LOW_MASK)) >> CODE_SHIFT) as u8
