@@ -21,10 +21,10 @@ use crate::problem::ApiError;
 use crate::stage::Stages;
 use crate::state::{App, AppState};
 
-/// A child with the text that it is stored as.
+/// A child with the bytes that it is stored as.
 struct Newborn {
     child: Child,
-    text: String,
+    bytes: Vec<u8>,
 }
 
 /// A parent that was found.
@@ -72,8 +72,8 @@ impl Making {
         };
         let first = (0..self.count).into_par_iter().map(|slot| request.draw(slot)).collect();
         let children = settle_brood(&request, first);
-        let write = |child: Child| Newborn { text: child.genome.to_string(), child };
-        children.into_par_iter().map(write).collect()
+        let write = |child: Child| Newborn { bytes: child.genome.canonical_bytes(), child };
+        children.into_iter().map(write).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
 };
 use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
-use brood_storage::{NewPicture, StorageError, Store};
+use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 
 use crate::problem::ApiError;
@@ -58,6 +58,23 @@ pub struct View {
 type FrameKey = (SceneId, Option<u64>, Shape, PictureFormat, Backend);
 /// Size, sampling and part.
 type Shape = (u32, Sampling, Option<PixelArea>);
+
+/// A stored genome; what is there under a hash must have it.
+pub fn read_genome(hash: GenomeHash, stored: &StoredGenome) -> Result<Genome, ApiError> {
+    let read = match stored {
+        StoredGenome::Bytes(bytes) => {
+            Genome::from_canonical_bytes(bytes).map_err(|error| error.to_string())
+        }
+        StoredGenome::Text(text) => text.parse::<Genome>().map_err(|error| error.to_string()),
+    };
+    let read = read.and_then(|genome| match genome.hash() == hash {
+        true => Ok(genome),
+        false => Err("it has another hash".to_owned()),
+    });
+    read.map_err(|error| {
+        ApiError::internal(format!("stored genome {hash} cannot be read: {error}"))
+    })
+}
 
 /// A frame with its identity, so that keys cost two hashes.
 #[derive(Debug)]
@@ -128,11 +145,9 @@ impl Library {
         if let Some(material) = self.materials.get(&hash) {
             return Ok(material);
         }
-        let text = self.store.genome_text(hash).await?;
+        let stored = self.store.genome(hash).await?;
         let material = tokio::task::spawn_blocking(move || -> Result<Material, ApiError> {
-            let genome: Genome = text.parse().map_err(|error| {
-                ApiError::internal(format!("stored genome {hash} cannot be read: {error}"))
-            })?;
+            let genome = read_genome(hash, &stored)?;
             let program = Program::lower(&genome);
             Ok(Material { genome, program })
         });
@@ -191,5 +206,28 @@ impl Library {
         let framed = Arc::new(Framed { frame, identity, view, light_deg });
         self.frames.insert(key, framed.clone());
         Ok(framed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::{BirthKey, Dialect, Variation};
+
+    use super::*;
+
+    #[test]
+    fn stored_genome_is_read_from_bytes_and_from_the_text_of_older_rows() {
+        let birth = |seed| {
+            Variation::random(Dialect::default()).birth(BirthKey { seed, slot: 0, attempt: 0 })
+        };
+        let (genome, other) = (birth(1), birth(2));
+        for form in
+            [StoredGenome::Bytes(genome.canonical_bytes()), StoredGenome::Text(genome.to_string())]
+        {
+            assert_eq!(read_genome(genome.hash(), &form).unwrap(), genome);
+            assert!(read_genome(other.hash(), &form).is_err());
+        }
+        let broken = StoredGenome::Bytes(genome.canonical_bytes()[1..].to_vec());
+        assert!(read_genome(genome.hash(), &broken).is_err());
     }
 }

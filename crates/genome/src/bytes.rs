@@ -1,13 +1,51 @@
-//! The canonical byte encoding of a genome and the content hash over it.
+//! The canonical byte encoding of a genome, its way back, and the content hash over it.
 
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Genome, OpcodeSet, Operand, Parametrisation, Register};
+use crate::{
+    CONSTANTS, Dialect, Genome, GenomeError, Instruction, InstructionError, Opcode, OpcodeSet,
+    Operand, Output, OutputError, Parametrisation, Register, Swizzle, WriteMask,
+};
+
+const HEAD: &[u8] = b"brood genome 1\n";
 
 /// Identity of a genome: BLAKE3 over its canonical bytes. Two genomes are equal exactly where their hashes are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GenomeHash([u8; 32]);
+
+/// Why bytes are no genome.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum BytesError {
+    /// They begin otherwise than the encoding does.
+    #[error("these are not the bytes of a genome of version 1")]
+    Head,
+    /// They end too early, or there are more of them.
+    #[error("a genome of its dialect takes {0} bytes")]
+    Length(usize),
+    /// A byte that stands for nothing.
+    #[error("the byte {value} stands for nothing at {at}")]
+    Byte {
+        /// Where it is.
+        at: usize,
+        /// What it is.
+        value: u8,
+    },
+    /// An instruction that is not valid in the dialect.
+    #[error("instruction {index}: {error}")]
+    Instruction {
+        /// Position in the genome.
+        index: usize,
+        /// What is wrong.
+        error: InstructionError,
+    },
+    /// The output stage.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Parts that make no genome.
+    #[error(transparent)]
+    Genome(#[from] GenomeError),
+}
 
 /// Text that is not a hash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -48,7 +86,7 @@ impl Genome {
     /// little-endian bits.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
-        let mut bytes = b"brood genome 1\n".to_vec();
+        let mut bytes = HEAD.to_vec();
         let dialect = self.dialect();
         bytes.push(match dialect.opcodes {
             OpcodeSet::Paper => 0,
@@ -74,10 +112,111 @@ impl Genome {
         bytes
     }
 
+    /// The genome of canonical bytes; everything is checked, as for a text.
+    pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
+        let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
+        let mut reader = Reader { total: bytes.len(), rest: body };
+        let dialect = reader.dialect()?;
+        dialect.validate().map_err(GenomeError::from)?;
+        let instructions = (0..usize::from(dialect.length))
+            .map(|index| reader.instruction(index, &dialect))
+            .collect::<Result<_, _>>()?;
+        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+        for constant in constants.iter_mut().flatten() {
+            *constant = reader.number()?;
+        }
+        let mut numbers = [[0.0; 3]; 5];
+        for number in numbers.iter_mut().flatten() {
+            *number = reader.number()?;
+        }
+        let [red, green, blue, scale, offset] = numbers;
+        if !reader.rest.is_empty() {
+            return Err(BytesError::Length(reader.at()));
+        }
+        let output = Output::new([red, green, blue], scale, offset)?;
+        Ok(Self::new(dialect, instructions, constants, output)?)
+    }
+
     /// The content hash.
     #[must_use]
     pub fn hash(&self) -> GenomeHash {
         GenomeHash(*blake3::hash(&self.canonical_bytes()).as_bytes())
+    }
+}
+
+/// Canonical bytes from the front.
+struct Reader<'a> {
+    total: usize,
+    rest: &'a [u8],
+}
+
+impl Reader<'_> {
+    /// Bytes read so far.
+    fn at(&self) -> usize {
+        self.total - self.rest.len()
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], BytesError> {
+        let (bytes, rest) =
+            self.rest.split_first_chunk().ok_or(BytesError::Length(self.at() + N))?;
+        self.rest = rest;
+        Ok(*bytes)
+    }
+
+    /// One byte and what it stands for.
+    fn byte<T>(&mut self, meaning: impl FnOnce(u8) -> Option<T>) -> Result<T, BytesError> {
+        let at = self.at();
+        let [value] = self.take()?;
+        meaning(value).ok_or(BytesError::Byte { at, value })
+    }
+
+    fn number(&mut self) -> Result<f32, BytesError> {
+        Ok(f32::from_le_bytes(self.take()?))
+    }
+
+    fn dialect(&mut self) -> Result<Dialect, BytesError> {
+        let opcodes = self.byte(|byte| match byte {
+            0 => Some(OpcodeSet::Paper),
+            1 => Some(OpcodeSet::Extended),
+            _ => None,
+        })?;
+        let parametrisation = self.byte(|byte| match byte {
+            0 => Some(Parametrisation::Smooth),
+            1 => Some(Parametrisation::Paper),
+            _ => None,
+        })?;
+        let registers = self.byte(Some)?;
+        let length = u16::from_le_bytes(self.take()?);
+        let (isotropic, homogeneous) =
+            self.byte(|byte| (byte < 4).then_some((byte & 1 == 1, byte & 2 == 2)))?;
+        Ok(Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous })
+    }
+
+    fn instruction(&mut self, index: usize, dialect: &Dialect) -> Result<Instruction, BytesError> {
+        let opcode = self.byte(Opcode::from_number)?;
+        let dst = self.byte(Some)?;
+        let write_mask = self.byte(WriteMask::new)?;
+        let unread =
+            Operand { register: Register::Temporary(0), swizzle: Swizzle::IDENTITY, negate: false };
+        let mut operands = [unread; 3];
+        let operands = &mut operands[..opcode.operands()];
+        for operand in operands.iter_mut() {
+            *operand = self.operand()?;
+        }
+        Instruction::new(opcode, dst, write_mask, operands, dialect)
+            .map_err(|error| BytesError::Instruction { index, error })
+    }
+
+    fn operand(&mut self) -> Result<Operand, BytesError> {
+        let register = self.byte(|byte| {
+            Some(match byte {
+                0..0x80 => Register::Temporary(byte),
+                _ => Register::Constant(byte & 0x7f),
+            })
+        })?;
+        let swizzle = self.byte(|byte| Some(Swizzle::from_bits(byte)))?;
+        let negate = self.byte(|byte| (byte < 2).then_some(byte == 1))?;
+        Ok(Operand { register, swizzle, negate })
     }
 }
 
@@ -87,4 +226,65 @@ fn operand_bytes(operand: Operand) -> [u8; 3] {
         Register::Constant(index) => 0x80 | index,
     };
     [register, operand.swizzle.bits(), u8::from(operand.negate)]
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{BirthKey, Variation};
+
+    fn genome(seed: u64, extended: bool) -> Genome {
+        let opcodes = if extended { OpcodeSet::Extended } else { OpcodeSet::Paper };
+        let dialect = Dialect {
+            opcodes,
+            registers: 12,
+            length: 40,
+            isotropic: extended,
+            ..Dialect::default()
+        };
+        Variation::random(dialect).birth(BirthKey { seed, slot: 0, attempt: 0 })
+    }
+
+    #[test]
+    fn numbers_of_opcodes_are_their_places() {
+        for opcode in Opcode::ALL {
+            assert_eq!(Opcode::from_number(opcode.number()), Some(opcode));
+        }
+        assert_eq!(Opcode::from_number(17), None);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        #[test]
+        fn bytes_read_back_to_the_same_genome(seed in any::<u64>(), extended: bool) {
+            let genome = genome(seed, extended);
+            let output = Output::saturation(0.3).unwrap();
+            for genome in [genome.clone(), genome.with_output(output)] {
+                let bytes = genome.canonical_bytes();
+                prop_assert_eq!(Genome::from_canonical_bytes(&bytes), Ok(genome));
+            }
+        }
+
+        #[test]
+        fn damaged_bytes_are_refused_or_another_genome(
+            seed in any::<u64>(), extended: bool, at in any::<prop::sample::Index>(), flip in 1u8..,
+        ) {
+            let genome = genome(seed, extended);
+            let mut bytes = genome.canonical_bytes();
+            let at = at.index(bytes.len());
+            prop_assert!(Genome::from_canonical_bytes(&bytes[..at]).is_err());
+            bytes[at] ^= flip;
+            match Genome::from_canonical_bytes(&bytes) {
+                Err(error) => prop_assert!(!error.to_string().is_empty()),
+                Ok(other) => prop_assert!(other.hash() != genome.hash()),
+            }
+            bytes[at] ^= flip;
+            bytes.push(0);
+            let length = bytes.len() - 1;
+            prop_assert_eq!(Genome::from_canonical_bytes(&bytes), Err(BytesError::Length(length)));
+        }
+    }
 }

@@ -31,7 +31,7 @@ mod text;
 mod variation;
 
 pub use arithmetic::{Arithmetic, RANGE};
-pub use bytes::{GenomeHash, HashError};
+pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, OpcodeSet, Source};
 pub use functions::Functions;
 pub use genome::{CONSTANTS, Genome, GenomeError, Output, OutputError};

@@ -75,6 +75,12 @@ impl Opcode {
         self as u8
     }
 
+    /// The opcode of that number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+
     /// The name in genome text.
     #[must_use]
     pub fn name(self) -> &'static str {

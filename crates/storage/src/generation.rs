@@ -61,8 +61,8 @@ pub struct NewIndividual {
     pub slot: u32,
     /// Hash of its genome.
     pub hash: GenomeHash,
-    /// Canonical text of its genome.
-    pub genome_text: String,
+    /// Canonical bytes of its genome.
+    pub genome_bytes: Vec<u8>,
     /// Hash of its program.
     pub program_hash: [u8; 32],
     /// `random`, `mutate` or `recombine`.
@@ -276,7 +276,7 @@ async fn insert_individuals(
 fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
     let genome = |child: &NewIndividual| NewGenome {
         hash: child.hash,
-        text: child.genome_text.clone(),
+        bytes: child.genome_bytes.clone(),
         program_hash: child.program_hash,
         live_instructions: child.live_instructions,
     };

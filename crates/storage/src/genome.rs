@@ -1,8 +1,9 @@
-//! Genomes: texts by content hash. Owns the table `genome`; refuses to know what the text means.
+//! Genomes: their bytes by content hash. Owns the table `genome`; refuses to know what the bytes mean.
 
 use std::collections::HashMap;
 
 use brood_genome::GenomeHash;
+use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
 use crate::row::{Columns, set};
@@ -16,12 +17,21 @@ pub(crate) const CHUNK_ROWS: usize = 256;
 pub struct NewGenome {
     /// Content hash.
     pub hash: GenomeHash,
-    /// Canonical text.
-    pub text: String,
+    /// Canonical bytes.
+    pub bytes: Vec<u8>,
     /// Hash of the program that it lowers to.
     pub program_hash: [u8; 32],
     /// Instructions that can change the result.
     pub live_instructions: u32,
+}
+
+/// A genome as it was stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StoredGenome {
+    /// Canonical bytes.
+    Bytes(Vec<u8>),
+    /// Canonical text: rows of the first version, three times as large and slow to write.
+    Text(String),
 }
 
 impl Store {
@@ -30,11 +40,11 @@ impl Store {
     pub async fn put_genome(
         &self,
         hash: GenomeHash,
-        text: String,
+        bytes: Vec<u8>,
         program_hash: [u8; 32],
         live_instructions: u32,
     ) -> Result<(), StorageError> {
-        let genome = NewGenome { hash, text, program_hash, live_instructions };
+        let genome = NewGenome { hash, bytes, program_hash, live_instructions };
         self.write(move |conn| {
             Box::pin(async move {
                 insert(conn, std::slice::from_ref(&genome)).await?;
@@ -48,28 +58,39 @@ impl Store {
         .await
     }
 
-    /// The text of a genome.
-    pub async fn genome_text(&self, hash: GenomeHash) -> Result<String, StorageError> {
-        let query = sqlx::query_scalar("SELECT text FROM genome WHERE hash = ?");
+    /// A genome.
+    pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome, StorageError> {
+        let query = sqlx::query("SELECT bytes, text FROM genome WHERE hash = ?");
         let mut conn = self.reader().await?;
-        Ok(query.bind(hash.as_bytes().as_slice()).fetch_one(&mut *conn).await?)
+        let row = query.bind(hash.as_bytes().as_slice()).fetch_one(&mut *conn).await?;
+        StoredGenome::read(&row)
     }
 
-    /// The texts of many genomes; unknown ones are left out.
-    pub async fn genome_texts(
+    /// Many genomes; unknown ones are left out.
+    pub async fn genomes(
         &self,
         hashes: &[GenomeHash],
-    ) -> Result<HashMap<GenomeHash, String>, StorageError> {
+    ) -> Result<HashMap<GenomeHash, StoredGenome>, StorageError> {
         let wanted = set(hashes.iter().map(|hash| hash.as_bytes().as_slice()));
         let rows = sqlx::query(
-            "SELECT hash, text FROM genome WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
+            "SELECT hash, bytes, text FROM genome
+             WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
         )
         .bind(wanted)
         .fetch_all(&mut *self.reader().await?)
         .await?;
         rows.iter()
-            .map(|row| Ok((GenomeHash::from_bytes(row.hash("hash")?), row.text("text")?)))
+            .map(|row| Ok((GenomeHash::from_bytes(row.hash("hash")?), StoredGenome::read(row)?)))
             .collect()
+    }
+}
+
+impl StoredGenome {
+    fn read(row: &SqliteRow) -> Result<Self, StorageError> {
+        Ok(match row.optional_blob("bytes")? {
+            Some(bytes) => Self::Bytes(bytes),
+            None => Self::Text(row.text("text")?),
+        })
     }
 }
 
@@ -80,14 +101,15 @@ pub(crate) async fn insert(
 ) -> Result<(), StorageError> {
     for chunk in genomes.chunks(CHUNK_ROWS) {
         let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO genome (hash, program_hash, live_instructions, kept, text) ",
+            "INSERT INTO genome (hash, program_hash, live_instructions, kept, text, bytes) ",
         );
         query.push_values(chunk, |mut row, genome| {
             row.push_bind(genome.hash.as_bytes().as_slice())
                 .push_bind(genome.program_hash.as_slice())
                 .push_bind(genome.live_instructions)
                 .push("0")
-                .push_bind(genome.text.as_str());
+                .push("''")
+                .push_bind(genome.bytes.as_slice());
         });
         query.push(" ON CONFLICT (hash) DO NOTHING");
         query.build().execute(&mut *conn).await?;

@@ -46,7 +46,7 @@ mod tests;
 
 pub use error::StorageError;
 pub use generation::{NewGeneration, NewIndividual, StoredGeneration};
-pub use genome::NewGenome;
+pub use genome::{NewGenome, StoredGenome};
 pub use idempotency::{Idempotency, Remembered};
 pub use import::NewImport;
 pub use individual::StoredIndividual;

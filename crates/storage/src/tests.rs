@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 use crate::{
     Idempotency, JobKind, NewGeneration, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
-    Store, StoredGeneration,
+    Store, StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -32,6 +32,10 @@ fn hash(text: &str) -> [u8; 32] {
 
 fn genome(name: &str) -> GenomeHash {
     GenomeHash::from_bytes(hash(name))
+}
+
+fn bytes(text: &str) -> StoredGenome {
+    StoredGenome::Bytes(text.as_bytes().to_vec())
 }
 
 fn key(name: &str) -> PictureKey {
@@ -66,7 +70,7 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
         id: IndividualId::fresh(),
         slot,
         hash: genome(genome_name),
-        genome_text: format!("brood 1\n# {genome_name}\n"),
+        genome_bytes: format!("genome {genome_name}").into_bytes(),
         program_hash: hash(&format!("program of {genome_name}")),
         operator: "mutate",
         live_instructions: 41,

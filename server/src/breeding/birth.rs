@@ -57,7 +57,7 @@ impl AppState {
         }
         let mut redraws = 0;
         let mut twins = 0;
-        for (Newborn { child, text }, id) in brood.children.into_iter().zip(&ids) {
+        for (Newborn { child, bytes }, id) in brood.children.into_iter().zip(&ids) {
             let key = framed.key(child.program_hash);
             pictures.push(framed.row(key, child.hash));
             redraws += u64::from(child.attempts - 1);
@@ -66,7 +66,7 @@ impl AppState {
                 id: *id,
                 slot: child.slot,
                 hash: child.hash,
-                genome_text: text,
+                genome_bytes: bytes,
                 program_hash: *child.program_hash.as_bytes(),
                 operator: brood.operator,
                 live_instructions: child.live_instructions,

@@ -54,7 +54,7 @@ pub async fn create(
     let hash = genome.hash();
     let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
     let program_hash = *program.hash().as_bytes();
-    app.store.put_genome(hash, genome.to_string(), program_hash, live).await?;
+    app.store.put_genome(hash, genome.canonical_bytes(), program_hash, live).await?;
     app.library.keep(hash, genome, program);
     let answer = GenomeAnswer { hash: hash.to_string() };
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {

@@ -13,7 +13,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_genome::GenomeHash;
 use brood_protocol::{IndividualId, Lineage, LineageId, MeshSource, ParentRef};
-use brood_storage::StoredGeneration;
+use brood_storage::{StoredGeneration, StoredGenome};
 use http::{Request, StatusCode, header};
 
 pub use form::LineageFile;
@@ -22,6 +22,7 @@ use form::{FileGeneration, FileIndividual};
 use super::created;
 use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
+use crate::library::read_genome;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -157,8 +158,14 @@ async fn texts(
     let hashes: Vec<_> = hashes.iter().copied().collect();
     let mut texts = BTreeMap::new();
     for some in hashes.chunks(CHUNK) {
-        let found = app.store.genome_texts(some).await?;
-        texts.extend(found.into_iter().map(|(hash, text)| (hash.to_string(), text)));
+        let found = app.store.genomes(some).await?;
+        let written = tokio::task::spawn_blocking(move || -> Result<Vec<_>, ApiError> {
+            let text = |(hash, stored): (&GenomeHash, &StoredGenome)| {
+                Ok((hash.to_string(), read_genome(*hash, stored)?.to_string()))
+            };
+            found.iter().map(text).collect()
+        });
+        texts.extend(written.await.map_err(|error| ApiError::internal(error.to_string()))??);
     }
     Ok(texts)
 }

@@ -4,25 +4,43 @@ use std::collections::HashMap;
 
 use brood_protocol::{Backend, MeshId, PictureFormat};
 
-use super::{genome, hash, key, open, picture, scene};
-use crate::{MeshRow, NewMesh, StorageError};
+use super::{bytes, genome, hash, key, open, picture, scene};
+use crate::{MeshRow, NewMesh, StorageError, StoredGenome};
 
 #[tokio::test]
 async fn genome_is_stored_once() {
     let (_dir, store) = open().await;
     for _ in 0..2 {
-        let text = "brood 1\n".to_owned();
-        store.put_genome(genome("a"), text, hash("p"), 3).await.unwrap();
+        store.put_genome(genome("a"), b"first".to_vec(), hash("p"), 3).await.unwrap();
     }
-    store.put_genome(genome("b"), "brood 2\n".to_owned(), hash("p"), 4).await.unwrap();
+    store.put_genome(genome("b"), b"second".to_vec(), hash("p"), 4).await.unwrap();
     assert_eq!(store.counts().await.unwrap().genomes, 2);
-    assert_eq!(store.genome_text(genome("a")).await.unwrap(), "brood 1\n");
-    let missing = store.genome_text(genome("c")).await;
+    assert_eq!(store.genome(genome("a")).await.unwrap(), bytes("first"));
+    let missing = store.genome(genome("c")).await;
     assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
-    let texts = store.genome_texts(&[genome("b"), genome("c"), genome("a")]).await.unwrap();
-    let both = [(genome("a"), "brood 1\n".to_owned()), (genome("b"), "brood 2\n".to_owned())];
-    assert_eq!(texts, HashMap::from(both));
-    assert!(store.genome_texts(&[]).await.unwrap().is_empty());
+    let found = store.genomes(&[genome("b"), genome("c"), genome("a")]).await.unwrap();
+    let both = [(genome("a"), bytes("first")), (genome("b"), bytes("second"))];
+    assert_eq!(found, HashMap::from(both));
+    assert!(store.genomes(&[]).await.unwrap().is_empty());
+}
+
+#[tokio::test]
+async fn genome_of_the_first_version_is_found_as_its_text() {
+    let (_dir, store) = open().await;
+    store.put_genome(genome("a"), b"bytes".to_vec(), hash("p"), 3).await.unwrap();
+    let age = "UPDATE genome SET text = 'brood 1', bytes = NULL";
+    let aged = store.write(move |conn| {
+        Box::pin(async move {
+            sqlx::query(age).execute(conn).await?;
+            Ok(())
+        })
+    });
+    aged.await.unwrap();
+    let old = StoredGenome::Text("brood 1".to_owned());
+    assert_eq!(store.genome(genome("a")).await.unwrap(), old);
+    // Born again, it stays as it is.
+    store.put_genome(genome("a"), b"bytes".to_vec(), hash("p"), 3).await.unwrap();
+    assert_eq!(store.genomes(&[genome("a")]).await.unwrap()[&genome("a")], old);
 }
 
 #[tokio::test]
@@ -69,7 +87,7 @@ async fn mesh_keeps_its_id_when_stored_again() {
 async fn picture_keys_stay_as_first_stored() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
-    store.put_genome(genome("a"), String::new(), hash("p"), 1).await.unwrap();
+    store.put_genome(genome("a"), Vec::new(), hash("p"), 1).await.unwrap();
     let mut first = picture("1", "a", scene);
     first.format = PictureFormat::Exr;
     first.backend = Backend::Reference;

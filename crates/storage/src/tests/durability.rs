@@ -168,7 +168,7 @@ async fn full_disk_refuses_writes_and_recovers() {
     let made = generation(&store, lineage, &[], "a").await;
     limit_pages(&store, "PRAGMA max_page_count = 1").await;
     let mut big = new_generation(lineage, &[], "b");
-    big.individuals[0].genome_text = "x".repeat(1 << 20);
+    big.individuals[0].genome_bytes = vec![7; 1 << 20];
     let refused = store.create_generation(big.clone()).await;
     assert!(matches!(refused, Err(StorageError::Full)), "{refused:?}");
     assert_eq!(store.list_generations(lineage, None, 9).await.unwrap(), [made]);
@@ -258,7 +258,7 @@ async fn log_does_not_grow_without_end() {
     let lineage = lineage(&store).await;
     for n in 0..300 {
         let mut new = new_generation(lineage, &[], &n.to_string());
-        new.individuals[0].genome_text.push_str(&"#".repeat(200_000));
+        new.individuals[0].genome_bytes.extend([7; 200_000]);
         store.create_generation(new).await.unwrap();
     }
     let log_bytes = std::fs::metadata(dir.path().join("brood.db-wal")).unwrap().len();

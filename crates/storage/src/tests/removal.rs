@@ -3,7 +3,7 @@
 use brood_protocol::{GenerationId, LineageId, ParentRef};
 
 use super::{
-    child, generation, genome, hash, job, key, lineage, new_generation, open, picture, scene,
+    bytes, child, generation, genome, hash, job, key, lineage, new_generation, open, picture, scene,
 };
 use crate::{Queue, StorageError};
 
@@ -39,7 +39,7 @@ async fn purge_leaves_hashes_to_children_elsewhere() {
     assert_eq!(left.centre, None);
     assert_eq!(left.parents, [ParentRef::Genome(genome("a 1"))]);
     assert_eq!(left.individuals[0].parents, left.parents);
-    assert_eq!(store.genome_text(genome("a 1")).await.unwrap(), "brood 1\n# a 1\n");
+    assert_eq!(store.genome(genome("a 1")).await.unwrap(), bytes("genome a 1"));
     assert_eq!(store.counts().await.unwrap().genomes, 4);
     assert!(store.ancestry(left.individuals[0].id, 9).await.unwrap().is_empty());
 }
@@ -52,7 +52,7 @@ async fn purge_spares_what_is_shared_or_saved() {
     generation(&store, old, &[], "a").await;
     // `a 0` is saved by hand, `a 1` was born elsewhere as well, `twin` has the program of `a 2`.
     let program = hash("program of a 0");
-    store.put_genome(genome("a 0"), "not stored again".to_owned(), program, 41).await.unwrap();
+    store.put_genome(genome("a 0"), b"not stored again".to_vec(), program, 41).await.unwrap();
     let mut new = new_generation(young, &[], "b");
     new.individuals = vec![child(0, "a 1"), child(1, "twin")];
     new.individuals[1].program_hash = hash("program of a 2");
@@ -61,10 +61,10 @@ async fn purge_spares_what_is_shared_or_saved() {
     store.put_pictures(pictures).await.unwrap();
 
     store.purge_lineage(old).await.unwrap();
-    let kept = store.genome_texts(&["a 0", "a 1", "a 2", "twin"].map(genome)).await.unwrap();
+    let kept = store.genomes(&["a 0", "a 1", "a 2", "twin"].map(genome)).await.unwrap();
     assert_eq!(kept.len(), 3);
     assert!(!kept.contains_key(&genome("a 2")));
-    assert_eq!(kept[&genome("a 0")], "brood 1\n# a 0\n");
+    assert_eq!(kept[&genome("a 0")], bytes("genome a 0"));
     assert_eq!(store.picture(key("of a 2")).await.unwrap().genome_hash, genome("twin"));
     assert_eq!(store.picture(key("of a 1")).await.unwrap().genome_hash, genome("a 1"));
 }

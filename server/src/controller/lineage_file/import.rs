@@ -71,7 +71,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
         let new = NewGenome {
             hash: found,
-            text: genome.to_string(),
+            bytes: genome.canonical_bytes(),
             program_hash: *Program::lower(&genome).hash().as_bytes(),
             live_instructions: u32::try_from(live).expect("at most 1024 instructions"),
         };
@@ -250,7 +250,7 @@ impl Assembly<'_> {
             id,
             slot: from.slot,
             hash: genome.hash,
-            genome_text: genome.text.clone(),
+            genome_bytes: genome.bytes.clone(),
             program_hash: genome.program_hash,
             operator,
             live_instructions: genome.live_instructions,
