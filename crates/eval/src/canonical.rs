@@ -15,7 +15,7 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-pub(crate) use block::{Span, Workspace};
+pub(crate) use block::{Bound, Span, Workspace};
 pub(crate) use code::Code;
 pub(crate) use kernel::BLOCK;
 pub(crate) use kernel::{LANES, Quarter};
@@ -122,10 +122,11 @@ impl Work for Reflectance<'_> {
         let Self { code, start, mut out, workspace } = self;
         let samples = out[0].len();
         let mut f = [Quarter([0.0; LANES]); 3];
+        let mut bound = Bound::new(code, workspace);
         for offset in (0..samples).step_by(BLOCK) {
             let mut span = Span::of(offset, samples);
             span.start += start;
-            let results = code.block(workspace, span);
+            let results = bound.block(span);
             for (quarter, at) in (offset..offset + span.length).step_by(LANES).enumerate() {
                 reflectance(code.program(), results.quarter(quarter), &mut f);
                 for (out, f) in out.iter_mut().zip(&f) {

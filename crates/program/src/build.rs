@@ -9,61 +9,114 @@ use brood_genome::{Arithmetic, Input, RANGE};
 use crate::{Constant, Operation};
 
 /// A node and whether its negative is meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Reference {
-    pub node: u32,
-    pub negate: bool,
-}
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Reference(u32);
 
 impl Reference {
-    pub(crate) fn negated(self) -> Self {
-        Self { negate: !self.negate, ..self }
+    fn to(node: u32) -> Self {
+        Self(node << 1)
     }
 
+    #[inline]
+    pub(crate) fn node(self) -> u32 {
+        self.0 >> 1
+    }
+
+    #[inline]
+    pub(crate) fn is_negative(self) -> bool {
+        self.0 & 1 != 0
+    }
+
+    #[inline]
+    pub(crate) fn negated(self) -> Self {
+        Self(self.0 ^ 1)
+    }
+
+    #[inline]
     fn signed(self, negate: bool) -> Self {
-        Self { negate: self.negate ^ negate, ..self }
+        Self(self.0 ^ u32::from(negate))
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Node {
     Input(Input),
-    Constant(Constant),
-    Operation { operation: Operation, a: u32, b: u32 },
+    /// The index of its value.
+    Constant(u32),
+    Operation {
+        operation: Operation,
+        a: u32,
+        b: u32,
+    },
+}
+
+/// A node and what is known of the tree under it.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    /// Hash of the whole tree: orders commuting operands independently of the genome's order.
+    shape: u64,
+    node: Node,
+    /// Registers that the tree would need (Sethi and Ullman 1970); sharing makes it an estimate.
+    need: u16,
 }
 
 /// Slots of the table of nodes at the start; a usual genome fills less than half of them.
 const FIRST_SLOTS: usize = 512;
 
 pub(crate) struct Builder {
-    nodes: Vec<Node>,
-    /// Hash of the whole tree under a node: orders commuting operands independently of the genome's order.
-    shapes: Vec<u64>,
+    /// Operands come before what reads them.
+    entries: Vec<Entry>,
     /// Open addressing by shape: one more than the index of a node, 0 where there is none.
     known: Vec<u32>,
+    constants: Vec<Constant>,
     fold: bool,
 }
 
 impl Builder {
     /// With `fold` false only value numbering happens, for the counts.
     pub(crate) fn new(fold: bool) -> Self {
-        let (nodes, shapes) =
-            (Vec::with_capacity(FIRST_SLOTS / 2), Vec::with_capacity(FIRST_SLOTS / 2));
-        Self { nodes, shapes, known: vec![0; FIRST_SLOTS], fold }
+        let entries = Vec::with_capacity(FIRST_SLOTS / 2);
+        Self { entries, known: vec![0; FIRST_SLOTS], constants: Vec::new(), fold }
     }
 
+    /// Forgets all nodes but not the room for them.
+    pub(crate) fn clear(&mut self) {
+        self.entries.clear();
+        self.constants.clear();
+        self.known.clear();
+        self.known.resize(FIRST_SLOTS, 0);
+    }
+
+    #[inline]
     pub(crate) fn node(&self, index: u32) -> Node {
-        self.nodes[index as usize]
+        self.entries[index as usize].node
     }
 
-    /// All nodes; operands come before what reads them.
-    pub(crate) fn nodes(&self) -> &[Node] {
-        &self.nodes
+    #[inline]
+    pub(crate) fn is_operation(&self, index: u32) -> bool {
+        self.need(index) != 0
+    }
+
+    /// Registers that the tree under a node would need; 0 where it is no operation.
+    #[inline]
+    pub(crate) fn need(&self, index: u32) -> u16 {
+        self.entries[index as usize].need
+    }
+
+    /// The value with this index.
+    #[inline]
+    pub(crate) fn constant_of(&self, index: u32) -> Constant {
+        self.constants[index as usize]
+    }
+
+    /// Number of nodes.
+    pub(crate) fn len(&self) -> usize {
+        self.entries.len()
     }
 
     pub(crate) fn input(&mut self, input: Input) -> Reference {
         let shape = mix(1, input.index() as u64, 0);
-        self.intern(Node::Input(input), shape)
+        self.intern(Node::Input(input), shape, 0)
     }
 
     pub(crate) fn constant(&mut self, value: f32) -> Reference {
@@ -71,48 +124,33 @@ impl Builder {
     }
 
     pub(crate) fn add(&mut self, a: Reference, b: Reference) -> Reference {
-        if let Some(value) = self.fold_binary(a, b, f32::add, f64::add) {
-            return value;
-        }
         if self.fold {
-            if self.is_zero(a) {
-                return b;
-            }
-            if self.is_zero(b) {
-                return a;
+            if let Some(value) = self.folded_sum(a, b) {
+                return value;
             }
             if a == b.negated() {
                 return self.constant(0.0);
             }
         }
-        let (first, second) = if self.precedes(b, a) { (b, a) } else { (a, b) };
-        let operation = if first.negate == second.negate { Operation::Add } else { Operation::Sub };
-        self.operation(operation, first.node, second.node).signed(first.negate)
+        let (first, second) = self.ordered(a, b);
+        let differ = first.is_negative() ^ second.is_negative();
+        let operation = [Operation::Add, Operation::Sub][usize::from(differ)];
+        self.operation(operation, first.node(), second.node()).signed(first.is_negative())
     }
 
     pub(crate) fn mul(&mut self, a: Reference, b: Reference) -> Reference {
-        if let Some(value) = self.fold_binary(a, b, f32::mul, f64::mul) {
+        if self.fold
+            && let Some(value) = self.folded_product(a, b)
+        {
             return value;
         }
-        let negate = a.negate ^ b.negate;
-        if self.fold {
-            if self.is_zero(a) || self.is_zero(b) {
-                return self.constant(0.0);
-            }
-            if self.is_one(a) {
-                return b.signed(a.negate);
-            }
-            if self.is_one(b) {
-                return a.signed(b.negate);
-            }
-        }
-        let (first, second) = if self.precedes(b, a) { (b, a) } else { (a, b) };
-        let product = self.operation(Operation::Mul, first.node, second.node);
-        Reference { negate, ..product }
+        let negate = a.is_negative() ^ b.is_negative();
+        let (first, second) = self.ordered(a, b);
+        self.operation(Operation::Mul, first.node(), second.node()).signed(negate)
     }
 
     pub(crate) fn sin(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Sin, f32::sine, f64::sine).signed(a.negate)
+        self.unary(a, Operation::Sin, f32::sine, f64::sine).signed(a.is_negative())
     }
 
     pub(crate) fn cos(&mut self, a: Reference) -> Reference {
@@ -120,7 +158,7 @@ impl Builder {
     }
 
     pub(crate) fn ex2(&mut self, a: Reference) -> Reference {
-        if a.negate {
+        if a.is_negative() {
             self.unary(a, Operation::Ex2Neg, |x| x.neg().ex2(), |x| x.neg().ex2())
         } else {
             self.unary(a, Operation::Ex2, f32::ex2, f64::ex2)
@@ -132,7 +170,7 @@ impl Builder {
     }
 
     pub(crate) fn rcp(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Rcp, f32::rcp, f64::rcp).signed(a.negate)
+        self.unary(a, Operation::Rcp, f32::rcp, f64::rcp).signed(a.is_negative())
     }
 
     pub(crate) fn rsq(&mut self, a: Reference) -> Reference {
@@ -140,7 +178,7 @@ impl Builder {
     }
 
     pub(crate) fn spl(&mut self, a: Reference) -> Reference {
-        if a.negate {
+        if a.is_negative() {
             self.unary(a, Operation::SplNeg, |x| x.neg().spl(), |x| x.neg().spl())
         } else {
             self.unary(a, Operation::Spl, f32::spl, f64::spl)
@@ -155,35 +193,53 @@ impl Builder {
         canonical: fn(f32) -> f32,
         reference: fn(f64) -> f64,
     ) -> Reference {
-        if let (true, Node::Constant(value)) = (self.fold, self.node(a.node)) {
+        if let (true, Node::Constant(index)) = (self.fold, self.node(a.node())) {
+            let value = self.constant_of(index);
             return self.folded(canonical(value.canonical), reference(value.reference));
         }
-        self.operation(operation, a.node, a.node)
+        self.operation(operation, a.node(), a.node())
     }
 
-    fn fold_binary(
-        &mut self,
-        a: Reference,
-        b: Reference,
-        canonical: fn(f32, f32) -> f32,
-        reference: fn(f64, f64) -> f64,
-    ) -> Option<Reference> {
-        let (a, b) = (self.value(a)?, self.value(b)?);
-        self.fold.then(|| {
-            let value = reference(a.reference, b.reference);
-            self.folded(canonical(a.canonical, b.canonical), value)
-        })
+    /// The sum where an operand is a constant that decides it.
+    fn folded_sum(&mut self, a: Reference, b: Reference) -> Option<Reference> {
+        match (self.value(a), self.value(b)) {
+            (Some(a), Some(b)) => {
+                let reference = Arithmetic::add(a.reference, b.reference);
+                Some(self.folded(Arithmetic::add(a.canonical, b.canonical), reference))
+            }
+            (Some(value), None) if is_zero(value) => Some(b),
+            (None, Some(value)) if is_zero(value) => Some(a),
+            _ => None,
+        }
+    }
+
+    /// The product where an operand is a constant that decides it.
+    fn folded_product(&mut self, a: Reference, b: Reference) -> Option<Reference> {
+        let (value, other) = match (self.value(a), self.value(b)) {
+            (Some(a), Some(b)) => {
+                let reference = Arithmetic::mul(a.reference, b.reference);
+                return Some(self.folded(Arithmetic::mul(a.canonical, b.canonical), reference));
+            }
+            (Some(value), None) => (value, b),
+            (None, Some(value)) => (value, a),
+            (None, None) => return None,
+        };
+        if is_zero(value) {
+            return Some(self.constant(0.0));
+        }
+        let is = |one: f32| value == Constant { canonical: one, reference: f64::from(one) };
+        (is(1.0) || is(-1.0)).then(|| other.signed(value.canonical < 0.0))
     }
 
     /// A constant with its reference's sign applied.
+    #[inline]
     fn value(&self, reference: Reference) -> Option<Constant> {
-        match self.node(reference.node) {
-            Node::Constant(value) if reference.negate => {
-                Some(Constant { canonical: -value.canonical, reference: -value.reference })
-            }
-            Node::Constant(value) => Some(value),
-            Node::Input(_) | Node::Operation { .. } => None,
-        }
+        let Node::Constant(index) = self.node(reference.node()) else { return None };
+        let value = self.constant_of(index);
+        Some(match reference.is_negative() {
+            true => Constant { canonical: -value.canonical, reference: -value.reference },
+            false => value,
+        })
     }
 
     /// A constant node of non-negative canonical value, its sign on the reference.
@@ -195,63 +251,93 @@ impl Builder {
         let reference = if negate { -reference } else { reference } + 0.0;
         let bits = (canonical.to_bits(), reference.to_bits());
         let shape = mix(2, u64::from(bits.0), bits.1);
-        let node = Node::Constant(Constant { canonical, reference });
-        self.intern(node, shape).signed(negate)
+        let value = Constant { canonical, reference };
+        let is_it = |builder: &Self, node| match node {
+            Node::Constant(index) => builder.constant_of(index) == value,
+            Node::Input(_) | Node::Operation { .. } => false,
+        };
+        let found = match self.find(shape, is_it) {
+            Ok(reference) => reference,
+            Err(slot) => {
+                let index = u32::try_from(self.constants.len()).expect("at most as many as nodes");
+                self.constants.push(value);
+                self.add_entry(slot, Entry { shape, node: Node::Constant(index), need: 0 })
+            }
+        };
+        found.signed(negate)
     }
 
-    fn is_zero(&self, a: Reference) -> bool {
-        self.value(a).is_some_and(|v| v.canonical.abs() <= 0.0 && v.reference.abs() <= 0.0)
+    /// Both in the order of their shapes. Chosen by masks: no processor could foretell which it is.
+    #[inline(always)]
+    fn ordered(&self, a: Reference, b: Reference) -> (Reference, Reference) {
+        let shape = |r: Reference| self.entries[r.node() as usize].shape;
+        let (shape_a, shape_b) = (shape(a), shape(b));
+        let alike = (shape_a == shape_b) & (b.node() < a.node());
+        let swap = 0u32.wrapping_sub(u32::from((shape_b < shape_a) | alike));
+        let both = (a.0 ^ b.0) & swap;
+        (Reference(a.0 ^ both), Reference(b.0 ^ both))
     }
 
-    fn is_one(&self, a: Reference) -> bool {
-        let one = Constant { canonical: 1.0, reference: 1.0 };
-        matches!(self.node(a.node), Node::Constant(value) if value == one)
-    }
-
-    fn precedes(&self, a: Reference, b: Reference) -> bool {
-        (self.shapes[a.node as usize], a.node) < (self.shapes[b.node as usize], b.node)
-    }
-
+    #[inline(always)]
     fn operation(&mut self, operation: Operation, a: u32, b: u32) -> Reference {
-        let (left, right) = (self.shapes[a as usize], self.shapes[b as usize]);
-        let shape = mix(3 + u64::from(operation.number()), left, right);
-        let node = Node::Operation { operation, a, b };
-        self.intern(node, shape)
+        let (left, right) = (&self.entries[a as usize], &self.entries[b as usize]);
+        let shape = mix(3 + u64::from(operation.number()), left.shape, right.shape);
+        let need = if left.need == right.need { left.need + 1 } else { left.need.max(right.need) };
+        self.intern(Node::Operation { operation, a, b }, shape, need)
     }
 
-    fn intern(&mut self, node: Node, shape: u64) -> Reference {
-        if 2 * self.nodes.len() >= self.known.len() {
+    #[inline(always)]
+    fn intern(&mut self, node: Node, shape: u64, need: u16) -> Reference {
+        match self.find(shape, |_, known| known == node) {
+            Ok(reference) => reference,
+            Err(slot) => self.add_entry(slot, Entry { shape, node, need }),
+        }
+    }
+
+    /// A node of this shape, or the slot where it belongs.
+    #[inline(always)]
+    fn find(&self, shape: u64, is_it: impl Fn(&Self, Node) -> bool) -> Result<Reference, usize> {
+        // The length is a power of two; the low bits of a shape are well mixed.
+        let mask = self.known.len() - 1;
+        let mut slot = shape as usize & mask;
+        while let Some(index) = self.known[slot].checked_sub(1) {
+            let entry = &self.entries[index as usize];
+            if entry.shape == shape && is_it(self, entry.node) {
+                return Ok(Reference::to(index));
+            }
+            slot = (slot + 1) & mask;
+        }
+        Err(slot)
+    }
+
+    #[inline(always)]
+    fn add_entry(&mut self, slot: usize, entry: Entry) -> Reference {
+        let index = u32::try_from(self.entries.len()).expect("at most 1024 instructions");
+        self.entries.push(entry);
+        self.known[slot] = index + 1;
+        if 2 * self.entries.len() >= self.known.len() {
             self.grow();
         }
-        let mut slot = self.slot(shape);
-        while let Some(index) = self.known[slot].checked_sub(1) {
-            if self.nodes[index as usize] == node {
-                return Reference { node: index, negate: false };
-            }
-            slot = (slot + 1) & (self.known.len() - 1);
-        }
-        let index = u32::try_from(self.nodes.len()).expect("at most 1024 instructions");
-        self.known[slot] = index + 1;
-        self.nodes.push(node);
-        self.shapes.push(shape);
-        Reference { node: index, negate: false }
+        Reference::to(index)
     }
 
-    fn slot(&self, shape: u64) -> usize {
-        // The length is a power of two; the low bits of a shape are well mixed.
-        shape as usize & (self.known.len() - 1)
-    }
-
+    #[cold]
     fn grow(&mut self) {
-        self.known = vec![0; 2 * self.known.len()];
-        for (number, shape) in (1..).zip(&self.shapes) {
-            let mut slot = *shape as usize & (self.known.len() - 1);
+        let slots = 2 * self.known.len();
+        self.known.clear();
+        self.known.resize(slots, 0);
+        for (number, entry) in (1..).zip(&self.entries) {
+            let mut slot = entry.shape as usize & (slots - 1);
             while self.known[slot] != 0 {
-                slot = (slot + 1) & (self.known.len() - 1);
+                slot = (slot + 1) & (slots - 1);
             }
             self.known[slot] = number;
         }
     }
+}
+
+fn is_zero(value: Constant) -> bool {
+    value.canonical.abs() <= 0.0 && value.reference.abs() <= 0.0
 }
 
 /// Mixes three numbers into one; the multipliers and shifts are those of the MurmurHash3 finaliser.

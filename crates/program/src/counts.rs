@@ -4,8 +4,8 @@ use brood_genome::{Genome, Opcode};
 
 use crate::Program;
 use crate::build::Builder;
-use crate::liveness::live_components;
-use crate::lower::{Collector, scalarise};
+use crate::liveness::Liveness;
+use crate::lower::{Collected, scalarise};
 
 /// Operation counts before and after each pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,19 +28,19 @@ impl Counts {
     /// Counts for one genome.
     #[must_use]
     pub fn of(genome: &Genome) -> Self {
-        let live = live_components(genome);
+        let live = Liveness::of(genome);
         let instructions = genome.instructions();
         let mut builder = Builder::new(false);
-        let results = scalarise(genome, &mut builder);
-        let numbered = Collector::collect(&builder, results, genome);
+        let results = scalarise(genome, &live, &mut builder);
+        let numbered = Collected::default().collect(&builder, results, genome);
         let sum = |masks: &mut dyn Iterator<Item = u8>| {
             instructions.iter().zip(masks).map(|(i, mask)| scalar_cost(i.opcode(), mask)).sum()
         };
         Self {
             instructions: count(instructions.len()),
-            live_instructions: count(live.iter().filter(|mask| **mask != 0).count()),
+            live_instructions: count(live.components.iter().filter(|mask| **mask != 0).count()),
             scalar_operations: written_operations(genome),
-            live_scalar_operations: sum(&mut live.iter().copied()),
+            live_scalar_operations: sum(&mut live.components.iter().copied()),
             numbered_operations: count(numbered.operations()),
             operations: count(Program::lower(genome).operations()),
         }

@@ -1,43 +1,72 @@
 //! Lowering: genome to program.
 
+use std::cell::RefCell;
+
 use brood_genome::{Genome, Instruction, Opcode, Register, Source};
 
 use crate::build::{Builder, Node, Reference};
-use crate::liveness::live_components;
-use crate::{Operand, Program, Step};
+use crate::liveness::{Liveness, REGISTERS};
+use crate::{Constant, Operand, Program, Step};
+
+/// What lowering writes to before it knows how much of it a program keeps. Used again for the next genome, because
+/// asking for memory takes as long as lowering does.
+struct Scratch {
+    liveness: Liveness,
+    builder: Builder,
+    collected: Collected,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
+        liveness: Liveness::default(),
+        builder: Builder::new(true),
+        collected: Collected::default(),
+    });
+}
 
 impl Program {
     /// The live scalar code of a genome: bit-equal to it in canonical f32 and in the f64 reference.
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
-        let mut builder = Builder::new(true);
-        let results = scalarise(genome, &mut builder);
-        Collector::collect(&builder, results, genome)
+        SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
+            liveness.find(genome);
+            builder.clear();
+            let results = scalarise(genome, liveness, builder);
+            collected.collect(builder, results, genome)
+        })
     }
 }
 
 /// Builds the scalar nodes of the live components and returns g of red, green and blue.
-pub(crate) fn scalarise(genome: &Genome, builder: &mut Builder) -> [Reference; 3] {
+pub(crate) fn scalarise(
+    genome: &Genome,
+    liveness: &Liveness,
+    builder: &mut Builder,
+) -> [Reference; 3] {
+    let zero = builder.constant(0.0);
+    let mut registers = [[zero; 4]; REGISTERS];
     let dialect = genome.dialect();
-    let mut registers: Vec<[Reference; 4]> = (0..dialect.registers)
-        .map(|register| {
-            std::array::from_fn(|component| match dialect.initial(register, component) {
-                Source::Zero => builder.constant(0.0),
+    for register in 0..dialect.registers {
+        let read = liveness.initial[usize::from(register)];
+        let components = registers[usize::from(register)].iter_mut().enumerate();
+        for (component, value) in components.filter(|(component, _)| read >> component & 1 == 1) {
+            *value = match dialect.initial(register, component) {
+                Source::Zero => zero,
                 Source::One => builder.constant(1.0),
                 Source::Input(input) => builder.input(input),
-            })
-        })
-        .collect();
-    for (instruction, live) in genome.instructions().iter().zip(live_components(genome)) {
+            };
+        }
+    }
+    for (instruction, live) in genome.instructions().iter().zip(&liveness.components) {
+        let live = *live;
         if live == 0 {
             continue;
         }
         let result = Expansion { genome, registers: &registers, instruction, live, builder }.run();
         let dst = &mut registers[usize::from(instruction.dst())];
-        for (component, value) in result.into_iter().enumerate() {
-            if let Some(value) = value {
-                dst[component] = value;
-            }
+        for (component, (place, value)) in dst.iter_mut().zip(result).enumerate() {
+            // A choice of values, not of ways to go on, which nothing could foretell.
+            *place = if live >> component & 1 == 1 { value } else { *place };
         }
     }
     [registers[0][0], registers[0][1], registers[0][2]]
@@ -46,14 +75,15 @@ pub(crate) fn scalarise(genome: &Genome, builder: &mut Builder) -> [Reference; 3
 /// One instruction being taken apart into scalars.
 struct Expansion<'a> {
     genome: &'a Genome,
-    registers: &'a [[Reference; 4]],
+    registers: &'a [[Reference; 4]; REGISTERS],
     instruction: &'a Instruction,
     live: u8,
     builder: &'a mut Builder,
 }
 
 impl Expansion<'_> {
-    fn run(mut self) -> [Option<Reference>; 4] {
+    /// References for the live components; anything for the others.
+    fn run(mut self) -> [Reference; 4] {
         match self.instruction.opcode() {
             Opcode::Add => self.componentwise(|e, k| {
                 let (a, b) = (e.read(0, k), e.read(1, k));
@@ -77,11 +107,11 @@ impl Expansion<'_> {
             }),
             Opcode::Dp3 => {
                 let dot = self.dot(3);
-                self.componentwise(|_, _| dot)
+                [dot; 4]
             }
             Opcode::Dp4 => {
                 let dot = self.dot(4);
-                self.componentwise(|_, _| dot)
+                [dot; 4]
             }
             Opcode::Dst => self.componentwise(|e, k| match k {
                 0 => e.builder.constant(1.0),
@@ -103,17 +133,21 @@ impl Expansion<'_> {
     fn componentwise(
         &mut self,
         mut f: impl FnMut(&mut Self, usize) -> Reference,
-    ) -> [Option<Reference>; 4] {
-        std::array::from_fn(|k| (self.live >> k & 1 == 1).then(|| f(self, k)))
+    ) -> [Reference; 4] {
+        let mut result = [Reference::default(); 4];
+        let mut live = self.live & 15;
+        while live != 0 {
+            let component = live.trailing_zeros() as usize & 3;
+            result[component] = f(self, component);
+            live &= live - 1;
+        }
+        result
     }
 
-    fn function(
-        &mut self,
-        f: impl FnOnce(&mut Builder, Reference) -> Reference,
-    ) -> [Option<Reference>; 4] {
+    fn function(&mut self, f: impl FnOnce(&mut Builder, Reference) -> Reference) -> [Reference; 4] {
         let argument = self.read(0, 0);
         let value = f(self.builder, argument);
-        self.componentwise(|_, _| value)
+        [value; 4]
     }
 
     fn product(&mut self, place_a: usize, place_b: usize) -> Reference {
@@ -155,85 +189,82 @@ impl Expansion<'_> {
     }
 }
 
-/// Walks from the results and keeps what it meets, in post-order.
-pub(crate) struct Collector<'a> {
-    builder: &'a Builder,
+/// What a walk from the results meets, in post-order.
+#[derive(Debug, Default)]
+pub(crate) struct Collected {
     /// For each node where its value is found, once it has been collected.
     operands: Vec<Option<Operand>>,
-    needs: Vec<u32>,
-    program: Program,
+    /// Operations on the way to the one on top.
+    pending: Vec<u32>,
+    steps: Vec<Step>,
+    constants: Vec<Constant>,
 }
 
-impl<'a> Collector<'a> {
+impl Collected {
     pub(crate) fn collect(
-        builder: &'a Builder,
+        &mut self,
+        builder: &Builder,
         results: [Reference; 3],
         genome: &Genome,
     ) -> Program {
-        let program = Program {
-            steps: Vec::with_capacity(builder.nodes().len()),
-            constants: Vec::with_capacity(8),
-            results: [Operand::Constant(0); 3],
+        self.operands.clear();
+        self.operands.resize(builder.len(), None);
+        self.steps.clear();
+        self.constants.clear();
+        let results = results.map(|result| self.visit(builder, result.node()));
+        Program {
+            steps: self.steps.clone(),
+            constants: self.constants.clone(),
+            results,
             output: *genome.output(),
-        };
-        let needs = register_needs(builder);
-        let mut collector = Self { builder, operands: vec![None; needs.len()], needs, program };
-        for (channel, result) in results.into_iter().enumerate() {
-            collector.program.results[channel] = collector.visit(result.node);
         }
-        collector.program
     }
 
-    fn visit(&mut self, root: u32) -> Operand {
-        let mut stack = vec![root];
-        while let Some(node) = stack.last().copied() {
-            if self.operands[node as usize].is_some() {
-                stack.pop();
+    fn visit(&mut self, builder: &Builder, root: u32) -> Operand {
+        if let Some(operand) = self.found(builder, root) {
+            return operand;
+        }
+        self.pending.push(root);
+        while let Some(node) = self.pending.last().copied() {
+            let Node::Operation { operation, a, b } = builder.node(node) else {
+                unreachable!("only operations are put off");
+            };
+            let is_pending = [a, b].map(|operand| {
+                builder.is_operation(operand) & self.operands[operand as usize].is_none()
+            });
+            if is_pending[0] | is_pending[1] {
+                // Of two the one that needs more registers; the other's turn comes when this node is on top again.
+                let is_a = is_pending[0] & (!is_pending[1] | (builder.need(a) >= builder.need(b)));
+                self.pending.push(if is_a { a } else { b });
                 continue;
             }
-            let operand = match self.builder.node(node) {
-                Node::Input(input) => Operand::Input(input),
-                Node::Constant(constant) => {
-                    self.program.constants.push(constant);
-                    Operand::Constant(narrow(self.program.constants.len() - 1))
-                }
-                Node::Operation { operation, a, b } => {
-                    let both = (self.operands[a as usize], self.operands[b as usize]);
-                    let (Some(a), Some(b)) = both else {
-                        // The one to be collected first on top: the one that needs more registers.
-                        let first_is_a = self.needs[a as usize] >= self.needs[b as usize];
-                        let pending = if first_is_a { [b, a] } else { [a, b] };
-                        let operands = &self.operands;
-                        stack.extend(
-                            pending.into_iter().filter(|n| operands[*n as usize].is_none()),
-                        );
-                        continue;
-                    };
-                    self.program.steps.push(Step { operation, a, b });
-                    Operand::Step(narrow(self.program.steps.len() - 1))
-                }
+            let (Some(a), Some(b)) = (self.found(builder, a), self.found(builder, b)) else {
+                unreachable!("what is not put off is there");
             };
-            self.operands[node as usize] = Some(operand);
-            stack.pop();
+            self.operands[node as usize] = Some(Operand::Step(narrow(self.steps.len())));
+            self.steps.push(Step { operation, a, b });
+            self.pending.pop();
         }
         self.operands[root as usize].expect("the root has just been collected")
     }
-}
 
-/// Registers that the tree under each node would need (Sethi and Ullman 1970); sharing makes it an estimate. Nodes are
-/// numbered after their operands, so one sweep fills the table.
-fn register_needs(builder: &Builder) -> Vec<u32> {
-    let mut needs: Vec<u32> = Vec::with_capacity(builder.nodes().len());
-    for node in builder.nodes() {
-        needs.push(match node {
-            Node::Input(_) | Node::Constant(_) => 0,
-            Node::Operation { a, b, .. } => {
-                let (a, b) = (needs[*a as usize], needs[*b as usize]);
-                if a == b { a + 1 } else { a.max(b) }
+    /// Where the value of a node is found. Inputs and constants are collected when they are first asked for.
+    fn found(&mut self, builder: &Builder, node: u32) -> Option<Operand> {
+        let known = self.operands[node as usize];
+        if known.is_some() {
+            return known;
+        }
+        let operand = match builder.node(node) {
+            Node::Input(input) => Operand::Input(input),
+            Node::Constant(index) => {
+                self.constants.push(builder.constant_of(index));
+                Operand::Constant(narrow(self.constants.len() - 1))
             }
-        });
+            Node::Operation { .. } => return None,
+        };
+        self.operands[node as usize] = Some(operand);
+        Some(operand)
     }
-    needs
 }
 
 fn narrow(index: usize) -> u16 {

@@ -170,13 +170,17 @@ impl Program {
     /// The inputs it reads; nothing else need be computed for it.
     #[must_use]
     pub fn inputs(&self) -> InputMask {
-        let operands = self.steps.iter().flat_map(|step| [step.a, step.b]);
-        operands
-            .chain(self.results)
-            .filter_map(|operand| match operand {
-                Operand::Input(input) => Some(input),
-                Operand::Step(_) | Operand::Constant(_) => None,
-            })
-            .collect()
+        let mut mask = InputMask::EMPTY;
+        let mut note = |operand| {
+            if let Operand::Input(input) = operand {
+                mask.insert(input);
+            }
+        };
+        for step in &self.steps {
+            note(step.a);
+            note(step.b);
+        }
+        self.results.into_iter().for_each(note);
+        mask
     }
 }

@@ -78,7 +78,19 @@ impl Range {
 /// None: no canonical f32 value leaves its range (`no_value_leaves_its_range`).
 #[must_use]
 pub fn step_ranges(program: &Program, input: impl Fn(Input) -> Range) -> Vec<StepRange> {
-    let mut ranges: Vec<StepRange> = Vec::with_capacity(program.steps().len());
+    let mut ranges = Vec::new();
+    find_step_ranges(program, input, &mut ranges);
+    ranges
+}
+
+/// As [`step_ranges`], in place of what `ranges` held.
+pub fn find_step_ranges(
+    program: &Program,
+    input: impl Fn(Input) -> Range,
+    ranges: &mut Vec<StepRange>,
+) {
+    ranges.clear();
+    ranges.reserve(program.steps().len());
     for step in program.steps() {
         let read = |operand| match operand {
             Operand::Step(index) => ranges[usize::from(index)].result,
@@ -90,7 +102,6 @@ pub fn step_ranges(program: &Program, input: impl Fn(Input) -> Range) -> Vec<Ste
         let (a, b) = (read(step.a), read(step.b));
         ranges.push(of_step(step.operation, a, b, step.a == step.b));
     }
-    ranges
 }
 
 fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {

@@ -2,12 +2,14 @@
 
 #![allow(unsafe_code, reason = "rows are read and written by place, see kernel.rs")]
 
+use std::marker::PhantomData;
+
 use super::code::{Code, Instruction};
 use super::kernel::{self, BLOCK, QUARTERS, Quarter, View};
 
 /// The rows that the instructions of a block read and write.
 pub(crate) struct Workspace {
-    /// Registers, then inputs of blocks that cannot be read where they are.
+    /// Constants, a quarter each, then whole rows: registers and inputs of blocks that cannot be read where they are.
     rows: Vec<Quarter>,
     /// Where each operand of the code is in the present block: registers, inputs, constants.
     views: Vec<View>,
@@ -33,7 +35,7 @@ pub(crate) struct Results<'a> {
     views: [View; 3],
     quarters: usize,
     /// What the views look at lives as long as this and is not written to.
-    _rows: std::marker::PhantomData<&'a [Quarter]>,
+    _rows: PhantomData<&'a [Quarter]>,
 }
 
 impl Results<'_> {
@@ -56,31 +58,58 @@ impl Workspace {
     }
 }
 
-impl Code<'_> {
-    /// Runs a block. Beyond the span's length the values are those of its last sample.
+/// Code with a workspace prepared for it.
+pub(crate) struct Bound<'w> {
+    code: &'w Code<'w>,
+    /// The first register.
+    first: *mut Quarter,
+    /// Rows for the inputs.
+    inputs: &'w mut [Quarter],
+    views: &'w mut [View],
+    /// What the pointer and the views look at lives as long as this and is written to by this alone.
+    _rows: PhantomData<&'w mut [Quarter]>,
+}
+
+impl<'w> Bound<'w> {
     #[inline(always)]
-    pub(crate) fn block<'w>(&'w self, workspace: &'w mut Workspace, span: Span) -> Results<'w> {
+    pub(crate) fn new(code: &'w Code<'w>, workspace: &'w mut Workspace) -> Self {
         let Workspace { rows, views } = workspace;
-        let wanted = (self.registers + self.inputs.len()) * QUARTERS;
+        let (constants, inputs) = (code.program().constants(), code.inputs.len());
+        let wanted = constants.len() + (code.registers + inputs) * QUARTERS;
         if rows.len() < wanted {
             rows.resize(wanted, Quarter([0.0; kernel::LANES]));
         }
-        let (registers, tail) = rows.split_at_mut(self.registers * QUARTERS);
-        views.clear();
+        let (constant_rows, rest) = rows.split_at_mut(constants.len());
+        let (registers, rest) = rest.split_at_mut(code.registers * QUARTERS);
         let first = registers.as_mut_ptr();
+        views.clear();
         // SAFETY: each begins within the registers.
-        views.extend((0..self.registers).map(|row| View::at(unsafe { first.add(row * QUARTERS) })));
-        for (input, row) in self.inputs.iter().zip(tail.chunks_exact_mut(QUARTERS)) {
-            let values = &input[span.start..span.start + span.length];
+        views.extend((0..code.registers).map(|row| View::at(unsafe { first.add(row * QUARTERS) })));
+        // Set by each block.
+        views.extend((0..inputs).map(|_| View::at(first)));
+        for (row, constant) in constant_rows.iter_mut().zip(constants) {
+            row.0.fill(constant.canonical);
+            views.push(View::constant(row));
+        }
+        let inputs = &mut rest[..inputs * QUARTERS];
+        Self { code, first, inputs, views, _rows: PhantomData }
+    }
+
+    /// Runs a block. Beyond the span's length the values are those of its last sample.
+    #[inline(always)]
+    pub(crate) fn block(&mut self, span: Span) -> Results<'_> {
+        let Self { code, first, inputs, views, .. } = self;
+        let rows = inputs.chunks_exact_mut(QUARTERS);
+        for ((input, row), view) in code.inputs.iter().zip(rows).zip(&mut views[code.registers..]) {
+            let values = &code.set.input(input)[span.start..span.start + span.length];
             // Whole blocks are read where they are, if they begin on the border of a cache line.
-            views.push(View::row(match bytemuck::try_cast_slice(values) {
+            *view = View::row(match bytemuck::try_cast_slice(values) {
                 Ok(quarters) if span.length == BLOCK => quarters,
                 _ => fill(row, values),
-            }));
+            });
         }
-        views.extend(self.constants.iter().map(View::constant));
         let quarters = span.length.div_ceil(kernel::LANES);
-        for Instruction { pass, dst, operands: [a, b, c] } in &self.instructions {
+        for Instruction { pass, dst, operands: [a, b, c] } in &code.instructions {
             let operands = [views[usize::from(*a)], views[usize::from(*b)], views[usize::from(*c)]];
             // SAFETY: translation names only registers that there are, none as a destination that the same instruction
             // reads, and loops of the level it was given; every view is a row of a block or one quarter for all of it.
@@ -89,9 +118,9 @@ impl Code<'_> {
                 pass(std::slice::from_raw_parts_mut(out, quarters), &operands);
             }
         }
-        let [red, green, blue] = self.results;
+        let [red, green, blue] = code.results;
         let views = [views[usize::from(red)], views[usize::from(green)], views[usize::from(blue)]];
-        Results { views, quarters, _rows: std::marker::PhantomData }
+        Results { views, quarters, _rows: PhantomData }
     }
 }
 

@@ -3,11 +3,13 @@
 //! Three things happen here: clamps that cannot act on this set are left out, a value that is read once and at once is
 //! fused with what reads it, and values get registers by one scan over their lives.
 
-use brood_brdf::Input;
-use brood_program::{Operand, Operation, Program, Range, Step, StepRange, step_ranges};
+use std::cell::RefCell;
+
+use brood_brdf::{Input, InputMask};
+use brood_program::{Operand, Operation, Program, Range, Step, StepRange, find_step_ranges};
 use brood_scene::SampleSet;
 
-use super::kernel::{Clamping, Kernel, LANES, Pass, Quarter, Second};
+use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::Level;
 
 /// Slots from here on are inputs and constants, until the registers are counted.
@@ -31,8 +33,12 @@ pub(crate) struct Code<'a> {
     /// Slots.
     pub(super) results: [u16; 3],
     pub(super) registers: usize,
-    pub(super) constants: Vec<Quarter>,
-    pub(super) inputs: Vec<&'a [f32]>,
+    pub(super) inputs: InputMask,
+    pub(super) set: &'a SampleSet,
+}
+
+thread_local! {
+    static TRANSLATION: RefCell<Translation> = RefCell::default();
 }
 
 impl<'a> Code<'a> {
@@ -42,116 +48,128 @@ impl<'a> Code<'a> {
     }
 
     pub(crate) fn new(program: &'a Program, set: &'a SampleSet, level: Level) -> Self {
-        let ranges = step_ranges(program, |input| {
-            let (low, high) = set.input_range(input);
-            Range { low, high }
-        });
-        let mut translation = Translation::new(program, level);
-        let steps = program.steps();
-        let mut index = 0;
-        while index < steps.len() {
-            index += match translation.fuse(index, &ranges) {
-                true => 2,
-                false => {
-                    translation.single(index, ranges[index]);
-                    1
-                }
-            };
-        }
-        let results = program.results().map(|operand| translation.place(operand));
-        let mut instructions = translation.instructions;
-        // The registers are counted only now: what comes after them moves up.
-        let registers = translation.registers;
-        let moved =
-            |slot: u16| if slot < FIRST_INPUT { slot } else { slot - FIRST_INPUT + registers };
-        for instruction in &mut instructions {
-            let [a, b, c] = instruction.operands;
-            assert!(![a, b, c].contains(&instruction.dst), "a destination is never an operand");
-            instruction.operands = [moved(a), moved(b), moved(c)];
-        }
-        let [red, green, blue] = results;
-        let constants = program.constants().iter();
-        Self {
-            program,
-            instructions,
-            results: [moved(red), moved(green), moved(blue)],
-            registers: usize::from(registers),
-            constants: constants.map(|constant| Quarter([constant.canonical; LANES])).collect(),
-            inputs: program.inputs().iter().map(|input| set.input(input)).collect(),
-        }
+        TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level))
     }
 }
 
-struct Translation<'a> {
-    program: &'a Program,
-    level: Level,
+/// What a translation writes to. Used again for the next program: asking for memory takes as long as translating.
+#[derive(Default)]
+struct Translation {
+    ranges: Vec<StepRange>,
     instructions: Vec<Instruction>,
     /// For each step how often it is still to be read.
     reads: Vec<u32>,
-    /// Where the result of each step is, once it has been stored.
-    register: Vec<Option<u16>>,
+    /// Where the result of each step is; [`NOWHERE`] until it has been stored.
+    register: Vec<u16>,
     free: Vec<u16>,
     registers: u16,
+    inputs: InputMask,
     positions: [u16; Input::ALL.len()],
     read_inputs: u16,
 }
 
-impl<'a> Translation<'a> {
-    fn new(program: &'a Program, level: Level) -> Self {
+/// No register.
+const NOWHERE: u16 = u16::MAX;
+
+impl Translation {
+    fn run<'a>(&mut self, program: &'a Program, set: &'a SampleSet, level: Level) -> Code<'a> {
+        let input_range = |input| {
+            let (low, high) = set.input_range(input);
+            Range { low, high }
+        };
+        find_step_ranges(program, input_range, &mut self.ranges);
+        self.begin(program);
         let steps = program.steps();
-        let mut reads = vec![0; steps.len()];
-        let read =
-            steps.iter().flat_map(|step| [Some(step.a), (step.b != step.a).then_some(step.b)]);
-        for operand in read.flatten().chain(*program.results()) {
-            if let Operand::Step(index) = operand {
-                reads[usize::from(index)] += 1;
+        let mut index = 0;
+        while index < steps.len() {
+            index += match self.fuse(steps, index, level) {
+                true => 2,
+                false => {
+                    self.single(steps, index, level);
+                    1
+                }
+            };
+        }
+        let results = program.results().map(|operand| self.place(operand));
+        // The registers are counted only now: what comes after them moves up.
+        let registers = self.registers;
+        let moved =
+            |slot: u16| if slot < FIRST_INPUT { slot } else { slot - FIRST_INPUT + registers };
+        let instructions = self.instructions.iter().map(|instruction| {
+            let [a, b, c] = instruction.operands;
+            let dst = instruction.dst;
+            assert!((a != dst) & (b != dst) & (c != dst), "a destination is never an operand");
+            Instruction { operands: [moved(a), moved(b), moved(c)], ..*instruction }
+        });
+        Code {
+            program,
+            instructions: instructions.collect(),
+            results: results.map(moved),
+            registers: usize::from(registers),
+            inputs: self.inputs,
+            set,
+        }
+    }
+
+    fn begin(&mut self, program: &Program) {
+        let steps = program.steps();
+        self.instructions.clear();
+        self.reads.clear();
+        self.reads.resize(steps.len(), 0);
+        self.register.clear();
+        self.register.resize(steps.len(), NOWHERE);
+        self.free.clear();
+        self.registers = 0;
+        self.inputs = InputMask::EMPTY;
+        for step in steps {
+            self.count(step.a);
+            if step.b != step.a {
+                self.count(step.b);
             }
         }
-        let (mut positions, mut read_inputs) = ([0; Input::ALL.len()], 0);
-        for input in program.inputs().iter() {
-            positions[input.index()] = read_inputs;
-            read_inputs += 1;
+        program.results().iter().for_each(|result| self.count(*result));
+        self.read_inputs = 0;
+        for input in self.inputs.iter() {
+            self.positions[input.index()] = self.read_inputs;
+            self.read_inputs += 1;
         }
-        Self {
-            program,
-            level,
-            instructions: Vec::with_capacity(steps.len()),
-            reads,
-            register: vec![None; steps.len()],
-            free: Vec::new(),
-            registers: 0,
-            positions,
-            read_inputs,
+    }
+
+    fn count(&mut self, operand: Operand) {
+        match operand {
+            Operand::Step(index) => self.reads[usize::from(index)] += 1,
+            Operand::Input(input) => self.inputs.insert(input),
+            Operand::Constant(_) => {}
         }
     }
 
     /// Two steps as one instruction, if the second reads the first, once, and nothing else does.
-    fn fuse(&mut self, index: usize, ranges: &[StepRange]) -> bool {
-        let steps = self.program.steps();
+    fn fuse(&mut self, steps: &[Step], index: usize, level: Level) -> bool {
         let (Some(next), true) = (steps.get(index + 1), self.reads[index] == 1) else {
             return false;
         };
         let Some((second, other)) = reads_once(next, index) else { return false };
         let step = steps[index];
-        let clamps = [ranges[index].clamps, ranges[index + 1].clamps];
+        let clamps = [self.ranges[index].clamps, self.ranges[index + 1].clamps];
         let Some(kernel) = Kernel::fused(step.operation, second, clamps) else { return false };
-        self.emit(kernel, [step.a, step.b, other], index + 1, &steps[index..index + 2]);
+        let pass = kernel.pass(level);
+        self.emit(pass, [step.a, step.b, other], index + 1, &steps[index..index + 2]);
         true
     }
 
-    fn single(&mut self, index: usize, range: StepRange) {
-        let step = &self.program.steps()[index];
+    fn single(&mut self, steps: &[Step], index: usize, level: Level) {
+        let (step, range) = (&steps[index], self.ranges[index]);
         let Step { operation, a, b } = *step;
         let clamping = match range.clamps || range.clamps_argument {
             true => Clamping::Needed,
             false => Clamping::Idle,
         };
-        let kernel = Kernel::single(operation, clamping);
-        self.emit(kernel, [a, b, a], index, std::slice::from_ref(step));
+        let pass = Kernel::single(operation, clamping).pass(level);
+        self.emit(pass, [a, b, a], index, std::slice::from_ref(step));
     }
 
     /// Adds an instruction that stands for one or two steps and writes the result of `result`.
-    fn emit(&mut self, kernel: Kernel, read: [Operand; 3], result: usize, steps: &[Step]) {
+    fn emit(&mut self, pass: Pass, read: [Operand; 3], result: usize, steps: &[Step]) {
         let operands = read.map(|operand| self.place(operand));
         // Taken before the operands are released: a loop never writes what it reads.
         let dst = self.free.pop().unwrap_or_else(|| {
@@ -164,8 +182,7 @@ impl<'a> Translation<'a> {
                 self.release(step.b);
             }
         }
-        self.register[result] = Some(dst);
-        let pass = kernel.pass(self.level);
+        self.register[result] = dst;
         self.instructions.push(Instruction { pass, dst, operands });
     }
 
@@ -175,9 +192,8 @@ impl<'a> Translation<'a> {
         let index = usize::from(index);
         self.reads[index] -= 1;
         // The first of a pair has no register: its value is never stored.
-        if self.reads[index] == 0
-            && let Some(register) = self.register[index]
-        {
+        let register = self.register[index];
+        if self.reads[index] == 0 && register != NOWHERE {
             self.free.push(register);
         }
     }
@@ -187,7 +203,8 @@ impl<'a> Translation<'a> {
         match operand {
             Operand::Step(index) => {
                 let register = self.register[usize::from(index)];
-                register.expect("steps read only what was stored before")
+                assert!(register != NOWHERE, "steps read only what was stored before");
+                register
             }
             Operand::Input(input) => FIRST_INPUT + self.positions[input.index()],
             Operand::Constant(index) => FIRST_INPUT + self.read_inputs + index,

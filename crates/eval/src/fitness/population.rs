@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{Fitness, FitnessTarget, Loss, Population};
 use crate::canonical::{
-    BLOCK, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
+    BLOCK, Bound, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
 };
 use crate::{EvalError, Level};
 
@@ -83,9 +83,10 @@ impl Work for Sum<'_> {
         let Self { code, target, range, bound, mut fitness, workspace } = self;
         let functions = std::hint::black_box(Functions::KNOWN);
         let mut f = [Quarter([0.0; LANES]); 3];
+        let mut instructions = Bound::new(code, workspace);
         for block in range {
             let span = Span::of(block * BLOCK, target.samples());
-            let results = code.block(workspace, span);
+            let results = instructions.block(span);
             let mut sums = [0.0f32; PARTIAL_SUMS];
             // Quarters without samples would add zeros.
             for quarter in 0..span.length.div_ceil(LANES) {
