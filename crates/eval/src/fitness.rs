@@ -9,6 +9,7 @@
 //! sixteenth error in turn, then sum k takes sum k + 8, then k + 4, k + 2, k + 1, all in f32. The blocks are added in f64
 //! in their order. Whoever adds like that, on whatever machine and with how many threads, gets the same bits.
 
+mod difficulty;
 mod population;
 mod select;
 mod target;

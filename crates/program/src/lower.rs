@@ -229,12 +229,10 @@ impl Collected {
             let Node::Operation { operation, a, b } = builder.node(node) else {
                 unreachable!("only operations are put off");
             };
-            let is_pending = [a, b].map(|operand| {
-                builder.is_operation(operand) & self.operands[operand as usize].is_none()
-            });
-            if is_pending[0] | is_pending[1] {
+            let (a_waits, b_waits) = (self.waits(builder, a), self.waits(builder, b));
+            if a_waits | b_waits {
                 // Of two the one that needs more registers; the other's turn comes when this node is on top again.
-                let is_a = is_pending[0] & (!is_pending[1] | (builder.need(a) >= builder.need(b)));
+                let is_a = a_waits & (!b_waits | (builder.need(a) >= builder.need(b)));
                 self.pending.push(if is_a { a } else { b });
                 continue;
             }
@@ -248,7 +246,14 @@ impl Collected {
         self.operands[root as usize].expect("the root has just been collected")
     }
 
+    /// Whether it is an operation yet to be collected.
+    #[inline(always)]
+    fn waits(&self, builder: &Builder, node: u32) -> bool {
+        builder.is_operation(node) & self.operands[node as usize].is_none()
+    }
+
     /// Where the value of a node is found. Inputs and constants are collected when they are first asked for.
+    #[inline(always)]
     fn found(&mut self, builder: &Builder, node: u32) -> Option<Operand> {
         let known = self.operands[node as usize];
         if known.is_some() {

@@ -53,11 +53,13 @@ impl Range {
     }
 
     /// Widened by a part in 2^20 and the least normal number, which is more than any of the functions is off.
+    #[inline(always)]
     fn widened(self) -> Self {
         let slack = |x: f32| x.abs() * (1.0 / 1_048_576.0) + f32::MIN_POSITIVE;
         Self { low: self.low - slack(self.low), high: self.high + slack(self.high) }
     }
 
+    #[inline(always)]
     fn clamped(self) -> (Self, bool) {
         let result =
             Self { low: self.low.clamp(-RANGE, RANGE), high: self.high.clamp(-RANGE, RANGE) };
@@ -100,10 +102,12 @@ pub fn find_step_ranges(
             }
         };
         let (a, b) = (read(step.a), read(step.b));
+        // Compiled into this loop: what a call hands back in pieces is read back late.
         ranges.push(of_step(step.operation, a, b, step.a == step.b));
     }
 }
 
+#[inline(always)]
 fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {
     match operation {
         Operation::Add => arithmetic(Range { low: a.low + b.low, high: a.high + b.high }),
@@ -129,15 +133,18 @@ fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {
     }
 }
 
+#[inline(always)]
 fn arithmetic(exact: Range) -> StepRange {
     let (result, clamps) = exact.clamped();
     StepRange { result, clamps, clamps_argument: false }
 }
 
+#[inline(always)]
 fn function(result: Range) -> StepRange {
     StepRange { result: result.widened(), clamps: false, clamps_argument: false }
 }
 
+#[inline(always)]
 fn product(a: Range, b: Range, square: bool) -> Range {
     let ends = [a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high];
     if !square {
@@ -147,10 +154,12 @@ fn product(a: Range, b: Range, square: bool) -> Range {
     Range { low, high: if ends[0] > ends[3] { ends[0] } else { ends[3] } }
 }
 
+#[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
+#[inline(always)]
 fn power(argument: Range) -> StepRange {
     let ends = Range { low: argument.low.ex2(), high: argument.high.ex2() };
     let (result, _) = ends.widened().clamped();

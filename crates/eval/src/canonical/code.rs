@@ -170,7 +170,8 @@ impl Translation {
 
     /// Adds an instruction that stands for one or two steps and writes the result of `result`.
     fn emit(&mut self, pass: Pass, read: [Operand; 3], result: usize, steps: &[Step]) {
-        let operands = read.map(|operand| self.place(operand));
+        let [a, b, c] = read;
+        let operands = [self.place(a), self.place(b), self.place(c)];
         // Taken before the operands are released: a loop never writes what it reads.
         let dst = self.free.pop().unwrap_or_else(|| {
             self.registers += 1;

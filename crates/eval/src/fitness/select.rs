@@ -12,8 +12,8 @@ pub enum Screening {
     None,
     /// What can no longer be among the best; the selection is the same.
     Exact,
-    /// As exact, after only this share of the programs, those with the least error on the first tenth of the samples, was
-    /// let through: the selection may differ.
+    /// As exact, after only this share of the programs, those with the least error on the fair samples that a target
+    /// begins with ([`FitnessTarget::fair_blocks`]), was let through: the selection may differ.
     Race {
         /// Of 0 to 1; never fewer than are to be selected.
         share: f64,
@@ -42,13 +42,14 @@ pub struct Selected {
 
 /// Programs of the first wave; each later wave has twice as many, bounded by what the ones before left as the worst of
 /// the best.
-const FIRST_WAVE: usize = 64;
+const FIRST_WAVE: usize = 16;
 
 /// Selects the `count` programs with the least error.
 ///
 /// Every program is evaluated on the first block. In the order of what that gives, waves of programs go on to the end; the
-/// best found so far bound the next wave, so that most programs end after a few blocks. Waves do not depend on threads:
-/// neither the selection nor the number of blocks does.
+/// best found so far bound the next wave, so that most programs end after a few blocks, and those whose first block
+/// alone passes the bound are not gone on with at all. Waves do not depend on threads: neither the selection nor the
+/// number of blocks does.
 pub fn select_best(
     evaluator: &dyn FitnessEvaluator,
     programs: &[&Program],
@@ -62,11 +63,11 @@ pub fn select_best(
     let prefix = match screening {
         Screening::None => 0,
         Screening::Exact => 1.min(blocks),
-        Screening::Race { .. } => blocks.div_ceil(10),
+        Screening::Race { .. } => target.fair_blocks(),
     };
     population.extend(&order, 0..prefix, f64::INFINITY)?;
-    let known = population.fitness();
-    order.sort_by(|a, b| known[*a].sum.total_cmp(&known[*b].sum).then(a.cmp(b)));
+    let first: Vec<f64> = population.fitness().iter().map(|fitness| fitness.sum).collect();
+    order.sort_unstable_by(|a, b| first[*a].total_cmp(&first[*b]).then(a.cmp(b)));
     if let Screening::Race { share } = screening {
         order.truncate(through(programs.len(), share).max(count));
     }
@@ -77,6 +78,8 @@ pub fn select_best(
             Screening::Exact | Screening::Race { .. } => bound(&best, count),
             Screening::None => f64::INFINITY,
         };
+        // The rest is in the order of what is known of it.
+        rest = &rest[..rest.partition_point(|program| first[*program] <= bound)];
         let (now, later) = rest.split_at(wave.min(rest.len()));
         population.extend(now, prefix..blocks, bound)?;
         let found = now.iter().map(|program| (*program, population.fitness()[*program]));

@@ -3,6 +3,7 @@
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_scene::SampleSet;
 
+use super::difficulty::difficulty;
 use crate::canonical::{BLOCK, LANES, Quarter};
 
 /// How a reflectance and its target are compared.
@@ -53,6 +54,10 @@ const LARGEST_VALUE: f32 = 1e17;
 const LARGEST_WEIGHT: f32 = 1e8;
 
 /// Samples, the reflectance wanted on each, and weights; shuffled once, so that the first samples are a fair part of all.
+///
+/// A selection ends the evaluation of a program as soon as its sum passes a bound, and that is the sooner the larger the
+/// errors that come first. [`FitnessTarget::hardest_first`] puts them there: which samples random programs miss most is
+/// much the same for all of them. The first tenth stays a fair part, by which programs are ranked.
 #[derive(Debug)]
 pub struct FitnessTarget {
     set: SampleSet,
@@ -105,6 +110,26 @@ impl FitnessTarget {
         Ok(Self { set: set.select(&order), loss, rows })
     }
 
+    /// The same samples in another order: after the [`FitnessTarget::fair_blocks`] those first that a pilot misses most.
+    ///
+    /// The pilot are 64 random programs, always the same. What one of them misses by is divided by its sum over all
+    /// samples plus the least of these sums, so that each has the same say but those that could be selected more.
+    /// It costs about what evaluating them on all samples costs, once for a target.
+    #[must_use]
+    pub fn hardest_first(self) -> Self {
+        let fair = self.samples().min(self.fair_blocks() * BLOCK);
+        let difficulty = difficulty(&self);
+        let mut order: Vec<u32> = (0..).take(self.samples()).collect();
+        order[fair..].sort_by(|a, b| {
+            difficulty[*b as usize].total_cmp(&difficulty[*a as usize]).then(a.cmp(b))
+        });
+        let rows = std::array::from_fn(|row| {
+            let values = self.row(row);
+            blocks(&order, |k| values[k])
+        });
+        Self { set: self.set.select(&order), loss: self.loss, rows }
+    }
+
     /// The samples, in the order in which they are evaluated.
     #[must_use]
     pub fn set(&self) -> &SampleSet {
@@ -121,6 +146,13 @@ impl FitnessTarget {
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.samples().div_ceil(BLOCK)
+    }
+
+    /// Blocks at the beginning whose samples are a fair part of all, whatever the order of the others: a tenth, at least
+    /// one.
+    #[must_use]
+    pub fn fair_blocks(&self) -> usize {
+        (self.blocks() / 10).max(1)
     }
 
     /// How values are compared.

@@ -91,7 +91,7 @@ fn program_that_made_the_target_has_next_to_no_error() {
 fn selection_is_the_same_when_evaluation_ends_early_and_takes_fewer_blocks() {
     let programs = programs(60);
     let all: Vec<&Program> = programs.iter().collect();
-    let target = target(&hard_samples(5, 4096), &programs[40], Loss::Logarithmic);
+    let target = target(&hard_samples(5, 4096), &programs[40], Loss::Logarithmic).hardest_first();
     let evaluator = CanonicalEvaluator::default();
     let select = |screening| select_best(&evaluator, &all, &target, 10, screening).unwrap();
     let (full, exact) = (select(Screening::None), select(Screening::Exact));
@@ -124,6 +124,36 @@ fn target_is_refused_when_its_numbers_are_none() {
     assert_eq!(make(&good, &good[..2]), Err(length));
     let empty = FitnessTarget::new(&hard_samples(1, 0), [&[]; 3], [&[]; 3], Loss::Squared, 0);
     assert_eq!(empty.err(), Some(TargetError::Empty));
+}
+
+#[test]
+fn hardest_samples_come_first_when_the_fair_ones_are_through() {
+    let programs = programs(6);
+    let set = hard_samples(7, 5200);
+    let shuffled = target(&set, &programs[9], Loss::Logarithmic);
+    let ordered = target(&set, &programs[9], Loss::Logarithmic).hardest_first();
+    let fair = 2 * 256;
+    assert_eq!(ordered.fair_blocks(), 2);
+    assert_eq!(ordered.values()[1][..fair], shuffled.values()[1][..fair]);
+    let bits = |target: &FitnessTarget| {
+        let place = |k: usize| {
+            let numbers = [target.values(), target.weights()].map(|rows| rows.map(|row| row[k]));
+            (numbers.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>(), k)
+        };
+        let mut all: Vec<_> = (0..target.samples()).map(|k| place(k).0).collect();
+        all.sort();
+        all
+    };
+    assert_eq!(bits(&ordered), bits(&shuffled), "the same samples");
+    // Programs that are not of the pilot find most of their error in the first half of what is ordered.
+    let all: Vec<&Program> = programs.iter().collect();
+    let mut population = CanonicalPopulation::new(&all, &ordered, Level::best());
+    let every: Vec<usize> = (0..all.len()).collect();
+    population.extend(&every, 0..11, f64::INFINITY).unwrap();
+    let half: Vec<f64> = population.fitness().iter().map(|fitness| fitness.sum).collect();
+    population.extend(&every, 11..ordered.blocks(), f64::INFINITY).unwrap();
+    let larger = population.fitness().iter().zip(&half).filter(|(f, half)| **half > 0.5 * f.sum);
+    assert!(larger.count() * 4 > all.len() * 3);
 }
 
 proptest! {

@@ -1,0 +1,56 @@
+//! How hard each sample of a target is to meet, by programs that know nothing of it.
+
+use brood_genome::{BirthKey, Dialect, Functions, Variation};
+use brood_program::Program;
+use rayon::prelude::*;
+
+use super::{FitnessTarget, Loss};
+use crate::{CanonicalEvaluator, Evaluator};
+
+/// Programs that are tried.
+const PILOT: u32 = 64;
+/// Any other would do.
+const PILOT_SEED: u64 = 0x70_69_6c_6f_74;
+
+/// For each sample the sum over the pilot of its share in what a program misses. The same on every machine.
+pub(super) fn difficulty(target: &FitnessTarget) -> Vec<f64> {
+    let random = Variation::random(Dialect::default());
+    let key = |slot| BirthKey { seed: PILOT_SEED, slot, attempt: 0 };
+    let programs = (0..PILOT).map(|slot| Program::lower(&random.birth(key(slot))));
+    let programs: Vec<Program> = programs.collect();
+    let errors: Vec<Vec<f32>> =
+        programs.par_iter().map(|program| errors(program, target)).collect();
+    let sum = |errors: &Vec<f32>| errors.iter().map(|error| f64::from(*error)).sum::<f64>();
+    let sums: Vec<f64> = errors.iter().map(sum).collect();
+    let least = sums.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut difficulty = vec![0.0; target.samples()];
+    for (errors, sum) in errors.iter().zip(&sums) {
+        // A program that leaves f32 has no shares, one that misses nothing has none to give.
+        if sum.is_finite() && *sum > 0.0 {
+            for (difficulty, error) in difficulty.iter_mut().zip(errors) {
+                *difficulty += f64::from(*error) / (sum + least);
+            }
+        }
+    }
+    difficulty
+}
+
+/// What a program misses each sample by: the e of the sum.
+fn errors(program: &Program, target: &FitnessTarget) -> Vec<f32> {
+    let (samples, mut f) = (target.samples(), Vec::new());
+    let evaluated = CanonicalEvaluator::default().eval(&[program], target.set(), &mut f);
+    evaluated.expect("the CPU evaluates whatever is a program");
+    let mut errors = vec![0.0; samples];
+    let (values, weights) = (target.values(), target.weights());
+    for (channel, f) in f.chunks_exact(samples).enumerate() {
+        let compared = values[channel].iter().zip(weights[channel]).zip(f);
+        for (error, ((value, weight), f)) in errors.iter_mut().zip(compared) {
+            let scaled = match target.loss() {
+                Loss::Logarithmic => Functions::KNOWN.log2(1.0 + f * weight),
+                Loss::Squared => f * weight,
+            };
+            *error += (scaled - value) * (scaled - value);
+        }
+    }
+    errors
+}
