@@ -5,14 +5,15 @@
 //! clamp acts, the derivative is 0. What comes out is what a damped Gauss-Newton step needs: J^T J and J^T r.
 
 mod local;
+mod plan;
 mod sweep;
 
 use brood_program::Program;
 use rayon::prelude::*;
 
-use crate::FitnessTarget;
-use crate::canonical::BLOCK;
-use sweep::Sweep;
+use crate::{FitnessTarget, Level};
+use plan::Plan;
+use sweep::{Room, Sweep, Walks};
 
 /// In which direction derivatives are carried through a program. Both give the same up to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,8 +65,8 @@ impl NormalEquations {
 /// The normal equations of a program's constants ([`Program::constants`], in their order) against a target.
 ///
 /// # Error
-/// Values and derivatives are f32, sums of 64 samples are f32, everything above is f64 in a fixed order: the same to the
-/// bit for any number of threads. Against derivatives in f64: at most 1e-4 of the largest entry
+/// Values and derivatives are f32, each 24 products that are added first are f32, everything above is f64 in a fixed
+/// order: the same to the bit for any number of threads. Against derivatives in f64: at most 1e-4 of the largest entry
 /// (`derivatives_agree_with_those_in_f64`).
 #[must_use]
 pub fn normal_equations(
@@ -73,20 +74,20 @@ pub fn normal_equations(
     target: &FitnessTarget,
     direction: Direction,
 ) -> NormalEquations {
-    let constants = program.constants().len();
+    let (plan, level) = (Plan::new(program), Level::best());
+    let walks = match direction {
+        Direction::Forward => Walks::Forward(plan.tangents()),
+        Direction::Reverse => Walks::Reverse(plan.adjoints()),
+    };
+    let (plan, walks) = (&plan, &walks);
     let parts: Vec<NormalEquations> = (0..target.blocks())
         .into_par_iter()
-        .map(|block| {
-            let mut equations = NormalEquations::zero(constants);
-            let mut sweep = Sweep::new(program);
-            let end = target.samples().min((block + 1) * BLOCK);
-            for start in (block * BLOCK..end).step_by(crate::canonical::LANES) {
-                sweep.run(target, start, direction, &mut equations);
-            }
-            equations
-        })
+        .map_init(
+            || Room::new(plan),
+            |room, block| level.run(Sweep { plan, walks, target, block, room }),
+        )
         .collect();
-    let mut equations = NormalEquations::zero(constants);
+    let mut equations = NormalEquations::zero(plan.constants);
     for part in &parts {
         equations.add(part);
     }

@@ -1,238 +1,347 @@
-//! One pass through a program over a few samples: values forwards, derivatives in either direction.
+//! One pass through a program over a block of samples: values forwards, derivatives in either direction, and what they
+//! add to the normal equations. Every loop is over the 64 lanes of a quarter, for one operation at a time.
 
-use brood_genome::{Arithmetic, Functions};
-use brood_program::{Operand, Program, Step};
+use brood_genome::Functions;
+use brood_program::Operation;
 
+use super::NormalEquations;
 use super::local::partials;
-use super::{Direction, NormalEquations};
-use crate::canonical::LANES;
+use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep};
+use crate::canonical::{BLOCK, LANES, Quarter, Work, reflectance};
 use crate::{FitnessTarget, Loss};
 
-type Lanes = [f32; LANES];
-const ZERO: Lanes = [0.0; LANES];
+const ZERO: Quarter = Quarter([0.0; LANES]);
+const ONE: Quarter = Quarter([1.0; LANES]);
+/// Quarters of a block.
+const QUARTERS: usize = BLOCK / LANES;
+/// Quarters of one constant in a block: one for each channel and quarter.
+const COLUMN: usize = 3 * QUARTERS;
+/// Sums that take the products of a block in turn.
+const PARTIAL_SUMS: usize = 32;
 
-/// Room for one program, used for all samples in turn.
-pub(super) struct Sweep<'a> {
-    program: &'a Program,
-    /// Of every step.
-    values: Vec<Lanes>,
-    /// Of every step: adjoints of one channel, or tangents of one constant.
-    carried: Vec<Lanes>,
-    /// [channel][constant]: derivatives of the result g of a channel.
-    jacobian: Vec<Lanes>,
-    inputs: Vec<Lanes>,
+/// The walks of one direction.
+pub(super) enum Walks {
+    Forward(Vec<(Vec<TangentStep>, [Tangent; 3])>),
+    Reverse([(Adjoint, Vec<AdjointStep>); 3]),
 }
 
-impl<'a> Sweep<'a> {
-    pub(super) fn new(program: &'a Program) -> Self {
-        let steps = program.steps().len();
+/// Room for the blocks of one program, used for one after the other.
+pub(super) struct Room {
+    /// Values by the rows of the plan.
+    values: Vec<Quarter>,
+    /// Of every step: its derivatives by its operands.
+    by_a: Vec<Quarter>,
+    by_b: Vec<Quarter>,
+    /// Of every step: adjoints of one channel, or tangents of one constant.
+    carried: Vec<Quarter>,
+    /// [channel][constant]: derivatives of the result g of a channel.
+    jacobian: Vec<Quarter>,
+    /// [constant][quarter][channel]: derivatives of the residuals of the block.
+    columns: Vec<Quarter>,
+    residuals: [Quarter; COLUMN],
+}
+
+impl Room {
+    pub(super) fn new(plan: &Plan<'_>) -> Self {
+        let (constants, steps) = (plan.constants, plan.steps.len());
+        let mut values = vec![ZERO; plan.first_step() + steps];
+        for (row, constant) in values.iter_mut().zip(plan.program.constants()) {
+            row.0.fill(constant.canonical);
+        }
         Self {
-            program,
-            values: vec![ZERO; steps],
+            values,
+            by_a: vec![ZERO; steps],
+            by_b: vec![ZERO; steps],
             carried: vec![ZERO; steps],
-            jacobian: vec![ZERO; 3 * program.constants().len()],
-            inputs: vec![ZERO; brood_genome::Input::ALL.len()],
+            jacobian: vec![ZERO; 3 * constants],
+            columns: vec![ZERO; COLUMN * constants],
+            residuals: [ZERO; COLUMN],
         }
     }
+}
 
-    /// Adds what the samples from `start` contribute.
-    pub(super) fn run(
-        &mut self,
-        target: &FitnessTarget,
-        start: usize,
-        direction: Direction,
-        equations: &mut NormalEquations,
-    ) {
-        self.read(target, start);
-        self.forwards();
-        match direction {
-            Direction::Forward => self.tangents(),
-            Direction::Reverse => self.adjoints(),
+/// What one block of samples contributes.
+pub(super) struct Sweep<'a> {
+    pub(super) plan: &'a Plan<'a>,
+    pub(super) walks: &'a Walks,
+    pub(super) target: &'a FitnessTarget,
+    pub(super) block: usize,
+    pub(super) room: &'a mut Room,
+}
+
+impl Work for Sweep<'_> {
+    type Done = NormalEquations;
+
+    #[inline(always)]
+    fn run(mut self) -> NormalEquations {
+        let start = self.block * BLOCK;
+        let quarters = (self.target.samples() - start).div_ceil(LANES).min(QUARTERS);
+        for quarter in 0..quarters {
+            self.read(start + quarter * LANES);
+            self.forwards();
+            match self.walks {
+                Walks::Forward(walks) => self.tangents(walks),
+                Walks::Reverse(walks) => self.adjoints(walks),
+            }
+            self.residuals(quarter);
         }
-        self.accumulate(target, start / LANES, equations);
+        self.accumulate(quarters)
     }
+}
 
-    fn read(&mut self, target: &FitnessTarget, start: usize) {
-        for input in self.program.inputs().iter() {
-            let values = &target.set().input(input)[start..];
-            let lanes = &mut self.inputs[input.index()];
+impl Sweep<'_> {
+    #[inline(always)]
+    fn read(&mut self, start: usize) {
+        let rows = &mut self.room.values[self.plan.constants..];
+        for (input, row) in self.plan.inputs.iter().zip(rows) {
+            let values = &self.target.set().input(*input)[start..];
             let count = values.len().min(LANES);
-            lanes[..count].copy_from_slice(&values[..count]);
+            row.0[..count].copy_from_slice(&values[..count]);
             // The weight of what is beyond the last sample is 0; any value will do.
-            lanes[count..].fill(values[count - 1]);
+            row.0[count..].fill(values[count - 1]);
         }
     }
 
-    fn operand(&self, operand: Operand) -> Lanes {
-        match operand {
-            Operand::Step(index) => self.values[usize::from(index)],
-            Operand::Input(input) => self.inputs[input.index()],
-            Operand::Constant(index) => {
-                [self.program.constants()[usize::from(index)].canonical; LANES]
-            }
-        }
-    }
-
+    /// Values of all steps, and derivatives of those that change with a constant.
+    #[inline(always)]
     fn forwards(&mut self) {
-        for (index, step) in self.program.steps().iter().enumerate() {
-            let (a, b) = (self.operand(step.a), self.operand(step.b));
-            let mut value = ZERO;
-            for lane in 0..LANES {
-                value[lane] = step.operation.apply(a[lane], b[lane]);
+        let first_step = self.plan.first_step();
+        let Room { values, by_a, by_b, .. } = &mut *self.room;
+        for (index, step) in self.plan.steps.iter().enumerate() {
+            let (before, rest) = values.split_at_mut(first_step + index);
+            let (a, b) = (&before[step.a], &before[step.b]);
+            value(step, a, b, &mut rest[0]);
+            if step.is_active {
+                slopes(step.operation, [a, b, &rest[0]], &mut by_a[index], &mut by_b[index]);
             }
-            self.values[index] = value;
         }
     }
 
-    /// The derivatives of a step with respect to its operands.
-    fn partials(&self, index: usize, step: &Step) -> (Lanes, Lanes) {
-        let (a, b) = (self.operand(step.a), self.operand(step.b));
-        let value = &self.values[index];
-        let (mut by_a, mut by_b) = (ZERO, ZERO);
-        for lane in 0..LANES {
-            (by_a[lane], by_b[lane]) = partials(step.operation, a[lane], b[lane], value[lane]);
+    #[inline(always)]
+    fn tangents(&mut self, walks: &[(Vec<TangentStep>, [Tangent; 3])]) {
+        let constants = self.plan.constants;
+        let Room { by_a, by_b, carried, jacobian, .. } = &mut *self.room;
+        for (constant, (walk, results)) in walks.iter().enumerate() {
+            for step in walk {
+                let (before, rest) = carried.split_at_mut(step.step);
+                let (by_a, by_b) = (&by_a[step.step], &by_b[step.step]);
+                let out = &mut rest[0];
+                match (tangent(before, step.a), tangent(before, step.b)) {
+                    (Some(a), Some(b)) => {
+                        for lane in 0..LANES {
+                            out.0[lane] = a.0[lane] * by_a.0[lane] + b.0[lane] * by_b.0[lane];
+                        }
+                    }
+                    (Some(a), None) => multiply(out, a, by_a),
+                    (None, Some(b)) => multiply(out, b, by_b),
+                    (None, None) => *out = ZERO,
+                }
+            }
+            for (channel, result) in results.iter().enumerate() {
+                let found = tangent(carried, *result);
+                jacobian[channel * constants + constant] = *found.unwrap_or(&ZERO);
+            }
         }
-        (by_a, by_b)
     }
 
-    fn adjoints(&mut self) {
-        self.jacobian.fill(ZERO);
-        let constants = self.program.constants().len();
-        for (channel, result) in self.program.results().iter().enumerate() {
-            self.carried.fill(ZERO);
-            self.spread(*result, &[1.0; LANES], channel * constants);
-            for (index, step) in self.program.steps().iter().enumerate().rev() {
-                let adjoint = self.carried[index];
-                if adjoint == ZERO {
+    #[inline(always)]
+    fn adjoints(&mut self, walks: &[(Adjoint, Vec<AdjointStep>); 3]) {
+        let constants = self.plan.constants;
+        let Room { by_a, by_b, carried, jacobian, .. } = &mut *self.room;
+        jacobian.fill(ZERO);
+        for (channel, (result, walk)) in walks.iter().enumerate() {
+            let jacobian = &mut jacobian[channel * constants..(channel + 1) * constants];
+            spread(*result, [&ONE, &ONE], carried, jacobian);
+            for step in walk {
+                let (before, rest) = carried.split_at_mut(step.step);
+                let adjoint = &rest[0];
+                spread(step.a, [adjoint, &by_a[step.step]], before, jacobian);
+                spread(step.b, [adjoint, &by_b[step.step]], before, jacobian);
+            }
+        }
+    }
+
+    /// Residuals of a quarter, and from derivatives of g to theirs.
+    #[inline(always)]
+    fn residuals(&mut self, quarter: usize) {
+        let Self { plan, target, block, room, .. } = self;
+        let Room { values, jacobian, columns, residuals, .. } = &mut **room;
+        let functions = std::hint::black_box(Functions::KNOWN);
+        let rows = target.quarter(*block * QUARTERS + quarter);
+        let g = plan.results.map(|row| &values[row]);
+        let mut f = [ZERO; 3];
+        reflectance(plan.program, g.map(|g| &g.0), &mut f);
+        for channel in 0..3 {
+            let (f, wanted, weight) = (&f[channel].0, &rows[channel].0, &rows[3 + channel].0);
+            let residual = &mut residuals[3 * quarter + channel].0;
+            let mut slope = ZERO;
+            match target.loss() {
+                Loss::Logarithmic => {
+                    for lane in 0..LANES {
+                        let t = 1.0 + f[lane] * weight[lane];
+                        residual[lane] = functions.log2(t) - wanted[lane];
+                        slope.0[lane] = weight[lane] / (std::f32::consts::LN_2 * t);
+                    }
+                }
+                Loss::Squared => {
+                    for lane in 0..LANES {
+                        residual[lane] = f[lane] * weight[lane] - wanted[lane];
+                        slope.0[lane] = weight[lane];
+                    }
+                }
+            }
+            let mut is_first = true;
+            for (k, coefficient) in plan.coefficients[channel].into_iter().enumerate() {
+                if coefficient.abs() <= 0.0 {
                     continue;
                 }
-                let (by_a, by_b) = self.partials(index, step);
-                self.spread(step.a, &product(&adjoint, &by_a), channel * constants);
-                if step.operation.is_binary() {
-                    self.spread(step.b, &product(&adjoint, &by_b), channel * constants);
+                let mut by_g = ZERO;
+                for lane in 0..LANES {
+                    by_g.0[lane] = slope.0[lane] * (2.0 * coefficient) * g[k].0[lane];
                 }
-            }
-        }
-    }
-
-    /// Adds to the adjoint of an operand, or to the derivative by a constant.
-    fn spread(&mut self, operand: Operand, share: &Lanes, row: usize) {
-        let place = match operand {
-            Operand::Step(index) => &mut self.carried[usize::from(index)],
-            Operand::Constant(index) => &mut self.jacobian[row + usize::from(index)],
-            Operand::Input(_) => return,
-        };
-        for (place, share) in place.iter_mut().zip(share) {
-            *place += share;
-        }
-    }
-
-    fn tangents(&mut self) {
-        let constants = self.program.constants().len();
-        for constant in 0..constants {
-            for (index, step) in self.program.steps().iter().enumerate() {
-                let (a, b) = (self.tangent(step.a, constant), self.tangent(step.b, constant));
-                let mut tangent = ZERO;
-                if a != ZERO || b != ZERO {
-                    let (by_a, by_b) = self.partials(index, step);
-                    for lane in 0..LANES {
-                        tangent[lane] = a[lane] * by_a[lane] + b[lane] * by_b[lane];
+                for constant in 0..plan.constants {
+                    let column = &mut columns[constant * COLUMN + 3 * quarter + channel];
+                    let derivative = &jacobian[k * plan.constants + constant];
+                    match is_first {
+                        true => multiply(column, &by_g, derivative),
+                        false => add_product(column, &by_g, derivative),
                     }
                 }
-                self.carried[index] = tangent;
+                is_first = false;
             }
-            for (channel, result) in self.program.results().iter().enumerate() {
-                self.jacobian[channel * constants + constant] = self.tangent(*result, constant);
+            if is_first {
+                for constant in 0..plan.constants {
+                    columns[constant * COLUMN + 3 * quarter + channel] = ZERO;
+                }
             }
         }
     }
 
-    fn tangent(&self, operand: Operand, constant: usize) -> Lanes {
-        match operand {
-            Operand::Step(index) => self.carried[usize::from(index)],
-            Operand::Constant(index) if usize::from(index) == constant => [1.0; LANES],
-            Operand::Constant(_) | Operand::Input(_) => ZERO,
-        }
-    }
-
-    /// From derivatives of g to those of residuals, and their products.
-    fn accumulate(&self, target: &FitnessTarget, quarter: usize, equations: &mut NormalEquations) {
-        let constants = equations.constants;
-        let rows = target.quarter(quarter);
-        let g = self.program.results().map(|result| self.operand(result));
-        let output = self.program.output();
-        let mut residual = [ZERO; 3];
-        // by_square[channel][k]: derivative of the residual of a channel by the square of g of channel k.
-        let mut by_square = [[ZERO; 3]; 3];
-        for lane in 0..LANES {
-            let squares = [0, 1, 2].map(|channel: usize| g[channel][lane].square());
-            let offset = output.apply([0.0; 3]);
-            for channel in 0..3 {
-                let weight = rows[3 + channel].0[lane];
-                let f = output.channel(channel, squares);
-                let weighted = f * weight;
-                let slope = match target.loss() {
-                    Loss::Logarithmic => weight / (std::f32::consts::LN_2 * (1.0 + weighted)),
-                    Loss::Squared => weight,
-                };
-                let scaled = match target.loss() {
-                    Loss::Logarithmic => Functions::KNOWN.log2(1.0 + weighted),
-                    Loss::Squared => weighted,
-                };
-                residual[channel][lane] = scaled - rows[channel].0[lane];
-                for k in 0..3 {
-                    // The output stage is affine: a unit in, less the offset, is its coefficient.
-                    let mut unit = [0.0; 3];
-                    unit[k] = 1.0;
-                    by_square[channel][k][lane] =
-                        slope * (output.channel(channel, unit) - offset[channel]);
-                }
+    #[inline(always)]
+    fn accumulate(&self, quarters: usize) -> NormalEquations {
+        let constants = self.plan.constants;
+        let mut equations = NormalEquations::zero(constants);
+        let residuals = &self.room.residuals[..3 * quarters];
+        let column = |index: usize| &self.room.columns[index * COLUMN..][..3 * quarters];
+        equations.sum = dot(residuals, residuals);
+        for first in 0..constants {
+            let a = column(first);
+            equations.gradient[first] = dot(a, residuals);
+            for second in 0..=first {
+                let value = dot(a, column(second));
+                equations.matrix[first * constants + second] = value;
+                equations.matrix[second * constants + first] = value;
             }
         }
-        let mut by_constant = vec![ZERO; constants];
-        for channel in 0..3 {
-            for (constant, row) in by_constant.iter_mut().enumerate() {
-                *row = ZERO;
-                for k in 0..3 {
-                    let derivative = &self.jacobian[k * constants + constant];
-                    for lane in 0..LANES {
-                        row[lane] +=
-                            by_square[channel][k][lane] * 2.0 * g[k][lane] * derivative[lane];
-                    }
-                }
-            }
-            equations.sum += dot(&residual[channel], &residual[channel]);
-            for (first, a) in by_constant.iter().enumerate() {
-                equations.gradient[first] += dot(a, &residual[channel]);
-                for (second, b) in by_constant.iter().enumerate().take(first + 1) {
-                    let value = dot(a, b);
-                    equations.matrix[first * constants + second] += value;
-                    if second < first {
-                        equations.matrix[second * constants + first] += value;
-                    }
-                }
-            }
-        }
+        equations
     }
 }
 
 #[inline(always)]
-fn product(a: &Lanes, b: &Lanes) -> Lanes {
-    let mut product = ZERO;
+fn tangent(carried: &[Quarter], tangent: Tangent) -> Option<&Quarter> {
+    match tangent {
+        Tangent::Zero => None,
+        Tangent::One => Some(&ONE),
+        Tangent::Step(step) => Some(&carried[step]),
+    }
+}
+
+/// Hands the product of an adjoint and a derivative on.
+#[inline(always)]
+fn spread(
+    to: Adjoint,
+    [adjoint, slope]: [&Quarter; 2],
+    carried: &mut [Quarter],
+    jacobian: &mut [Quarter],
+) {
+    match to {
+        Adjoint::Nowhere => {}
+        Adjoint::Constant(constant) => add_product(&mut jacobian[constant], adjoint, slope),
+        Adjoint::Step { step, is_first: true } => multiply(&mut carried[step], adjoint, slope),
+        Adjoint::Step { step, is_first: false } => add_product(&mut carried[step], adjoint, slope),
+    }
+}
+
+#[inline(always)]
+fn multiply(out: &mut Quarter, a: &Quarter, b: &Quarter) {
+    for ((out, a), b) in out.0.iter_mut().zip(&a.0).zip(&b.0) {
+        *out = a * b;
+    }
+}
+
+#[inline(always)]
+fn add_product(out: &mut Quarter, a: &Quarter, b: &Quarter) {
+    for ((out, a), b) in out.0.iter_mut().zip(&a.0).zip(&b.0) {
+        *out += a * b;
+    }
+}
+
+/// Takes one way for each operation, so that the loop on it is compiled with the operation known and nothing is decided in
+/// each lane.
+macro_rules! for_known {
+    ($operation:expr, $known:ident => $do:expr) => {
+        for_known!(@arms $operation, $known => $do;
+            Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
+    };
+    (@arms $operation:expr, $known:ident => $do:expr; $($name:ident)*) => {
+        match $operation {
+            $(Operation::$name => {
+                let $known = Operation::$name;
+                $do
+            })*
+        }
+    };
+}
+
+#[inline(always)]
+fn value(step: &PlannedStep, a: &Quarter, b: &Quarter, out: &mut Quarter) {
+    for_known!(step.operation, operation => apply(operation, a, b, out));
+}
+
+#[inline(always)]
+fn apply(operation: Operation, a: &Quarter, b: &Quarter, out: &mut Quarter) {
+    for ((out, a), b) in out.0.iter_mut().zip(&a.0).zip(&b.0) {
+        *out = operation.apply(*a, *b);
+    }
+}
+
+/// The derivatives of a step by its operands, given these and its value.
+#[inline(always)]
+fn slopes(operation: Operation, known: [&Quarter; 3], by_a: &mut Quarter, by_b: &mut Quarter) {
+    for_known!(operation, operation => slope_rows(operation, known, by_a, by_b));
+}
+
+#[inline(always)]
+fn slope_rows(
+    operation: Operation,
+    [a, b, value]: [&Quarter; 3],
+    by_a: &mut Quarter,
+    by_b: &mut Quarter,
+) {
     for lane in 0..LANES {
-        product[lane] = a[lane] * b[lane];
+        (by_a.0[lane], by_b.0[lane]) = partials(operation, a.0[lane], b.0[lane], value.0[lane]);
     }
-    product
 }
 
-/// In sixteen sums that are added in order.
+/// In 32 sums of f32, which are added in halves in f64.
 #[inline(always)]
-fn dot(a: &Lanes, b: &Lanes) -> f64 {
-    let mut sums = [0.0f32; 16];
-    for (a, b) in a.as_chunks::<16>().0.iter().zip(b.as_chunks::<16>().0) {
-        for lane in 0..16 {
-            sums[lane] += a[lane] * b[lane];
+fn dot(a: &[Quarter], b: &[Quarter]) -> f64 {
+    let mut sums = [0.0f32; PARTIAL_SUMS];
+    for (a, b) in a.iter().zip(b) {
+        let pairs = a.0.as_chunks::<PARTIAL_SUMS>().0.iter().zip(b.0.as_chunks::<PARTIAL_SUMS>().0);
+        for (a, b) in pairs {
+            for lane in 0..PARTIAL_SUMS {
+                sums[lane] += a[lane] * b[lane];
+            }
         }
     }
-    sums.iter().map(|sum| f64::from(*sum)).sum()
+    let mut sums = sums.map(f64::from);
+    let mut half = PARTIAL_SUMS / 2;
+    while half > 0 {
+        for at in 0..half {
+            sums[at] += sums[at + half];
+        }
+        half /= 2;
+    }
+    sums[0]
 }
