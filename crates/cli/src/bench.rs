@@ -2,6 +2,7 @@
 
 mod all;
 mod breed;
+mod derivative;
 mod fitness;
 mod frame;
 mod measure;
@@ -24,6 +25,8 @@ pub enum BenchCommand {
     All(all::BenchAllArgs),
     /// From the request for a brood to the last byte of all its thumbnails, over HTTP
     Breed(breed::BenchBreedArgs),
+    /// Normal equations of constants, forwards and backwards, beside plain evaluation
+    Derivative(derivative::BenchDerivativeArgs),
     /// Genomes a second against a target, everything included
     Fitness(fitness::BenchFitnessArgs),
     /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
@@ -43,6 +46,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
     match command {
         BenchCommand::All(args) => all::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
+        BenchCommand::Derivative(args) => derivative::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),
         BenchCommand::Frame(args) => frame::run(args, json),
         BenchCommand::Ops(args) => ops::run(args, json),

@@ -110,3 +110,18 @@ fn ops_and_stress_leave_their_files() {
     assert_eq!(json["evaluations_per_level"], 64 * 4096);
     assert_eq!(json["mesh_samples_not_finite"], 0);
 }
+
+#[test]
+fn derivative_measures_both_directions_for_every_group() {
+    let dir = tempfile::tempdir().unwrap();
+    let words = ["derivative", "--genomes", "40", "--samples", "300", "--repeats", "1"];
+    let json = recorded(&words, dir.path(), "derivative");
+    let rows = json.as_array().unwrap();
+    assert!(rows.len() >= 3, "{json}");
+    for row in rows {
+        for key in ["plain_us", "forward_us", "reverse_us"] {
+            assert!(row[key].as_f64().unwrap() > 0.0, "{key} in {row}");
+        }
+        assert!(row["constants_min"].as_u64() <= row["constants_max"].as_u64(), "{row}");
+    }
+}

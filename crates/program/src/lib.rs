@@ -32,6 +32,6 @@ pub use execute::execute;
 pub use hash::ProgramHash;
 pub use liveness::live_instructions;
 pub use program::{Constant, Operand, Operation, Program, Step};
-pub use range::{Range, StepRange, find_step_ranges, step_ranges};
+pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};
 pub use words::WordsError;

@@ -80,19 +80,7 @@ impl Range {
 /// None: no canonical f32 value leaves its range (`no_value_leaves_its_range`).
 #[must_use]
 pub fn step_ranges(program: &Program, input: impl Fn(Input) -> Range) -> Vec<StepRange> {
-    let mut ranges = Vec::new();
-    find_step_ranges(program, input, &mut ranges);
-    ranges
-}
-
-/// As [`step_ranges`], in place of what `ranges` held.
-pub fn find_step_ranges(
-    program: &Program,
-    input: impl Fn(Input) -> Range,
-    ranges: &mut Vec<StepRange>,
-) {
-    ranges.clear();
-    ranges.reserve(program.steps().len());
+    let mut ranges: Vec<StepRange> = Vec::with_capacity(program.steps().len());
     for step in program.steps() {
         let read = |operand| match operand {
             Operand::Step(index) => ranges[usize::from(index)].result,
@@ -102,18 +90,22 @@ pub fn find_step_ranges(
             }
         };
         let (a, b) = (read(step.a), read(step.b));
-        // Compiled into this loop: what a call hands back in pieces is read back late.
-        ranges.push(of_step(step.operation, a, b, step.a == step.b));
+        ranges.push(StepRange::of(step.operation, a, b, step.a == step.b));
     }
+    ranges
 }
 
-#[inline(always)]
-fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {
+impl StepRange {
+    /// The range of an operation on operands of these ranges; `same` where both are one value.
+    // Compiled into the loop that asks: what a call hands back in pieces is read back late.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(operation: Operation, a: Range, b: Range, same: bool) -> Self {
     match operation {
         Operation::Add => arithmetic(Range { low: a.low + b.low, high: a.high + b.high }),
         Operation::Sub => arithmetic(Range { low: a.low - b.high, high: a.high - b.low }),
         Operation::Mul => arithmetic(product(a, b, same)),
-        Operation::Sin | Operation::Cos => StepRange {
+        Operation::Sin | Operation::Cos => Self {
             // The polynomials may pass 1 by a rounding.
             result: Range { low: -1.0, high: 1.0 }.widened(),
             clamps: false,
@@ -125,12 +117,13 @@ fn of_step(operation: Operation, a: Range, b: Range, same: bool) -> StepRange {
         // |x| / (x^2 + e) has its largest value, 1 / (2 sqrt e), at sqrt e = 2^-12.
         Operation::Rcp => function(Range { low: -2048.0, high: 2048.0 }),
         Operation::Rsq => function(Range { low: 0.0, high: 4096.0 }),
-        Operation::Spl | Operation::SplNeg => StepRange {
+        Operation::Spl | Operation::SplNeg => Self {
             result: Range { low: 0.0, high: RANGE },
             clamps: true,
             clamps_argument: true,
         },
     }
+}
 }
 
 #[inline(always)]
@@ -249,7 +242,7 @@ mod tests {
     #[test]
     fn functions_stay_within_their_ranges_over_the_whole_machine() {
         for operation in Operation::ALL.into_iter().filter(|operation| !operation.is_binary()) {
-            let whole = of_step(operation, Range::ALL, Range::ALL, true);
+            let whole = StepRange::of(operation, Range::ALL, Range::ALL, true);
             for exponent in -30..=15 {
                 for mantissa in 0..4096u32 {
                     let magnitude = 2f32.powi(exponent) * (1.0 + mantissa as f32 / 4096.0);
@@ -261,7 +254,7 @@ mod tests {
                             "{operation:?} {x} {y}"
                         );
                         let near =
-                            of_step(operation, Range::point(x), Range::point(x), true).result;
+                            StepRange::of(operation, Range::point(x), Range::point(x), true).result;
                         assert!(near.low <= y && y <= near.high, "{operation:?} {x} {y} {near:?}");
                     }
                 }

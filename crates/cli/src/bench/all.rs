@@ -81,20 +81,14 @@ fn parts(short: bool, gpu: bool) -> Vec<Part> {
             charts: &["ops"],
         },
         Part {
-            words: words("fitness", "", "--population 40 --rounds 1"),
-            name: "fitness",
-            has_files: true,
-            charts: &[],
-        },
-        Part {
-            words: words("frame", "", "--repeats 2"),
-            name: "frame",
-            has_files: true,
-            charts: &[],
-        },
-        Part {
             words: words("fitness", "", "--population 50 --rounds 1"),
             name: "fitness",
+            has_files: true,
+            charts: &[],
+        },
+        Part {
+            words: words("derivative", "", "--genomes 40 --repeats 1"),
+            name: "derivative",
             has_files: true,
             charts: &[],
         },

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
-use brood_eval::{CanonicalEvaluator, Ranked, Screening, select_best};
+use brood_eval::{CanonicalEvaluator, CanonicalPopulation, Ranked, Screening, select_best};
 use brood_genome::Genome;
 use brood_program::{Counts, Program};
 use clap::Args;
@@ -48,6 +48,12 @@ struct Row {
     genomes_per_second: f64,
     /// With programs that were lowered before.
     programs_per_second: f64,
+    /// Microseconds a genome by the clock, all threads at work: genome to program.
+    lowering_us: f64,
+    /// Program to instructions for these samples; measured apart, part of what is left otherwise.
+    translation_us: f64,
+    /// Evaluation, sums and selection.
+    evaluation_us: f64,
     /// Share of the blocks of 256 samples that were evaluated.
     blocks_evaluated_share: f64,
     /// Scalar operations of the genomes as written, on all samples.
@@ -62,6 +68,7 @@ struct Row {
 struct Round {
     seconds: f64,
     lowering_seconds: f64,
+    translation_seconds: f64,
     evaluated: f64,
     written: f64,
     executed: f64,
@@ -105,11 +112,14 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
     }
     let line = |row: &Row| {
         format!(
-            "{:<6} {:9.0} genomes/s  ({:9.0} lowered before)  {:4.0} % of blocks  {:6.1} G equivalent  {:5.1} G executed \
-             operations/s  {:3.0} % of the best {SELECTED}\n",
+            "{:<6} {:9.0} genomes/s  ({:9.0} lowered before)  {:5.1} us lowering {:5.1} translation {:5.1} evaluation  \
+             {:4.0} % of blocks  {:6.1} G equivalent  {:5.1} G executed operations/s  {:3.0} % of the best {SELECTED}\n",
             row.screening,
             row.genomes_per_second,
             row.programs_per_second,
+            row.lowering_us,
+            row.translation_us,
+            row.evaluation_us,
             100.0 * row.blocks_evaluated_share,
             row.equivalent_operations_per_second / 1e9,
             row.executed_operations_per_second / 1e9,
@@ -146,6 +156,10 @@ fn measure(
     let population: Vec<&Program> = programs.iter().collect();
     let selected = select_best(&evaluator, &population, &target, SELECTED, screening)?;
     let seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let translated = CanonicalPopulation::new(&population, &target, evaluator.level());
+    let translation_seconds = start.elapsed().as_secs_f64();
+    drop(translated);
     let samples = f64::from(args.samples);
     let written: u64 =
         genomes.iter().map(|genome| u64::from(Counts::of(genome).scalar_operations)).sum();
@@ -155,6 +169,7 @@ fn measure(
     let found = Round {
         seconds,
         lowering_seconds,
+        translation_seconds,
         evaluated,
         written: written as f64 * samples,
         // A program that ends early is taken for one of the mean length.
@@ -172,6 +187,11 @@ fn row(screening: &'static str, population: u32, rounds: &[Round]) -> Row {
         threads: rayon::current_num_threads(),
         genomes_per_second: of(&|r| count / r.seconds),
         programs_per_second: of(&|r| count / (r.seconds - r.lowering_seconds)),
+        lowering_us: of(&|r| 1e6 * r.lowering_seconds / count),
+        translation_us: of(&|r| 1e6 * r.translation_seconds / count),
+        evaluation_us: of(&|r| {
+            1e6 * (r.seconds - r.lowering_seconds - r.translation_seconds) / count
+        }),
         blocks_evaluated_share: of(&|r| r.evaluated),
         equivalent_operations_per_second: of(&|r| r.written / r.seconds),
         executed_operations_per_second: of(&|r| r.executed / r.seconds),

@@ -8,8 +8,14 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::DVec3;
 
-/// What a program reflects on that many pairs, under the logarithmic loss, every sample counting the same.
+/// What a program reflects on that many pairs, under the logarithmic loss, every sample counting the same; the hardest
+/// samples first, as a search has them.
 pub fn of(wanted: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
+    Ok(shuffled(wanted, samples, seed)?.hardest_first())
+}
+
+/// The same in a random order, in which every prefix is a fair part.
+pub fn shuffled(wanted: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
     let set = SampleSet::from_pairs(&random_pairs(seed, samples), &[]);
     let mut f = Vec::new();
     CanonicalEvaluator::default().eval(&[wanted], &set, &mut f)?;

@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 
 use brood_brdf::{Input, InputMask};
-use brood_program::{Operand, Operation, Program, Range, Step, StepRange, find_step_ranges};
+use brood_program::{Operand, Operation, Program, Range, StepRange};
 use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
@@ -53,44 +53,48 @@ impl<'a> Code<'a> {
 }
 
 /// What a translation writes to. Used again for the next program: asking for memory takes as long as translating.
+///
+/// Values stand in tables by their number: inputs, constants, steps. So nothing depends on what kind of operand is read,
+/// which no processor could foretell.
 #[derive(Default)]
 struct Translation {
-    ranges: Vec<StepRange>,
     instructions: Vec<Instruction>,
-    /// For each step how often it is still to be read.
+    /// For each step its operation and the numbers of its operands.
+    steps: Vec<(Operation, [u32; 2])>,
+    ranges: Vec<Range>,
+    /// For each step which clamps can act: of the result, of the argument.
+    clamps: Vec<[bool; 2]>,
+    /// For each value how often it is still to be read; [`KEPT`] and more for inputs and constants.
     reads: Vec<u32>,
-    /// Where the result of each step is; [`NOWHERE`] until it has been stored.
-    register: Vec<u16>,
+    /// For each value its slot, inputs and constants counted from [`FIRST_INPUT`]; [`NOWHERE`] until it has been stored.
+    slots: Vec<u16>,
+    /// Number of the first step.
+    first_step: u32,
     free: Vec<u16>,
     registers: u16,
-    inputs: InputMask,
-    positions: [u16; Input::ALL.len()],
-    read_inputs: u16,
 }
 
-/// No register.
+/// No slot.
 const NOWHERE: u16 = u16::MAX;
+/// More often than anything is read: what has as many reads left is never let go.
+const KEPT: u32 = 1 << 30;
+/// Number of the first constant.
+const FIRST_CONSTANT: usize = Input::ALL.len();
 
 impl Translation {
     fn run<'a>(&mut self, program: &'a Program, set: &'a SampleSet, level: Level) -> Code<'a> {
-        let input_range = |input| {
-            let (low, high) = set.input_range(input);
-            Range { low, high }
-        };
-        find_step_ranges(program, input_range, &mut self.ranges);
-        self.begin(program);
-        let steps = program.steps();
+        let inputs = self.begin(program);
+        self.find_ranges(program, set, inputs);
         let mut index = 0;
-        while index < steps.len() {
-            index += match self.fuse(steps, index, level) {
+        while index < self.steps.len() {
+            index += match self.fuse(index, level) {
                 true => 2,
                 false => {
-                    self.single(steps, index, level);
+                    self.single(index, level);
                     1
                 }
             };
         }
-        let results = program.results().map(|operand| self.place(operand));
         // The registers are counted only now: what comes after them moves up.
         let registers = self.registers;
         let moved =
@@ -101,134 +105,165 @@ impl Translation {
             assert!((a != dst) & (b != dst) & (c != dst), "a destination is never an operand");
             Instruction { operands: [moved(a), moved(b), moved(c)], ..*instruction }
         });
+        let [red, green, blue] = *program.results();
+        let result = |operand| moved(self.slot(number(operand, self.first_step)));
         Code {
             program,
             instructions: instructions.collect(),
-            results: results.map(moved),
+            results: [result(red), result(green), result(blue)],
             registers: usize::from(registers),
-            inputs: self.inputs,
+            inputs,
             set,
         }
     }
 
-    fn begin(&mut self, program: &Program) {
-        let steps = program.steps();
+    /// Counts who reads what, gives inputs and constants their slots, and returns the inputs that are read.
+    fn begin(&mut self, program: &Program) -> InputMask {
+        let (constants, count) = (program.constants().len(), program.steps().len());
+        let first_step = FIRST_CONSTANT + constants;
+        self.first_step = u32::try_from(first_step).expect("constants are numbered in 16 bits");
         self.instructions.clear();
-        self.reads.clear();
-        self.reads.resize(steps.len(), 0);
-        self.register.clear();
-        self.register.resize(steps.len(), NOWHERE);
         self.free.clear();
         self.registers = 0;
-        self.inputs = InputMask::EMPTY;
-        for step in steps {
-            self.count(step.a);
-            if step.b != step.a {
-                self.count(step.b);
+        self.reads.clear();
+        self.reads.resize(first_step, KEPT);
+        self.reads.resize(first_step + count, 0);
+        self.steps.clear();
+        for step in program.steps() {
+            let [a, b] = [number(step.a, self.first_step), number(step.b, self.first_step)];
+            self.reads[a as usize] += 1;
+            self.reads[b as usize] += u32::from(a != b);
+            self.steps.push((step.operation, [a, b]));
+        }
+        for result in program.results() {
+            self.reads[number(*result, self.first_step) as usize] += 1;
+        }
+        self.slots.clear();
+        self.slots.resize(first_step + count, NOWHERE);
+        let (mut inputs, mut slot) = (InputMask::EMPTY, FIRST_INPUT);
+        for input in Input::ALL {
+            if self.reads[input.index()] != KEPT {
+                inputs.insert(input);
+                self.slots[input.index()] = slot;
+                slot += 1;
             }
         }
-        program.results().iter().for_each(|result| self.count(*result));
-        self.read_inputs = 0;
-        for input in self.inputs.iter() {
-            self.positions[input.index()] = self.read_inputs;
-            self.read_inputs += 1;
+        for (constant, slot) in self.slots[FIRST_CONSTANT..][..constants].iter_mut().zip(slot..) {
+            *constant = slot;
         }
+        inputs
     }
 
-    fn count(&mut self, operand: Operand) {
-        match operand {
-            Operand::Step(index) => self.reads[usize::from(index)] += 1,
-            Operand::Input(input) => self.inputs.insert(input),
-            Operand::Constant(_) => {}
+    fn find_ranges(&mut self, program: &Program, set: &SampleSet, inputs: InputMask) {
+        self.ranges.clear();
+        self.ranges.resize(FIRST_CONSTANT, Range::ALL);
+        for input in inputs.iter() {
+            let (low, high) = set.input_range(input);
+            self.ranges[input.index()] = Range { low, high };
+        }
+        let constants = program.constants().iter();
+        self.ranges.extend(constants.map(|constant| Range::point(constant.canonical)));
+        self.clamps.clear();
+        for (operation, [a, b]) in &self.steps {
+            let (first, second) = (self.ranges[*a as usize], self.ranges[*b as usize]);
+            let range = StepRange::of(*operation, first, second, a == b);
+            self.ranges.push(range.result);
+            self.clamps.push([range.clamps, range.clamps_argument]);
         }
     }
 
     /// Two steps as one instruction, if the second reads the first, once, and nothing else does.
-    fn fuse(&mut self, steps: &[Step], index: usize, level: Level) -> bool {
-        let (Some(next), true) = (steps.get(index + 1), self.reads[index] == 1) else {
+    fn fuse(&mut self, index: usize, level: Level) -> bool {
+        let value = self.first_step as usize + index;
+        let (Some((next, [left, right])), 1) = (self.steps.get(index + 1), self.reads[value])
+        else {
             return false;
         };
-        let Some((second, other)) = reads_once(next, index) else { return false };
-        let step = steps[index];
-        let clamps = [self.ranges[index].clamps, self.ranges[index + 1].clamps];
-        let Some(kernel) = Kernel::fused(step.operation, second, clamps) else { return false };
-        let pass = kernel.pass(level);
-        self.emit(pass, [step.a, step.b, other], index + 1, &steps[index..index + 2]);
+        let is_it = |number: u32| number as usize == value;
+        let (is_left, is_right) = (is_it(*left), is_it(*right));
+        if is_left == is_right {
+            return false;
+        }
+        let Some(second) = second(*next, is_left) else { return false };
+        let (operation, [a, b]) = self.steps[index];
+        let clamps = [self.clamps[index][0], self.clamps[index + 1][0]];
+        let Some(kernel) = Kernel::fused(operation, second, clamps) else { return false };
+        let other = if is_left { *right } else { *left };
+        let dst = self.emit(kernel.pass(level), [a, b, other]);
+        self.release(a);
+        if b != a {
+            self.release(b);
+        }
+        // The first of the pair has no register: its value is never stored.
+        self.release(other);
+        self.slots[value + 1] = dst;
         true
     }
 
-    fn single(&mut self, steps: &[Step], index: usize, level: Level) {
-        let (step, range) = (&steps[index], self.ranges[index]);
-        let Step { operation, a, b } = *step;
-        let clamping = match range.clamps || range.clamps_argument {
-            true => Clamping::Needed,
-            false => Clamping::Idle,
+    fn single(&mut self, index: usize, level: Level) {
+        let (operation, [a, b]) = self.steps[index];
+        let clamping = match self.clamps[index] {
+            [false, false] => Clamping::Idle,
+            _ => Clamping::Needed,
         };
-        let pass = Kernel::single(operation, clamping).pass(level);
-        self.emit(pass, [a, b, a], index, std::slice::from_ref(step));
+        let dst = self.emit(Kernel::single(operation, clamping).pass(level), [a, b, a]);
+        self.release(a);
+        if b != a {
+            self.release(b);
+        }
+        self.slots[self.first_step as usize + index] = dst;
     }
 
-    /// Adds an instruction that stands for one or two steps and writes the result of `result`.
-    fn emit(&mut self, pass: Pass, read: [Operand; 3], result: usize, steps: &[Step]) {
-        let [a, b, c] = read;
-        let operands = [self.place(a), self.place(b), self.place(c)];
+    /// Adds an instruction and returns the register that it writes.
+    fn emit(&mut self, pass: Pass, [a, b, c]: [u32; 3]) -> u16 {
+        let operands = [self.slot(a), self.slot(b), self.slot(c)];
         // Taken before the operands are released: a loop never writes what it reads.
         let dst = self.free.pop().unwrap_or_else(|| {
             self.registers += 1;
             self.registers - 1
         });
-        for step in steps {
-            self.release(step.a);
-            if step.b != step.a {
-                self.release(step.b);
-            }
-        }
-        self.register[result] = dst;
         self.instructions.push(Instruction { pass, dst, operands });
+        dst
     }
 
     /// One read less of a value; after the last its register is free.
-    fn release(&mut self, operand: Operand) {
-        let Operand::Step(index) = operand else { return };
-        let index = usize::from(index);
-        self.reads[index] -= 1;
-        // The first of a pair has no register: its value is never stored.
-        let register = self.register[index];
-        if self.reads[index] == 0 && register != NOWHERE {
-            self.free.push(register);
+    #[inline(always)]
+    fn release(&mut self, number: u32) {
+        let reads = &mut self.reads[number as usize];
+        *reads -= 1;
+        if *reads == 0 {
+            self.free.push(self.slots[number as usize]);
         }
     }
 
-    /// The slot of an operand, inputs and constants counted from [`FIRST_INPUT`].
-    fn place(&self, operand: Operand) -> u16 {
-        match operand {
-            Operand::Step(index) => {
-                let register = self.register[usize::from(index)];
-                assert!(register != NOWHERE, "steps read only what was stored before");
-                register
-            }
-            Operand::Input(input) => FIRST_INPUT + self.positions[input.index()],
-            Operand::Constant(index) => FIRST_INPUT + self.read_inputs + index,
-        }
+    #[inline(always)]
+    fn slot(&self, number: u32) -> u16 {
+        let slot = self.slots[number as usize];
+        assert!(slot != NOWHERE, "steps read only what was stored before");
+        slot
     }
 }
 
-/// How a step goes on from the result of the one before it, and its other operand.
-fn reads_once(step: &Step, before: usize) -> Option<(Second, Operand)> {
-    let is_it = |operand| matches!(operand, Operand::Step(index) if usize::from(index) == before);
-    let (on_the_left, other) = match (is_it(step.a), is_it(step.b)) {
-        (true, false) => (true, step.b),
-        (false, true) => (false, step.a),
-        _ => return None,
+/// The number of a value where steps are counted from this one.
+#[inline(always)]
+fn number(operand: Operand, first_step: u32) -> u32 {
+    let (first, index) = match operand {
+        Operand::Input(input) => (0, input as u32),
+        Operand::Constant(index) => (FIRST_CONSTANT as u32, u32::from(index)),
+        Operand::Step(index) => (first_step, u32::from(index)),
     };
-    let second = match step.operation {
-        Operation::Add => Second::Add,
-        Operation::Sub if on_the_left => Second::Sub,
-        Operation::Sub => Second::SubFrom,
-        Operation::Mul => Second::Mul,
-        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => return None,
-        Operation::Lg2 | Operation::Rcp | Operation::Rsq => return None,
-        Operation::Spl | Operation::SplNeg => return None,
-    };
-    Some((second, other))
+    first + index
+}
+
+/// How an operation goes on from a value that is its left operand, or its right.
+fn second(operation: Operation, is_left: bool) -> Option<Second> {
+    match operation {
+        Operation::Add => Some(Second::Add),
+        Operation::Sub if is_left => Some(Second::Sub),
+        Operation::Sub => Some(Second::SubFrom),
+        Operation::Mul => Some(Second::Mul),
+        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => None,
+        Operation::Lg2 | Operation::Rcp | Operation::Rsq => None,
+        Operation::Spl | Operation::SplNeg => None,
+    }
 }

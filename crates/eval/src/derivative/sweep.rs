@@ -335,13 +335,16 @@ fn dot(a: &[Quarter], b: &[Quarter]) -> f64 {
             }
         }
     }
-    let mut sums = sums.map(f64::from);
+    let mut wide = [0.0f64; PARTIAL_SUMS];
+    for (wide, sum) in wide.iter_mut().zip(sums) {
+        *wide = f64::from(sum);
+    }
     let mut half = PARTIAL_SUMS / 2;
     while half > 0 {
         for at in 0..half {
-            sums[at] += sums[at + half];
+            wide[at] += wide[at + half];
         }
         half /= 2;
     }
-    sums[0]
+    wide[0]
 }

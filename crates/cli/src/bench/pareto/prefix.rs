@@ -46,7 +46,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     // Of another seed, so that no target is in the population.
     let targets = programs(seed.wrapping_add(1), extent.targets);
     let targets: Result<Vec<FitnessTarget>> =
-        targets.iter().map(|wanted| target::of(wanted, extent.samples, seed)).collect();
+        targets.iter().map(|wanted| target::shuffled(wanted, extent.samples, seed)).collect();
     let targets = targets?;
     let lengths: Vec<usize> =
         (0..).map(|k| BLOCK << k).take_while(|length| *length <= extent.samples).collect();
