@@ -18,17 +18,19 @@ use sweep::{Room, Sweep, Walks};
 /// In which direction derivatives are carried through a program. Both give the same up to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// A tangent of every step for each constant: cheap for one or two constants.
+    /// A tangent of every step that a constant changes, for each constant: cheap for few constants.
     Forward,
     /// An adjoint of every step for each channel: its cost does not grow with the constants.
     Reverse,
 }
 
 impl Direction {
-    /// The one that takes fewer operations for that many constants; three channels make backwards three sweeps.
+    /// The one that is faster for that many constants, by `brood bench derivative` on one thread of a Zen 3, forward and
+    /// reverse in microseconds a program: 41 and 43 for 2 constants, 283 and 303 for 5 to 8, 723 and 661 for 9 to 16, 3507
+    /// and 2536 for 33 to 44. Random programs change in few steps with each constant, which is what forward walks.
     #[must_use]
     pub fn faster(constants: usize) -> Self {
-        if constants <= 2 { Self::Forward } else { Self::Reverse }
+        if constants <= 8 { Self::Forward } else { Self::Reverse }
     }
 }
 

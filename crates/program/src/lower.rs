@@ -194,7 +194,7 @@ impl Expansion<'_> {
 pub(crate) struct Collected {
     /// For each node where its value is found, once it has been collected.
     operands: Vec<Option<Operand>>,
-    /// Operations on the way to the one on top.
+    /// Operations on the way to the one on top, none of them collected.
     pending: Vec<u32>,
     steps: Vec<Step>,
     constants: Vec<Constant>,
@@ -209,6 +209,7 @@ impl Collected {
     ) -> Program {
         self.operands.clear();
         self.operands.resize(builder.len(), None);
+        self.pending.clear();
         self.steps.clear();
         self.constants.clear();
         let results = results.map(|result| self.visit(builder, result.node()));

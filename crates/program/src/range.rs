@@ -101,29 +101,29 @@ impl StepRange {
     #[inline(always)]
     #[must_use]
     pub fn of(operation: Operation, a: Range, b: Range, same: bool) -> Self {
-    match operation {
-        Operation::Add => arithmetic(Range { low: a.low + b.low, high: a.high + b.high }),
-        Operation::Sub => arithmetic(Range { low: a.low - b.high, high: a.high - b.low }),
-        Operation::Mul => arithmetic(product(a, b, same)),
-        Operation::Sin | Operation::Cos => Self {
-            // The polynomials may pass 1 by a rounding.
-            result: Range { low: -1.0, high: 1.0 }.widened(),
-            clamps: false,
-            clamps_argument: !a.is_within(-1024.0, 1024.0),
-        },
-        Operation::Ex2 => power(a),
-        Operation::Ex2Neg => power(a.negated()),
-        Operation::Lg2 => function(Range { low: -24.0, high: 32.0 }),
-        // |x| / (x^2 + e) has its largest value, 1 / (2 sqrt e), at sqrt e = 2^-12.
-        Operation::Rcp => function(Range { low: -2048.0, high: 2048.0 }),
-        Operation::Rsq => function(Range { low: 0.0, high: 4096.0 }),
-        Operation::Spl | Operation::SplNeg => Self {
-            result: Range { low: 0.0, high: RANGE },
-            clamps: true,
-            clamps_argument: true,
-        },
+        match operation {
+            Operation::Add => arithmetic(Range { low: a.low + b.low, high: a.high + b.high }),
+            Operation::Sub => arithmetic(Range { low: a.low - b.high, high: a.high - b.low }),
+            Operation::Mul => arithmetic(product(a, b, same)),
+            Operation::Sin | Operation::Cos => Self {
+                // The polynomials may pass 1 by a rounding.
+                result: Range { low: -1.0, high: 1.0 }.widened(),
+                clamps: false,
+                clamps_argument: !a.is_within(-1024.0, 1024.0),
+            },
+            Operation::Ex2 => power(a),
+            Operation::Ex2Neg => power(a.negated()),
+            Operation::Lg2 => function(Range { low: -24.0, high: 32.0 }),
+            // |x| / (x^2 + e) has its largest value, 1 / (2 sqrt e), at sqrt e = 2^-12.
+            Operation::Rcp => function(Range { low: -2048.0, high: 2048.0 }),
+            Operation::Rsq => function(Range { low: 0.0, high: 4096.0 }),
+            Operation::Spl | Operation::SplNeg => Self {
+                result: Range { low: 0.0, high: RANGE },
+                clamps: true,
+                clamps_argument: true,
+            },
+        }
     }
-}
 }
 
 #[inline(always)]

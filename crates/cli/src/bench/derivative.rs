@@ -108,7 +108,7 @@ fn row(group: &[&Program], target: &FitnessTarget, repeats: u32) -> Result<Row> 
     let ms = fastest_of_each_ms(
         repeats,
         [
-            &mut || Ok(drop(evaluator.sums(group, target)?)),
+            &mut || Ok(evaluator.sums(group, target).map(drop)?),
             &mut || derive(Direction::Forward),
             &mut || derive(Direction::Reverse),
         ],
