@@ -13,7 +13,7 @@ use crate::canonical::Work;
 /// Samples of a rough pixel.
 pub const ROUGH_SAMPLING: Sampling = Sampling::Fixed(8);
 /// A pixel that is off the mean of two opposite neighbours by more codes than this, in any channel, is rough.
-const ROUGH_CODES: u8 = 24;
+const ROUGH_CODES: u8 = 12;
 /// Side of a tile in pixels: small enough that one rough spot costs little, large enough to be kept with little overhead.
 const TILE_PX: u32 = 32;
 /// Bytes that are looked at together, without branches: most pictures have nothing to find in most places.
@@ -212,8 +212,8 @@ mod tests {
     #[test]
     fn line_is_rough_with_what_is_beside_it_as_far_as_it_is_off() {
         let line = |height: u8| rough(80, move |x, _| if x == 40 { 100 + height } else { 100 });
-        assert_eq!(line(24), []);
-        let columns: Vec<u32> = line(25).iter().map(|(x, _)| *x).collect();
+        assert_eq!(line(12), []);
+        let columns: Vec<u32> = line(14).iter().map(|(x, _)| *x).collect();
         assert!(columns.len() > 20 && columns.iter().all(|x| *x == 40), "{columns:?}");
         let columns: Vec<u32> = line(100).iter().map(|(x, _)| *x).collect();
         assert!(
@@ -240,7 +240,7 @@ mod tests {
         let off = |a: (u32, u32), b: (u32, u32), c: (u32, u32)| {
             let channel = |divide: u8| {
                 let [a, b, c] = [a, b, c].map(|(x, y)| i32::from(code(x, y) / divide));
-                ((a + c + 1) / 2 - b).abs() > 24
+                ((a + c + 1) / 2 - b).abs() > 12
             };
             [a, b, c].iter().all(|(x, y)| opaque(*x, *y)) && (channel(1) || channel(2))
         };

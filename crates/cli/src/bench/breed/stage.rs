@@ -46,7 +46,7 @@ const STAGES: [(&str, &str, Take); 15] = [
     ("total", "request to last picture", |it| Some(it.total)),
     ("breed", "  request to 201", |it| Some(it.breed)),
     ("read", "    lineage and parents read", |it| it.told("read")),
-    ("make", "    births, lowering, texts", |it| it.told("make")),
+    ("make", "    births, lowering, bytes", |it| it.told("make")),
     ("prepare", "    keys, rows, job", |it| it.told("prepare")),
     ("queue", "    wait for other writes", |it| it.told("queue")),
     ("write", "    statements", |it| it.told("write")),
