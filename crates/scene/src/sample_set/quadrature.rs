@@ -12,7 +12,7 @@ use super::view::View;
 use crate::trace::{Beam, Candidates, Hit, Ray, Stack, Tracer};
 
 /// Lines of a pixel with an edge, and rays on each before halving.
-const EDGE_LINES: usize = 8;
+const EDGE_LINES: usize = 10;
 /// How often the distance between two unlike rays is halved.
 const HALVINGS: usize = 4;
 /// Lines, and rays on each, of a pixel that is smooth but curved.
