@@ -5,8 +5,8 @@
 use std::sync::{Arc, OnceLock};
 
 use brood_eval::{
-    Developed, Gain, ROUGH_SAMPLING, RadianceImage, RoughTile, develop_samples, rough_tile_count,
-    rough_tiles, shade, shade_each,
+    Developed, FineSamples, Gain, RadianceImage, RoughTile, develop_samples, rough_tile_count,
+    rough_tiles, shade,
 };
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, Work};
@@ -51,7 +51,7 @@ impl FineTiles {
         let kept = &self.sets[rough.number];
         if kept.get().is_none() {
             let raster =
-                Raster { size_px: self.size_px, sampling: ROUGH_SAMPLING, area: rough.tile };
+                Raster { size_px: self.size_px, sampling: RoughTile::SAMPLING, area: rough.tile };
             // Not inside `get_or_init`: who makes it may be given another task meanwhile, which may want it too.
             let set = renderer.caches.sample_set_in_task(view, raster);
             kept.get_or_init(|| set);
@@ -99,30 +99,15 @@ impl Shot<'_> {
             Backend::Reference => Backend::Reference,
             Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
         };
-        let sets: Vec<&SampleSet> =
-            rough.iter().map(|rough| tiles.set(renderer, view, rough)).collect();
-        let wanted: Vec<Vec<u32>> = rough
-            .iter()
-            .map(|rough| rough.pixels.iter().map(|(_, of_tile)| *of_tile).collect())
-            .collect();
-        let parts: Vec<(&SampleSet, &[u32])> =
-            sets.into_iter().zip(wanted.iter().map(Vec::as_slice)).collect();
-        let picked = SampleSet::pick(&parts, program.inputs());
+        let with_set = |rough| (rough, tiles.set(renderer, view, rough));
+        let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
-        renderer.evaluators.eval(backend, &[*program], &picked, &mut f)?;
-        let coverage = &picked.image().expect("pixels were picked").coverage;
-        let mut fine = vec![[0.0; 3]; coverage.len()];
-        shade_each(&picked, &f, |k, radiance| fine[k] = radiance);
-        let pixels = rough.iter().flat_map(|rough| &rough.pixels);
-        for ((pixel, _), (radiance, coverage)) in pixels.zip(fine.iter().zip(coverage.iter())) {
-            // Its centre hit, so this is 0 for nothing but the finest of slits.
-            if *coverage > 0.0 {
-                put(*pixel as usize, radiance.map(|channel| channel / coverage));
-            }
+        for fine in FineSamples::batches(&rough, program.inputs()) {
+            renderer.evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
+            fine.radiance(&f, &mut put);
+            let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);
+            renderer.caches.tally.add(Work { rough_pixels, rough_samples, ..Work::default() });
         }
-        let rough_pixels = rough.iter().map(|rough| rough.pixels.len() as u64).sum();
-        let rough_samples = picked.len() as u64;
-        renderer.caches.tally.add(Work { rough_pixels, rough_samples, ..Work::default() });
         Ok(())
     }
 

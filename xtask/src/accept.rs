@@ -54,9 +54,13 @@ impl Options {
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(words)?;
     let target = suite::target_directory()?;
-    shell::run(shell::cargo().args(["build", "--locked", "--package", "brood"]))?;
-    let example = ["build", "--locked", "--package", "brood-genome", "--example", "functions"];
-    shell::run(shell::cargo().args(example))?;
+    // Ten thousand million evaluations are worth a build.
+    let profile = if options.long { "release" } else { "dev" };
+    let binaries = target.join(if options.long { "release" } else { "debug" });
+    let build = ["build", "--locked", "--profile", profile, "--package"];
+    shell::run(shell::cargo().args(build).arg("brood"))?;
+    let example = ["brood-genome", "--example", "functions"];
+    shell::run(shell::cargo().args(build).args(example))?;
     let found = Prerequisites::look();
     let started = Instant::now();
     let mut failed = Vec::new();
@@ -66,11 +70,11 @@ pub fn run(words: &[&str]) -> Result<()> {
             failed.push(name.to_owned());
         }
     };
-    step("functions", functions(&target, options.long));
-    step("stress", stress(&target, &found, options.long));
+    step("functions", functions(&binaries, options.long));
+    step("stress", stress(&binaries, &found, options.long));
     match &options.data {
         None => println!("without --data nothing is held against pictures from outside"),
-        Some(data) => step("pictures from outside", pictures(&target, data)),
+        Some(data) => step("pictures from outside", pictures(&binaries, &target, data)),
     }
     println!("accept: {:.0} s", started.elapsed().as_secs_f64());
     ensure!(failed.is_empty(), "not accepted: {}", failed.join(", "));
@@ -79,30 +83,31 @@ pub fn run(words: &[&str]) -> Result<()> {
 
 /// The short form with what a build of everything has left there.
 pub fn short(target: &Path, found: &Prerequisites) -> Result<()> {
-    functions(target, false).and(stress(target, found, false))
+    let binaries = target.join("debug");
+    functions(&binaries, false).and(stress(&binaries, found, false))
 }
 
-fn functions(target: &Path, long: bool) -> Result<()> {
+fn functions(binaries: &Path, long: bool) -> Result<()> {
     let stride = if long { 1 } else { SHORT_STRIDE };
-    let mut command = shell::command(target.join("debug/examples/functions"));
+    let mut command = shell::command(binaries.join("examples/functions"));
     shell::run(command.args(["--stride", &stride.to_string()]))
 }
 
-fn stress(target: &Path, found: &Prerequisites, long: bool) -> Result<()> {
+fn stress(binaries: &Path, found: &Prerequisites, long: bool) -> Result<()> {
     let (evaluations, pairs) =
         if long { (LONG_EVALUATIONS, LONG_PAIRS) } else { (SHORT_EVALUATIONS, SHORT_PAIRS) };
-    let mut command: Command = brood(target);
+    let mut command: Command = brood(binaries);
     found.apply(&mut command);
     command.args(["bench", "stress", "--evaluations", &evaluations.to_string()]);
     shell::run(command.args(["--pairs", &pairs.to_string()]))
 }
 
-fn brood(target: &Path) -> Command {
-    shell::command(target.join("debug/brood"))
+fn brood(binaries: &Path) -> Command {
+    shell::command(binaries.join("brood"))
 }
 
 /// A Lambert sphere under a distant light, against the same by another renderer.
-fn pictures(target: &Path, data: &Path) -> Result<()> {
+fn pictures(binaries: &Path, target: &Path, data: &Path) -> Result<()> {
     let wanted = data.join("renders_mitsuba/sphere_l45_lambert_0.5_0.3_0.2.exr");
     ensure!(wanted.is_file(), "no {}", wanted.display());
     let wanted = wanted.canonicalize().context("find the picture")?;
@@ -112,11 +117,12 @@ fn pictures(target: &Path, data: &Path) -> Result<()> {
     std::fs::write(&genome, lambert([0.5, 0.3, 0.2])).context("write the genome")?;
     std::fs::write(&scene, distant_light().to_string()).context("write the scene")?;
     let picture = folder.join("lambert.exr");
-    let mut render = brood(target);
+    let mut render = brood(binaries);
     render.arg("render").arg(&genome).arg("--scene").arg(&scene);
     shell::run(render.args(["--size", "128"]).arg("--output").arg(&picture))?;
-    let text =
-        shell::output(brood(target).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture))?;
+    let text = shell::output(
+        brood(binaries).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture),
+    )?;
     let rmse: f64 = text.trim().parse().context("read the difference")?;
     println!("Lambert sphere against {}: RMSE {rmse:.2e}", wanted.display());
     ensure!(rmse <= LAMBERT_RMSE, "more than {LAMBERT_RMSE:e}");

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use brood_scene::{Exposure, PixelArea, SampleSet};
 pub use exposure::Gain;
-pub use rough::{ROUGH_SAMPLING, RoughTile, rough_tile_count, rough_tiles};
+pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
 pub use srgb::encode_srgb;
 
 use crate::canonical::Work;

@@ -19,7 +19,7 @@ pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{
-    Developed, Gain, ROUGH_SAMPLING, RoughTile, develop, develop_samples, encode_srgb,
+    Developed, FineSamples, Gain, RoughTile, develop, develop_samples, encode_srgb,
     rough_tile_count, rough_tiles,
 };
 pub use fitness::{

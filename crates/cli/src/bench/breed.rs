@@ -14,7 +14,7 @@ use reqwest::{Client, RequestBuilder};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use self::stage::{Sample, figures, stages};
+use self::stage::{Sample, figures, slowest, stages};
 use super::own_server::OwnServer;
 use crate::supervisor::TOKEN_VARIABLE;
 use crate::{logging, output, place};
@@ -44,6 +44,9 @@ pub struct BenchBreedArgs {
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
+
+/// How many of the slowest broods are told one by one.
+const SLOWEST: usize = 8;
 
 /// Runs the command.
 pub fn run(args: &BenchBreedArgs, json: bool) -> Result<()> {
@@ -113,6 +116,7 @@ fn print(args: &BenchBreedArgs, samples: &[Sample], backend: &Value, json: bool)
             "breed": by_key.get("breed"),
             "pictures": by_key.get("pictures"),
             "stages": by_key,
+            "slowest": slowest(samples, SLOWEST),
         }));
     }
     let mut text = format!("{} broods, 21 pictures of {} px each\n", args.count, args.size);
@@ -120,6 +124,22 @@ fn print(args: &BenchBreedArgs, samples: &[Sample], backend: &Value, json: bool)
         text += &format!(
             "{:<38} median {:8.2} ms  p99 {:8.2} ms  min {:8.2} ms  max {:8.2} ms\n",
             stage.label, f.median_ms, f.p99_ms, f.min_ms, f.max_ms
+        );
+    }
+    text +=
+        "\nthe slowest      total    breed   commit   render     film  sets made  rough samples\n";
+    for it in slowest(samples, SLOWEST) {
+        let told = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.2}"));
+        text += &format!(
+            "brood {:<6} {:>8.2} {:>8.2} {:>8} {:>8} {:>8} {:>10} {:>14}\n",
+            it.brood,
+            it.total_ms,
+            it.breed_ms,
+            told(it.commit_ms),
+            told(it.render_ms),
+            told(it.film_ms),
+            it.sets_made,
+            it.rough_samples
         );
     }
     output::print(&text)

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use anyhow::Result;
 use brood_eval::{
-    CanonicalEvaluator, Evaluator, ROUGH_SAMPLING, RadianceImage, ReferenceEvaluator, RoughTile,
+    CanonicalEvaluator, Evaluator, FineSamples, RadianceImage, ReferenceEvaluator, RoughTile,
     develop, rough_tiles, shade,
 };
 use brood_program::Program;
@@ -56,7 +56,7 @@ pub struct Studio<'a> {
     mode: Mode,
     set: SampleSet,
     /// Fine samples, made where a material first needs them.
-    tiles: HashMap<PixelArea, SampleSet>,
+    tiles: HashMap<usize, SampleSet>,
     f: Vec<f32>,
 }
 
@@ -89,22 +89,15 @@ impl<'a> Studio<'a> {
         let developed = develop(&image, Exposure::Auto);
         let mut pixels = image.premultiplied().to_vec();
         let rough = rough_tiles(set, &developed);
-        for RoughTile { tile, .. } in &rough {
-            tiles.entry(*tile).or_insert_with(|| {
-                SampleSet::render_area(mesh, scene, *size_px, ROUGH_SAMPLING, *tile)
+        for RoughTile { number, tile, .. } in &rough {
+            tiles.entry(*number).or_insert_with(|| {
+                SampleSet::render_area(mesh, scene, *size_px, RoughTile::SAMPLING, *tile)
             });
         }
-        let wanted = rough.iter().map(|rough| rough.pixels.iter().map(|pixel| pixel.1).collect());
-        let wanted: Vec<Vec<u32>> = wanted.collect();
-        let parts = rough.iter().zip(&wanted);
-        let parts: Vec<(&SampleSet, &[u32])> =
-            parts.map(|(rough, wanted)| (&tiles[&rough.tile], wanted.as_slice())).collect();
-        if !parts.is_empty() {
-            let image = canonical(&SampleSet::pick(&parts, program.inputs()), program, f)?;
-            let rough = rough.iter().flat_map(|rough| &rough.pixels);
-            for ((pixel, _), radiance) in rough.zip(image.premultiplied()) {
-                pixels[*pixel as usize] = *radiance;
-            }
+        let rough: Vec<_> = rough.iter().map(|rough| (rough, &tiles[&rough.number])).collect();
+        for fine in FineSamples::batches(&rough, program.inputs()) {
+            CanonicalEvaluator::default().eval(&[program], &fine.set, f)?;
+            fine.radiance(f, |pixel, radiance| pixels[pixel] = radiance);
         }
         Ok((pixels, developed.exposure_ev))
     }

@@ -4,18 +4,22 @@
 //! An even slope, however steep, has its mean in the middle, so one sample is right there. What is rough depends on the
 //! picture alone: it is the same whatever else is rendered, on every machine and by every exact evaluator.
 
+use brood_brdf::InputMask;
 use brood_scene::{PixelArea, SampleSet, Sampling};
 
 use super::Developed;
 use crate::Level;
 use crate::canonical::Work;
+use crate::radiance::shade_each;
 
-/// Samples of a rough pixel.
-pub const ROUGH_SAMPLING: Sampling = Sampling::Fixed(8);
 /// A pixel that is off the mean of two opposite neighbours by more codes than this, in any channel, is rough.
 const ROUGH_CODES: u8 = 12;
+/// Samples of a rough pixel: with 8 the error of 60 random materials is 1 % less in the mean, for half as much work again.
+const ROUGH_SAMPLING: Sampling = Sampling::Fixed(5);
 /// Side of a tile in pixels: small enough that one rough spot costs little, large enough to be kept with little overhead.
 const TILE_PX: u32 = 32;
+/// Rough pixels that are evaluated together at least, where there are as many.
+const BATCH_PIXELS: usize = 512;
 /// Bytes that are looked at together, without branches: most pictures have nothing to find in most places.
 const CHUNK: usize = 64;
 
@@ -30,10 +34,70 @@ pub struct RoughTile {
     pub pixels: Vec<(u32, u32)>,
 }
 
+impl RoughTile {
+    /// How its pixels are sampled again.
+    pub const SAMPLING: Sampling = ROUGH_SAMPLING;
+}
+
 /// Tiles of a square picture of that side.
 #[must_use]
 pub fn rough_tile_count(size_px: u32) -> usize {
     (size_px.div_ceil(TILE_PX) as usize).pow(2)
+}
+
+/// The fine samples of a program's rough pixels, evaluated together.
+#[derive(Debug)]
+pub struct FineSamples {
+    /// What is to be evaluated.
+    pub set: SampleSet,
+    /// The picture's pixels, in the order of the set's.
+    pixels: Vec<u32>,
+}
+
+impl FineSamples {
+    /// Takes the samples of rough pixels out of the sets of whole tiles, the inputs too where they are named. There are as
+    /// many batches as keep what is copied in a near cache.
+    pub fn batches<'a>(
+        rough: &'a [(&'a RoughTile, &'a SampleSet)],
+        inputs: InputMask,
+    ) -> impl Iterator<Item = Self> + 'a {
+        let mut pixels = 0;
+        let together = rough.chunk_by(move |(tile, _), _| {
+            pixels = if pixels >= BATCH_PIXELS { 0 } else { pixels } + tile.pixels.len();
+            pixels < BATCH_PIXELS
+        });
+        together.map(move |rough| Self::pick(rough, inputs))
+    }
+
+    fn pick(rough: &[(&RoughTile, &SampleSet)], inputs: InputMask) -> Self {
+        let of_tile = |tile: &RoughTile| tile.pixels.iter().map(|pixel| pixel.1).collect();
+        let wanted: Vec<Vec<u32>> = rough.iter().map(|(tile, _)| of_tile(tile)).collect();
+        let parts = rough.iter().zip(&wanted);
+        let parts: Vec<(&SampleSet, &[u32])> =
+            parts.map(|((_, set), wanted)| (*set, wanted.as_slice())).collect();
+        let pixels = rough.iter().flat_map(|(tile, _)| &tile.pixels).map(|pixel| pixel.0);
+        Self { set: SampleSet::pick(&parts, inputs), pixels: pixels.collect() }
+    }
+
+    /// How many pixels.
+    #[must_use]
+    pub fn pixels(&self) -> u64 {
+        self.pixels.len() as u64
+    }
+
+    /// Calls back with each pixel and its radiance, from the reflectance of the set's samples.
+    pub fn radiance(&self, f: &[f32], mut put: impl FnMut(usize, [f32; 3])) {
+        let coverage = &self.set.image().expect("pixels were picked").coverage;
+        // Who has no samples is in the dark.
+        let mut fine = vec![[0.0; 3]; self.pixels.len()];
+        shade_each(&self.set, f, |k, radiance| fine[k] = radiance);
+        for ((pixel, radiance), coverage) in self.pixels.iter().zip(fine).zip(coverage.iter()) {
+            // Its centre hit, so this is 0 for nothing but the finest of slits.
+            if *coverage > 0.0 {
+                put(*pixel as usize, radiance.map(|channel| channel / coverage));
+            }
+        }
+    }
 }
 
 /// The pixels that should get more samples, by tile; none where the picture is smooth or not sampled adaptively.
@@ -80,7 +144,8 @@ impl Work for Search<'_> {
             if y > 0 && y + 1 < height {
                 find([row(y - 1), row(y), row(y + 1)], |x| rough.push(number(x)));
             }
-            rough[before..].sort_unstable();
+            // Two ascending runs, which a stable sort merges.
+            rough[before..].sort();
         }
         rough.dedup();
         rough
@@ -174,7 +239,7 @@ fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::{BuiltinMesh, Mesh, Scene};
+    use brood_scene::{BuiltinMesh, Light, Mesh, Scene};
 
     use super::*;
 
@@ -255,5 +320,57 @@ mod tests {
             .collect();
         assert!(expected.len() > 500, "{}", expected.len());
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn fine_samples_are_those_of_the_tiles_however_they_are_batched_and_dark_pixels_stay_dark() {
+        let (mesh, size_px) = (Mesh::builtin(BuiltinMesh::Sphere), 77);
+        let position = Some([5.0, 0.0, 0.0]);
+        let lights = vec![Light::Point { position, intensity: None }];
+        let scene = Scene { lights, ..Scene::default() };
+        let all = |tile: PixelArea| {
+            let own = (0..tile.width * tile.height).map(move |own| {
+                let (x, y) = (tile.x + own % tile.width, tile.y + own / tile.width);
+                (y * size_px + x, own)
+            });
+            own.collect()
+        };
+        let corners = [(0, 0), (32, 0), (0, 32), (32, 32), (64, 64)];
+        let rough: Vec<RoughTile> = corners
+            .map(|(x, y)| {
+                let tile =
+                    PixelArea { x, y, width: 32.min(size_px - x), height: 32.min(size_px - y) };
+                RoughTile { number: 0, tile, pixels: all(tile) }
+            })
+            .into();
+        let fine: Vec<SampleSet> = rough
+            .iter()
+            .map(|rough| {
+                let RoughTile { tile, .. } = *rough;
+                SampleSet::render_area(&mesh, &scene, size_px, RoughTile::SAMPLING, tile)
+            })
+            .collect();
+        let parts: Vec<_> = rough.iter().zip(&fine).collect();
+        let white = |set: &SampleSet| vec![1.0; 3 * set.len()];
+        let mut found = Vec::new();
+        let mut batches = 0;
+        for batch in FineSamples::batches(&parts, InputMask::default()) {
+            batches += 1;
+            assert!(batch.pixels() < (BATCH_PIXELS + 32 * 32) as u64);
+            batch.radiance(&white(&batch.set), |pixel, radiance| found.push((pixel, radiance)));
+        }
+        assert!(batches > 2, "{batches}");
+        let mut expected = Vec::new();
+        for (rough, fine) in &parts {
+            let image = crate::shade(fine, &white(fine));
+            for (pixel, own) in &rough.pixels {
+                let (own, coverage) = (*own as usize, image.coverage()[*own as usize]);
+                let radiance = image.premultiplied()[own].map(|channel| channel / coverage);
+                expected.extend((coverage > 0.0).then_some((*pixel as usize, radiance)));
+            }
+        }
+        assert_eq!(found, expected);
+        let dark = found.iter().filter(|(_, radiance)| *radiance == [0.0; 3]).count();
+        assert!(dark > 500 && dark < found.len() - 500, "{dark} of {}", found.len());
     }
 }

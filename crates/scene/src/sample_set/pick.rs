@@ -55,7 +55,10 @@ pub(super) fn pick(parts: &[(&SampleSet, &[u32])], inputs: InputMask) -> SampleS
     });
     let irradiance = [0, 1, 2].map(|channel| {
         let mut all = vec![0.0; len];
-        join(&mut all, pieces.iter().map(|(set, range)| &set.irradiance[channel][range.clone()]));
+        join(
+            &mut all,
+            pieces.iter().map(|(set, range)| (&*set.irradiance[channel], range.clone())),
+        );
         all
     });
     let counts = SampleCounts { rays: 0, covered: len as u64, lit: len as u64 };
@@ -64,7 +67,7 @@ pub(super) fn pick(parts: &[(&SampleSet, &[u32])], inputs: InputMask) -> SampleS
     for input in inputs.iter() {
         let of = parts.iter().map(|(set, _)| set.input_range(input));
         let range = of.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
-        let values = pieces.iter().map(|(set, range)| &set.input(input)[range.clone()]);
+        let values = pieces.iter().map(|(set, range)| (set.input(input), range.clone()));
         let values = Values::joined(len, range, values);
         picked.inputs[input.index()].get_or_init(|| values);
     }

@@ -1,6 +1,6 @@
 //! One input of every sample, laid out for vector loads.
 
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -40,10 +40,10 @@ impl Values {
     pub(super) fn joined<'a>(
         len: usize,
         range: (f32, f32),
-        pieces: impl Iterator<Item = &'a [f32]>,
+        pieces: impl Iterator<Item = (&'a [f32], Range<usize>)>,
     ) -> Self {
         let mut lines = vec![Line([0.0; LINE]); len.div_ceil(LINE)];
-        join(bytemuck::cast_slice_mut(&mut lines), pieces);
+        join(&mut bytemuck::cast_slice_mut(&mut lines)[..len], pieces);
         Self { lines, len, range }
     }
 
@@ -60,19 +60,30 @@ impl Deref for Values {
     }
 }
 
-/// Copies pieces one after the other. Most are short: eight at a time beat a call for each.
-pub(super) fn join<'a>(mut rest: &mut [f32], pieces: impl Iterator<Item = &'a [f32]>) {
-    for piece in pieces {
-        let (place, after) = rest.split_at_mut(piece.len());
-        let (eights, few) = place.as_chunks_mut::<8>();
-        let (piece, last) = piece.as_chunks::<8>();
-        for (place, piece) in eights.iter_mut().zip(piece) {
-            *place = *piece;
+/// Copies pieces of slices one after the other. Most are short: so eight at a time, also where a piece has fewer and the
+/// next piece takes the place of what was too much.
+pub(super) fn join<'a>(
+    joined: &mut [f32],
+    pieces: impl Iterator<Item = (&'a [f32], Range<usize>)>,
+) {
+    let mut done = 0;
+    for (source, piece) in pieces {
+        let mut at = piece.start;
+        while at < piece.end {
+            let left = piece.end - at;
+            let (place, values) = (&mut joined[done..], &source[at..]);
+            let copied = match (place.first_chunk_mut::<8>(), values.first_chunk::<8>()) {
+                (Some(place), Some(values)) => {
+                    *place = *values;
+                    left.min(8)
+                }
+                _ => {
+                    place[..left].copy_from_slice(&values[..left]);
+                    left
+                }
+            };
+            (at, done) = (at + copied, done + copied);
         }
-        for (place, value) in few.iter_mut().zip(last) {
-            *place = *value;
-        }
-        rest = after;
     }
 }
 

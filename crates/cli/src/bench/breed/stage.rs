@@ -104,6 +104,39 @@ pub fn stages(samples: &[Sample]) -> Vec<(Stage, Vec<Duration>)> {
         .collect()
 }
 
+/// One slow brood, and what may have made it slow.
+#[derive(Debug, Serialize)]
+pub struct Slow {
+    /// Its number in the run, from 0.
+    pub brood: usize,
+    pub total_ms: f64,
+    pub breed_ms: f64,
+    pub commit_ms: Option<f64>,
+    pub render_ms: Option<f64>,
+    pub film_ms: Option<f64>,
+    /// Sample sets made for it, and samples of its rough pixels.
+    pub sets_made: u64,
+    pub rough_samples: u64,
+}
+
+/// The slowest broods, the slowest first.
+pub fn slowest(samples: &[Sample], count: usize) -> Vec<Slow> {
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    let mut numbered: Vec<(usize, &Sample)> = samples.iter().enumerate().collect();
+    numbered.sort_by_key(|(_, sample)| std::cmp::Reverse(sample.total));
+    let slow = |(brood, sample): (usize, &Sample)| Slow {
+        brood,
+        total_ms: ms(sample.total),
+        breed_ms: ms(sample.breed),
+        commit_ms: sample.told("commit").map(ms),
+        render_ms: sample.work().map(|work| work.busy_us as f64 / 1e3),
+        film_ms: sample.work_us(|work| work.film_us).map(ms),
+        sets_made: sample.work().map_or(0, |work| work.sets_made),
+        rough_samples: sample.work().map_or(0, |work| work.rough_samples),
+    };
+    numbered.into_iter().take(count).map(slow).collect()
+}
+
 /// Figures of at least one time.
 pub fn figures(times: impl IntoIterator<Item = Duration>) -> Figures {
     let mut times: Vec<f64> = times.into_iter().map(|time| time.as_secs_f64() * 1e3).collect();
@@ -166,6 +199,9 @@ mod tests {
             server: server_timing(&headers),
             job: Some(job),
         };
+        let quick = Sample { total: Duration::from_millis(9), job: None, ..sample.clone() };
+        let slow = slowest(&[quick, sample.clone()], 1);
+        assert_eq!((slow.len(), slow[0].brood, slow[0].render_ms), (1, 1, Some(6.0)));
         let found = stages(&[sample.clone(), sample]);
         let of = |key| {
             let (_, times) = found.iter().find(|(stage, _)| stage.key == key)?;
