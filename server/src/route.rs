@@ -10,8 +10,8 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    event, generation, genome, individual, job, lease, lineage, lineage_file, mesh, operation,
-    page, render, scene, session, sheet, system, thumbnail,
+    event, export, generation, genome, geometry, individual, job, lease, lineage, lineage_file,
+    mesh, operation, page, render, scene, session, sheet, system, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -70,8 +70,11 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(thumbnail::get))
         .routes(routes!(genome::create))
         .routes(routes!(genome::get))
+        .routes(routes!(export::formats))
+        .routes(routes!(export::get))
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
+        .routes(routes!(geometry::get))
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))

@@ -11,6 +11,7 @@ mod backend;
 mod breed;
 mod command_line;
 mod event;
+mod export;
 mod genome;
 mod idempotency;
 mod individual;

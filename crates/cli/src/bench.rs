@@ -3,6 +3,7 @@
 mod all;
 mod breed;
 mod derivative;
+mod export;
 mod fitness;
 mod frame;
 mod measure;
@@ -27,6 +28,8 @@ pub enum BenchCommand {
     Breed(breed::BenchBreedArgs),
     /// Normal equations of constants, forwards and backwards, beside plain evaluation
     Derivative(derivative::BenchDerivativeArgs),
+    /// A page that holds exported programs, run by a browser, against the bits they must have
+    Export(export::BenchExportArgs),
     /// Genomes a second against a target, everything included
     Fitness(fitness::BenchFitnessArgs),
     /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
@@ -47,6 +50,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::All(args) => all::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),
+        BenchCommand::Export(args) => export::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),
         BenchCommand::Frame(args) => frame::run(args, json),
         BenchCommand::Ops(args) => ops::run(args, json),

@@ -11,6 +11,7 @@ mod dialect;
 mod diff;
 mod energy;
 mod eval;
+mod export;
 mod frame;
 mod genome_file;
 mod inspect;
@@ -60,6 +61,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Print the reflectance of a genome for pairs of directions
     Eval(eval::EvalArgs),
+    /// Print a genome as source code for other renderers
+    Export(export::ExportArgs),
     /// Show what a genome is and check its physics
     Inspect(inspect::InspectArgs),
     /// Compare two pictures
@@ -80,6 +83,7 @@ fn main() -> ExitCode {
         Command::Breed(args) => breed::run(&args, cli.json),
         Command::Render(args) => render::run(&args, cli.json),
         Command::Eval(args) => eval::run(&args, cli.json),
+        Command::Export(args) => export::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Diff(args) => diff::run(&args, cli.json),
         Command::Bench(command) => bench::run(&command, cli.json),

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
     ("brood-brdf", &[]),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it are brdf's.
     ("brood-genome", &["brood-brdf"]),
@@ -16,6 +16,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("brood-scene", &["brood-brdf"]),
     ("brood-eval", &["brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
     ("brood-gpu", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
+    ("brood-export", &["brood-program", "brood-genome", "brood-brdf"]),
     ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
     ("brood-storage", &["brood-protocol", "brood-genome"]),
     (
@@ -28,6 +29,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "brood-brdf",
             "brood-scene",
             "brood-eval",
+            "brood-export",
         ],
     ),
     (

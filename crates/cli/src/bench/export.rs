@@ -1,0 +1,104 @@
+//! `brood bench export`: a page that runs exported programs in a browser and counts the bits that differ.
+//!
+//! Writes the page, which holds the programs, the inputs and what the canonical evaluator makes of them; whoever opens
+//! it learns whether the graphics processor, driver and compiler of that machine keep the meaning of exports. The last
+//! line of the page is JSON for scripts.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_export::{Format, export};
+use brood_genome::{BirthKey, Dialect, OpcodeSet, Variation};
+use brood_program::Program;
+use brood_scene::SampleSet;
+use clap::Args;
+use glam::DVec2;
+use serde_json::json;
+
+use super::target::random_pairs;
+use crate::{logging, output};
+
+/// Options of `brood bench export`.
+#[derive(Debug, Args)]
+pub struct BenchExportArgs {
+    /// The page to write
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Random programs, half of them of the extended dialect
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=2000))]
+    programs: u32,
+    /// Direction pairs that each is held against
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=2048))]
+    samples: u32,
+    /// Seed of programs and directions
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let set = pairs(args.seed, args.samples);
+    let programs = programs(args.seed, args.programs);
+    let mut tests = Vec::with_capacity(programs.len());
+    let mut f = Vec::new();
+    for program in &programs {
+        CanonicalEvaluator::default().eval(&[program], &set, &mut f).context("evaluate")?;
+        let inputs: Vec<f32> =
+            program.inputs().iter().flat_map(|i| set.input(i).to_vec()).collect();
+        tests.push(json!({
+            "source": export(program, Format::GlslEs300),
+            "operations": program.operations(),
+            "rows": program.inputs().len(),
+            "inputs": base64(&inputs),
+            "f": base64(&f),
+        }));
+    }
+    let directions: Vec<f32> = (0..set.len()).flat_map(|index| row(&set, index)).collect();
+    let data =
+        json!({ "samples": args.samples, "directions": base64(&directions), "tests": tests });
+    let page = include_str!("export/page.html")
+        .replace("/*script*/", include_str!("export/page.js"))
+        // No text of a shader can end the script.
+        .replace("/*data*/", &data.to_string().replace('<', "\\u003c"));
+    output::write_file(&args.output, page.as_bytes())?;
+    if json {
+        let (path, programs) = (&args.output, args.programs);
+        return output::print_json(
+            &json!({ "path": path, "programs": programs, "samples": args.samples }),
+        );
+    }
+    output::print(&format!("{}: open it in a browser\n", args.output.display()))
+}
+
+/// wi, wo, u, v in the local frame, as the page reads them.
+fn row(set: &SampleSet, index: usize) -> [f32; 8] {
+    let (pair, uv) = set.pair(index);
+    let [wi, wo] = [pair.wi().as_vec3(), pair.wo().as_vec3()];
+    [wi.x, wi.y, wi.z, wo.x, wo.y, wo.z, uv.x as f32, uv.y as f32]
+}
+
+fn programs(seed: u64, count: u32) -> Vec<Program> {
+    let plain = Variation::random(Dialect::default());
+    let extended = Dialect { opcodes: OpcodeSet::Extended, registers: 16, ..Dialect::default() };
+    let extended = Variation::random(extended);
+    let birth = |slot: u32| {
+        let variation = if slot.is_multiple_of(2) { &plain } else { &extended };
+        Program::lower(&variation.birth(BirthKey { seed, slot, attempt: 0 }))
+    };
+    (0..count).map(birth).collect()
+}
+
+/// Random pairs with a grid of texture positions.
+fn pairs(seed: u64, count: u32) -> SampleSet {
+    let uvs = (0..count).map(|k| DVec2::new(f64::from(k % 17), f64::from(k % 13)) / 8.0);
+    SampleSet::from_pairs(&random_pairs(seed, count as usize), &uvs.collect::<Vec<_>>())
+}
+
+fn base64(values: &[f32]) -> String {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    BASE64_STANDARD.encode(bytes)
+}

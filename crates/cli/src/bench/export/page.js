@@ -1,0 +1,147 @@
+"use strict";
+// Runs each program of the page twice: on the inputs that brood computed, where every bit must agree, and on the
+// directions themselves, where inputs are computed in f32 here and in f64 there.
+const data = JSON.parse(document.getElementById("data").textContent);
+const gl = document.createElement("canvas").getContext("webgl2", { antialias: false, depth: false });
+
+/** Bits of no result. */
+const UNDRAWN = 0x7fffffff;
+
+function floats(base64) {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
+
+function compile(fragment) {
+  const program = gl.createProgram();
+  const sources = [
+    [gl.VERTEX_SHADER, "#version 300 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"],
+    [gl.FRAGMENT_SHADER, fragment],
+  ];
+  for (const [kind, source] of sources) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  return program;
+}
+
+/** A texture of single numbers, `width` to a row. */
+function table(values, width) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, width, Math.max(1, values.length / width), 0, gl.RED, gl.FLOAT, values.length ? values : new Float32Array(width));
+  return texture;
+}
+
+/** The bits of red, green and blue for each sample. */
+function run(source, call, values, width) {
+  const text = `#version 300 es\n${source}\nprecision highp sampler2D;\nuniform sampler2D values;\nout uvec4 bits;\n` +
+    "float at(int column, int row) { return texelFetch(values, ivec2(column, row), 0).r; }\n" +
+    `void main() { int k = int(gl_FragCoord.x); bits = uvec4(floatBitsToUint(${call}), 0u); }`;
+  const program = compile(text);
+  const texture = table(values, width);
+  gl.useProgram(program);
+  // What is not drawn must not look like what was drawn before.
+  gl.clearBufferuiv(gl.COLOR, 0, new Uint32Array([UNDRAWN, UNDRAWN, UNDRAWN, UNDRAWN]));
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+  const pixels = new Uint32Array(4 * data.samples);
+  gl.readPixels(0, 0, data.samples, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pixels);
+  gl.deleteProgram(program);
+  gl.deleteTexture(texture);
+  if (gl.getError() !== gl.NO_ERROR || pixels.includes(UNDRAWN)) throw new Error("nothing was drawn");
+  return pixels;
+}
+
+async function measure(progress) {
+  const target = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, target);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32UI, data.samples, 1);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
+  gl.viewport(0, 0, data.samples, 1);
+  const directions = floats(data.directions);
+  const bits = new Uint32Array(1);
+  const value = new Float32Array(bits.buffer);
+  const result = { programs: 0, exact: 0, values: 0, differing: 0, worst_relative: 0, directions_median: 0, directions_p99: 0, failures: [] };
+  const errors = [];
+  for (const [number, test] of data.tests.entries()) {
+    progress(number);
+    // The page stays alive between programs.
+    await new Promise((resolve) => setTimeout(resolve));
+    const inputs = floats(test.inputs);
+    const wanted = floats(test.f);
+    const wantedBits = new Uint32Array(wanted.buffer);
+    const names = Array.from({ length: test.rows }, (_, row) => `at(k, ${row})`);
+    let differing = 0;
+    let worst = 0;
+    try {
+      const found = run(test.source, `evolved_program(${names.join(", ")})`, inputs, data.samples);
+      for (let k = 0; k < data.samples; k++) {
+        for (let channel = 0; channel < 3; channel++) {
+          const place = channel * data.samples + k;
+          bits[0] = found[4 * k + channel];
+          result.values += 1;
+          // Some processors take what is below the normal numbers as 0.
+          if (bits[0] === wantedBits[place] || Math.max(Math.abs(value[0]), Math.abs(wanted[place])) < 2 ** -126) continue;
+          differing += 1;
+          worst = Math.max(worst, Math.abs(value[0] - wanted[place]) / (1e-3 + Math.abs(wanted[place])));
+        }
+      }
+      const vector = (row) => `vec3(at(${row}, k), at(${row + 1}, k), at(${row + 2}, k))`;
+      const frame = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
+      const free = run(test.source, `evolved(${vector(0)}, ${vector(3)}, ${frame}, vec2(at(6, k), at(7, k)))`, directions, 8);
+      for (let k = 0; k < data.samples; k++) {
+        for (let channel = 0; channel < 3; channel++) {
+          bits[0] = free[4 * k + channel];
+          const exact = wanted[channel * data.samples + k];
+          errors.push(Math.abs(value[0] - exact) / (1e-3 + Math.abs(exact)));
+        }
+      }
+    } catch (error) {
+      result.failures.push({ program: number, error: String(error.message).slice(0, 500) });
+      continue;
+    }
+    result.programs += 1;
+    result.exact += differing === 0 ? 1 : 0;
+    result.differing += differing;
+    result.worst_relative = Math.max(result.worst_relative, worst);
+  }
+  errors.sort((a, b) => a - b);
+  result.directions_median = errors[Math.floor(errors.length / 2)];
+  result.directions_p99 = errors[Math.floor(errors.length * 0.99)];
+  return result;
+}
+
+async function show() {
+  const output = document.getElementById("result");
+  if (!gl) {
+    output.textContent = JSON.stringify({ error: "this browser has no WebGL 2" });
+    return;
+  }
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const renderer = gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  const started = performance.now();
+  const result = { renderer, ...(await measure((number) => (output.textContent = `running ${number} of ${data.tests.length}`))), ms: Math.round(performance.now() - started) };
+  const rows = [
+    ["Graphics processor", renderer],
+    ["Programs with the same bits", `${result.exact} of ${result.programs}`],
+    ["Values that differ", `${result.differing} of ${result.values}, at most by ${result.worst_relative.toExponential(1)}`],
+    ["Error from directions in f32", `${result.directions_median.toExponential(1)} in the median, ${result.directions_p99.toExponential(1)} at the 99th percentile`],
+    ["Programs refused by the compiler", String(result.failures.length)],
+  ];
+  const body = document.getElementById("rows");
+  for (const [name, text] of rows) {
+    const row = body.insertRow();
+    row.insertCell().textContent = name;
+    row.insertCell().textContent = text;
+  }
+  output.textContent = JSON.stringify(result);
+}
+
+addEventListener("load", () => void show());

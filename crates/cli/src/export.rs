@@ -1,0 +1,45 @@
+//! `brood export`: a genome as source code for other renderers.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use brood_export::{Format, export};
+use brood_program::Program;
+use clap::Args;
+use serde_json::json;
+
+use crate::{genome_file, logging, output};
+
+/// Options of `brood export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// A `.brood` or JSON file; - is stdin
+    genome: PathBuf,
+    /// glsl-es-300, glsl-410 or wgsl
+    #[arg(long, value_name = "FORMAT", default_value = "glsl-es-300")]
+    format: Format,
+    /// The file to write; stdout where absent
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let program = Program::lower(&genome_file::read(&args.genome)?);
+    let text = export(&program, args.format);
+    let Some(path) = &args.output else {
+        return match json {
+            true => output::print_json(&json!({ "format": args.format.name(), "source": text })),
+            false => output::print(&text),
+        };
+    };
+    output::write_file(path, text.as_bytes())?;
+    if json {
+        return output::print_json(
+            &json!({ "format": args.format.name(), "path": path, "bytes": text.len() }),
+        );
+    }
+    eprintln!("{}: {}, {} operations", path.display(), args.format.label(), program.operations());
+    Ok(())
+}

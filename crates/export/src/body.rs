@@ -1,0 +1,79 @@
+//! The scalar code of a program, one assignment a line: long expressions overflow compilers.
+
+use brood_genome::Output;
+use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
+
+use crate::input;
+use crate::language::{Language, Type};
+
+/// Lines that take the inputs by their names and return f.
+pub(crate) fn lines(program: &Program, language: Language) -> String {
+    let ranges = step_ranges(program, |input| match input::bound(input) {
+        Some(bound) => Range { low: -bound, high: bound },
+        None => Range::ALL,
+    });
+    let value = |operand| value(program, operand, language);
+    let mut text = String::new();
+    for (index, (step, range)) in program.steps().iter().zip(&ranges).enumerate() {
+        let call = call(step.operation, &value(step.a), &value(step.b), range);
+        text += &language.let_line(Type::Scalar, &format!("s{index}"), &call);
+    }
+    for (channel, result) in program.results().iter().enumerate() {
+        let g = value(*result);
+        text += &language.let_line(Type::Scalar, &format!("f{channel}"), &format!("{g} * {g}"));
+    }
+    let vector = language.type_name(Type::Vec3);
+    if *program.output() == Output::IDENTITY {
+        return text + &format!("  return {vector}(f0, f1, f2);\n");
+    }
+    text += &output(program.output(), language);
+    text + &format!("  return {vector}(o0, o1, o2);\n")
+}
+
+/// The colour matrix, scale and offset of f0, f1, f2, in the order of the canonical evaluators.
+fn output(output: &Output, language: Language) -> String {
+    let mut text = String::new();
+    let mut line =
+        |name: String, value: String| text += &language.let_line(Type::Scalar, &name, &value);
+    for (channel, row) in output.matrix().iter().enumerate() {
+        let [red, green, blue] = row.map(|weight| language.number(weight));
+        let scale = language.number(output.scale()[channel]);
+        let offset = language.number(output.offset()[channel]);
+        let two = format!("brood_hold(brood_product(f1, {green}) + brood_product(f0, {red}))");
+        line(format!("m{channel}"), two);
+        let three = format!("brood_hold(brood_product(f2, {blue}) + m{channel})");
+        line(format!("n{channel}"), three);
+        let scaled = format!("brood_hold(brood_product(n{channel}, {scale}) + {offset})");
+        line(format!("o{channel}"), scaled);
+    }
+    text
+}
+
+fn value(program: &Program, operand: Operand, language: Language) -> String {
+    match operand {
+        Operand::Step(index) => format!("s{index}"),
+        Operand::Input(input) => input::name(input).to_owned(),
+        Operand::Constant(index) => {
+            language.number(program.constants()[usize::from(index)].canonical)
+        }
+    }
+}
+
+/// A clamp keeps compilers from fusing as well as the barrier does; where it can never act the barrier is cheaper.
+fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
+    let rounded = if range.clamps { "brood_limit" } else { "brood_hold" };
+    match operation {
+        Operation::Add => format!("{rounded}({a} + {b})"),
+        Operation::Sub => format!("{rounded}({a} - {b})"),
+        Operation::Mul => format!("{rounded}({a} * {b})"),
+        Operation::Sin => format!("brood_sine({a}, 0)"),
+        Operation::Cos => format!("brood_sine({a}, 1)"),
+        Operation::Ex2 => format!("brood_ex2({a})"),
+        Operation::Ex2Neg => format!("brood_ex2(-{a})"),
+        Operation::Lg2 => format!("brood_lg2({a})"),
+        Operation::Rcp => format!("brood_rcp({a})"),
+        Operation::Rsq => format!("brood_rsq({a})"),
+        Operation::Spl => format!("brood_spl({a})"),
+        Operation::SplNeg => format!("brood_spl(-{a})"),
+    }
+}

@@ -1,0 +1,114 @@
+The canonical functions in GLSL. CPU twin: brood-genome's functions.rs, whose constants, order of operations and clamps
+these are, bit for bit; WGSL twin: functions.wgsl. `brood_hold` stands wherever a compiler could contract or reassociate.
+Built-in sin, exp2, mix, pow, sqrt and division are not used: their errors are the driver's choice. What stands above the
+first mark is not exported; each mark begins a function that library.rs picks by name.
+// @base
+// Rounding: every product and sum is rounded on its own, as the program means it. brood_zero must be 0; what a compiler
+// does not know it cannot fuse.
+uniform highp uint brood_zero;
+
+float brood_hold(float a) {
+  return uintBitsToFloat(floatBitsToUint(a) ^ brood_zero);
+}
+
+float brood_product(float a, float b) {
+  return brood_hold(a * b);
+}
+
+float brood_limit(float a) {
+  return clamp(a, -65504.0, 65504.0);
+}
+
+// a + b c, two roundings.
+float brood_step(float a, float b, float c) {
+  return brood_hold(a + brood_product(b, c));
+}
+
+// @sine
+// sin(a) where quarter is 0, cos(a) where it is 1.
+float brood_sine(float a, int quarter) {
+  float t = clamp(a, -1024.0, 1024.0);
+  float k = roundEven(brood_product(t, 0.63661975));
+  float r = brood_hold(t - brood_product(k, 1.570556640625));
+  r = brood_hold(r - brood_product(k, 0.0002396702766418457));
+  r = brood_hold(r - brood_product(k, 1.5893254712295857e-8));
+  float z = brood_product(r, r);
+  float s = brood_step(-0.16666655, z, brood_step(0.008332179, z, -0.0001951727));
+  s = brood_hold(r + brood_product(brood_product(r, z), s));
+  float c = brood_step(0.041666646, z, brood_step(-0.0013887375, z, 2.443912e-5));
+  c = brood_hold(brood_hold(1.0 - brood_product(0.5, z)) + brood_product(brood_product(z, z), c));
+  int quadrant = int(k) + quarter;
+  float value = (quadrant & 1) == 0 ? s : c;
+  return uintBitsToFloat(floatBitsToUint(value) ^ ((uint(quadrant) & 2u) << 30));
+}
+
+// @ex2
+// 2^a.
+float brood_ex2(float a) {
+  float t = clamp(a, -24.0, 16.0);
+  float k = roundEven(t);
+  float f = brood_hold(t - k);
+  float p = brood_step(0.009618006, f, brood_step(0.0013400249, f, 0.00015475875));
+  p = brood_step(0.6931472, f, brood_step(0.2402265, f, brood_step(0.05550328, f, p)));
+  p = brood_step(1.0, f, p);
+  return brood_limit(p * uintBitsToFloat(uint(int(k) + 127) << 23));
+}
+
+// @log2
+// log2 of a positive normal number.
+float brood_log2(float t) {
+  uint bits = floatBitsToUint(t);
+  uint offset = (bits - 0x3f3504f3u) & 0xff800000u;
+  float exponent = float(int(offset) >> 23);
+  float f = brood_hold(uintBitsToFloat(bits - offset) - 1.0);
+  float p = brood_step(-0.1906129, f, brood_step(0.1878259, f, -0.112973355));
+  p = brood_step(0.28858528, f, brood_step(-0.23963657, f, brood_step(0.20429617, f, p)));
+  p = brood_step(-0.72134733, f, brood_step(0.4808979, f, brood_step(-0.36069643, f, p)));
+  p = brood_product(f, brood_step(1.442695, f, p));
+  return brood_hold(exponent + p);
+}
+
+// @square
+// a^2 + 2^-24.
+float brood_square(float a) {
+  return brood_hold(brood_product(a, a) + 5.9604645e-8);
+}
+
+// @lg2
+// log2(a^2 + 2^-24).
+float brood_lg2(float a) {
+  return brood_log2(brood_square(a));
+}
+
+// @rcp
+// a / (a^2 + 2^-24).
+float brood_rcp(float a) {
+  float t = brood_square(a);
+  float y = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(t));
+  y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
+  y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
+  y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
+  y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
+  return brood_limit(a * y);
+}
+
+// @rsq
+// 1 / sqrt(a^2 + 2^-24).
+float brood_rsq(float a) {
+  float t = brood_square(a);
+  float h = brood_product(0.5, t);
+  float y = uintBitsToFloat(0x5f375a86u - (floatBitsToUint(t) >> 1));
+  y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
+  y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
+  y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
+  y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
+  return y;
+}
+
+// @spl
+// log2(1 + 2^a).
+float brood_spl(float a) {
+  float rest = brood_log2(brood_hold(1.0 + brood_ex2(-abs(a))));
+  return brood_limit((a > 0.0 ? a : 0.0) + rest);
+}
+

@@ -1,0 +1,230 @@
+//! The inputs of a program from world directions, in f32: twins of `brood_brdf::Input::evaluate`, operation for
+//! operation, so that swapping the directions changes no bit here either.
+
+use brood_brdf::{Input, InputMask};
+
+use crate::language::{Language, Type};
+
+/// What inputs are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    CosI,
+    CosO,
+    TangentI,
+    TangentO,
+    P2,
+    SmoothP4,
+    PaperI,
+    PaperO,
+    PaperP4,
+    Sum,
+    SinSquaredHalf,
+    HalfDotLight,
+}
+
+impl Part {
+    /// In an order in which each uses only those before it.
+    const ALL: [Self; 12] = [
+        Self::CosI,
+        Self::CosO,
+        Self::TangentI,
+        Self::TangentO,
+        Self::P2,
+        Self::SmoothP4,
+        Self::PaperI,
+        Self::PaperO,
+        Self::PaperP4,
+        Self::Sum,
+        Self::SinSquaredHalf,
+        Self::HalfDotLight,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::CosI => "cos_i",
+            Self::CosO => "cos_o",
+            Self::TangentI => "l",
+            Self::TangentO => "v",
+            Self::P2 => "p2",
+            Self::SmoothP4 => "p4",
+            Self::PaperI => "l_unit",
+            Self::PaperO => "v_unit",
+            Self::PaperP4 => "p4_unit",
+            Self::Sum => "s",
+            Self::SinSquaredHalf => "sin2_h",
+            Self::HalfDotLight => "h_dot_wi",
+        }
+    }
+
+    /// Type, expression, and the parts that it uses. 9.1e-13 is 2^-40: it keeps poles from dividing by 0.
+    fn definition(self) -> (Type, &'static str, &'static [Self]) {
+        match self {
+            Self::CosI => (Type::Scalar, "dot(wi, n)", &[]),
+            Self::CosO => (Type::Scalar, "dot(wo, n)", &[]),
+            Self::TangentI => (Type::Vec2, "VEC2(dot(wi, x), dot(wi, y))", &[]),
+            Self::TangentO => (Type::Vec2, "VEC2(dot(wo, x), dot(wo, y))", &[]),
+            Self::P2 => (Type::Scalar, "cos_o - cos_i", &[Self::CosI, Self::CosO]),
+            Self::SmoothP4 => {
+                (Type::Scalar, "v.y * l.x - v.x * l.y", &[Self::TangentI, Self::TangentO])
+            }
+            Self::PaperI => {
+                (Type::Vec2, "l / sqrt(max(dot(l, l), 9.094947e-13))", &[Self::TangentI])
+            }
+            Self::PaperO => {
+                (Type::Vec2, "v / sqrt(max(dot(v, v), 9.094947e-13))", &[Self::TangentO])
+            }
+            Self::PaperP4 => (
+                Type::Scalar,
+                "v_unit.y * l_unit.x - v_unit.x * l_unit.y",
+                &[Self::PaperI, Self::PaperO],
+            ),
+            Self::Sum => (
+                Type::Vec3,
+                "VEC3(l + v, cos_i + cos_o)",
+                &[Self::CosI, Self::CosO, Self::TangentI, Self::TangentO],
+            ),
+            Self::SinSquaredHalf => {
+                (Type::Scalar, "dot(s.xy, s.xy) / max(dot(s, s), 9.094947e-13)", &[Self::Sum])
+            }
+            Self::HalfDotLight => {
+                (Type::Scalar, "sqrt(clamp(0.5 * (1.0 + dot(wi, wo)), 0.0, 1.0))", &[])
+            }
+        }
+    }
+}
+
+/// The name of an input in printed code.
+pub(crate) fn name(input: Input) -> &'static str {
+    match input {
+        Input::P1 => "p1",
+        Input::U => "tex_u",
+        Input::V => "tex_v",
+        Input::SmoothP3 => "p3",
+        Input::SmoothP5 => "p5",
+        Input::SmoothP6 => "p6",
+        Input::SmoothQ1 => "q1",
+        Input::SmoothQ2 => "q2",
+        Input::PaperP3 => "p3_unit",
+        Input::PaperP5 => "p5_unit",
+        Input::PaperP6 => "p6_unit",
+        Input::PaperQ1 => "q1_unit",
+        Input::PaperQ2 => "q2_unit",
+        Input::LogTanHalf => "ln_tan_h",
+        Input::HalfDotLight => "half_dot_light",
+        Input::CosineDifference => "cosine_difference",
+        Input::MirrorAsymmetry => "mirror_asymmetry",
+        Input::CosineProduct => "cosine_product",
+        Input::LogHalfDotLight => "ln_half_dot_light",
+        Input::LogHalfAngle => "ln_half_angle",
+        Input::LogCosineProduct => "ln_cosine_product",
+        Input::LogCosineSum => "ln_cosine_sum",
+        Input::NormalDotHalf => "normal_dot_half",
+    }
+}
+
+/// Expression of an input, and the parts that it uses. 9.5e-7 is 2^-20, which logarithms stay above.
+fn definition(input: Input) -> (&'static str, &'static [Part]) {
+    use Part::{
+        CosI, CosO, HalfDotLight, P2, PaperI, PaperO, PaperP4, SinSquaredHalf, SmoothP4, Sum,
+        TangentI, TangentO,
+    };
+    match input {
+        Input::P1 => ("cos_o + cos_i", &[CosI, CosO]),
+        Input::U => ("clamp(uv.x, -65504.0, 65504.0)", &[]),
+        Input::V => ("clamp(uv.y, -65504.0, 65504.0)", &[]),
+        Input::SmoothP3 => ("v.x * l.x + v.y * l.y", &[TangentI, TangentO]),
+        Input::SmoothP5 => ("v.x * l.x - v.y * l.y", &[TangentI, TangentO]),
+        Input::SmoothP6 => ("v.x * l.y + v.y * l.x", &[TangentI, TangentO]),
+        Input::SmoothQ1 => ("p2 * p2 - p4 * p4", &[P2, SmoothP4]),
+        Input::SmoothQ2 => ("2.0 * (p2 * p4)", &[P2, SmoothP4]),
+        Input::PaperP3 => ("v_unit.x * l_unit.x + v_unit.y * l_unit.y", &[PaperI, PaperO]),
+        Input::PaperP5 => ("v_unit.x * l_unit.x - v_unit.y * l_unit.y", &[PaperI, PaperO]),
+        Input::PaperP6 => ("v_unit.x * l_unit.y + v_unit.y * l_unit.x", &[PaperI, PaperO]),
+        Input::PaperQ1 => ("p2 * p2 - p4_unit * p4_unit", &[P2, PaperP4]),
+        Input::PaperQ2 => ("2.0 * (p2 * p4_unit)", &[P2, PaperP4]),
+        Input::LogTanHalf => {
+            ("0.5 * log(dot(s.xy, s.xy) / max(s.z * s.z, 9.094947e-13) + 1e-7)", &[Sum])
+        }
+        Input::HalfDotLight => ("h_dot_wi", &[HalfDotLight]),
+        Input::CosineDifference => ("p2 * p2 / (4.0 * sin2_h + 1e-3)", &[P2, SinSquaredHalf]),
+        Input::MirrorAsymmetry => {
+            ("2.0 * (p2 * p4) / (sin2_h + 1e-3)", &[P2, SmoothP4, SinSquaredHalf])
+        }
+        Input::CosineProduct => ("cos_i * cos_o", &[CosI, CosO]),
+        Input::LogHalfDotLight => ("log(max(h_dot_wi, 9.536743e-7))", &[HalfDotLight]),
+        Input::LogHalfAngle => ("0.5 * log(max(1.0 - h_dot_wi, 0.0) + 0.002)", &[HalfDotLight]),
+        Input::LogCosineProduct => ("log(max(cos_i * cos_o, 9.536743e-7))", &[CosI, CosO]),
+        Input::LogCosineSum => ("log(max(cos_i + cos_o, 9.536743e-7))", &[CosI, CosO]),
+        Input::NormalDotHalf => ("s.z / sqrt(max(dot(s, s), 9.094947e-13))", &[Sum]),
+    }
+}
+
+/// Lines that make the named inputs of `wi`, `wo`, `n`, `x`, `y` and `uv`.
+pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
+    let mut wanted: Vec<Part> =
+        inputs.iter().flat_map(|input| definition(input).1).copied().collect();
+    let mut seen = 0;
+    while seen < wanted.len() {
+        wanted.extend(wanted[seen].definition().2);
+        seen += 1;
+    }
+    let types = [("VEC2", Type::Vec2), ("VEC3", Type::Vec3)];
+    let word = |expression: &str| {
+        types.iter().fold(expression.to_owned(), |text, (word, of)| {
+            text.replace(word, language.type_name(*of))
+        })
+    };
+    let mut text = String::new();
+    for part in Part::ALL.into_iter().filter(|part| wanted.contains(part)) {
+        let (of, expression, _) = part.definition();
+        text += &language.let_line(of, part.name(), &word(expression));
+    }
+    for input in inputs.iter() {
+        text += &language.let_line(Type::Scalar, name(input), &word(definition(input).0));
+    }
+    text
+}
+
+/// Between which values an input stays, by a wide margin over what f32 adds; none where it is the texture's.
+pub(crate) fn bound(input: Input) -> Option<f32> {
+    match input {
+        Input::U | Input::V => None,
+        // |p2| <= 1, |p4| <= 1: all of these stay below 4 for any unit vectors.
+        Input::P1 | Input::SmoothP3 | Input::SmoothP5 | Input::SmoothP6 => Some(4.0),
+        Input::SmoothQ1 | Input::SmoothQ2 | Input::PaperP3 | Input::PaperP5 => Some(8.0),
+        Input::PaperP6 | Input::PaperQ1 | Input::PaperQ2 => Some(8.0),
+        Input::HalfDotLight | Input::CosineProduct | Input::NormalDotHalf => Some(2.0),
+        // Logarithms of what is between 2^-40 and 4e12.
+        Input::LogTanHalf | Input::LogHalfDotLight | Input::LogHalfAngle => Some(40.0),
+        Input::LogCosineProduct | Input::LogCosineSum => Some(40.0),
+        // At most 4 over 1e-3.
+        Input::CosineDifference | Input::MirrorAsymmetry => Some(8192.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_use_only_what_is_defined_before_them_and_inputs_have_names_of_their_own() {
+        for (place, part) in Part::ALL.into_iter().enumerate() {
+            assert!(part.definition().2.iter().all(|used| Part::ALL[..place].contains(used)));
+        }
+        let mut names: Vec<&str> = Input::ALL.into_iter().map(name).collect();
+        names.extend(Part::ALL.map(Part::name));
+        names.extend(["wi", "wo", "n", "x", "y", "uv"]);
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count, "{names:?}");
+    }
+
+    #[test]
+    fn only_what_is_read_is_computed() {
+        let text = lines([Input::P1].into_iter().collect(), Language::Glsl);
+        let wanted = "  float cos_i = dot(wi, n);\n  float cos_o = dot(wo, n);\n  float p1 = cos_o + cos_i;\n";
+        assert_eq!(text, wanted);
+        assert_eq!(lines(InputMask::EMPTY, Language::Wgsl), "");
+    }
+}

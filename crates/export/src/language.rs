@@ -1,0 +1,88 @@
+//! Where the languages differ in words: declarations, types, numbers.
+
+/// A shading language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Language {
+    Glsl,
+    Wgsl,
+}
+
+/// Types that printed code has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Type {
+    Scalar,
+    Vec2,
+    Vec3,
+}
+
+impl Language {
+    pub(crate) fn type_name(self, of: Type) -> &'static str {
+        match (self, of) {
+            (Self::Glsl, Type::Scalar) => "float",
+            (Self::Glsl, Type::Vec2) => "vec2",
+            (Self::Glsl, Type::Vec3) => "vec3",
+            (Self::Wgsl, Type::Scalar) => "f32",
+            (Self::Wgsl, Type::Vec2) => "vec2f",
+            (Self::Wgsl, Type::Vec3) => "vec3f",
+        }
+    }
+
+    /// A line that names a value.
+    pub(crate) fn let_line(self, of: Type, name: &str, value: &str) -> String {
+        match self {
+            Self::Glsl => format!("  {} {name} = {value};\n", self.type_name(of)),
+            Self::Wgsl => format!("  let {name} = {value};\n"),
+        }
+    }
+
+    /// The first line of a function, with its brace.
+    pub(crate) fn head(self, name: &str, parameters: &[(Type, &str)]) -> String {
+        let parameter = |(of, name): &(Type, &str)| match self {
+            Self::Glsl => format!("{} {name}", self.type_name(*of)),
+            Self::Wgsl => format!("{name}: {}", self.type_name(*of)),
+        };
+        let parameters: Vec<String> = parameters.iter().map(parameter).collect();
+        let parameters = parameters.join(", ");
+        match self {
+            Self::Glsl => format!("vec3 {name}({parameters}) {{\n"),
+            Self::Wgsl => format!("fn {name}({parameters}) -> vec3f {{\n"),
+        }
+    }
+
+    /// A number that reads back to the same bits; negative ones in parentheses, so that it can stand anywhere.
+    ///
+    /// # Domain
+    /// Finite numbers. Subnormal ones are given by their bits: compilers may read them as 0.
+    pub(crate) fn number(self, value: f32) -> String {
+        if value.is_subnormal() {
+            let bits = value.to_bits();
+            return match self {
+                Self::Glsl => format!("uintBitsToFloat({bits:#010x}u)"),
+                Self::Wgsl => format!("bitcast<f32>({bits:#010x}u)"),
+            };
+        }
+        // The shortest digits that read back; always with a point or an exponent.
+        let digits = format!("{value:?}");
+        match value.is_sign_negative() {
+            true => format!("({digits})"),
+            false => digits,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_to_the_same_bits() {
+        let values = [0.0, -0.0, 1.0, -0.1, 65504.0, 1.5e-7, f32::MIN_POSITIVE, 16_777_216.0, 0.1];
+        for value in values {
+            let text = Language::Glsl.number(value);
+            let bare = text.trim_matches(['(', ')']);
+            assert_eq!(bare.parse::<f32>().unwrap().to_bits(), f32::to_bits(value), "{text}");
+            assert!(bare.contains(['.', 'e']), "{text} is no floating point number in GLSL");
+        }
+        assert_eq!(Language::Wgsl.number(f32::from_bits(1)), "bitcast<f32>(0x00000001u)");
+    }
+}

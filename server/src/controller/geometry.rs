@@ -1,0 +1,101 @@
+//! The triangles of a mesh, for those who draw it themselves.
+
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::decode;
+use brood_scene::{Mesh, MeshRef};
+use http::HeaderMap;
+
+use super::file;
+use crate::extract::{NoQuery, Path};
+use crate::problem::ApiError;
+use crate::state::App;
+
+const CONTENT_TYPE: &str = "application/vnd.brood.geometry";
+const CACHE: &str = "private, no-cache";
+const MAGIC: &[u8; 8] = b"broodgeo";
+const VERSION: u32 = 1;
+
+/// A mesh's geometry in little-endian bytes: `broodgeo`; u32 version 1, vertices, triangles, has_uv (0 or 1); f64 centre
+/// (3) and radius of the bounding sphere; then f32 arrays: positions relative to the centre in radii (3 a vertex), unit
+/// normals (3), unit tangents along u (3), texture positions (2); then u32 corners (3 a triangle).
+#[utoipa::path(get, path = "/v1/meshes/{id}/geometry", tag = "meshes",
+    params(("id" = String, Path, description = "id of a mesh, or the name of a built-in one")),
+    responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let encoded = match MeshRef::from(id.as_str()) {
+        MeshRef::Builtin(name) => {
+            app.on_processor(move || Ok(encode(&Mesh::builtin(name)))).await?
+        }
+        MeshRef::Uploaded(id) => {
+            let unknown = |_| ApiError::not_found("there is no such mesh");
+            let row = app.store.mesh(id.parse().map_err(unknown)?).await?;
+            let data = app.store.mesh_data(row.content_hash).await?;
+            let read = move || decode::<Mesh>(&data).map(|mesh| encode(&mesh));
+            app.on_processor(read).await?
+        }
+    };
+    let bytes = encoded
+        .map_err(|error| ApiError::internal(format!("a stored mesh cannot be read: {error}")))?;
+    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
+    Ok(file(&headers, &etag, CONTENT_TYPE, CACHE, bytes))
+}
+
+fn encode(mesh: &Mesh) -> Vec<u8> {
+    let parts = mesh.parts();
+    let (vertices, triangles) = (parts.positions.len(), parts.triangles.len());
+    let mut bytes = Vec::with_capacity(56 + 44 * vertices + 12 * triangles);
+    bytes.extend_from_slice(MAGIC);
+    let count = |count| u32::try_from(count).expect("a mesh's counts fit 32 bits");
+    for number in [VERSION, count(vertices), count(triangles), u32::from(parts.has_uv)] {
+        bytes.extend_from_slice(&number.to_le_bytes());
+    }
+    for number in mesh.centre().to_array().into_iter().chain([mesh.radius()]) {
+        bytes.extend_from_slice(&number.to_le_bytes());
+    }
+    let (centre, radius) = (mesh.centre(), mesh.radius());
+    let relative = parts.positions.iter().map(|place| (*place - centre) / radius);
+    put(&mut bytes, relative.map(|place| place.as_vec3().to_array()));
+    put(&mut bytes, parts.normals.iter().map(|normal| normal.as_vec3().to_array()));
+    put(&mut bytes, parts.tangents.iter().map(|tangent| tangent.as_vec3().to_array()));
+    put(&mut bytes, parts.uvs.iter().map(|uv| uv.as_vec2().to_array()));
+    for corner in parts.triangles.iter().flatten() {
+        bytes.extend_from_slice(&corner.to_le_bytes());
+    }
+    bytes
+}
+
+fn put<const N: usize>(bytes: &mut Vec<u8>, values: impl Iterator<Item = [f32; N]>) {
+    for value in values.flatten() {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_scene::BuiltinMesh;
+
+    use super::*;
+
+    #[test]
+    fn geometry_has_the_length_that_its_head_says_and_a_radius_of_one() {
+        let mesh = Mesh::builtin(BuiltinMesh::Torus);
+        let bytes = encode(&mesh);
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        let (vertices, triangles) = (word(12), word(16));
+        assert_eq!((word(8), word(20)), (1, 1));
+        assert_eq!((vertices, triangles), (mesh.vertex_count(), mesh.triangle_count()));
+        assert_eq!(bytes.len(), 56 + 44 * vertices + 12 * triangles);
+        let number = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        let length = |k: usize| (0..3).map(|c| number(56 + 12 * k + 4 * c).powi(2)).sum::<f32>();
+        let farthest = (0..vertices).map(length).fold(0.0, f32::max);
+        assert!((farthest - 1.0).abs() < 1e-5, "{farthest}");
+        let corners = 56 + 44 * vertices;
+        assert!((0..3 * triangles).all(|k| word(corners + 4 * k) < vertices));
+    }
+}

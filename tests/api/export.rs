@@ -1,0 +1,53 @@
+//! Exports: what formats there are, the source of an individual, and what is refused.
+
+use brood_tests::{TestLineage, TestServer, text_of};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn individual_is_exported_in_every_format_that_is_listed() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(3).await;
+    let id = text_of(&generation["individuals"][0]["id"]).to_owned();
+    let formats = server.get("/v1/exports").await.expect(200).json();
+    let formats = formats.as_array().unwrap();
+    assert!(formats.len() >= 3);
+    for format in formats {
+        let name = text_of(&format["name"]);
+        let path = format!("/v1/individuals/{id}/exports/{name}");
+        let answer = server.get(&path).await.expect(200);
+        assert_eq!(answer.header("content-type"), text_of(&format["media_type"]));
+        let file = format!("brood-{id}.{}", text_of(&format["extension"]));
+        assert!(answer.header("content-disposition").contains(&file));
+        let text = answer.text();
+        assert!(text.contains("evolved("), "{text}");
+        let etag = answer.header("etag").to_owned();
+        let request = server.request(reqwest::Method::GET, &path);
+        server.send(request.header("if-none-match", etag)).await.expect(304);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn unknown_formats_and_individuals_are_refused() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    let id = text_of(&generation["individuals"][0]["id"]).to_owned();
+    let problem = server.get(&format!("/v1/individuals/{id}/exports/cg")).await.problem(404);
+    assert!(text_of(&problem["detail"]).contains("glsl-es-300"), "{problem}");
+    let nobody = "0197f3c0-0000-7000-8000-000000000000";
+    server.get(&format!("/v1/individuals/{nobody}/exports/wgsl")).await.problem(404);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn geometry_is_there_for_built_in_and_uploaded_meshes() {
+    let server = TestServer::start();
+    let knob = server.get("/v1/meshes/knob/geometry").await.expect(200);
+    assert!(knob.body.starts_with(b"broodgeo"));
+    let obj = "v 0 0 0\nv 4 0 0\nv 0 3 0\nf 1 2 3\n";
+    let mesh = server.post_bytes("/v1/meshes", "model/obj", obj).await.expect(201).json();
+    let path = format!("/v1/meshes/{}/geometry", text_of(&mesh["id"]));
+    let triangle = server.get(&path).await.expect(200);
+    assert_eq!(triangle.header("content-type"), "application/vnd.brood.geometry");
+    assert_eq!(triangle.body.len(), 56 + 3 * 44 + 12);
+    server.get("/v1/meshes/teapot/geometry").await.problem(404);
+}
