@@ -91,6 +91,22 @@ async function request(method, path, options = {}) {
   }
 }
 
+/**
+ * What is no JSON, read whole.
+ * @param {string} path
+ */
+async function read(path) {
+  const response = await fetch(path, { credentials: "same-origin" });
+  if (!response.ok) throw new ProblemError(await readProblem(response));
+  return response;
+}
+
+/** @param {string} path */
+export const getText = async (path) => (await read(path)).text();
+
+/** @param {string} path */
+export const getBytes = async (path) => (await read(path)).arrayBuffer();
+
 /** crypto.randomUUID exists only in secure contexts; a page served by address over plain HTTP has none. */
 function newKey() {
   if (globalThis.isSecureContext) return crypto.randomUUID();

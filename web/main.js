@@ -9,6 +9,8 @@ import { listenToFiles } from "./files.js";
 import { html } from "./html.js";
 import { keyAnywhere } from "./keys.js";
 import { follow, start, watchLineage } from "./lineage.js";
+import { watchLight } from "./live/light.js";
+import { watchLive } from "./live/live.js";
 import { keep, recall } from "./memory.js";
 import { watchReady } from "./pictures.js";
 import { recallMeshes } from "./scene.js";
@@ -30,6 +32,8 @@ effect(() => {
 });
 watchLineage();
 watchReady();
+watchLight();
+watchLive();
 restWhileHidden();
 listenToFiles();
 addEventListener("hashchange", () => void follow());

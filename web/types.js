@@ -23,7 +23,9 @@
  *
  * @typedef {{exposure: "auto"|number, tone: string}} Film
  *
- * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film}} Scene
+ * @typedef {{position?: Vec3|null, intensity?: Vec3|null}} Light
+ *
+ * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, light_deg?: number, lights?: Light[]}} Scene
  *   A scene carries more than these fields; what the page does not know it hands back unchanged.
  *
  * @typedef {{line: number, text: string}} MeshWarning

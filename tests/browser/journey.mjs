@@ -8,13 +8,17 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
+import { exported, live } from "./live.mjs";
 import { BroodPage } from "./page.mjs";
-import { startServer } from "./server.mjs";
+import { binary, startServer } from "./server.mjs";
 
 const FLAGS = [
-  "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+  "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
   "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ];
+/** Without any WebGL, and with the browser's own in software. */
+const PLAIN = [...FLAGS, "--disable-gpu", "--disable-3d-apis"];
+const DRAWING = [...FLAGS, "--enable-unsafe-swiftshader"];
 const TIMEOUT_MS = 60_000;
 const pictures = process.env.BROOD_PICTURES ?? fileURLToPath(new URL("../../target/browser", import.meta.url));
 
@@ -188,6 +192,13 @@ async function wide(hand) {
   hand.quiet();
 }
 
+async function drawn(hand, base) {
+  const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
+  await live(hand, step, shot, base);
+  await exported(hand, step, binary);
+  hand.quiet();
+}
+
 async function narrow(hand) {
   await step("breeds by tap on a screen of 360 pixels", async () => {
     await hand.open();
@@ -207,22 +218,23 @@ async function main() {
   const server = await startServer();
   let browser, ended;
   try {
-    browser = await chromium.launch({ executablePath, args: FLAGS });
-    for (const [journey, options] of [
-      [wide, { viewport: { width: 1440, height: 985 } }],
-      [narrow, { viewport: { width: 360, height: 740 }, hasTouch: true }],
+    for (const [journey, args, options] of [
+      [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
+      [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],
     ]) {
+      browser = await chromium.launch({ executablePath, args });
       const context = await browser.newContext({ ...options, reducedMotion: "reduce" });
       context.setDefaultTimeout(TIMEOUT_MS);
       const hand = new BroodPage(await context.newPage(), server.url);
       try {
-        await journey(hand);
+        await journey(hand, server.url);
       } catch (error) {
         await hand.page.screenshot({ path: join(pictures, "failed.png") });
         console.error(`the page complained: ${JSON.stringify(hand.complaints)}`);
         throw error;
       }
-      await context.close();
+      await browser.close();
     }
   } catch (error) {
     console.error(`the server's log ends so:\n${server.log().slice(-4000)}`);

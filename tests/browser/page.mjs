@@ -11,13 +11,15 @@ export class BroodPage {
   #base;
   /** Errors of scripts, of the content security policy and of requests, all of which are failures. */
   complaints = [];
+  /** What the console may say. */
+  ignores = () => false;
 
   constructor(page, base) {
     this.page = page;
     this.#base = base;
     page.on("pageerror", (error) => this.complaints.push(`script: ${error.message}`));
     page.on("console", (message) => {
-      if (message.type() === "error") this.complaints.push(`console: ${message.text()}`);
+      if (message.type() === "error" && !this.ignores(message.text())) this.complaints.push(`console: ${message.text()}`);
     });
     page.on("response", (response) => {
       if (response.status() >= 500) this.complaints.push(`${response.status()} for ${response.url()}`);

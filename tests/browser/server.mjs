@@ -11,11 +11,13 @@ const root = fileURLToPath(new URL("../..", import.meta.url));
 const PREFIX = "brood is listening on ";
 const START_TIMEOUT_MS = 60_000;
 
+/** The program under test. */
+export const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
+
 /** Starts `$BROOD_BIN`, or target/debug/brood, and resolves once it listens. */
 export async function startServer() {
-  const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
   const data = await mkdtemp(join(tmpdir(), "brood-journey-"));
-  const options = ["serve", "--listen", "127.0.0.1:0", "--data", data, "--workers", "1", "--backend", "cpu"];
+  const options = ["serve", ...(process.env.BROOD_WEB ? ["--web-dir", process.env.BROOD_WEB] : []), "--listen", "127.0.0.1:0", "--data", data, "--workers", "1", "--backend", "cpu"];
   const child = spawn(binary, options, { stdio: ["ignore", "pipe", "pipe"] });
   let log = "";
   child.stderr.on("data", (bytes) => (log += bytes));

@@ -9,6 +9,8 @@ import { nameOf, toggleFavourite } from "../breed.js";
 import { listenToHands } from "../hands.js";
 import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
+import { attachCanvas, liveCells } from "../live/live.js";
+import { LightDot } from "./light.js";
 import { attempts, failed, loaded, pictureFailed, pictureLoaded, ready, tryAgain } from "../pictures.js";
 import { breeding, focused, generation, individualIn, lineage, mate, sceneBusy, shown, turning, scene } from "../state.js";
 import { globe } from "../turn.js";
@@ -97,7 +99,8 @@ function Frame({ cell }) {
   const centre = cell === "centre";
   const [row, column] = centre ? [1, 1] : PLACES[cell];
   const isMate = of !== null && mate.value?.id === of.id;
-  const scaled = centre && scene.value && turning.value?.kind === "scale" ? turning.value.scale / scene.value.scale : 1;
+  const drawnLive = liveCells.value.has(cell);
+  const scaled = !drawnLive && centre && scene.value && turning.value?.kind === "scale" ? turning.value.scale / scene.value.scale : 1;
   return html`
     <div
       role="gridcell"
@@ -112,11 +115,12 @@ function Frame({ cell }) {
       onFocus=${() => (focused.value = cell)}
     >
       ${of && html`
-        <div class="pictures" style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
+        <div class=${drawnLive ? "pictures lit" : "pictures"} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
           <${Picture} of=${of} cell=${cell} />
           ${centre && html`<${Large} of=${of} />`}
         </div>
-        ${centre && html`<${Globe} />`}
+        ${centre && !drawnLive && html`<${Globe} />`}
+        ${centre && html`<${LightDot} />`}
         <button type="button" class=${of.favourite ? "star on" : "star"} data-testid="favourite" tabindex="-1" aria-pressed=${of.favourite}
           aria-label=${`Favourite: ${nameOf(cell)}`} title="Favourite (F)" onClick=${() => toggleFavourite(cell)}>${of.favourite ? "★" : "☆"}</button>
         ${isMate && html`<span class="badge" data-testid="mate-badge">mate</span>`}
@@ -136,6 +140,7 @@ export function Frames() {
   return html`
     <div class="frames" role="grid" aria-label="Twenty children around their parent" aria-rowcount="6" aria-colcount="6"
       aria-busy=${breeding.value} ref=${attach} onKeyDown=${keyOnFrames}>
+      <canvas class="live" data-testid="live" aria-hidden="true" ref=${attachCanvas}></canvas>
       ${ROWS.map((cells, row) => html`
         <div role="row" class="line" aria-rowindex=${row + 1} key=${row}>
           ${cells.map((cell) => html`<${Frame} key=${cell} cell=${cell} />`)}

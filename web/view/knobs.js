@@ -9,40 +9,12 @@ import { html } from "../html.js";
 import { BUILT_IN, chooseObject, setExposure } from "../scene.js";
 import { signal } from "../vendor/signals-core.js";
 import { forget, greySurround, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
+import { LightKnobs } from "./light.js";
+import { Slider, Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
 
 /** An exposure being dragged, before it is let go. @type {import("../vendor/signals-core.js").Signal<number|null>} */
 const draggedEv = signal(null);
-
-/** @param {Event} event */
-const valueOf = (event) => Number(/** @type {HTMLInputElement} */ (event.target).value);
-/** @param {Event} event */
-const checkedIn = (event) => /** @type {HTMLInputElement} */ (event.target).checked;
-
-/**
- * @param {{id: string, name: string, value: number, min: number, max: number, step: number, shown: string, dim?: boolean,
- *   turns: (value: number) => void, rests?: (value: number) => void}} props
- */
-function Slider({ id, name, value, min, max, step, shown, dim, turns, rests }) {
-  return html`
-    <div class=${dim ? "slider dim" : "slider"}>
-      <label for=${id}>${name}</label>
-      <input type="range" id=${id} data-testid=${id} min=${min} max=${max} step=${step} value=${value} aria-valuetext=${shown}
-        onInput=${(/** @type {Event} */ event) => turns(valueOf(event))} onChange=${(/** @type {Event} */ event) => rests?.(valueOf(event))} />
-      <output for=${id}>${shown}</output>
-    </div>
-  `;
-}
-
-/** @param {{id: string, name: string, on: boolean, turns: (on: boolean) => void, title?: string}} props */
-function Switch({ id, name, on, turns, title }) {
-  return html`
-    <label class=${on ? "chip on" : "chip"} title=${title}>
-      <input type="checkbox" role="switch" data-testid=${id} checked=${on} onChange=${(/** @type {Event} */ event) => turns(checkedIn(event))} />
-      <span>${name}</span>
-    </label>
-  `;
-}
 
 /** @param {"mutation"|"recombination"|"saturation"} key @param {number} value */
 function turn(key, value) {
@@ -148,7 +120,7 @@ export function Knobs() {
   return html`
     <aside class="pane left" aria-label="Knobs">
       <button type="button" class="close" aria-label="Close the knobs" onClick=${() => (knobsOpen.value = false)}>×</button>
-      <${Breeding} /><${ObjectChooser} /><${Film} />
+      <${Breeding} /><${ObjectChooser} /><${LightKnobs} /><${Film} />
     </aside>
   `;
 }

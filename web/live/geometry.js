@@ -1,0 +1,73 @@
+/**
+ * Meshes as the server sends them: read, and put into buffers of the graphics processor. Owns the format; knows nothing of
+ * cameras.
+ *
+ * @import { Vec3 } from "../types.js"
+ * @import { Extent } from "./view.js"
+ */
+import { getBytes } from "../api.js";
+
+const MAGIC = "broodgeo";
+const HEAD_BYTES = 56;
+
+/**
+ * @typedef {{extent: Extent, corners: number, vertices: WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
+ *
+ * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array, tangents: Float32Array, uvs: Float32Array,
+ *   corners: Uint32Array}} Arrays
+ */
+
+/** @param {ArrayBuffer} bytes @returns {Arrays} */
+export function readGeometry(bytes) {
+  const head = new DataView(bytes);
+  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
+  if (magic !== MAGIC || head.getUint32(8, true) !== 1) throw new Error("the geometry is of another version than the page");
+  const vertices = head.getUint32(12, true);
+  const triangles = head.getUint32(16, true);
+  /** @type {Vec3} */
+  const centre = [head.getFloat64(24, true), head.getFloat64(32, true), head.getFloat64(40, true)];
+  let at = HEAD_BYTES;
+  /** @param {number} count */
+  const floats = (count) => {
+    const array = new Float32Array(bytes, at, count);
+    at += 4 * count;
+    return array;
+  };
+  const positions = floats(3 * vertices);
+  const normals = floats(3 * vertices);
+  const tangents = floats(3 * vertices);
+  const uvs = floats(2 * vertices);
+  const corners = new Uint32Array(bytes, at, 3 * triangles);
+  return { extent: { centre, radius: head.getFloat64(48, true) }, hasUv: head.getUint32(20, true) === 1, positions, normals, tangents, uvs, corners };
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} mesh id, or the name of a built-in one
+ * @returns {Promise<Geometry>}
+ */
+export async function loadGeometry(gl, mesh) {
+  const arrays = readGeometry(await getBytes(`/v1/meshes/${mesh}/geometry`));
+  const vertices = gl.createVertexArray();
+  gl.bindVertexArray(vertices);
+  const attributes = [arrays.positions, arrays.normals, arrays.tangents, arrays.uvs];
+  const buffers = attributes.map((values, place) => {
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(place);
+    gl.vertexAttribPointer(place, place === 3 ? 2 : 3, gl.FLOAT, false, 0, 0);
+    return buffer;
+  });
+  const corners = gl.createBuffer();
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, corners);
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, arrays.corners, gl.STATIC_DRAW);
+  gl.bindVertexArray(null);
+  return { extent: arrays.extent, corners: arrays.corners.length, vertices, buffers: [...buffers, corners] };
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Geometry} of */
+export function dropGeometry(gl, of) {
+  gl.deleteVertexArray(of.vertices);
+  for (const buffer of of.buffers) gl.deleteBuffer(buffer);
+}

@@ -1,0 +1,209 @@
+/**
+ * The frames drawn live, under the moving light and while the object is turned. Owns the loop: what is there is drawn, what is
+ * missing is made, and nothing is drawn when nothing changed. The server's pictures stand in wherever this has nothing to show.
+ *
+ * @import { Cell, Individual, Scene } from "../types.js"
+ * @import { Geometry } from "./geometry.js"
+ * @import { Meter } from "./material.js"
+ * @import { Context } from "./stage.js"
+ * @import { Pens, Surface } from "./surface.js"
+ */
+import { effect, signal } from "../vendor/signals-core.js";
+import { ready } from "../pictures.js";
+import { generation, individualIn, turning, wishedScene } from "../state.js";
+import { dropGeometry, loadGeometry } from "./geometry.js";
+import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
+import { drawMaterial, makeMeter } from "./material.js";
+import { Pace, layOut, openContext } from "./stage.js";
+import { Stock } from "./stock.js";
+import { dropSurface, drawSurface, makePens, makeSurface } from "./surface.js";
+import { lightsOf, rotationOf, seenAt, viewOf } from "./view.js";
+
+/** @template T @typedef {import("../vendor/signals-core.js").Signal<T>} Signal */
+
+/** Frames whose picture is drawn here. @type {Signal<Set<Cell>>} */
+export const liveCells = signal(new Set());
+/** Whether this browser can; null until it was tried. @type {Signal<boolean|null>} */
+export const able = signal(null);
+
+/** @type {HTMLCanvasElement|null} */
+let canvas = null;
+/** @type {Context|null} */
+let context = null;
+/** @type {{pens: Pens, meter: Meter, small: Surface, large: Surface}|null} */
+let tools = null;
+/** @type {{mesh: string, geometry: Geometry}|null} */
+let object = null;
+let loading = "";
+/** What the surfaces show, and what exposures were measured for. */
+let drawn = "";
+let metered = "";
+let requested = false;
+const pace = new Pace();
+const stock = new Stock(schedule);
+
+/** Told where the light is each time something is drawn. @type {Set<(degrees: number, seen: import("../types.js").Vec3|null) => void>} */
+export const watchers = new Set();
+
+/** Whether anything but the server's pictures is wanted: the light is not where they have it, or the object is being moved. */
+const wanted = () => moving.value || rest.value !== 0 || turning.value !== null;
+
+/** Draws at the next opportunity. */
+export function schedule() {
+  if (requested || !canvas) return;
+  requested = true;
+  requestAnimationFrame(frame);
+}
+
+/** @param {HTMLCanvasElement|null} element */
+export function attachCanvas(element) {
+  if (element === canvas) return;
+  canvas = element;
+  if (!element) return;
+  element.addEventListener("webglcontextlost", (event) => {
+    event.preventDefault();
+    forget();
+  });
+  element.addEventListener("webglcontextrestored", schedule);
+  new ResizeObserver(schedule).observe(element);
+}
+
+/** A lost context takes everything with it that was made in it. */
+function forget() {
+  tools = null;
+  object = null;
+  drawn = "";
+  metered = "";
+  stock.lose();
+  if (liveCells.value.size > 0) liveCells.value = new Set();
+}
+
+/** Tries once whether the browser can, when the first pictures are there: by hardware the light goes round from then on. */
+function tryOnce() {
+  if (able.value !== null || !canvas) return;
+  context = openContext(canvas);
+  able.value = context !== null;
+  if (!context) return;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  if (chosenBefore() ?? !(still || context.software)) letMove(true, false);
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Scene} scene */
+async function load(gl, scene) {
+  loading = scene.mesh;
+  try {
+    const geometry = await loadGeometry(gl, scene.mesh);
+    if (gl.isContextLost()) return;
+    if (object) dropGeometry(gl, object.geometry);
+    object = { mesh: scene.mesh, geometry };
+  } catch {
+    // Not again until another object is chosen: the pictures of this one stay.
+    return;
+  }
+  loading = "";
+  schedule();
+}
+
+/**
+ * Sizes the buffers; the surfaces are made anew where theirs have changed.
+ * @param {WebGL2RenderingContext} gl
+ */
+function prepare(gl) {
+  if (!canvas) return null;
+  const layout = layOut(canvas, moving.value || turning.value ? pace.ratio : 1);
+  if (!layout) return null;
+  if (canvas.width !== layout.width || canvas.height !== layout.height) {
+    canvas.width = layout.width;
+    canvas.height = layout.height;
+  }
+  Object.assign(canvas.style, layout.css);
+  if (!tools) tools = { pens: makePens(gl), meter: makeMeter(gl), small: makeSurface(gl, layout.small), large: makeSurface(gl, layout.large) };
+  for (const name of /** @type {const} */ (["small", "large"])) {
+    if (tools[name].side === layout[name]) continue;
+    dropSurface(gl, tools[name]);
+    tools[name] = makeSurface(gl, layout[name]);
+    drawn = "";
+  }
+  return { layout, ...tools };
+}
+
+/** @param {Set<Cell>} cells */
+function show(cells) {
+  const before = liveCells.value;
+  if (cells.size !== before.size || [...cells].some((cell) => !before.has(cell))) liveCells.value = cells;
+}
+
+/** @param {number} now */
+function frame(now) {
+  requested = false;
+  const scene = wishedScene.value;
+  const gl = context?.gl;
+  if (!gl || gl.isContextLost() || !scene || !generation.value || !wanted()) {
+    pace.pause();
+    return show(new Set());
+  }
+  if (object?.mesh !== scene.mesh) {
+    if (loading !== scene.mesh) void load(gl, scene);
+    return show(new Set());
+  }
+  if (moving.value && pace.step(now)) drawn = "";
+  if (!moving.value) pace.pause();
+  const prepared = prepare(gl);
+  if (!prepared) return;
+  const { layout, pens, meter, small, large } = prepared;
+  const { geometry } = object;
+  const degrees = lightAt(now);
+  const base = scene.light_deg ?? 0;
+  const pose = turning.value ?? { rotation: rotationOf(scene), scale: scene.scale };
+  const view = viewOf(scene.camera, geometry.extent, pose);
+  const key = JSON.stringify([scene.mesh, scene.camera, pose.rotation, pose.scale]);
+  if (key !== drawn) {
+    for (const surface of [small, large]) drawSurface(gl, pens, surface, geometry, view);
+    drawn = key;
+  }
+  const lightsKey = JSON.stringify([key, scene.lights]);
+  if (!turning.value && lightsKey !== metered) {
+    stock.remeter(gl);
+    metered = lightsKey;
+  }
+  /** @param {number} at */
+  const lightsAt = (at) => lightsOf(scene, geometry.extent, pose, base + at);
+  /** @type {Individual[]} */
+  const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
+  // The centre stands last in the document's order of rows, but is looked at first.
+  const centre = individualIn("centre");
+  const first = centre ? [centre, ...individuals] : individuals;
+  const busy = stock.work(gl, first, { meter, look: { surface: small, view }, lightsAt });
+  const exposure = scene.film.exposure;
+  const ev = exposure === "auto" ? null : exposure;
+  const lights = lightsAt(degrees);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.disable(gl.SCISSOR_TEST);
+  gl.clearColor(0, 0, 0, 0);
+  gl.clear(gl.COLOR_BUFFER_BIT);
+  /** @type {Set<Cell>} */
+  const cells = new Set();
+  for (const { cell, corner } of layout.squares) {
+    const of = individualIn(cell);
+    const material = of && stock.drawable(of);
+    if (!material) continue;
+    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, view }, lights, { corner, ev });
+    cells.add(cell);
+  }
+  show(cells);
+  for (const told of watchers) told(degrees, lights[0] ? seenAt(lights[0], view) : null);
+  if (busy || moving.value) schedule();
+}
+
+/** Draws whenever what is shown has changed. */
+export function watchLive() {
+  effect(() => {
+    if (ready.value !== null) setTimeout(tryOnce);
+  });
+  effect(() => {
+    // What a drawing depends on; the loop reads it again.
+    void [generation.value, wishedScene.value, turning.value, moving.value, rest.value, able.value];
+    schedule();
+  });
+  document.addEventListener("visibilitychange", schedule);
+}

@@ -1,0 +1,249 @@
+/**
+ * A material on the graphics processor: its exported function between what the camera sees and the screen, and the exposure
+ * that suits it. Owns the shader around `evolved`; knows nothing of frames and time.
+ *
+ * @import { Linked } from "./program.js"
+ * @import { Surface } from "./surface.js"
+ * @import { PointLight, View } from "./view.js"
+ */
+import { EVERYWHERE, drop, isLinked, link, place, refusal } from "./program.js";
+
+/** Lights that a shader adds up at most. */
+const LIGHTS = 8;
+/** Side of the pictures that exposure is measured on, and how many places of the light they show. */
+const METER_SIDE = 32;
+const METER_ANGLES = 8;
+/** Automatic exposure: this share of the lit pixels is below this value, as docs/maths/film.md defines it. */
+const METER_SHARE = 0.97;
+const METER_LEVEL = 0.9;
+
+/** @param {string} evolved the exported functions */
+const fragment = (evolved) => `#version 300 es
+${evolved}
+precision highp sampler2D;
+uniform sampler2D places;
+uniform sampler2D normals;
+uniform sampler2D tangents;
+uniform sampler2D mask;
+uniform ivec2 corner;
+uniform int step_px;
+uniform vec3 eye;
+uniform vec3 back;
+uniform bool parallel;
+uniform int lights;
+uniform vec3 light_places[${LIGHTS}];
+uniform vec3 intensities[${LIGHTS}];
+uniform float gain;
+uniform bool meters;
+out vec4 color;
+
+float srgb(float c) {
+  c = clamp(c, 0.0, 1.0);
+  return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1.0 / 2.4) - 0.055;
+}
+
+void main() {
+  color = vec4(0.0);
+  ivec2 at = (ivec2(gl_FragCoord.xy) - corner) * step_px;
+  float coverage = texelFetch(mask, at, 0).r;
+  if (coverage == 0.0) return;
+  // A rim whose middle misses takes what one of its neighbours sees.
+  ivec2 last = textureSize(places, 0) - 1;
+  for (int k = 0; k < 8 && texelFetch(places, at, 0).w == 0.0; k++) {
+    ivec2 beside = at + ivec2[8](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1), ivec2(1, -1), ivec2(-1, -1))[k];
+    beside = clamp(beside, ivec2(0), last);
+    if (texelFetch(places, beside, 0).w != 0.0) at = beside;
+  }
+  vec4 p = texelFetch(places, at, 0);
+  if (p.w == 0.0) return;
+  vec4 normal = texelFetch(normals, at, 0);
+  vec4 tangent = texelFetch(tangents, at, 0);
+  vec3 n = normal.xyz;
+  vec3 x = tangent.xyz;
+  vec3 y = cross(n, x);
+  vec3 wo = parallel ? back : normalize(eye - p.xyz);
+  float cos_o = dot(wo, n);
+  if (cos_o <= 0.0) {
+    vec3 level = wo - cos_o * n;
+    wo = normalize(length(level) > 1e-9 ? level : x) * 0.99999999 + n * 1e-4;
+  }
+  vec3 radiance = vec3(0.0);
+  for (int k = 0; k < lights; k++) {
+    vec3 towards = light_places[k] - p.xyz;
+    float squared = dot(towards, towards);
+    vec3 wi = towards * inversesqrt(squared);
+    float cos_i = dot(wi, n);
+    if (cos_i > 0.0) radiance += evolved(wi, wo, n, x, y, vec2(normal.w, tangent.w)) * intensities[k] * (cos_i / squared);
+  }
+  if (meters) {
+    // What lies in the dark says nothing about exposure.
+    color = vec4(max(radiance.r, max(radiance.g, radiance.b)), radiance == vec3(0.0) ? 0.0 : 1.0, 0.0, 1.0);
+    return;
+  }
+  vec3 shown = radiance * gain;
+  color = vec4(srgb(shown.r), srgb(shown.g), srgb(shown.b), 1.0) * coverage;
+}`;
+
+/**
+ * @typedef {{linked: Linked, state: "linking"|"metering"|"ready"|"refused", drawable: boolean,
+ *   gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
+ *
+ * @typedef {{surface: Surface, view: View}} Look
+ *
+ * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter
+ */
+
+/** Starts making one. @param {WebGL2RenderingContext} gl @param {string} evolved @returns {Material} */
+export function makeMaterial(gl, evolved) {
+  return { linked: link(gl, EVERYWHERE, fragment(evolved)), state: "linking", drawable: false, gain: 1, fence: null, pixels: null };
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Material} of */
+export function dropMaterial(gl, of) {
+  drop(gl, of.linked);
+  if (of.fence) gl.deleteSync(of.fence);
+  if (of.pixels) gl.deleteBuffer(of.pixels);
+}
+
+/** @param {WebGL2RenderingContext} gl @returns {Meter} */
+export function makeMeter(gl) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, METER_SIDE * METER_ANGLES, METER_SIDE);
+  const framebuffer = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  return { framebuffer, texture };
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Linked} linked @param {Look} look @param {PointLight[]} lights */
+function set(gl, linked, { surface, view }, lights) {
+  gl.useProgram(linked.program);
+  [...surface.layers, surface.mask].forEach((texture, unit) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.uniform1i(place(gl, linked, ["places", "normals", "tangents", "mask"][unit]), unit);
+  });
+  const few = lights.slice(0, LIGHTS);
+  gl.uniform3fv(place(gl, linked, "eye"), view.eye);
+  gl.uniform3f(place(gl, linked, "back"), -view.forward[0], -view.forward[1], -view.forward[2]);
+  gl.uniform1i(place(gl, linked, "parallel"), view.parallel ? 1 : 0);
+  gl.uniform1i(place(gl, linked, "lights"), few.length);
+  if (few.length === 0) return;
+  gl.uniform3fv(place(gl, linked, "light_places"), few.flatMap((light) => light.place));
+  gl.uniform3fv(place(gl, linked, "intensities"), few.flatMap((light) => light.intensity));
+}
+
+/**
+ * Draws it into the square at a corner of the present framebuffer.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ * @param {Look} look
+ * @param {PointLight[]} lights
+ * @param {{corner: [number, number], ev: number|null}} where lower left in pixels; `ev`: null is the exposure that was measured
+ */
+export function drawMaterial(gl, of, look, lights, { corner, ev }) {
+  const { side } = look.surface;
+  set(gl, of.linked, look, lights);
+  gl.uniform2i(place(gl, of.linked, "corner"), ...corner);
+  gl.uniform1i(place(gl, of.linked, "step_px"), 1);
+  gl.uniform1i(place(gl, of.linked, "meters"), 0);
+  gl.uniform1f(place(gl, of.linked, "gain"), ev === null ? of.gain : 2 ** ev);
+  gl.viewport(corner[0], corner[1], side, side);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+}
+
+/**
+ * Has the exposure measured, over a whole turn of the light so that nothing flickers.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ * @param {Meter} meter
+ * @param {Look} look
+ * @param {(degrees: number) => PointLight[]} lightsAt
+ */
+function startMetering(gl, of, meter, look, lightsAt) {
+  gl.bindFramebuffer(gl.FRAMEBUFFER, meter.framebuffer);
+  gl.clearColor(0, 0, 0, 0);
+  gl.clear(gl.COLOR_BUFFER_BIT);
+  for (let k = 0; k < METER_ANGLES; k += 1) {
+    set(gl, of.linked, look, lightsAt((360 * k) / METER_ANGLES));
+    gl.uniform2i(place(gl, of.linked, "corner"), k * METER_SIDE, 0);
+    gl.uniform1i(place(gl, of.linked, "step_px"), Math.max(1, Math.floor(look.surface.side / METER_SIDE)));
+    gl.uniform1i(place(gl, of.linked, "meters"), 1);
+    gl.viewport(k * METER_SIDE, 0, METER_SIDE, METER_SIDE);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+  of.pixels = of.pixels ?? gl.createBuffer();
+  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, of.pixels);
+  gl.bufferData(gl.PIXEL_PACK_BUFFER, 16 * METER_ANGLES * METER_SIDE * METER_SIDE, gl.STREAM_READ);
+  gl.readPixels(0, 0, METER_ANGLES * METER_SIDE, METER_SIDE, gl.RGBA, gl.FLOAT, 0);
+  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  of.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  gl.flush();
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Material} of */
+function readMeter(gl, of) {
+  const pixels = new Float32Array(4 * METER_ANGLES * METER_SIDE * METER_SIDE);
+  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, of.pixels);
+  gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
+  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+  if (of.pixels) gl.deleteBuffer(of.pixels);
+  if (of.fence) gl.deleteSync(of.fence);
+  of.pixels = null;
+  of.fence = null;
+  return autoGain(pixels);
+}
+
+/**
+ * The factor that automatic exposure gives to light of which `pixels` hold the largest channel and whether it is any.
+ * @param {Float32Array} pixels four numbers each
+ */
+export function autoGain(pixels) {
+  const lit = [];
+  for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 1] > 0) lit.push(pixels[k]);
+  if (lit.length === 0) return 1;
+  lit.sort((a, b) => a - b);
+  const level = lit[Math.ceil(METER_SHARE * lit.length) - 1];
+  return level < 1e-8 ? 1 : METER_LEVEL / level;
+}
+
+/**
+ * Brings it one step nearer to being drawn, without waiting for anything.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ * @param {{meter: Meter, look: Look, lightsAt: (degrees: number) => PointLight[]}} scene
+ * @returns {boolean} whether anything has changed
+ */
+export function advance(gl, of, { meter, look, lightsAt }) {
+  if (of.state === "linking") {
+    if (!isLinked(gl, of.linked)) return false;
+    const reason = refusal(gl, of.linked);
+    if (reason !== null) {
+      console.warn(`a material stays a picture: ${reason}`);
+      of.state = "refused";
+      return true;
+    }
+    // Also where the exposure is fixed: software compiles at the first drawing, which is better done out of sight.
+    startMetering(gl, of, meter, look, lightsAt);
+    of.state = "metering";
+    return true;
+  }
+  if (of.state !== "metering" || !of.fence) return false;
+  const status = gl.clientWaitSync(of.fence, 0, 0);
+  if (status === gl.TIMEOUT_EXPIRED) return false;
+  of.gain = readMeter(gl, of);
+  of.drawable = true;
+  of.state = "ready";
+  return true;
+}
+
+/** Has the exposure measured anew, where object or lights have changed. @param {WebGL2RenderingContext} gl @param {Material} of */
+export function remeter(gl, of) {
+  if (of.state !== "ready" && of.state !== "metering") return;
+  if (of.fence) gl.deleteSync(of.fence);
+  of.fence = null;
+  of.state = "linking";
+}

@@ -1,0 +1,110 @@
+/**
+ * The one canvas over the frames: its size, the squares of the frames in it, and the context. Owns what depends on the screen;
+ * knows nothing of materials.
+ *
+ * @import { Cell } from "../types.js"
+ */
+
+/** Beyond this many pixels a side a canvas costs more than is seen. */
+const LIMIT_PX = 2048;
+/** The drawing buffer over the canvas, at the least. */
+const LEAST_RATIO = 0.3;
+/** Slower than this, in milliseconds a frame, and the buffer shrinks; faster, and it grows. */
+const SLOW_MS = 40;
+const FAST_MS = 20;
+/** Between a frame's border and its picture in CSS pixels, as in stage.css. */
+const INSET_PX = 3;
+/** Frames over which the pace is judged. */
+const JUDGED = 12;
+
+/**
+ * @typedef {{cell: Cell, corner: [number, number]}} Square lower left in pixels
+ *
+ * @typedef {{width: number, height: number, css: {left: string, top: string, width: string, height: string}, small: number,
+ *   large: number, squares: Square[]}} Layout
+ *   `css` puts the canvas on whole pixels of the screen, where nothing is blurred.
+ */
+
+/**
+ * The squares of all frames in a drawing buffer that is `ratio` as fine as the screen.
+ * @param {HTMLCanvasElement} canvas
+ * @param {number} ratio
+ * @returns {Layout|null} null where there is nothing to be seen
+ */
+export function layOut(canvas, ratio) {
+  const frames = canvas.parentElement;
+  const whole = frames?.getBoundingClientRect();
+  if (!frames || !whole || whole.width < 1 || whole.height < 1) return null;
+  const fine = Math.min(devicePixelRatio, LIMIT_PX / Math.max(whole.width, whole.height)) * ratio;
+  const width = Math.max(1, Math.round(whole.width * fine));
+  const height = Math.max(1, Math.round(whole.height * fine));
+  /** @param {number} at */
+  const snapped = (at) => Math.round(at * devicePixelRatio) / devicePixelRatio;
+  const [left, top] = [snapped(whole.left), snapped(whole.top)];
+  /** @type {Square[]} */
+  const squares = [];
+  let small = Number.POSITIVE_INFINITY;
+  let large = 1;
+  for (const frame of /** @type {NodeListOf<HTMLElement>} */ (frames.querySelectorAll("[data-cell]"))) {
+    const { cell: name } = frame.dataset;
+    const rect = frame.getBoundingClientRect();
+    const side = Math.max(1, Math.floor((Math.min(rect.width, rect.height) - 2 * INSET_PX) * fine));
+    if (name === "centre") large = side;
+    else small = Math.min(small, side);
+    const x = Math.round((rect.left + INSET_PX - left) * fine);
+    const y = height - Math.round((rect.top + INSET_PX - top) * fine) - side;
+    squares.push({ cell: name === "centre" ? "centre" : Number(name), corner: [Math.max(0, x), Math.max(0, y)] });
+  }
+  if (squares.length === 0) return null;
+  const css = { left: `${left - whole.left}px`, top: `${top - whole.top}px`, width: `${width / fine}px`, height: `${height / fine}px` };
+  return { width, height, css, small, large, squares };
+}
+
+/** How fine the drawing buffer is, from how long frames take. */
+export class Pace {
+  ratio = 1;
+  /** @type {number|null} */
+  #last = null;
+  /** @type {number[]} */
+  #steps = [];
+
+  /**
+   * One frame more while the light moves.
+   * @param {number} now milliseconds
+   * @returns {boolean} whether the ratio has changed
+   */
+  step(now) {
+    if (this.#last !== null) this.#steps.push(now - this.#last);
+    this.#last = now;
+    if (this.#steps.length < JUDGED) return false;
+    const steps = this.#steps.sort((a, b) => a - b);
+    const middle = steps[steps.length >> 1];
+    this.#steps = [];
+    const before = this.ratio;
+    if (middle > SLOW_MS) this.ratio = Math.max(LEAST_RATIO, this.ratio * Math.max(0.6, Math.sqrt(SLOW_MS / middle)));
+    else if (middle < FAST_MS) this.ratio = Math.min(1, this.ratio * 1.15);
+    return this.ratio !== before;
+  }
+
+  /** The light rests: the next movement is judged anew. */
+  pause() {
+    this.#last = null;
+    this.#steps = [];
+  }
+}
+
+/** @typedef {{gl: WebGL2RenderingContext, software: boolean, renderer: string}} Context */
+
+/**
+ * The context of a canvas; null where the browser has none that can do it.
+ * @param {HTMLCanvasElement} canvas
+ * @returns {Context|null}
+ */
+export function openContext(canvas) {
+  const gl = canvas.getContext("webgl2", { alpha: true, premultipliedAlpha: true, antialias: false, depth: false, stencil: false });
+  if (!gl || !gl.getExtension("EXT_color_buffer_float")) return null;
+  gl.getExtension("KHR_parallel_shader_compile");
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return { gl, renderer, software: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer) };
+}

@@ -1,0 +1,111 @@
+/**
+ * Materials by the hash of their genome: fetched, made one after the other, kept while there is room. Owns the order of making;
+ * knows nothing of frames.
+ *
+ * @import { Individual } from "../types.js"
+ * @import { Look, Material, Meter } from "./material.js"
+ * @import { PointLight } from "./view.js"
+ */
+import { getText } from "../api.js";
+import { advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+
+/** Three broods: going back and forth compiles nothing. */
+const KEPT = 64;
+/** Browsers open six connections to a server, and pictures come first. */
+const FETCHES = 2;
+
+/**
+ * @typedef {{source: string|null, material: Material|null, fetching: boolean, failed: boolean, used: number}} Entry
+ */
+
+export class Stock {
+  /** @type {Map<string, Entry>} */
+  #entries = new Map();
+  #fetching = 0;
+  #clock = 0;
+  #changed;
+
+  /** @param {() => void} changed is called when something has arrived */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  /** The material of an individual, if it can be drawn. @param {Individual} of */
+  drawable(of) {
+    const material = this.#entries.get(of.hash)?.material;
+    return material?.drawable ? material : null;
+  }
+
+  /**
+   * Works on those who are wanted, the first of them first; one at a time, so that the page stays quick.
+   * @param {WebGL2RenderingContext} gl
+   * @param {Individual[]} wanted
+   * @param {{meter: Meter, look: Look, lightsAt: (degrees: number) => PointLight[]}} scene
+   * @returns {boolean} whether there is more to be done
+   */
+  work(gl, wanted, scene) {
+    this.#clock += 1;
+    let busy = false;
+    for (const of of wanted) {
+      const entry = this.#entry(of.hash);
+      entry.used = this.#clock;
+      if (entry.failed || entry.material?.state === "refused" || entry.material?.state === "ready") continue;
+      if (entry.source === null) {
+        if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry);
+        continue;
+      }
+      if (busy) continue;
+      busy = true;
+      if (entry.material) advance(gl, entry.material, scene);
+      else entry.material = makeMaterial(gl, entry.source);
+    }
+    this.#forget(gl);
+    return busy;
+  }
+
+  /** Object or lights have changed: exposures are measured anew. @param {WebGL2RenderingContext} gl */
+  remeter(gl) {
+    for (const { material } of this.#entries.values()) if (material) remeter(gl, material);
+  }
+
+  /** All materials are gone with their context; sources are not. */
+  lose() {
+    for (const entry of this.#entries.values()) entry.material = null;
+  }
+
+  /** @param {string} hash @returns {Entry} */
+  #entry(hash) {
+    const known = this.#entries.get(hash);
+    if (known) return known;
+    /** @type {Entry} */
+    const entry = { source: null, material: null, fetching: false, failed: false, used: 0 };
+    this.#entries.set(hash, entry);
+    return entry;
+  }
+
+  /** @param {Individual} of @param {Entry} entry */
+  async #fetch(of, entry) {
+    entry.fetching = true;
+    this.#fetching += 1;
+    try {
+      entry.source = await getText(`/v1/individuals/${of.id}/exports/glsl-es-300`);
+    } catch {
+      // The picture stays, which is what is there without a graphics processor too.
+      entry.failed = true;
+    }
+    entry.fetching = false;
+    this.#fetching -= 1;
+    this.#changed();
+  }
+
+  /** @param {WebGL2RenderingContext} gl */
+  #forget(gl) {
+    if (this.#entries.size <= KEPT) return;
+    const old = [...this.#entries].filter(([, entry]) => entry.used < this.#clock && !entry.fetching);
+    old.sort(([, a], [, b]) => a.used - b.used);
+    for (const [hash, entry] of old.slice(0, this.#entries.size - KEPT)) {
+      if (entry.material) dropMaterial(gl, entry.material);
+      this.#entries.delete(hash);
+    }
+  }
+}

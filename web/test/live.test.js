@@ -1,0 +1,67 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { autoGain } from "../live/material.js";
+import { readGeometry } from "../live/geometry.js";
+import { Pace } from "../live/stage.js";
+import { lightsOf, rotationOf, seenAt, viewOf } from "../live/view.js";
+
+const extent = { centre: /** @type {[number, number, number]} */ ([0, 0, 0]), radius: 1 };
+const still = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1 };
+
+/** @param {number[]} found @param {number[]} wanted */
+function near(found, wanted) {
+  assert.equal(found.length, wanted.length);
+  found.forEach((value, k) => assert.ok(Math.abs(value - wanted[k]) < 1e-6, `${found} is not ${wanted}`));
+}
+
+test("a framing camera sees the whole bounding sphere with a small margin", () => {
+  const view = viewOf({ orbit_deg: [30, 20], fov_y_deg: 30 }, extent, still);
+  const distance = Math.hypot(...view.eye);
+  const edge = Math.tan(Math.asin(1 / distance)) / view.half;
+  assert.ok(edge > 0.9 && edge < 1, `${edge}`);
+  near([view.forward[0] * distance, view.forward[1] * distance, view.forward[2] * distance], view.eye.map((part) => -part));
+});
+
+test("turning the object is turning eye and light the other way", () => {
+  const pose = { rotation: rotationOf({ rotation_deg: [0, 90, 0], mesh: "", scale: 1, camera: {}, film: { exposure: "auto", tone: "none" } }), scale: 2 };
+  const view = viewOf({ eye: [0, 0, 10], target: [0, 0, 0], up: [0, 1, 0], fov_y_deg: 30 }, extent, pose);
+  near(view.eye, [-5, 0, 0]);
+  const lights = lightsOf({ lights: [{ position: [0, 0, 4], intensity: [8, 4, 0] }] }, extent, pose, 0);
+  near(lights[0].place, [-2, 0, 0]);
+  near(lights[0].intensity, [2, 1, 0]);
+  near(seenAt(lights[0], view), [0, 0, 1]);
+});
+
+test("the light circle turns about the vertical, and a placed light gives the centre pi", () => {
+  const [light] = lightsOf({ lights: [{ position: [0, 0, 4] }] }, extent, still, 90);
+  near(light.place, [4, 0, 0]);
+  near(light.intensity, [16 * Math.PI, 16 * Math.PI, 16 * Math.PI]);
+});
+
+test("exposure puts all but three in a hundred lit pixels below 0.9", () => {
+  const pixels = new Float32Array(4 * 200);
+  for (let k = 0; k < 100; k += 1) pixels.set([k + 1, 1, 0, 1], 4 * k);
+  assert.equal(autoGain(pixels), 0.9 / 97);
+  assert.equal(autoGain(new Float32Array(40)), 1);
+});
+
+test("a slow machine gets a coarser buffer and a quick one the full one back", () => {
+  const pace = new Pace();
+  let now = 0;
+  const run = (/** @type {number} */ step) => {
+    for (let k = 0; k < 60; k += 1) pace.step((now += step));
+  };
+  run(100);
+  assert.ok(pace.ratio < 0.6 && pace.ratio >= 0.3, `${pace.ratio}`);
+  run(30);
+  const held = pace.ratio;
+  run(30);
+  assert.equal(pace.ratio, held);
+  for (let k = 0; k < 10; k += 1) run(10);
+  assert.equal(pace.ratio, 1);
+});
+
+test("geometry of another version is refused", () => {
+  const bytes = new ArrayBuffer(56);
+  assert.throws(() => readGeometry(bytes), /another version/);
+});

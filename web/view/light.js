@@ -1,0 +1,63 @@
+/**
+ * The light: its controls, and the dot that shows where it is. Owns what is told of it; the light itself is live/light.js.
+ *
+ * @import { Vec3 } from "../types.js"
+ */
+import { html } from "../html.js";
+import { letMove, moving, placeLight, rest, speed } from "../live/light.js";
+import { able, liveCells, watchers } from "../live/live.js";
+import { Slider } from "./control.js";
+
+/** How far from the middle of the centre the dot is, where the light is at its farthest; in halves of its side. */
+const REACH = 0.94;
+
+/** The dot. Moved as things are drawn, without a pass over the page. @type {HTMLElement|null} */
+let dot = null;
+
+/** @param {number} degrees @param {Vec3|null} seen */
+function follow(degrees, seen) {
+  if (dot) {
+    dot.hidden = seen === null;
+    if (seen) {
+      dot.style.left = `${50 + 50 * REACH * seen[0]}%`;
+      dot.style.top = `${50 - 50 * REACH * seen[1]}%`;
+      dot.classList.toggle("behind", seen[2] < 0);
+    }
+  }
+  if (!moving.peek()) return;
+  const slider = /** @type {HTMLInputElement|null} */ (document.getElementById("light"));
+  if (!slider || slider.matches(":active")) return;
+  slider.value = String(Math.round(degrees));
+  const output = slider.parentElement?.querySelector("output");
+  if (output) output.textContent = `${Math.round(degrees)}°`;
+}
+watchers.add(follow);
+
+export function LightDot() {
+  if (!liveCells.value.has("centre")) return null;
+  return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${(/** @type {HTMLElement|null} */ element) => (dot = element)}></span>`;
+}
+
+export function LightKnobs() {
+  if (able.value === false) {
+    return html`
+      <section aria-labelledby="light-title">
+        <h2 id="light-title">Light</h2>
+        <p class="small">This browser draws nothing live (WebGL 2 is missing), so the light rests.</p>
+      </section>
+    `;
+  }
+  const on = moving.value;
+  return html`
+    <section aria-labelledby="light-title">
+      <h2 id="light-title">Light</h2>
+      <div class="row">
+        <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${able.value === null} onClick=${() => letMove(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
+      </div>
+      <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${`${Math.round(rest.value)}°`} dim=${on}
+        turns=${(/** @type {number} */ to) => placeLight(to)} />
+      <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
+        turns=${(/** @type {number} */ to) => (speed.value = to)} />
+    </section>
+  `;
+}
