@@ -101,6 +101,7 @@ export async function live(hand, step, shot, base) {
     await page.getByRole("button", { name: "Pause the light" }).click();
     assert.equal(await hand.id("light-moves").getAttribute("aria-pressed"), "false");
     await slide(hand, "light", 0);
+    await page.waitForFunction(() => document.querySelector("output[for=light]").textContent === "0°");
     await noneLit(page);
   });
 

@@ -28,8 +28,9 @@ function follow(degrees, seen) {
   const slider = /** @type {HTMLInputElement|null} */ (document.getElementById("light"));
   if (!slider || slider.matches(":active")) return;
   slider.value = String(Math.round(degrees));
-  const output = slider.parentElement?.querySelector("output");
-  if (output) output.textContent = `${Math.round(degrees)}°`;
+  // The text node itself stays: it is the page's own, and gets the word for a resting light back when the light rests.
+  const text = slider.parentElement?.querySelector("output")?.firstChild;
+  if (text) text.nodeValue = `${Math.round(degrees)}°`;
 }
 watchers.add(follow);
 
@@ -54,7 +55,7 @@ export function LightKnobs() {
       <div class="row">
         <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${able.value === null} onClick=${() => letMove(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
       </div>
-      <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${`${Math.round(rest.value)}°`} dim=${on}
+      <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${on ? "moves" : `${Math.round(rest.value)}°`} dim=${on}
         turns=${(/** @type {number} */ to) => placeLight(to)} />
       <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
         turns=${(/** @type {number} */ to) => (speed.value = to)} />
