@@ -1,7 +1,7 @@
 /**
  * The server's routes as functions. Owns headers, retries and the reading of problems; knows nothing of the page's state.
  *
- * @import { Generation, Individual, Knobs, Lineage, MeshAnswer, Problem, Scene, SystemAnswer } from "./types.js"
+ * @import { Dialect, ExportFormat, Generation, Individual, Knobs, Lineage, MeshAnswer, Preset, Problem, Scene, SystemAnswer } from "./types.js"
  */
 
 const TRIES = 5;
@@ -94,15 +94,19 @@ async function request(method, path, options = {}) {
 /**
  * What is no JSON, read whole.
  * @param {string} path
+ * @param {string} [accept]
  */
-async function read(path) {
-  const response = await fetch(path, { credentials: "same-origin" });
+async function read(path, accept = "*/*") {
+  const response = await fetch(path, { headers: { Accept: accept }, credentials: "same-origin" });
   if (!response.ok) throw new ProblemError(await readProblem(response));
   return response;
 }
 
 /** @param {string} path */
 export const getText = async (path) => (await read(path)).text();
+
+/** @param {string} hash */
+export const getGenomeText = async (hash) => (await read(`/v1/genomes/${hash}`, "text/x-brood")).text();
 
 /** @param {string} path */
 export const getBytes = async (path) => (await read(path)).arrayBuffer();
@@ -160,7 +164,7 @@ export const listLineages = () => readAll("/v1/lineages");
 /** @param {string} id @returns {Promise<Lineage>} */
 export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
 
-/** @param {{name: string, scene?: string, thumbnail_px: number, saturation: number}} json @returns {Promise<Lineage>} */
+/** @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, dialect?: Dialect}} json @returns {Promise<Lineage>} */
 export const createLineage = (json) => request("POST", "/v1/lineages", { json });
 
 /**
@@ -201,6 +205,33 @@ export const breed = (lineageId, parents, knobs, count) =>
       constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
     },
   });
+
+/** @returns {Promise<Preset[]>} */
+export const listPresets = () => request("GET", "/v1/presets");
+
+/** @returns {Promise<ExportFormat[]>} */
+export const listExports = () => request("GET", "/v1/exports");
+
+/**
+ * Brings genomes into a lineage as they are.
+ * @param {string} lineageId
+ * @param {{genomes?: string[], presets?: string[]}} json
+ * @returns {Promise<Generation>}
+ */
+export const adopt = (lineageId, json) => request("POST", `/v1/lineages/${lineageId}/adoptions`, { json });
+
+/** @param {Blob} file text or JSON @returns {Promise<{hash: string}>} */
+export async function createGenome(file) {
+  const text = await file.text();
+  const type = text.trimStart().startsWith("{") ? "application/json" : "text/x-brood";
+  return request("POST", "/v1/genomes", { body: new Blob([text]), type });
+}
+
+/** @param {Blob} file a lineage's whole history @returns {Promise<Lineage>} */
+export const importLineage = (file) => request("POST", "/v1/lineages/import", { body: file, type: "application/json" });
+
+/** @param {string} hash @returns {Promise<{dialect: Dialect}>} */
+export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 
 /** @param {Individual} of @param {{favourite?: boolean, note?: string}} json @returns {Promise<Individual>} */
 export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, of.version, json);

@@ -1,6 +1,7 @@
 /**
- * OBJ files dropped anywhere on the window. Owns the drag events of the window; what a file leads to is done elsewhere.
+ * Files dropped anywhere on the window: objects and genomes. Owns the drag events of the window; what a file leads to is done elsewhere.
  */
+import { takeMaterial } from "./presets.js";
 import { uploadObj } from "./scene.js";
 import { fileOver, knobsOpen, tell } from "./state.js";
 
@@ -12,10 +13,11 @@ export async function takeFiles(files) {
   if (!files || files.length === 0) return;
   if (files.length > 1) {
     knobsOpen.value = true;
-    tell("object", { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one OBJ.` } });
+    tell("object", { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one.` } });
     return;
   }
-  await uploadObj(files[0]);
+  const [file] = files;
+  await (/\.(brood|json)$/i.test(file.name) ? takeMaterial(file) : uploadObj(file));
 }
 
 export function listenToFiles() {

@@ -42,15 +42,19 @@ export async function start() {
   });
 }
 
-/** @param {string} name */
-export async function create(name) {
-  const made = await api.createLineage({ name, thumbnail_px: 256, saturation: DEFAULT_SATURATION });
+/**
+ * @param {string} name
+ * @param {{dialect?: import("./types.js").Dialect, saturation?: number, begin?: (id: string) => Promise<void>}} [how] what it may
+ *   use, and how it begins where not with a random brood
+ */
+export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
+  const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene: begin && scene.value?.id });
   lineages.value = [...lineages.value, made];
-  await open(made.id, null);
+  await open(made.id, null, begin);
 }
 
 /** Breeds the first brood of an empty lineage; put here by the breeding module, which depends on this one. */
-let breedFirst = async () => {};
+let breedFirst = async (/** @type {string} */ _id) => {};
 
 /** @param {() => Promise<void>} breed */
 export function setFirstBreeder(breed) {
@@ -60,8 +64,9 @@ export function setFirstBreeder(breed) {
 /**
  * @param {string} id
  * @param {string|null} wanted a generation; the newest where null
+ * @param {(id: string) => Promise<void>} [begin] how it begins where it is empty; with a random brood unless said
  */
-export async function open(id, wanted) {
+export async function open(id, wanted, begin = breedFirst) {
   const mine = ++wish;
   unready();
   const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
@@ -95,7 +100,7 @@ export async function open(id, wanted) {
     });
   }
   if (target) await show(target.id, "visit");
-  else await breedFirst();
+  else await begin(id);
 }
 
 /**

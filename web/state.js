@@ -65,6 +65,8 @@ export const knobsOpen = signal(globalThis.innerWidth > 900);
 export const detailsOpen = signal(globalThis.innerWidth > 1180);
 /** @type {Signal<boolean>} */
 export const lineagesOpen = signal(false);
+/** @type {Signal<boolean>} */
+export const presetsOpen = signal(false);
 /** @type {Signal<boolean>} Surround of 18 % grey instead of near-black. */
 export const greySurround = signal(false);
 

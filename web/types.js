@@ -37,7 +37,7 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"film"|"lineages"|"centre"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"film"|"lineages"|"presets"|"centre"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble
@@ -52,6 +52,10 @@
  *
  * @typedef {{rotation: number[], scale: number, kind: "rotate"|"scale"}} Turning
  *   An object being moved by hand: its whole rotation as a row-major 3 x 3 matrix, and its whole scale.
+ *
+ * @typedef {{name: string, title: string, words: string, dialect: Dialect, text: string}} Preset
+ *
+ * @typedef {{name: string, label: string, extension: string, media_type: string}} ExportFormat
  *
  * @typedef {{name: string, answer: MeshAnswer}} UploadedMesh
  */

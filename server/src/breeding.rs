@@ -1,5 +1,6 @@
 //! A breed request, end to end: parents read, children made, one transaction, few render jobs.
 
+mod adopt;
 mod birth;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use brood_protocol::{Breed, Curation, Generation, JobId, Lineage, ParentRef, See
 use brood_storage::{StorageError, StoredIndividual};
 use rayon::prelude::*;
 
+pub use adopt::OPERATOR as ADOPT;
 use birth::Brood;
 
 use crate::idempotency::Attempt;

@@ -11,7 +11,7 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
     event, export, generation, genome, geometry, individual, job, lease, lineage, lineage_file,
-    mesh, operation, page, render, scene, session, sheet, system, thumbnail,
+    mesh, operation, page, preset, render, scene, session, sheet, system, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -57,6 +57,8 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lineage_file::export))
         .routes(routes!(lineage_file::import))
         .routes(routes!(generation::breed, generation::list))
+        .routes(routes!(preset::list))
+        .routes(routes!(preset::adopt))
         .routes(routes!(event::stream_events))
         .routes(routes!(generation::get))
         .routes(routes!(sheet::generation))

@@ -136,3 +136,45 @@ fn command_ends_with_one_line_and_its_code_when_refused() {
     assert!(said.contains('3'), "the line is named: {said}");
     assert!(!Path::new("never.png").exists());
 }
+
+#[test]
+fn presets_are_listed_printed_and_look_like_their_pictures_on_the_page() {
+    let list = brood(["preset"]).success().stdout;
+    let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.len() >= 12, "{list}");
+    let folder = TempDir::new().unwrap();
+    let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../web/presets");
+    for name in &names {
+        let text = brood(["preset", name]).success().stdout;
+        let genome = folder.path().join("preset.brood");
+        std::fs::write(&genome, text).unwrap();
+        let picture = folder.path().join("preset.png");
+        let paths = [&genome, &picture].map(|path| path.to_str().unwrap().to_owned());
+        let [genome, picture] = &paths;
+        brood(["render", genome, "--size", "96", "--backend", "cpu", "-o", picture]).success();
+        let shown = std::fs::read(pictures.join(format!("{name}.png"))).unwrap();
+        assert!(
+            std::fs::read(picture).unwrap() == shown,
+            "web/presets/{name}.png is another picture; render it anew and look at it"
+        );
+    }
+    let refused = brood(["preset", "lead"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.stderr.contains("brood preset lists them"), "{}", refused.stderr);
+}
+
+#[test]
+fn genome_is_exported_to_a_file_or_to_the_screen() {
+    let folder = TempDir::new().unwrap();
+    let genome = folder.path().join("gold.brood");
+    std::fs::write(&genome, brood(["preset", "gold"]).success().stdout).unwrap();
+    let genome = genome.to_str().unwrap();
+    let printed = brood(["export", genome, "--format", "wgsl"]).success().stdout;
+    assert!(printed.contains("fn evolved(wi: vec3f"), "{printed}");
+    let file = folder.path().join("gold.glsl");
+    brood(["export", genome, "-o", file.to_str().unwrap()]).success();
+    assert!(std::fs::read_to_string(&file).unwrap().contains("vec3 evolved(vec3 wi"));
+    let refused = brood(["export", genome, "--format", "cg"]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("glsl-es-300, glsl-410, wgsl"), "{}", refused.stderr);
+}

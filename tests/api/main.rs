@@ -20,4 +20,5 @@ mod lineage;
 mod mesh;
 mod operation;
 mod picture;
+mod preset;
 mod scene;

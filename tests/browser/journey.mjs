@@ -9,6 +9,7 @@ import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 import { exported, live } from "./live.mjs";
+import { materials } from "./materials.mjs";
 import { BroodPage } from "./page.mjs";
 import { binary, startServer } from "./server.mjs";
 
@@ -192,6 +193,10 @@ async function wide(hand) {
   hand.quiet();
 }
 
+async function coming(hand) {
+  await materials(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+}
+
 async function drawn(hand, base) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await live(hand, step, shot, base);
@@ -221,6 +226,7 @@ async function main() {
     for (const [journey, args, options] of [
       [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
+      [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],
     ]) {
       browser = await chromium.launch({ executablePath, args });

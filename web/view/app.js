@@ -8,6 +8,7 @@ import { Details } from "./details.js";
 import { Frames } from "./frames.js";
 import { Knobs } from "./knobs.js";
 import { Lineages } from "./lineages.js";
+import { Presets } from "./presets.js";
 import { Strip } from "./strip.js";
 import { TokenQuestion } from "./token_question.js";
 import { Trouble } from "./trouble.js";
@@ -29,8 +30,9 @@ export function App() {
     </div>
     <${Strip} />
     <${Lineages} />
+    <${Presets} />
     <${TokenQuestion} />
-    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop the OBJ to breed on it</p></div>`}
+    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, or a .brood to breed from it</p></div>`}
     <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>
   `;
 }

@@ -8,8 +8,8 @@ import { redoTarget, undoTarget } from "../history.js";
 import { redo, undo } from "../lineage.js";
 import { loaded } from "../pictures.js";
 import {
-  FRAMES, announcement, breeding, descent, detailsOpen, elapsed, generation, knobsOpen, lineage, lineagesOpen, sceneBusy, shown,
-  system, trail,
+  FRAMES, announcement, breeding, descent, detailsOpen, elapsed, generation, knobsOpen, lineage, lineagesOpen, presetsOpen, sceneBusy,
+  shown, system, trail,
 } from "../state.js";
 
 /** The address, shown to be copied by hand where the browser gives no clipboard. @type {import("../vendor/signals-core.js").Signal<string|null>} */
@@ -64,6 +64,7 @@ export function Bar() {
         <${Deed} id="undo" sign="↶" name="Undo" keys="Ctrl+Z" disabled=${!can.undo} does=${undo} />
         <${Deed} id="redo" sign="↷" name="Redo" keys="Ctrl+Shift+Z" disabled=${!can.redo} does=${redo} />
         <${Deed} id="reroll" sign="⟳" name="Re-roll" disabled=${!generation.value} does=${reroll} />
+        <${Deed} id="presets" sign="◐" name="Presets" does=${() => (presetsOpen.value = true)} />
         <${Deed} id="afresh" sign="✳" name="Start afresh" disabled=${!lineage.value} does=${afresh} />
       </div>
       <p class="status" data-testid="status" title=${system.value?.backend?.reason ?? ""}>${status()}</p>

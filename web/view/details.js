@@ -3,17 +3,55 @@
  *
  * @import { Generation, Individual } from "../types.js"
  */
+import * as api from "../api.js";
 import { setNote } from "../breed.js";
 import { html } from "../html.js";
-import { visit } from "../lineage.js";
+import { guarded, visit } from "../lineage.js";
+import { effect, signal } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Trouble } from "./trouble.js";
 
 /** @type {Record<string, string>} */
-const OPERATORS = { random: "drawn at random", mutate: "mutation", recombine: "recombination" };
+const OPERATORS = { random: "drawn at random", mutate: "mutation", recombine: "recombination", adopt: "brought in" };
+
+/** @type {import("../vendor/signals-core.js").Signal<import("../types.js").ExportFormat[]>} */
+const formats = signal([]);
+effect(() => {
+  if (!detailsOpen.value || !generation.value || formats.peek().length > 0) return;
+  void guarded("centre", async () => {
+    formats.value = await api.listExports();
+  });
+});
+
+/** Has the browser save the genome's text. @param {Individual} of */
+const saveText = (of) => guarded("centre", async () => {
+  const text = await api.getGenomeText(of.hash);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
+  link.download = `${of.hash.slice(0, 12)}.brood`;
+  link.click();
+  URL.revokeObjectURL(link.href);
+});
 
 /** @param {{name: string, value: unknown}} props */
 const Fact = ({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`;
+
+/** What it can be taken away as. @param {{of: Individual}} props */
+function Exports({ of }) {
+  return html`
+    <details class="exports" data-testid="exports">
+      <summary>Export</summary>
+      <ul>
+        <li><button type="button" class="link" data-testid="export-brood" onClick=${() => saveText(of)}>.brood, the genome as text</button></li>
+        ${formats.value.map((format) => html`
+          <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
+        `)}
+        <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>
+        <li><a download=${`${of.id}.exr`} href=${`/v1/individuals/${of.id}/render.exr?size=1024`}>EXR of 1024 x 1024, linear</a></li>
+      </ul>
+    </details>
+  `;
+}
 
 function Centre() {
   const of = large.value;
@@ -29,6 +67,7 @@ function Centre() {
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
+      <${Exports} of=${of} />
       <label class="note">Note
         <textarea rows="2" maxlength="10000" data-testid="note" value=${of.note} key=${of.id}
           onChange=${(/** @type {Event} */ event) => setNote(/** @type {HTMLTextAreaElement} */ (event.target).value)}></textarea>

@@ -5,6 +5,7 @@
  */
 import { signal } from "../vendor/signals-core.js";
 import * as api from "../api.js";
+import { takeFiles } from "../files.js";
 import { html } from "../html.js";
 import { create, guarded, hide, open, rename } from "../lineage.js";
 import { forget, lineage, lineages, lineagesOpen } from "../state.js";
@@ -75,10 +76,18 @@ function Row(of) {
       <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${does(() => open(of.id, null))}>
         <span class="cut">${of.name}</span> <span class="small">${new Date(of.created_ms).toLocaleDateString()}</span>
       </button>
+      <a class="button" download href=${`/v1/lineages/${of.id}/file`} aria-label=${`Save ${of.name} to a file`} data-testid=${`lineage-save-${of.id}`}>Save</a>
       <button type="button" aria-label=${`Rename ${of.name}`} onClick=${() => (renaming.value = of.id)}>Rename</button>
       <button type="button" aria-label=${`Hide ${of.name}`} onClick=${() => (hiding.value = of.id)}>Hide</button>
     </div></li>
   `;
+}
+
+/** @param {Event} event */
+function fileChosen(event) {
+  const input = /** @type {HTMLInputElement} */ (event.target);
+  close();
+  void takeFiles(input.files).finally(() => (input.value = ""));
 }
 
 /** @param {Event} event */
@@ -97,6 +106,10 @@ export function Lineages() {
         <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />
         <button type="submit" data-testid="lineage-new">New</button>
       </form>
+      <label class="button">
+        <input type="file" accept=".json,.brood" data-testid="lineage-file" aria-label="Open a saved lineage or a .brood file" onChange=${fileChosen} />
+        <span>Open a saved lineage or a .brood file</span>
+      </label>
       <${Trouble} place="lineages" />
       <ul class="lineages">${newestFirst.map(Row)}</ul>
       <div class="row end">

@@ -21,6 +21,7 @@ mod output;
 mod pairs;
 mod physics;
 mod place;
+mod preset;
 mod render;
 mod serve;
 mod supervisor;
@@ -65,6 +66,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Show what a genome is and check its physics
     Inspect(inspect::InspectArgs),
+    /// List the materials to start from, or print one
+    Preset(preset::PresetArgs),
     /// Compare two pictures
     Diff(diff::DiffArgs),
     /// Measure
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         Command::Eval(args) => eval::run(&args, cli.json),
         Command::Export(args) => export::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
+        Command::Preset(args) => preset::run(&args, cli.json),
         Command::Diff(args) => diff::run(&args, cli.json),
         Command::Bench(command) => bench::run(&command, cli.json),
     };

@@ -1,6 +1,9 @@
 //! The genome: instructions, constants, dialect and the output stage, valid by construction.
 
-use crate::{Dialect, DialectError, Instruction, InstructionError, RANGE};
+use crate::{
+    Dialect, DialectError, Instruction, InstructionError, Opcode, Operand, RANGE, Register,
+    Swizzle, WriteMask,
+};
 
 /// Number of constant registers.
 pub const CONSTANTS: usize = 128;
@@ -120,6 +123,24 @@ impl Genome {
     #[must_use]
     pub fn output(&self) -> &Output {
         &self.output
+    }
+
+    /// The same program in a longer genome: moves of a register to itself come before it, which change nothing and which
+    /// mutation may turn into something. A genome that has the length already stays as it is.
+    ///
+    /// # Error
+    /// Where the genome is longer, or the length is none of a dialect.
+    pub fn padded(self, length: u16) -> Result<Self, GenomeError> {
+        let dialect = Dialect { length, ..self.dialect };
+        let missing = usize::from(length).saturating_sub(self.instructions.len());
+        let last = dialect.registers.saturating_sub(1);
+        let register = Register::Temporary(last);
+        let own = Operand { register, swizzle: Swizzle::IDENTITY, negate: false };
+        let idle = Instruction::new(Opcode::Mov, last, WriteMask::ALL, &[own], &dialect)
+            .map_err(|error| GenomeError::Instruction { index: 0, error })?;
+        let idle = std::iter::repeat_n(idle, missing);
+        let instructions = idle.chain(self.instructions).collect();
+        Self::new(dialect, instructions, self.constants, self.output)
     }
 
     /// The same program with another output stage.

@@ -149,3 +149,16 @@ fn read(tape: &Tape, registers: &[f32], operand: crate::TapeOperand) -> f32 {
         crate::TapeOperand::Constant(index) => tape.constants()[usize::from(index)].canonical,
     }
 }
+
+#[test]
+fn padded_genome_is_the_same_program() {
+    for seed in 0..40 {
+        let short = random(seed, Dialect { length: 20, ..Dialect::default() });
+        let long = short.clone().padded(100).unwrap();
+        assert_eq!(long.instructions().len(), 100);
+        assert_eq!(long.instructions()[80..], *short.instructions());
+        assert_eq!(Program::lower(&long), Program::lower(&short), "{long}");
+        assert_eq!(short.clone().padded(20).unwrap(), short);
+        assert!(long.padded(20).is_err());
+    }
+}

@@ -120,6 +120,19 @@ pub struct Breed {
     pub locks: Option<serde_json::Value>,
 }
 
+/// Body of `POST /v1/lineages/{id}/adoptions`; 1 to 256 genomes and presets together.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Adopt {
+    /// Hashes of genomes that were saved or bred. Shorter ones than the lineage's dialect says are padded with instructions
+    /// that change nothing.
+    #[serde(default)]
+    pub genomes: Vec<String>,
+    /// Names of presets.
+    #[serde(default)]
+    pub presets: Vec<String>,
+}
+
 fn default_count() -> u32 {
     20
 }

@@ -20,7 +20,7 @@ mod work;
 /// How a picture is sampled and which part of it is wanted: words of requests, for those who know no scenes.
 pub use brood_scene::{PixelArea, Sampling};
 
-pub use breed::{Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
+pub use breed::{Adopt, Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
 pub use client::{ClientError, WorkerClient};
 pub use id::{GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId};
 pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};

@@ -15,7 +15,7 @@ use crate::problem::ApiError;
 use crate::stage::Stages;
 use crate::state::App;
 
-const COLLECTION: &str = "/v1/generations";
+pub(super) const COLLECTION: &str = "/v1/generations";
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Breeds.
@@ -49,7 +49,7 @@ pub async fn breed(
 }
 
 /// The index is known only once the transaction is done: what is remembered gets it from the generation itself.
-async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
+pub(super) async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
     let id = answer.get("id").and_then(Value::as_str).and_then(|id| id.parse().ok());
     let id: GenerationId = id.ok_or_else(|| ApiError::internal("a remembered answer has no id"))?;
     answer["index"] = app.store.generation(id).await?.index.into();

@@ -13,6 +13,7 @@ pub mod lineage_file;
 pub mod mesh;
 pub mod operation;
 pub mod page;
+pub mod preset;
 pub mod render;
 pub mod scene;
 pub mod session;

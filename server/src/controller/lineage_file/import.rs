@@ -14,6 +14,7 @@ use brood_scene::{Mesh, MeshRef};
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
+use crate::breeding::ADOPT;
 use crate::controller::check_length;
 use crate::controller::lineage::{check_name, check_saturation};
 use crate::limit;
@@ -149,6 +150,7 @@ impl Assembly<'_> {
         }
         // What breeding could not have made has no place in a history that can be replayed.
         let operator = match from.parents.len() {
+            0 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
             0 => "random",
             1 => "mutate",
             2 => "recombine",

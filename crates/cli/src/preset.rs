@@ -1,0 +1,39 @@
+//! `brood preset`: the materials to start from, listed or printed.
+
+use anyhow::{Context, Result};
+use brood_preset::{PRESETS, Preset};
+use clap::Args;
+use serde_json::json;
+
+use crate::output;
+
+/// Options of `brood preset`.
+#[derive(Debug, Args)]
+pub struct PresetArgs {
+    /// The one whose text is printed; without it all are listed
+    name: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &PresetArgs, json: bool) -> Result<()> {
+    if let Some(name) = &args.name {
+        let preset = Preset::find(name);
+        let preset = preset
+            .with_context(|| format!("there is no preset {name}; brood preset lists them"))?;
+        return match json {
+            true => output::print_json(&described(preset)),
+            false => output::print(preset.text),
+        };
+    }
+    if json {
+        return output::print_json(&PRESETS.iter().map(described).collect::<Vec<_>>());
+    }
+    let width = PRESETS.iter().map(|preset| preset.name.len()).max().unwrap_or(0);
+    let line = |preset: &Preset| format!("{:width$}  {}\n", preset.name, preset.words);
+    output::print(&PRESETS.iter().map(line).collect::<String>())
+}
+
+fn described(preset: &Preset) -> serde_json::Value {
+    let Preset { name, title, words, text, .. } = preset;
+    json!({ "name": name, "title": title, "words": words, "text": text })
+}

@@ -1,0 +1,128 @@
+//! Presets: hand-written materials, readable examples of what a genome is and starting points for breeding.
+//!
+//! Owns the texts and their order. Refuses to know what is done with them; that they look as they say is seen in the
+//! pictures of the page, which `preset` among the tests renders anew.
+
+use std::sync::LazyLock;
+
+use brood_genome::{Dialect, Genome};
+
+/// A material to start from.
+#[derive(Debug)]
+pub struct Preset {
+    /// As requests and the command line name it.
+    pub name: &'static str,
+    /// As people do.
+    pub title: &'static str,
+    /// What it looks like, in one sentence.
+    pub words: &'static str,
+    /// The genome as it was written, comments and all.
+    pub text: &'static str,
+    genome: LazyLock<Genome>,
+}
+
+macro_rules! preset {
+    ($name:literal, $title:literal, $words:literal) => {{
+        const TEXT: &str = include_str!(concat!("../presets/", $name, ".brood"));
+        let genome = || TEXT.parse().expect("presets are genomes");
+        Preset {
+            name: $name,
+            title: $title,
+            words: $words,
+            text: TEXT,
+            genome: LazyLock::new(genome),
+        }
+    }};
+}
+
+/// All of them, the simplest first.
+pub static PRESETS: [Preset; 14] = [
+    preset!("matt-clay", "Matt clay", "Unglazed terracotta, nearly the same from everywhere."),
+    preset!(
+        "red-plastic",
+        "Red plastic",
+        "A glossy red body under a small, crisp, white highlight."
+    ),
+    preset!("velvet", "Velvet", "Deep crimson cloth with glowing edges."),
+    preset!(
+        "gold",
+        "Gold",
+        "Polished metal, from deep orange in the shade to pale yellow in the highlight."
+    ),
+    preset!(
+        "brushed-metal",
+        "Brushed metal",
+        "Steel brushed in one direction, its highlight drawn out into a streak."
+    ),
+    preset!(
+        "car-paint",
+        "Two-tone car paint",
+        "Turquoise in the light, violet towards the edges, under a hard clear coat."
+    ),
+    preset!("pearl", "Pearl", "Creamy white over which rose and sea green drift with the angle."),
+    preset!(
+        "satin",
+        "Satin",
+        "Blue cloth with a long, soft sheen and a rosy shimmer at the edges."
+    ),
+    preset!("soap-film", "Soap film", "Rings of interference colours on a dark bubble."),
+    preset!(
+        "checkered-ceramic",
+        "Checkered ceramic",
+        "Cobalt blue and ivory squares under a smooth glaze."
+    ),
+    preset!("marble", "Marble", "Polished white stone with wandering grey veins."),
+    preset!("moon-dust", "Moon dust", "Grey powder that looks as flat as the full moon."),
+    preset!(
+        "retro-vest",
+        "Retro-reflective vest",
+        "Lime cloth with silver bands that flare up when the light is behind the eye."
+    ),
+    preset!(
+        "rainbow-grooves",
+        "Rainbow grooves",
+        "Fine grooves that split white light into bands of pure colour."
+    ),
+];
+
+impl Preset {
+    /// The one of that name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// The genome as it was written: a few dozen instructions.
+    #[must_use]
+    pub fn genome(&self) -> &Genome {
+        &self.genome
+    }
+
+    /// The dialect of a lineage that is to breed it: its own, at the length that lineages have unless asked otherwise.
+    #[must_use]
+    pub fn dialect(&self) -> Dialect {
+        Dialect { length: Dialect::default().length, ..*self.genome.dialect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_genomes_with_names_of_their_own_that_fit_a_lineage() {
+        let mut names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        assert!(names.len() >= 12);
+        for preset in &PRESETS {
+            let genome = preset.genome();
+            assert!(preset.text.starts_with("brood 1\n# "), "{} says what it is", preset.name);
+            assert!(preset.words.ends_with('.') && !preset.title.is_empty());
+            let padded = genome.clone().padded(preset.dialect().length).unwrap();
+            assert_eq!(padded.dialect(), &preset.dialect());
+        }
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), PRESETS.len());
+        assert!(Preset::find("gold").is_some() && Preset::find("Gold").is_none());
+    }
+}

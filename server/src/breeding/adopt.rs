@@ -1,0 +1,102 @@
+//! Genomes that were not bred here brought into a lineage as they are, as individuals without parents.
+
+use brood_genome::{Dialect, Genome, GenomeHash};
+use brood_preset::Preset;
+use brood_program::{Child, Program, live_instructions};
+use brood_protocol::{Adopt, Breed, Curation, Generation, JobId, Lineage, Seed};
+
+use super::Newborn;
+use super::birth::Brood;
+use crate::idempotency::Attempt;
+use crate::limit;
+use crate::presenter::thumbnail_view;
+use crate::problem::{ApiError, quote};
+use crate::stage::Stages;
+use crate::state::{App, AppState};
+
+/// How an individual came about that was brought in.
+pub const OPERATOR: &str = "adopt";
+
+impl AppState {
+    /// Makes a generation of the genomes and presets, in that order.
+    pub async fn adopt(
+        self: &App,
+        lineage: &Lineage,
+        adopt: Adopt,
+        attempt: &Attempt,
+        stages: &mut Stages,
+    ) -> Result<(Generation, Option<JobId>), ApiError> {
+        let count = adopt.genomes.len() + adopt.presets.len();
+        if !(1..=limit::CHILDREN as usize).contains(&count) {
+            let words = format!("1 to {} genomes and presets, not {count}", limit::CHILDREN);
+            return Err(ApiError::refused(words).at("/genomes"));
+        }
+        let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
+        let mut genomes = Vec::with_capacity(count);
+        for (index, hash) in adopt.genomes.iter().enumerate() {
+            let pointer = format!("/genomes/{index}");
+            let known = match hash.parse::<GenomeHash>() {
+                Ok(hash) => self.library.material(hash).await,
+                Err(_) => Err(ApiError::refused("a genome's hash is 64 hexadecimal digits")),
+            };
+            let known = known.map_err(|error| error.at(pointer.clone()))?;
+            genomes.push(fitted(known.genome.clone(), &lineage.dialect, pointer)?);
+        }
+        for (index, name) in adopt.presets.iter().enumerate() {
+            let pointer = format!("/presets/{index}");
+            let preset = Preset::find(name).ok_or_else(|| {
+                let words =
+                    format!("there is no preset {}; GET /v1/presets lists them", quote(name));
+                ApiError::not_found(words).at(pointer.clone())
+            })?;
+            genomes.push(fitted(preset.genome().clone(), &lineage.dialect, pointer)?);
+        }
+        stages.end("read");
+        let children = self.on_processor(move || newborns(genomes)).await?;
+        stages.end("make");
+        let breed = Breed {
+            parents: Vec::new(),
+            mutation: 0.0,
+            recombination: 0.0,
+            curation: Curation::Off,
+            ..Breed::default()
+        };
+        let constraints = breed.constraints.unwrap_or_default();
+        let brood = Brood { seed: Seed(0), constraints, operator: OPERATOR, breed, children };
+        self.birth(lineage, &framed, &[], brood, attempt, stages).await
+    }
+}
+
+/// The genome at the lineage's length: a shorter one is padded with what changes nothing.
+fn fitted(genome: Genome, dialect: &Dialect, pointer: String) -> Result<Genome, ApiError> {
+    let own = *genome.dialect();
+    let as_long = Dialect { length: dialect.length, ..own };
+    if own.length > dialect.length || !as_long.is_compatible(dialect) {
+        let words = format!(
+            "the genome is of the dialect {own}, length {}; the lineage's is {dialect}, length {}",
+            own.length, dialect.length
+        );
+        return Err(ApiError::refused(words).at(pointer));
+    }
+    genome.padded(dialect.length).map_err(|error| ApiError::refused(error.to_string()).at(pointer))
+}
+
+fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
+    let newborn = |(slot, genome): (u32, Genome)| {
+        let program = Program::lower(&genome);
+        let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+        let bytes = genome.canonical_bytes();
+        let child = Child {
+            slot,
+            hash: genome.hash(),
+            program_hash: program.hash(),
+            live_instructions: u32::try_from(live).expect("at most 1024 instructions"),
+            attempts: 1,
+            twin: false,
+            genome,
+            program,
+        };
+        Newborn { child, bytes }
+    };
+    (0..).zip(genomes).map(newborn).collect()
+}

@@ -1,0 +1,93 @@
+/**
+ * Materials that come from outside a lineage: presets and `.brood` files. Owns the road from one of them to a brood around it;
+ * knows nothing of dialogs and drops.
+ *
+ * @import { Generation, Preset } from "./types.js"
+ */
+import { signal } from "./vendor/signals-core.js";
+import * as api from "./api.js";
+import { breed } from "./breed.js";
+import { create, guarded, open, putBred, show } from "./lineage.js";
+import { announcement, lineage, lineages, presetsOpen, tell } from "./state.js";
+
+/** More than any genome of 1024 instructions takes; the server's limit. */
+const TEXT_BYTES = 1024 * 1024;
+
+/** @type {import("./vendor/signals-core.js").Signal<Preset[]>} */
+export const presets = signal([]);
+
+export async function listPresets() {
+  if (presets.value.length === 0) presets.value = await api.listPresets();
+}
+
+/** Shows what was brought in, with a brood around it. @param {Generation} made */
+async function breedFrom(made) {
+  putBred(made);
+  await show(made.id, "visit");
+  await breed([made.individuals[0].id]);
+}
+
+/** A lineage of its own for a preset: it needs the preset's dialect, and its colours as they are. @param {Preset} preset */
+export async function startFrom(preset) {
+  await create(preset.title, {
+    dialect: preset.dialect,
+    saturation: 1,
+    begin: async (id) => breedFrom(await api.adopt(id, { presets: [preset.name] })),
+  });
+  presetsOpen.value = false;
+  announcement.value = `${preset.title}: a new lineage begins with it.`;
+}
+
+/** The server's limit, said before it is sent in vain. */
+const LINEAGE_BYTES = 64 * 1024 * 1024;
+
+/** Whether a JSON file is a lineage and not a genome: it says so in its first field. @param {File} file */
+const isLineage = async (file) => /^\s*\{\s*"brood_lineage"/.test(await file.slice(0, 200).text());
+
+/** A `.brood` or `.json` file. @param {File} file */
+export async function takeMaterial(file) {
+  if (await isLineage(file)) await takeLineage(file);
+  else await takeGenome(file);
+}
+
+/** Opens a lineage that was saved, with all its history. @param {File} file */
+async function takeLineage(file) {
+  if (file.size > LINEAGE_BYTES) {
+    tell("stage", { problem: { title: "The file is too large", status: 413, detail: `${file.name} has ${Math.round(file.size / 2 ** 20)} MiB; a lineage may have 64.` } });
+    return;
+  }
+  await guarded("stage", async () => {
+    const made = await api.importLineage(file);
+    lineages.value = [...lineages.value, made];
+    await open(made.id, null);
+    announcement.value = `${made.name}: ${made.generations} generations were read from ${file.name}.`;
+  });
+}
+
+/** Brings a genome into the open lineage, or into one of its own where it is of another dialect. @param {File} file */
+async function takeGenome(file) {
+  if (file.size > TEXT_BYTES) {
+    tell("stage", { problem: { title: "The file is too large", status: 413, detail: `${file.name} has ${(file.size / 2 ** 20).toFixed(1)} MiB; a genome has less than one.` } });
+    return;
+  }
+  await guarded("stage", async () => {
+    const { hash } = await api.createGenome(file);
+    const of = lineage.value;
+    /** @type {Generation|null} */
+    let made = null;
+    try {
+      made = of && (await api.adopt(of.id, { genomes: [hash] }));
+    } catch (error) {
+      if (api.problemOf(error).status !== 422) throw error;
+    }
+    if (made) return breedFrom(made);
+    const { dialect } = await api.getGenome(hash);
+    const length = Math.max(100, dialect.length);
+    await create(file.name.replace(/\.[^.]*$/, ""), {
+      dialect: { ...dialect, length },
+      saturation: 1,
+      begin: async (id) => breedFrom(await api.adopt(id, { genomes: [hash] })),
+    });
+    announcement.value = `${file.name}: a new lineage begins with it, because it is of another dialect.`;
+  });
+}
