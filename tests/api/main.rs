@@ -13,6 +13,7 @@ mod command_line;
 mod event;
 mod export;
 mod genome;
+mod guide;
 mod idempotency;
 mod individual;
 mod job;

@@ -25,7 +25,7 @@ async fn every_preset_can_be_brought_in_and_bred() {
         let one = &made["individuals"][0];
         assert_eq!((&one["operator"], &one["slot"]), (&json!("adopt"), &json!(0)));
         assert_eq!((&made["parents"], &made["centre"]), (&json!([]), &Value::Null));
-        server.get(text_of(&one["thumbnail"])).await.expect(200).picture();
+        server.get(&text_of(&one["thumbnail"])).await.expect(200).picture();
         let body = json!({"parents": [one["id"]], "count": 3, "seed": 1});
         let bred = server.post(&format!("{lineage}/generations"), &body).await.expect(201).json();
         assert_eq!(bred["centre"]["id"], one["id"]);

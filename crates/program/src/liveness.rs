@@ -1,6 +1,6 @@
 //! Per-component liveness of a genome: which instructions, and which components of them, can change the result.
 
-use brood_genome::{Genome, Register, Swizzle};
+use brood_genome::{Genome, Opcode, Operand, Register, Swizzle};
 
 /// Temporary registers that a genome can have.
 pub(crate) const REGISTERS: usize = 16;
@@ -32,13 +32,16 @@ impl Liveness {
         self.components.resize(instructions.len(), 0);
         for (live, instruction) in self.components.iter_mut().zip(instructions).rev() {
             let dst = usize::from(instruction.dst());
-            let written = instruction.write_mask().bits() & wanted[dst];
+            let mut written = instruction.write_mask().bits() & wanted[dst];
+            let opcode = instruction.opcode();
+            if opcode == Opcode::Mov {
+                written &= !idle(instruction.operand(0), instruction.dst());
+            }
             if written == 0 {
                 continue;
             }
             *live = written;
             wanted[dst] &= !written;
-            let opcode = instruction.opcode();
             for (position, operand) in instruction.operands().enumerate() {
                 let register = match operand.register {
                     Register::Temporary(register) => usize::from(register),
@@ -49,6 +52,16 @@ impl Liveness {
         }
         self.initial.copy_from_slice(&wanted[..REGISTERS]);
     }
+}
+
+/// The components of a register that a move of this operand to it leaves as they are.
+#[inline]
+fn idle(operand: Operand, dst: u8) -> u8 {
+    if operand.register != Register::Temporary(dst) || operand.negate {
+        return 0;
+    }
+    let own = |place: usize| u8::from(operand.swizzle.component(place) == place) << place;
+    own(0) | own(1) | own(2) | own(3)
 }
 
 /// The components that stand in these places.

@@ -4,7 +4,7 @@ use brood_genome::{
     Arithmetic, BirthKey, Dialect, Genome, Input, OpcodeSet, Output, Variation, interpret,
 };
 
-use crate::{Counts, Operand, Program, Tape, execute};
+use crate::{Counts, Operand, Program, Tape, execute, live_instructions};
 
 fn random(seed: u64, dialect: Dialect) -> Genome {
     let output = seed.is_multiple_of(3).then(|| Output::saturation(0.65).unwrap());
@@ -158,6 +158,9 @@ fn padded_genome_is_the_same_program() {
         assert_eq!(long.instructions().len(), 100);
         assert_eq!(long.instructions()[80..], *short.instructions());
         assert_eq!(Program::lower(&long), Program::lower(&short), "{long}");
+        let live = live_instructions(&long);
+        assert!(live[..80].iter().all(|live| !live), "a move of a register to itself is dead");
+        assert_eq!(live[80..], *live_instructions(&short));
         assert_eq!(short.clone().padded(20).unwrap(), short);
         assert!(long.padded(20).is_err());
     }
