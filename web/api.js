@@ -202,6 +202,7 @@ export const breed = (lineageId, parents, knobs, count) =>
       mutation: knobs.mutation,
       recombination: knobs.recombination,
       saturation: knobs.saturation,
+      curation: "diverse",
       constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
     },
   });

@@ -6,6 +6,7 @@ mod birth;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use brood_eval::diverse_brood;
 use brood_genome::{Constraints, Dialect, GenomeHash, Output, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{Breed, Curation, Generation, JobId, Lineage, ParentRef, Seed};
@@ -46,7 +47,7 @@ struct Making {
     output: Option<Output>,
     count: u32,
     seed: u64,
-    distinct: bool,
+    curation: Curation,
 }
 
 impl Making {
@@ -70,10 +71,15 @@ impl Making {
             variation: self.variation(),
             count: self.count,
             seed: self.seed,
-            distinct: self.distinct,
+            distinct: self.curation != Curation::Off,
         };
-        let first = (0..self.count).into_par_iter().map(|slot| request.draw(slot)).collect();
-        let children = settle_brood(&request, first);
+        let children = match self.curation {
+            Curation::Diverse => diverse_brood(&request),
+            Curation::Off | Curation::Distinct => {
+                let slots = (0..self.count).into_par_iter();
+                settle_brood(&request, slots.map(|slot| request.draw(slot)).collect())
+            }
+        };
         let write = |child: Child| Newborn { bytes: child.genome.canonical_bytes(), child };
         children.into_iter().map(write).collect()
     }
@@ -98,9 +104,6 @@ fn check(breed: &Breed) -> Result<(), ApiError> {
     }
     if breed.parents.len() == 1 && breed.mutation <= 0.0 {
         return refuse("/mutation", "without mutation all children of one parent are its twins");
-    }
-    if breed.curation == Curation::Diverse {
-        return refuse("/curation", "diverse is not available yet; use distinct or off");
     }
     if breed.locks.as_ref().is_some_and(|locks| !locks.is_null()) {
         return refuse("/locks", "locks are not available yet");
@@ -142,7 +145,7 @@ impl AppState {
                 .map_err(|error| ApiError::refused(error.to_string()).at("/saturation"))?,
             count: breed.count,
             seed: seed.0,
-            distinct: breed.curation == Curation::Distinct,
+            curation: breed.curation,
         };
         let operator = making.variation().operator_name();
         stages.end("read");
@@ -252,7 +255,6 @@ mod tests {
         );
         assert_eq!(refused(serde_json::json!({"parents": [id, hash], "mutation": 0})), None);
         assert_eq!(refused(serde_json::json!({"parents": [id, id, id]})).unwrap(), "/parents");
-        assert_eq!(refused(serde_json::json!({"curation": "diverse"})).unwrap(), "/curation");
         assert_eq!(refused(serde_json::json!({"locks": {}})).unwrap(), "/locks");
     }
 

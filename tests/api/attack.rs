@@ -70,7 +70,7 @@ async fn breeding_is_refused_when_it_cannot_mean_anything() {
         (422, json!({"parents": [first[0]], "mutation": 0})),
         (422, json!({"parents": [first[0]], "mutation": 1.5})),
         (422, json!({"parents": [first[0], first[1]], "recombination": -0.1})),
-        (422, json!({"parents": [], "curation": "diverse"})),
+        (400, json!({"parents": [], "curation": "best"})),
         (422, json!({"parents": [], "locks": {"instructions": [0]}})),
         (422, json!({"parents": [first[0], first[1], first[2]]})),
         (422, json!({"parents": [foreign[0]]})),

@@ -189,7 +189,6 @@ async fn file_is_refused_when_breeding_could_not_have_made_its_history() {
     let rows = [
         ("/generations/1/parents", json!([]), "/generations/1/centre"),
         ("/generations/1/centre", other, "/generations/1/centre"),
-        ("/generations/1/curation", json!("diverse"), "/generations/1/curation"),
         (
             "/generations/1/individuals/2/operator",
             json!("recombine"),

@@ -2,6 +2,7 @@
 
 mod all;
 mod breed;
+mod brood;
 mod derivative;
 mod export;
 mod fitness;
@@ -26,6 +27,8 @@ pub enum BenchCommand {
     All(all::BenchAllArgs),
     /// From the request for a brood to the last byte of all its thumbnails, over HTTP
     Breed(breed::BenchBreedArgs),
+    /// How many frames of a brood are worth looking at, with each kind of curation
+    Brood(brood::BenchBroodArgs),
     /// Normal equations of constants, forwards and backwards, beside plain evaluation
     Derivative(derivative::BenchDerivativeArgs),
     /// A page that holds exported programs, run by a browser, against the bits they must have
@@ -49,6 +52,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
     match command {
         BenchCommand::All(args) => all::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
+        BenchCommand::Brood(args) => brood::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),
         BenchCommand::Export(args) => export::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),

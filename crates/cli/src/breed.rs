@@ -38,7 +38,7 @@ pub struct BreedArgs {
     /// Expected share of the second parent, 0 to 1
     #[arg(long, value_name = "Y", default_value_t = 0.5, value_parser = amount)]
     pub recombination: f32,
-    /// Whether children that look like a parent or a sibling to the program hash are drawn again
+    /// How much is done for variety
     #[arg(long, value_name = "CURATION", default_value = "distinct")]
     pub curation: CurationWord,
     /// Colour of the children: 0 grey to 1 as evolved; absent: as the first parent
@@ -67,7 +67,7 @@ pub enum CurationWord {
     Off,
     /// Redraws until the program hash is new
     Distinct,
-    /// Previews as well
+    /// Redraws also until a small preview is not black and unlike its parents' and siblings'
     Diverse,
 }
 
@@ -90,17 +90,18 @@ fn amount(text: &str) -> Result<f32, String> {
 pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let parents: Vec<Genome> = args.parents.iter().map(genome_file::read).collect::<Result<_>>()?;
-    let distinct = match args.curation.into() {
-        Curation::Off => false,
-        Curation::Distinct => true,
-        Curation::Diverse => bail!("curation diverse is not available in this version"),
-    };
+    let curation = Curation::from(args.curation);
     let variation = variation(args, &parents)?;
     let seed = match args.seed {
         Some(seed) => seed,
         None => random_seed()?,
     };
-    let children = make_brood(&BroodRequest { variation, count: args.count, seed, distinct });
+    let distinct = curation != Curation::Off;
+    let request = BroodRequest { variation, count: args.count, seed, distinct };
+    let children = match curation {
+        Curation::Diverse => brood_eval::diverse_brood(&request),
+        Curation::Off | Curation::Distinct => make_brood(&request),
+    };
     output::make_dir(&args.output)?;
     let renderer = Renderer::new(args.frame.backend);
     let sheet = sheet(args, &renderer, &children, parents.first())?;

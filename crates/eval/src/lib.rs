@@ -12,6 +12,7 @@ mod film;
 mod fitness;
 mod level;
 mod picture;
+mod preview;
 mod radiance;
 mod reference;
 
@@ -28,5 +29,6 @@ pub use fitness::{
 };
 pub use level::Level;
 pub use picture::{PictureError, SheetCell, centre_px, decode_png, encode_exr, encode_png, sheet};
+pub use preview::{Look, Previewer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};
 pub use reference::ReferenceEvaluator;

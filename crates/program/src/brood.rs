@@ -53,6 +53,32 @@ pub struct Draw {
     live_instructions: u32,
 }
 
+impl Draw {
+    /// What it lowers to.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    fn into_child(self, slot: u32, attempts: u32, twin: bool) -> Child {
+        let Self { genome, hash, program, program_hash, live_instructions } = self;
+        Child { slot, genome, hash, program, program_hash, live_instructions, attempts, twin }
+    }
+}
+
+/// Who looks at draws whose program is new, and says what they are worth beside those that were taken.
+pub trait Judge {
+    /// What is seen of a program.
+    type Look;
+
+    /// Looks at a program.
+    fn look(&self, program: &Program) -> Self::Look;
+
+    /// What a draw is worth beside the parents and the slots before it; the first that is worth 1 is taken, and the one of the
+    /// greatest worth where none is after all draws.
+    fn worth(&self, look: &Self::Look, taken: &[Self::Look]) -> f32;
+}
+
 impl BroodRequest<'_> {
     /// The first draw for a slot: it depends on nothing but the request, so slots may be drawn at the same time.
     #[must_use]
@@ -82,15 +108,8 @@ pub fn make_brood(request: &BroodRequest<'_>) -> Vec<Child> {
 /// The same from the first draws of slots 0, 1, 2 and so on.
 #[must_use]
 pub fn settle_brood(request: &BroodRequest<'_>, first: Vec<Draw>) -> Vec<Child> {
-    let mut seen: HashSet<ProgramHash> = request
-        .variation
-        .parents()
-        .flat_map(|parent| {
-            // The parent as it is, and as it would be under the brood's constraints and colours.
-            [parent.clone(), request.variation.unchanged(parent)]
-        })
-        .map(|parent| Program::lower(&parent).hash())
-        .collect();
+    let mut seen: HashSet<ProgramHash> =
+        unchanged_parents(request).iter().map(Program::hash).collect();
     (0..)
         .zip(first)
         .map(|(slot, first)| {
@@ -99,6 +118,53 @@ pub fn settle_brood(request: &BroodRequest<'_>, first: Vec<Draw>) -> Vec<Child> 
             child
         })
         .collect()
+}
+
+/// The same where a judge looks at what is drawn: a slot is drawn again while its program is a twin or is worth too little.
+///
+/// `first` are the first draws of slots 0, 1, 2 and so on, with what the judge saw of them.
+#[must_use]
+pub fn settle_judged<J: Judge>(
+    request: &BroodRequest<'_>,
+    first: Vec<(Draw, J::Look)>,
+    judge: &J,
+) -> Vec<Child> {
+    let parents = unchanged_parents(request);
+    let mut seen: HashSet<ProgramHash> = parents.iter().map(Program::hash).collect();
+    let mut taken: Vec<J::Look> = parents.iter().map(|parent| judge.look(parent)).collect();
+    let mut children = Vec::with_capacity(first.len());
+    for (slot, first) in (0..).zip(first) {
+        let mut best: Option<(f32, Child, J::Look)> = None;
+        let mut next = Some(first);
+        for attempt in 0..=MAX_REDRAWS {
+            let (draw, look) = next.take().unwrap_or_else(|| {
+                let draw = request.draw_again(slot, attempt);
+                let look = judge.look(&draw.program);
+                (draw, look)
+            });
+            let twin = seen.contains(&draw.program_hash);
+            // A twin is taken only where there is nothing else.
+            let worth = if twin { f32::NEG_INFINITY } else { judge.worth(&look, &taken) };
+            if best.as_ref().is_none_or(|(least, ..)| worth > *least) {
+                best = Some((worth, draw.into_child(slot, attempt + 1, twin), look));
+            }
+            if worth >= 1.0 {
+                break;
+            }
+        }
+        let (_, child, look) = best.expect("the first draw is better than none");
+        seen.insert(child.program_hash);
+        taken.push(look);
+        children.push(child);
+    }
+    children
+}
+
+/// The parents as they are, and as they would be under the brood's constraints and colours.
+fn unchanged_parents(request: &BroodRequest<'_>) -> Vec<Program> {
+    let both = |parent: &Genome| [parent.clone(), request.variation.unchanged(parent)];
+    let parents = request.variation.parents().flat_map(both);
+    parents.map(|parent| Program::lower(&parent)).collect()
 }
 
 fn settle(
@@ -113,18 +179,7 @@ fn settle(
     loop {
         let twin = seen.contains(&draw.program_hash);
         if !twin || attempt == last {
-            let Draw { genome, hash, program, program_hash, live_instructions } = draw;
-            let attempts = attempt + 1;
-            return Child {
-                slot,
-                genome,
-                hash,
-                program,
-                program_hash,
-                live_instructions,
-                attempts,
-                twin,
-            };
+            return draw.into_child(slot, attempt + 1, twin);
         }
         attempt += 1;
         draw = request.draw_again(slot, attempt);

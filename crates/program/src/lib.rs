@@ -26,7 +26,9 @@ mod range;
 mod tape;
 mod words;
 
-pub use brood::{BroodRequest, Child, Draw, MAX_REDRAWS, make_brood, settle_brood};
+pub use brood::{
+    BroodRequest, Child, Draw, Judge, MAX_REDRAWS, make_brood, settle_brood, settle_judged,
+};
 pub use counts::{Counts, written_operations};
 pub use execute::execute;
 pub use hash::ProgramHash;

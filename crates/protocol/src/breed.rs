@@ -71,7 +71,7 @@ pub enum Curation {
     /// Redraws until the program hash is new among parents and siblings.
     #[default]
     Distinct,
-    /// Previews as well; not available yet.
+    /// Redraws also until a small preview is not black and unlike those of parents and siblings.
     Diverse,
 }
 

@@ -7,8 +7,7 @@ use base64::prelude::BASE64_STANDARD;
 use brood_genome::{Genome, GenomeHash};
 use brood_program::{Program, live_instructions};
 use brood_protocol::{
-    Curation, GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId,
-    decode,
+    GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId, decode,
 };
 use brood_scene::{Mesh, MeshRef};
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
@@ -156,9 +155,6 @@ impl Assembly<'_> {
             2 => "recombine",
             _ => return refuse("parents", "a brood has two parents at most"),
         };
-        if from.curation == Curation::Diverse {
-            return refuse("curation", "diverse is not available yet");
-        }
         let first = from.parents.first().copied();
         if from.centre.is_some_and(|id| first != Some(ParentRef::Individual(id))) {
             return refuse("centre", "the centre is the first parent");

@@ -1,0 +1,189 @@
+//! `brood bench brood`: how many frames of a brood are worth looking at, without curation and with each kind of it.
+//!
+//! A frame is useful where it is not black and differs visibly, by FLIP, from the parent and from every sibling. All kinds
+//! breed from the same parents: a chain in which each brood's parent is a child of the one before.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use brood_eval::{Developed, Look, diverse_brood};
+use brood_genome::{BirthKey, Dialect, Genome, Output, Variation};
+use brood_program::{BroodRequest, Child, Program, make_brood};
+use brood_protocol::{Backend, Curation, Frame, MeshSource, PictureFormat};
+use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_worker::Renderer;
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::measure::quantile;
+use crate::{logging, output};
+
+/// Options of `brood bench brood`.
+#[derive(Debug, Args)]
+pub struct BenchBroodArgs {
+    /// How many broods
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    count: u32,
+    /// Amount of mutation
+    #[arg(long, value_name = "X", default_value_t = 0.3)]
+    mutation: f32,
+    /// Side of the pictures that are compared
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
+    size: u32,
+    /// Seed of the first parent and of the broods
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Children of a brood.
+const CHILDREN: u32 = 20;
+/// Mean FLIP over the object from which two pictures are told apart.
+const VISIBLE: f64 = 0.05;
+/// Saturation of the first parent, as on the page.
+const SATURATION: f32 = 0.65;
+
+/// What became of the broods under one kind of curation.
+#[derive(Debug, Serialize)]
+struct Figures {
+    curation: Curation,
+    /// Share of the frames that are useful.
+    useful: f64,
+    /// Share of the broods of which at least 19 frames are.
+    broods_with_19: f64,
+    /// Frames that are black.
+    black: usize,
+    /// Draws for a brood, in the mean.
+    draws: f64,
+    median_ms: f64,
+    p99_ms: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let parents = parents(args)?;
+    let bar = output::bar(3 * u64::from(args.count), "breeding and comparing");
+    let mut all = Vec::new();
+    for curation in [Curation::Off, Curation::Distinct, Curation::Diverse] {
+        let mut useful = Vec::new();
+        let (mut black, mut draws, mut times) = (0, 0, Vec::new());
+        for (number, parent) in (0..).zip(&parents) {
+            let request = request(args, parent, number);
+            let started = Instant::now();
+            let brood = breed(&request, curation);
+            times.push(started.elapsed().as_secs_f64() * 1e3);
+            draws += brood.iter().map(|child| child.attempts).sum::<u32>();
+            let (seen, dark) = judged(args.size, parent, &brood)?;
+            useful.push(seen);
+            black += dark;
+            bar.inc(1);
+        }
+        let broods = f64::from(args.count);
+        all.push(Figures {
+            curation,
+            useful: useful.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
+            broods_with_19: useful.iter().filter(|count| **count >= 19).count() as f64 / broods,
+            black,
+            draws: f64::from(draws) / broods,
+            median_ms: quantile(times.iter().copied(), 0.5),
+            p99_ms: quantile(times, 0.99),
+        });
+    }
+    bar.finish_and_clear();
+    if json {
+        return output::print_json(&all);
+    }
+    let mut text = format!(
+        "{} broods of {CHILDREN}, mutation {}; a frame is useful where it is not black and its mean FLIP over the object \
+         from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 and more  black frames  \
+         draws a brood  births ms median    p99\n",
+        args.count, args.mutation
+    );
+    for f in &all {
+        text += &format!(
+            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}\n",
+            format!("{:?}", f.curation).to_lowercase(),
+            100.0 * f.useful,
+            100.0 * f.broods_with_19,
+            f.black,
+            f.draws,
+            f.median_ms,
+            f.p99_ms
+        );
+    }
+    output::print(&text)
+}
+
+fn request<'a>(args: &BenchBroodArgs, parent: &'a Genome, number: u64) -> BroodRequest<'a> {
+    let variation = Variation::mutate(parent, args.mutation);
+    BroodRequest { variation, count: CHILDREN, seed: args.seed + number, distinct: true }
+}
+
+fn breed(request: &BroodRequest<'_>, curation: Curation) -> Vec<Child> {
+    match curation {
+        Curation::Off => make_brood(&BroodRequest { distinct: false, ..*request }),
+        Curation::Distinct => make_brood(request),
+        Curation::Diverse => diverse_brood(request),
+    }
+}
+
+/// A chain of parents, none of them black, as a person would pick them.
+fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
+    let random = Variation::random(Dialect::default());
+    let random = random.with_output(Some(Output::saturation(SATURATION)?));
+    let is_seen = |genome: &Genome| !Look::of(&Program::lower(genome)).is_black();
+    let births = (0..).map(|slot| random.birth(BirthKey { seed: args.seed, slot, attempt: 0 }));
+    let mut parents: Vec<Genome> = births.filter(|genome| is_seen(genome)).take(1).collect();
+    for number in 0..u64::from(args.count) - 1 {
+        let last = parents.last().expect("the first was drawn");
+        let brood = make_brood(&request(args, last, number));
+        let pick = number as usize % brood.len();
+        let turned = brood[pick..].iter().chain(&brood[..pick]);
+        let next = turned.map(|child| &child.genome).find(|genome| is_seen(genome));
+        let next = next.unwrap_or(last).clone();
+        parents.push(next);
+    }
+    Ok(parents)
+}
+
+/// How many children are useful, and how many black.
+fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usize)> {
+    let renderer = Renderer::new(Backend::Cpu);
+    let how = (PictureFormat::Png, Backend::Cpu);
+    let frame =
+        Frame::new(&Scene::default(), MeshSource::Builtin, size_px, Sampling::Adaptive, how);
+    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let parent = Program::lower(parent);
+    let programs: Vec<&Program> =
+        std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
+    let pictures = renderer.develop(&frame, &mesh, &programs)?;
+    let images: Vec<_> = pictures.iter().map(flip_image).collect();
+    let covered = pictures[0].rgba.chunks(4).filter(|pixel| pixel[3] > 0).count();
+    let share = covered as f64 / f64::from(size_px * size_px);
+    let black: Vec<bool> = programs.iter().map(|program| Look::of(program).is_black()).collect();
+    let pairs: Vec<(usize, usize)> =
+        (0..images.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
+    let alike: Vec<(usize, usize)> = pairs
+        .into_par_iter()
+        .filter(|(one, other)| {
+            let ppd = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
+            let map = nv_flip::flip(images[*one].clone(), images[*other].clone(), ppd);
+            f64::from(nv_flip::FlipPool::from_image(&map).mean()) / share <= VISIBLE
+        })
+        .collect();
+    // Of two that look alike both are told apart from nothing: neither is useful.
+    let useful = (1..images.len())
+        .filter(|one| !black[*one] && !alike.iter().any(|(a, b)| a == one || b == one));
+    Ok((useful.count(), black[1..].iter().filter(|black| **black).count()))
+}
+
+/// Over black, as FLIP compares opaque pictures.
+fn flip_image(picture: &Developed) -> nv_flip::FlipImageRgb8 {
+    let over = |pixel: &[u8]| {
+        let alpha = u16::from(pixel[3]);
+        [0, 1, 2].map(|channel| (u16::from(pixel[channel]) * alpha / 255) as u8)
+    };
+    let rgb: Vec<u8> = picture.rgba.chunks(4).flat_map(over).collect();
+    nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, &rgb)
+}
