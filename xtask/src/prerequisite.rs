@@ -14,6 +14,9 @@ use crate::shell;
 /// What the checks of the page need, in the versions that tests/browser/package-lock.json names.
 const NPM_PACKAGES: [&str; 3] = ["playwright-core", "axe-core", "typescript"];
 
+/// The reference compiler of GLSL.
+const GLSL_COMPILER: &str = "glslangValidator";
+
 /// What was found, after installing what was missing.
 pub struct Prerequisites {
     /// Manifest of the software Vulkan driver; none means that tests on a GPU use whatever adapter there is.
@@ -35,6 +38,10 @@ impl Prerequisites {
         if chromium().is_none() {
             println!("missing: a browser (Debian: chromium)");
             packages.push("chromium");
+        }
+        if shell::find_program(GLSL_COMPILER).is_none() {
+            println!("missing: a compiler for exported GLSL (Debian: glslang-tools)");
+            packages.push("glslang-tools");
         }
         if shell::find_program("valgrind").is_none() {
             println!("missing: an instruction counter (Debian: valgrind)");
@@ -71,6 +78,10 @@ impl Prerequisites {
         if let Some(browser) = &self.chromium {
             command.env("CHROMIUM", browser);
         }
+        // With the compiler there, a test that does not find it is broken and has to fail.
+        if let Some(compiler) = shell::find_program(GLSL_COMPILER) {
+            command.env("GLSL_COMPILER", compiler);
+        }
     }
 
     fn report(&self) {
@@ -80,6 +91,7 @@ impl Prerequisites {
         };
         println!("software Vulkan driver: {}", shown(&self.lavapipe));
         println!("browser: {}", shown(&self.chromium));
+        println!("compiler for GLSL: {}", shown(&shell::find_program(GLSL_COMPILER)));
         println!("instruction counter: {}", shown(&shell::find_program("valgrind")));
         println!("test runner: {}", if self.nextest { "cargo nextest" } else { "cargo test" });
     }

@@ -1,0 +1,69 @@
+//! Exported GLSL, as the reference compiler of GLSL sees it. `cargo xtask test` installs it and names it in
+//! `GLSL_COMPILER`; where it is not named there is nothing to be asked.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "this is a test; clippy only knows those with an attribute"
+)]
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use brood_export::{Format, export};
+use brood_genome::{BirthKey, Dialect, OpcodeSet, Output, Variation};
+use brood_program::Program;
+
+/// Random programs of both dialects, with and without an output stage.
+fn programs() -> Vec<Program> {
+    let dialects = [OpcodeSet::Paper, OpcodeSet::Extended].map(|opcodes| Dialect {
+        opcodes,
+        registers: 16,
+        ..Dialect::default()
+    });
+    let outputs = [None, Some(Output::saturation(0.65).unwrap())];
+    let births = dialects
+        .into_iter()
+        .flat_map(|dialect| outputs.map(|output| Variation::random(dialect).with_output(output)));
+    births
+        .flat_map(|random| {
+            (0..6).map(move |slot| random.birth(BirthKey { seed: 5, slot, attempt: 0 }))
+        })
+        .map(|genome| Program::lower(&genome))
+        .collect()
+}
+
+/// What the compiler says to a fragment shader; nothing where it is content.
+fn refusal(compiler: &str, source: &str) -> Option<String> {
+    let mut child = Command::new(compiler)
+        .args(["--stdin", "-S", "frag"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(source.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    (!output.status.success()).then_some(said)
+}
+
+#[test]
+fn exports_are_accepted_by_the_reference_compiler() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    let call = "evolved(vec3(0.0, 0.6, 0.8), vec3(0.6, 0.0, 0.8), vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), \
+                vec3(0.0, 1.0, 0.0), vec2(0.25, 0.5))";
+    let main = format!("out vec4 color;\nvoid main() {{ color = vec4({call}, 1.0); }}\n");
+    for program in programs() {
+        for (format, version) in [(Format::GlslEs300, "300 es"), (Format::Glsl410, "410 core")] {
+            let source = format!("#version {version}\n{}\n{main}", export(&program, format));
+            if let Some(said) = refusal(&compiler, &source) {
+                panic!("{said}\n{source}");
+            }
+        }
+    }
+    assert!(
+        refusal(&compiler, "#version 300 es\nnonsense\n").is_some(),
+        "it refuses what is wrong"
+    );
+}
