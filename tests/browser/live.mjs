@@ -8,6 +8,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
 
+import { around } from "./materials.mjs";
+
 /** Programs that are run both ways. */
 const PROGRAMS = 40;
 /** Of the pixels inside a frame's object, so many may be off the server's picture by more than so many codes of 255: the border
@@ -65,7 +67,12 @@ export async function live(hand, step, shot, base) {
   hand.ignores = (text) => text.includes("GPU stall due to ReadPixels");
 
   const generation = await step("opens, and leaves the light alone where software draws", async () => {
-    const id = await hand.open();
+    const before = await hand.open();
+    await hand.id("presets").click();
+    await hand.id("preset-pearl").click();
+    await around(page, before);
+    await hand.reshown(() => hand.id("object").selectOption("knob"));
+    const id = await hand.ready();
     await page.waitForFunction(() => document.querySelector("[data-testid=light-moves]")?.disabled === false);
     assert.equal(await hand.id("light-moves").getAttribute("aria-pressed"), "false");
     assert.equal(await lit(page), 0);
@@ -73,7 +80,7 @@ export async function live(hand, step, shot, base) {
   });
 
   await step("draws the frames as the server does, wherever the light is", async () => {
-    await hand.reshown(() => slide(hand, "exposure", -6));
+    await hand.reshown(() => slide(hand, "exposure", -1));
     await slide(hand, "light", 75);
     await allLit(page);
     const scene = (await hand.api(`/v1/lineages/${generation.lineage}`)).scene;

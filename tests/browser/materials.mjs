@@ -16,7 +16,7 @@ async function centre(hand, generation) {
 }
 
 /** Waits for a whole brood, another than the one named. */
-const around = (page, before) =>
+export const around = (page, before) =>
   page.waitForFunction((not) => {
     const { ready } = document.body.dataset;
     return ready && ready !== not && document.querySelectorAll("[data-frame]").length === 21;

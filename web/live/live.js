@@ -13,10 +13,10 @@ import { ready } from "../pictures.js";
 import { generation, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
 import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
-import { drawMaterial, makeMeter } from "./material.js";
+import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeMeter } from "./material.js";
 import { Pace, layOut, openContext } from "./stage.js";
 import { Stock } from "./stock.js";
-import { dropSurface, drawSurface, makePens, makeSurface } from "./surface.js";
+import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
 import { lightsOf, rotationOf, seenAt, viewOf } from "./view.js";
 
 /** @template T @typedef {import("../vendor/signals-core.js").Signal<T>} Signal */
@@ -30,15 +30,18 @@ export const able = signal(null);
 let canvas = null;
 /** @type {Context|null} */
 let context = null;
-/** @type {{pens: Pens, meter: Meter, small: Surface, large: Surface}|null} */
+/** @type {{pens: Pens, meter: Meter, metering: Surface, small: Surface, large: Surface}|null} */
 let tools = null;
 /** @type {{mesh: string, geometry: Geometry}|null} */
 let object = null;
 let loading = "";
-/** What the surfaces show, and what exposures were measured for. */
+/** What the surfaces show, where the light was, and what exposures were measured for. */
 let drawn = "";
+let litAt = "";
 let metered = "";
 let requested = false;
+/** Whether materials are being made. */
+let making = false;
 const pace = new Pace();
 const stock = new Stock(schedule);
 
@@ -73,6 +76,7 @@ function forget() {
   tools = null;
   object = null;
   drawn = "";
+  litAt = "";
   metered = "";
   stock.lose();
   if (liveCells.value.size > 0) liveCells.value = new Set();
@@ -117,11 +121,17 @@ function prepare(gl) {
     canvas.height = layout.height;
   }
   Object.assign(canvas.style, layout.css);
-  if (!tools) tools = { pens: makePens(gl), meter: makeMeter(gl), small: makeSurface(gl, layout.small), large: makeSurface(gl, layout.large) };
+  tools ??= {
+    pens: makePens(gl),
+    meter: makeMeter(gl),
+    metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
+    small: makeSurface(gl, layout.small, LIGHTS),
+    large: makeSurface(gl, layout.large, LIGHTS),
+  };
   for (const name of /** @type {const} */ (["small", "large"])) {
     if (tools[name].side === layout[name]) continue;
     dropSurface(gl, tools[name]);
-    tools[name] = makeSurface(gl, layout[name]);
+    tools[name] = makeSurface(gl, layout[name], LIGHTS);
     drawn = "";
   }
   return { layout, ...tools };
@@ -146,11 +156,12 @@ function frame(now) {
     if (loading !== scene.mesh) void load(gl, scene);
     return show(new Set());
   }
-  if (moving.value && pace.step(now)) drawn = "";
-  if (!moving.value) pace.pause();
+  // Making materials takes time that drawing them does not.
+  if (!moving.value || making) pace.pause();
+  else if (pace.step(now)) drawn = "";
   const prepared = prepare(gl);
   if (!prepared) return;
-  const { layout, pens, meter, small, large } = prepared;
+  const { layout, pens, meter, metering, small, large } = prepared;
   const { geometry } = object;
   const degrees = lightAt(now);
   const base = scene.light_deg ?? 0;
@@ -158,25 +169,33 @@ function frame(now) {
   const view = viewOf(scene.camera, geometry.extent, pose);
   const key = JSON.stringify([scene.mesh, scene.camera, pose.rotation, pose.scale]);
   if (key !== drawn) {
-    for (const surface of [small, large]) drawSurface(gl, pens, surface, geometry, view);
+    for (const surface of [metering, small, large]) drawSurface(gl, pens, surface, geometry, view);
     drawn = key;
+    litAt = "";
+  }
+  /** @param {number} at */
+  const lightsAt = (at) => lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
+  const lights = lightsAt(degrees);
+  const lit = JSON.stringify([scene.lights, base, degrees]);
+  const all = Array.from({ length: METER_ANGLES }, (_, k) => lightsAt((360 * k) / METER_ANGLES)).flat();
+  if (lit !== litAt) {
+    if (litAt === "") lightSurface(gl, pens, metering, view, all);
+    for (const surface of [small, large]) lightSurface(gl, pens, surface, view, lights);
+    litAt = lit;
   }
   const lightsKey = JSON.stringify([key, scene.lights]);
   if (!turning.value && lightsKey !== metered) {
     stock.remeter(gl);
     metered = lightsKey;
   }
-  /** @param {number} at */
-  const lightsAt = (at) => lightsOf(scene, geometry.extent, pose, base + at);
   /** @type {Individual[]} */
   const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
   // The centre stands last in the document's order of rows, but is looked at first.
   const centre = individualIn("centre");
   const first = centre ? [centre, ...individuals] : individuals;
-  const busy = stock.work(gl, first, { meter, look: { surface: small, view }, lightsAt });
+  making = stock.work(gl, first, { meter, look: { surface: metering, lights: all } });
   const exposure = scene.film.exposure;
   const ev = exposure === "auto" ? null : exposure;
-  const lights = lightsAt(degrees);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
@@ -187,12 +206,12 @@ function frame(now) {
     const of = individualIn(cell);
     const material = of && stock.drawable(of);
     if (!material) continue;
-    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, view }, lights, { corner, ev });
+    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, lights }, { corner, ev });
     cells.add(cell);
   }
   show(cells);
   for (const told of watchers) told(degrees, lights[0] ? seenAt(lights[0], view) : null);
-  if (busy || moving.value) schedule();
+  if (making || moving.value) schedule();
 }
 
 /** Draws whenever what is shown has changed. */

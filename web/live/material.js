@@ -4,15 +4,15 @@
  *
  * @import { Linked } from "./program.js"
  * @import { Surface } from "./surface.js"
- * @import { PointLight, View } from "./view.js"
+ * @import { PointLight } from "./view.js"
  */
 import { EVERYWHERE, drop, isLinked, link, place, refusal } from "./program.js";
 
 /** Lights that a shader adds up at most. */
-const LIGHTS = 8;
+export const LIGHTS = 8;
 /** Side of the pictures that exposure is measured on, and how many places of the light they show. */
-const METER_SIDE = 32;
-const METER_ANGLES = 8;
+export const METER_SIDE = 32;
+export const METER_ANGLES = 8;
 /** Automatic exposure: this share of the lit pixels is below this value, as docs/maths/film.md defines it. */
 const METER_SHARE = 0.97;
 const METER_LEVEL = 0.9;
@@ -21,17 +21,12 @@ const METER_LEVEL = 0.9;
 const fragment = (evolved) => `#version 300 es
 ${evolved}
 precision highp sampler2D;
-uniform sampler2D places;
-uniform sampler2D normals;
-uniform sampler2D tangents;
-uniform sampler2D mask;
+uniform sampler2D seen;
+uniform sampler2D lit;
 uniform ivec2 corner;
-uniform int step_px;
-uniform vec3 eye;
-uniform vec3 back;
-uniform bool parallel;
+uniform int side;
+uniform int first;
 uniform int lights;
-uniform vec3 light_places[${LIGHTS}];
 uniform vec3 intensities[${LIGHTS}];
 uniform float gain;
 uniform bool meters;
@@ -44,36 +39,19 @@ float srgb(float c) {
 
 void main() {
   color = vec4(0.0);
-  ivec2 at = (ivec2(gl_FragCoord.xy) - corner) * step_px;
-  float coverage = texelFetch(mask, at, 0).r;
-  if (coverage == 0.0) return;
-  // A rim whose middle misses takes what one of its neighbours sees.
-  ivec2 last = textureSize(places, 0) - 1;
-  for (int k = 0; k < 8 && texelFetch(places, at, 0).w == 0.0; k++) {
-    ivec2 beside = at + ivec2[8](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1), ivec2(1, -1), ivec2(-1, -1))[k];
-    beside = clamp(beside, ivec2(0), last);
-    if (texelFetch(places, beside, 0).w != 0.0) at = beside;
-  }
-  vec4 p = texelFetch(places, at, 0);
-  if (p.w == 0.0) return;
-  vec4 normal = texelFetch(normals, at, 0);
-  vec4 tangent = texelFetch(tangents, at, 0);
-  vec3 n = normal.xyz;
-  vec3 x = tangent.xyz;
-  vec3 y = cross(n, x);
-  vec3 wo = parallel ? back : normalize(eye - p.xyz);
-  float cos_o = dot(wo, n);
-  if (cos_o <= 0.0) {
-    vec3 level = wo - cos_o * n;
-    wo = normalize(length(level) > 1e-9 ? level : x) * 0.99999999 + n * 1e-4;
-  }
+  ivec2 at = ivec2(gl_FragCoord.xy) - corner;
+  vec4 eye = texelFetch(seen, at, 0);
+  vec3 wo = vec3(eye.xy, max(1e-4, sqrt(max(0.0, 1.0 - dot(eye.xy, eye.xy)))));
+  float coverage = 0.0;
   vec3 radiance = vec3(0.0);
   for (int k = 0; k < lights; k++) {
-    vec3 towards = light_places[k] - p.xyz;
-    float squared = dot(towards, towards);
-    vec3 wi = towards * inversesqrt(squared);
-    float cos_i = dot(wi, n);
-    if (cos_i > 0.0) radiance += evolved(wi, wo, n, x, y, vec2(normal.w, tangent.w)) * intensities[k] * (cos_i / squared);
+    vec4 light = texelFetch(lit, at + ivec2(0, (first + k) * side), 0);
+    coverage = light.w;
+    if (light.z > 0.0) {
+      vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
+      vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
+      radiance += f * intensities[k] * light.z;
+    }
   }
   if (meters) {
     // What lies in the dark says nothing about exposure.
@@ -88,7 +66,8 @@ void main() {
  * @typedef {{linked: Linked, state: "linking"|"metering"|"ready"|"refused", drawable: boolean,
  *   gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
  *
- * @typedef {{surface: Surface, view: View}} Look
+ * @typedef {{surface: Surface, lights: PointLight[]}} Look
+ *   The lights that fall on the surface, in its slots; on the meter's, those of one place of the light after the other.
  *
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter
  */
@@ -117,22 +96,18 @@ export function makeMeter(gl) {
   return { framebuffer, texture };
 }
 
-/** @param {WebGL2RenderingContext} gl @param {Linked} linked @param {Look} look @param {PointLight[]} lights */
-function set(gl, linked, { surface, view }, lights) {
+/** @param {WebGL2RenderingContext} gl @param {Linked} linked @param {Look} look */
+function set(gl, linked, { surface, lights }) {
   gl.useProgram(linked.program);
-  [...surface.layers, surface.mask].forEach((texture, unit) => {
+  [surface.seen, surface.lit].forEach((texture, unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.uniform1i(place(gl, linked, ["places", "normals", "tangents", "mask"][unit]), unit);
+    gl.uniform1i(place(gl, linked, ["seen", "lit"][unit]), unit);
   });
-  const few = lights.slice(0, LIGHTS);
-  gl.uniform3fv(place(gl, linked, "eye"), view.eye);
-  gl.uniform3f(place(gl, linked, "back"), -view.forward[0], -view.forward[1], -view.forward[2]);
-  gl.uniform1i(place(gl, linked, "parallel"), view.parallel ? 1 : 0);
-  gl.uniform1i(place(gl, linked, "lights"), few.length);
-  if (few.length === 0) return;
-  gl.uniform3fv(place(gl, linked, "light_places"), few.flatMap((light) => light.place));
-  gl.uniform3fv(place(gl, linked, "intensities"), few.flatMap((light) => light.intensity));
+  gl.uniform1i(place(gl, linked, "side"), surface.side);
+  gl.uniform1i(place(gl, linked, "first"), 0);
+  gl.uniform1i(place(gl, linked, "lights"), lights.length);
+  if (lights.length > 0) gl.uniform3fv(place(gl, linked, "intensities"), lights.flatMap((light) => light.intensity));
 }
 
 /**
@@ -140,14 +115,12 @@ function set(gl, linked, { surface, view }, lights) {
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Look} look
- * @param {PointLight[]} lights
  * @param {{corner: [number, number], ev: number|null}} where lower left in pixels; `ev`: null is the exposure that was measured
  */
-export function drawMaterial(gl, of, look, lights, { corner, ev }) {
+export function drawMaterial(gl, of, look, { corner, ev }) {
   const { side } = look.surface;
-  set(gl, of.linked, look, lights);
+  set(gl, of.linked, look);
   gl.uniform2i(place(gl, of.linked, "corner"), ...corner);
-  gl.uniform1i(place(gl, of.linked, "step_px"), 1);
   gl.uniform1i(place(gl, of.linked, "meters"), 0);
   gl.uniform1f(place(gl, of.linked, "gain"), ev === null ? of.gain : 2 ** ev);
   gl.viewport(corner[0], corner[1], side, side);
@@ -159,17 +132,18 @@ export function drawMaterial(gl, of, look, lights, { corner, ev }) {
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Meter} meter
- * @param {Look} look
- * @param {(degrees: number) => PointLight[]} lightsAt
+ * @param {Look} look at as many places of the light as are measured
  */
-function startMetering(gl, of, meter, look, lightsAt) {
+function startMetering(gl, of, meter, look) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, meter.framebuffer);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
+  const together = look.lights.length / METER_ANGLES;
   for (let k = 0; k < METER_ANGLES; k += 1) {
-    set(gl, of.linked, look, lightsAt((360 * k) / METER_ANGLES));
+    const lights = look.lights.slice(k * together, (k + 1) * together);
+    set(gl, of.linked, { surface: look.surface, lights });
     gl.uniform2i(place(gl, of.linked, "corner"), k * METER_SIDE, 0);
-    gl.uniform1i(place(gl, of.linked, "step_px"), Math.max(1, Math.floor(look.surface.side / METER_SIDE)));
+    gl.uniform1i(place(gl, of.linked, "first"), k * together);
     gl.uniform1i(place(gl, of.linked, "meters"), 1);
     gl.viewport(k * METER_SIDE, 0, METER_SIDE, METER_SIDE);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
@@ -214,10 +188,10 @@ export function autoGain(pixels) {
  * Brings it one step nearer to being drawn, without waiting for anything.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
- * @param {{meter: Meter, look: Look, lightsAt: (degrees: number) => PointLight[]}} scene
+ * @param {{meter: Meter, look: Look}} scene
  * @returns {boolean} whether anything has changed
  */
-export function advance(gl, of, { meter, look, lightsAt }) {
+export function advance(gl, of, { meter, look }) {
   if (of.state === "linking") {
     if (!isLinked(gl, of.linked)) return false;
     const reason = refusal(gl, of.linked);
@@ -227,7 +201,7 @@ export function advance(gl, of, { meter, look, lightsAt }) {
       return true;
     }
     // Also where the exposure is fixed: software compiles at the first drawing, which is better done out of sight.
-    startMetering(gl, of, meter, look, lightsAt);
+    startMetering(gl, of, meter, look);
     of.state = "metering";
     return true;
   }

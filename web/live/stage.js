@@ -9,9 +9,11 @@
 const LIMIT_PX = 2048;
 /** The drawing buffer over the canvas, at the least. */
 const LEAST_RATIO = 0.3;
-/** Slower than this, in milliseconds a frame, and the buffer shrinks; faster, and it grows. */
+/** Slower than this, in milliseconds a frame, and the buffer shrinks; faster than that, and it grows by a step that does not
+ * make it too slow at once. */
 const SLOW_MS = 40;
-const FAST_MS = 20;
+const FAST_MS = 30;
+const GROWTH = 1.1;
 /** Between a frame's border and its picture in CSS pixels, as in stage.css. */
 const INSET_PX = 3;
 /** Frames over which the pace is judged. */
@@ -69,7 +71,7 @@ export class Pace {
   #steps = [];
 
   /**
-   * One frame more while the light moves.
+   * One frame more while the light moves and nothing else takes time.
    * @param {number} now milliseconds
    * @returns {boolean} whether the ratio has changed
    */
@@ -82,7 +84,7 @@ export class Pace {
     this.#steps = [];
     const before = this.ratio;
     if (middle > SLOW_MS) this.ratio = Math.max(LEAST_RATIO, this.ratio * Math.max(0.6, Math.sqrt(SLOW_MS / middle)));
-    else if (middle < FAST_MS) this.ratio = Math.min(1, this.ratio * 1.15);
+    else if (middle < FAST_MS) this.ratio = Math.min(1, this.ratio * GROWTH);
     return this.ratio !== before;
   }
 

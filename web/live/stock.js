@@ -4,7 +4,6 @@
  *
  * @import { Individual } from "../types.js"
  * @import { Look, Material, Meter } from "./material.js"
- * @import { PointLight } from "./view.js"
  */
 import { getText } from "../api.js";
 import { advance, dropMaterial, makeMaterial, remeter } from "./material.js";
@@ -40,7 +39,7 @@ export class Stock {
    * Works on those who are wanted, the first of them first; one at a time, so that the page stays quick.
    * @param {WebGL2RenderingContext} gl
    * @param {Individual[]} wanted
-   * @param {{meter: Meter, look: Look, lightsAt: (degrees: number) => PointLight[]}} scene
+   * @param {{meter: Meter, look: Look}} scene `look`: where exposure is measured
    * @returns {boolean} whether there is more to be done
    */
   work(gl, wanted, scene) {

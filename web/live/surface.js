@@ -1,12 +1,15 @@
 /**
- * What the camera sees of the object, pixel by pixel: place, normal, tangent, texture position and coverage, drawn once for all
- * materials and again only when object, camera or size change. Owns the textures; knows nothing of materials and lights.
+ * What the camera sees of the object and what light falls there, pixel by pixel, once for all materials: the surface is drawn
+ * again only when object, camera or size change, the light when it moves. Owns the textures; knows nothing of materials.
+ *
+ * A material reads two texels a pixel: `seen` holds the direction to the eye (its tangential part in the local frame) and the
+ * texture position, `lit` the direction to a light, cos_i over the squared distance, and the coverage.
  *
  * @import { Geometry } from "./geometry.js"
  * @import { Linked } from "./program.js"
- * @import { View } from "./view.js"
+ * @import { PointLight, View } from "./view.js"
  */
-import { linkNow, place } from "./program.js";
+import { EVERYWHERE, linkNow, place } from "./program.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -70,24 +73,90 @@ precision highp float;
 out vec4 covered;
 void main() { covered = vec4(1.0); }`;
 
+/** Where the shading of a pixel is found: a rim whose middle misses takes what one of its neighbours sees. */
+const FOUND = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D places;
+uniform sampler2D normals;
+uniform sampler2D tangents;
+uniform sampler2D mask;
+uniform int base;
+uniform vec3 eye;
+uniform vec3 forward;
+uniform bool parallel;
+out vec4 result;
+ivec2 found(ivec2 at) {
+  ivec2 last = textureSize(places, 0) - 1;
+  for (int k = 0; k < 9; k++) {
+    // The pixel itself, then those beside it, then those at its corners.
+    int way = (k * 2 + (k > 4 ? 0 : 4)) % 9;
+    ivec2 beside = k == 0 ? at : clamp(at + ivec2(way % 3 - 1, way / 3 - 1), ivec2(0), last);
+    if (texelFetch(places, beside, 0).w != 0.0) return beside;
+  }
+  return ivec2(-1);
+}`;
+
+const SEEN = `${FOUND}
+void main() {
+  result = vec4(0.0);
+  ivec2 at = found(ivec2(gl_FragCoord.xy));
+  if (at.x < 0) return;
+  vec3 p = texelFetch(places, at, 0).xyz;
+  vec4 n = texelFetch(normals, at, 0);
+  vec4 x = texelFetch(tangents, at, 0);
+  vec3 wo = parallel ? -forward : normalize(eye - p);
+  vec3 own = vec3(dot(wo, x.xyz), dot(wo, cross(n.xyz, x.xyz)), dot(wo, n.xyz));
+  // Where the interpolated normal turns away from the eye, just above the horizon.
+  if (own.z <= 0.0) own.xy = (length(own.xy) > 1e-9 ? normalize(own.xy) : vec2(1.0, 0.0)) * 0.999999995;
+  result = vec4(own.xy, n.w, x.w);
+}`;
+
+const LIT = `${FOUND}
+uniform vec3 light;
+void main() {
+  ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
+  result = vec4(0.0, 0.0, 0.0, texelFetch(mask, here, 0).r);
+  if (result.w == 0.0) return;
+  ivec2 at = found(here);
+  if (at.x < 0) {
+    result.w = 0.0;
+    return;
+  }
+  vec3 n = texelFetch(normals, at, 0).xyz;
+  vec3 x = texelFetch(tangents, at, 0).xyz;
+  vec3 towards = light - texelFetch(places, at, 0).xyz;
+  float squared = dot(towards, towards);
+  vec3 wi = towards * inversesqrt(squared);
+  float cos_i = dot(wi, n);
+  if (cos_i > 0.0) result.xyz = vec3(dot(wi, x), dot(wi, cross(n, x)), cos_i / squared);
+}`;
+
 /** Rays of a pixel that decide how much of it is covered. */
 const MASK_SAMPLES = 4;
 
 /**
- * @typedef {{side: number, layers: WebGLTexture[], mask: WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer,
- *   maskFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
+ * @typedef {{side: number, slots: number, layers: WebGLTexture[], mask: WebGLTexture, seen: WebGLTexture, lit: WebGLTexture,
+ *   framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer, seenFramebuffer: WebGLFramebuffer,
+ *   litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
+ *   `slots`: how many lights there is room for, one picture above the other.
  *
- * @typedef {{surface: Linked, mask: Linked}} Pens
+ * @typedef {{surface: Linked, mask: Linked, seen: Linked, lit: Linked}} Pens
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {Pens} */
-export const makePens = (gl) => ({ surface: linkNow(gl, VERTEX, SURFACE), mask: linkNow(gl, VERTEX, MASK) });
+export const makePens = (gl) => ({
+  surface: linkNow(gl, VERTEX, SURFACE),
+  mask: linkNow(gl, VERTEX, MASK),
+  seen: linkNow(gl, EVERYWHERE, SEEN),
+  lit: linkNow(gl, EVERYWHERE, LIT),
+});
 
-/** @param {WebGL2RenderingContext} gl @param {number} format @param {number} side */
-function texture(gl, format, side) {
+/** @param {WebGL2RenderingContext} gl @param {number} format @param {number} side @param {number} [height] */
+function texture(gl, format, side, height = side) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, side);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, height);
   for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
   return made;
 }
@@ -100,8 +169,16 @@ function renderbuffer(gl, format, side, samples) {
   return made;
 }
 
-/** @param {WebGL2RenderingContext} gl @param {number} side @returns {Surface} */
-export function makeSurface(gl, side) {
+/** A framebuffer that draws into one texture. @param {WebGL2RenderingContext} gl @param {WebGLTexture} into */
+function drawsInto(gl, into) {
+  const framebuffer = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, into, 0);
+  return framebuffer;
+}
+
+/** @param {WebGL2RenderingContext} gl @param {number} side @param {number} slots @returns {Surface} */
+export function makeSurface(gl, side, slots) {
   const layers = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const mask = texture(gl, gl.RGBA8, side);
   const depth = renderbuffer(gl, gl.DEPTH_COMPONENT24, side, 0);
@@ -116,16 +193,16 @@ export function makeSurface(gl, side) {
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, manyMask);
   const manyDepth = renderbuffer(gl, gl.DEPTH_COMPONENT24, side, MASK_SAMPLES);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, manyDepth);
-  const maskFramebuffer = gl.createFramebuffer();
-  gl.bindFramebuffer(gl.FRAMEBUFFER, maskFramebuffer);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, mask, 0);
-  return { side, layers, mask, framebuffer, depth, maskFramebuffer, many, manyMask, manyDepth };
+  const seen = texture(gl, gl.RGBA32F, side);
+  const lit = texture(gl, gl.RGBA32F, side, side * slots);
+  const [maskFramebuffer, seenFramebuffer, litFramebuffer] = [mask, seen, lit].map((into) => drawsInto(gl, into));
+  return { side, slots, layers, mask, seen, lit, framebuffer, depth, maskFramebuffer, seenFramebuffer, litFramebuffer, many, manyMask, manyDepth };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
 export function dropSurface(gl, of) {
-  for (const made of [...of.layers, of.mask]) gl.deleteTexture(made);
-  for (const made of [of.framebuffer, of.maskFramebuffer, of.many]) gl.deleteFramebuffer(made);
+  for (const made of [...of.layers, of.mask, of.seen, of.lit]) gl.deleteTexture(made);
+  for (const made of [of.framebuffer, of.maskFramebuffer, of.seenFramebuffer, of.litFramebuffer, of.many]) gl.deleteFramebuffer(made);
   for (const made of [of.depth, of.manyMask, of.manyDepth]) gl.deleteRenderbuffer(made);
 }
 
@@ -162,5 +239,41 @@ export function drawSurface(gl, pens, into, geometry, view) {
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, into.many);
   gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, into.maskFramebuffer);
   gl.blitFramebuffer(0, 0, into.side, into.side, 0, 0, into.side, into.side, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.seenFramebuffer);
+  read(gl, pens.seen, into, view);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+}
+
+/** Has a pen read what was drawn. @param {WebGL2RenderingContext} gl @param {Linked} pen @param {Surface} from @param {View} view */
+function read(gl, pen, from, view) {
+  gl.useProgram(pen.program);
+  [...from.layers, from.mask].forEach((layer, unit) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, layer);
+    gl.uniform1i(place(gl, pen, ["places", "normals", "tangents", "mask"][unit]), unit);
+  });
+  gl.uniform3fv(place(gl, pen, "eye"), view.eye);
+  gl.uniform3fv(place(gl, pen, "forward"), view.forward);
+  gl.uniform1i(place(gl, pen, "parallel"), view.parallel ? 1 : 0);
+}
+
+/**
+ * Draws what falls on the surface from each light, into the slots from the first.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Pens} pens
+ * @param {Surface} into
+ * @param {View} view
+ * @param {PointLight[]} lights no more than there are slots
+ */
+export function lightSurface(gl, pens, into, view, lights) {
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
+  read(gl, pens.lit, into, view);
+  lights.forEach((light, slot) => {
+    gl.viewport(0, slot * into.side, into.side, into.side);
+    gl.uniform1i(place(gl, pens.lit, "base"), slot * into.side);
+    gl.uniform3fv(place(gl, pens.lit, "light"), light.place);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
