@@ -19,7 +19,9 @@ const APART_SHARE = 0.08;
 
 const lit = (page) => page.evaluate(() => document.querySelectorAll(".pictures.lit").length);
 const allLit = (page) => page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
-const noneLit = (page) => page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 0);
+/** No frame is drawn live, and nothing that was is left to be seen. */
+const noneLit = (page) =>
+  page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 0 && getComputedStyle(document.querySelector("canvas.live")).visibility === "hidden");
 
 /** Puts a slider somewhere, as a hand does. */
 function slide(hand, name, value) {

@@ -139,6 +139,8 @@ function prepare(gl) {
 
 /** @param {Set<Cell>} cells */
 function show(cells) {
+  // What was drawn last must not be seen behind the server's pictures.
+  if (canvas) canvas.style.visibility = cells.size > 0 ? "visible" : "hidden";
   const before = liveCells.value;
   if (cells.size !== before.size || [...cells].some((cell) => !before.has(cell))) liveCells.value = cells;
 }

@@ -204,6 +204,9 @@ pub(crate) fn bound(input: Input) -> Option<f32> {
 
 #[cfg(test)]
 mod tests {
+    use brood_brdf::DirectionPair;
+    use glam::{DVec2, DVec3};
+
     use super::*;
 
     #[test]
@@ -218,6 +221,26 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), count, "{names:?}");
+    }
+
+    #[test]
+    fn inputs_stay_within_their_bounds_with_a_margin() {
+        let angles = [0.0, 1e-9, 1e-4, 0.3, 1.0, 1.57, 2.0, std::f64::consts::PI];
+        let direction = |theta: f64, phi: f64| {
+            DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+        };
+        for wi in angles {
+            for wo in angles {
+                for phi in angles {
+                    let pair = DirectionPair::new(direction(wi, 0.0), direction(wo, phi)).unwrap();
+                    for input in Input::ALL {
+                        let value = input.evaluate(&pair, DVec2::new(0.25, 0.75));
+                        let bound = bound(input).map_or(f64::INFINITY, f64::from);
+                        assert!(1.5 * value.abs() < bound, "{input:?} is {value}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Breed, Generation, GenerationId, LineageId, Page};
+use brood_protocol::{Breed, Generation, GenerationId, JobId, LineageId, Page};
 use http::{HeaderName, HeaderValue, header};
 use serde_json::Value;
 
@@ -38,14 +38,19 @@ pub async fn breed(
     let mut stages = Stages::begin();
     let lineage = app.store.lineage(id).await?;
     let (generation, job) = app.breed(&lineage, body.value, &attempt, &mut stages).await?;
-    let mut response = created(COLLECTION, &generation);
+    Ok(answer(&generation, job, stages))
+}
+
+/// 201 with where the time went, and where the job is that renders the pictures.
+pub(super) fn answer(generation: &Generation, job: Option<JobId>, mut stages: Stages) -> Response {
+    let mut response = created(COLLECTION, generation);
     stages.end("answer");
     response.headers_mut().insert(SERVER_TIMING, stages.header());
     if let Some(job) = job {
         let link = HeaderValue::from_str(&format!("</v1/jobs/{job}>; rel=\"status\""));
         response.headers_mut().insert(header::LINK, link.expect("an id is plain text"));
     }
-    Ok(response)
+    response
 }
 
 /// The index is known only once the transaction is done: what is remembered gets it from the generation itself.

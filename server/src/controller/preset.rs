@@ -6,10 +6,9 @@ use axum::response::Response;
 use brood_genome::Dialect;
 use brood_preset::PRESETS;
 use brood_protocol::{Adopt, Generation, LineageId};
-use http::{HeaderValue, header};
 
 use super::created;
-use super::generation::{COLLECTION, replay};
+use super::generation::{COLLECTION, answer, replay};
 use crate::extract::{Json as JsonBody, NoQuery, Path};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::problem::ApiError;
@@ -50,7 +49,8 @@ pub async fn list(NoQuery: NoQuery) -> Json<Vec<PresetAnswer>> {
 #[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Adopt,
     responses((status = 201, body = Generation, headers(
-        ("Link" = String, description = "with rel=status: the job that renders the pictures, where there are any to be rendered")))))]
+        ("Link" = String, description = "with rel=status: the job that renders the pictures, where there are any to be rendered"),
+        ("Server-Timing" = String, description = "where the time went")))))]
 pub async fn adopt(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -62,13 +62,8 @@ pub async fn adopt(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
-    let lineage = app.store.lineage(id).await?;
     let mut stages = Stages::begin();
+    let lineage = app.store.lineage(id).await?;
     let (generation, job) = app.adopt(&lineage, body.value, &attempt, &mut stages).await?;
-    let mut response = created(COLLECTION, &generation);
-    if let Some(job) = job {
-        let link = HeaderValue::from_str(&format!("</v1/jobs/{job}>; rel=\"status\""));
-        response.headers_mut().insert(header::LINK, link.expect("an id is plain text"));
-    }
-    Ok(response)
+    Ok(answer(&generation, job, stages))
 }
