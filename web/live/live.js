@@ -79,7 +79,7 @@ function forget() {
   litAt = "";
   metered = "";
   stock.lose();
-  if (liveCells.value.size > 0) liveCells.value = new Set();
+  show(new Set());
 }
 
 /** Tries once whether the browser can, when the first pictures are there: by hardware the light goes round from then on. */
