@@ -111,6 +111,24 @@ export const getGenomeText = async (hash) => (await read(`/v1/genomes/${hash}`, 
 /** @param {string} path */
 export const getBytes = async (path) => (await read(path)).arrayBuffer();
 
+/**
+ * The first bytes of something large; the rest stays where it is.
+ * @param {string} path
+ * @param {number} bytes
+ */
+export async function getBeginning(path, bytes) {
+  const reader = (await read(path)).body?.getReader();
+  const found = new Uint8Array(bytes);
+  for (let at = 0; at < bytes; ) {
+    const { value } = (await reader?.read()) ?? {};
+    if (!value) throw new ProblemError({ title: "The server's answer is too short", status: 0, detail: path });
+    found.set(value.subarray(0, bytes - at), at);
+    at += value.length;
+  }
+  await reader?.cancel();
+  return found.buffer;
+}
+
 /** crypto.randomUUID exists only in secure contexts; a page served by address over plain HTTP has none. */
 function newKey() {
   if (globalThis.isSecureContext) return crypto.randomUUID();

@@ -9,6 +9,7 @@ import { listenToFiles } from "./files.js";
 import { html } from "./html.js";
 import { keyAnywhere } from "./keys.js";
 import { follow, start, watchLineage } from "./lineage.js";
+import { watchLighting } from "./lighting.js";
 import { watchLight } from "./live/light.js";
 import { watchLive } from "./live/live.js";
 import { keep, recall } from "./memory.js";
@@ -33,6 +34,7 @@ effect(() => {
 watchLineage();
 watchReady();
 watchLight();
+watchLighting();
 watchLive();
 restWhileHidden();
 listenToFiles();

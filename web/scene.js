@@ -69,7 +69,10 @@ async function apply(lineageId, changes) {
 /** @param {string} mesh */
 export async function chooseObject(mesh) {
   if (mesh === wishedScene.value?.mesh) return;
-  await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1 }));
+  await guarded("object", async () => {
+    const rescaled = await lightsFor(mesh);
+    await changeScene("object", (present) => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights: rescaled(present) }));
+  });
 }
 
 /** @param {"auto"|number} exposure */

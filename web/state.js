@@ -25,6 +25,8 @@ export const lineage = signal(null);
 export const scene = signal(null);
 /** @type {Signal<Partial<Scene>|null>} Changes of the scene that the server has not confirmed yet. */
 export const wished = signal(null);
+/** @type {Signal<Partial<Scene>|null>} Changes of the scene that a hand has not let go yet. */
+export const held = signal(null);
 /** @type {Signal<Map<string, Generation>>} Generations of the open lineage by id; replaced, never changed in place. */
 export const generations = signal(new Map());
 /** @type {Signal<string|null>} Id of the generation that is shown. */
@@ -74,7 +76,7 @@ export const greySurround = signal(false);
 export const generation = computed(() => (shown.value && generations.value.get(shown.value)) || null);
 
 /** The scene as the person left it, confirmed or not: what the controls show. @type {Signal<Scene|null>} */
-export const wishedScene = computed(() => scene.value && { ...scene.value, ...wished.value });
+export const wishedScene = computed(() => scene.value && { ...scene.value, ...wished.value, ...held.value });
 
 /** The individual shown large: the centre, or the first child of a random start. @type {Signal<Individual|null>} */
 export const large = computed(() => generation.value && largeOf(generation.value));

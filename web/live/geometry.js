@@ -2,13 +2,13 @@
  * Meshes as the server sends them: read, and put into buffers of the graphics processor. Owns the format; knows nothing of
  * cameras.
  *
- * @import { Vec3 } from "../types.js"
  * @import { Extent } from "./view.js"
  */
 import { getBytes } from "../api.js";
 
 const MAGIC = "broodgeo";
-const HEAD_BYTES = 56;
+/** Everything before the arrays. */
+export const HEAD_BYTES = 56;
 
 /**
  * @typedef {{extent: Extent, corners: number, vertices: WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
@@ -17,15 +17,24 @@ const HEAD_BYTES = 56;
  *   corners: Uint32Array}} Arrays
  */
 
-/** @param {ArrayBuffer} bytes @returns {Arrays} */
-export function readGeometry(bytes) {
+/**
+ * Where the object is and how large, which the head alone says.
+ * @param {ArrayBuffer} bytes
+ * @returns {Extent}
+ */
+export function readExtent(bytes) {
   const head = new DataView(bytes);
   const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
   if (magic !== MAGIC || head.getUint32(8, true) !== 1) throw new Error("the geometry is of another version than the page");
+  return { centre: [head.getFloat64(24, true), head.getFloat64(32, true), head.getFloat64(40, true)], radius: head.getFloat64(48, true) };
+}
+
+/** @param {ArrayBuffer} bytes @returns {Arrays} */
+export function readGeometry(bytes) {
+  const extent = readExtent(bytes);
+  const head = new DataView(bytes);
   const vertices = head.getUint32(12, true);
   const triangles = head.getUint32(16, true);
-  /** @type {Vec3} */
-  const centre = [head.getFloat64(24, true), head.getFloat64(32, true), head.getFloat64(40, true)];
   let at = HEAD_BYTES;
   /** @param {number} count */
   const floats = (count) => {
@@ -38,7 +47,7 @@ export function readGeometry(bytes) {
   const tangents = floats(3 * vertices);
   const uvs = floats(2 * vertices);
   const corners = new Uint32Array(bytes, at, 3 * triangles);
-  return { extent: { centre, radius: head.getFloat64(48, true) }, hasUv: head.getUint32(20, true) === 1, positions, normals, tangents, uvs, corners };
+  return { extent, hasUv: head.getUint32(20, true) === 1, positions, normals, tangents, uvs, corners };
 }
 
 /**

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use brood_genome::{Genome, Input};
-use brood_program::{Counts, Program, Tape, live_instructions};
+use brood_genome::{Genome, Input, live_instructions};
+use brood_program::{Counts, Program, Tape};
 use brood_protocol::Backend;
 use brood_worker::Renderer;
 use clap::Args;

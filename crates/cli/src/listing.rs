@@ -50,9 +50,7 @@ fn line(text: &mut String, line: &str) {
 
 #[cfg(test)]
 mod tests {
-    use brood_genome::{BirthKey, Dialect, Genome, Variation};
-    use brood_program::live_instructions;
-
+    use brood_genome::{BirthKey, Dialect, Genome, Variation, live_instructions};
     use super::*;
 
     #[test]

@@ -83,7 +83,7 @@ impl FromStr for GenomeHash {
 
 impl Genome {
     /// Every fact of the genome in a fixed order: dialect, instructions, constants, output stage; numbers as
-    /// little-endian bits.
+    /// little-endian bits. The energy limit is one of the switches, so that genomes without it have the bytes they always had.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
         let mut bytes = HEAD.to_vec();
@@ -98,7 +98,8 @@ impl Genome {
         });
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
-        bytes.push(u8::from(dialect.isotropic) | (u8::from(dialect.homogeneous) << 1));
+        let switches = [dialect.isotropic, dialect.homogeneous, self.is_limited()];
+        bytes.push((0..).zip(switches).map(|(bit, on)| u8::from(on) << bit).sum());
         for instruction in self.instructions() {
             bytes.extend([instruction.opcode().number(), instruction.dst()]);
             bytes.push(instruction.write_mask().bits());
@@ -116,7 +117,7 @@ impl Genome {
     pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
-        let dialect = reader.dialect()?;
+        let (dialect, limited) = reader.dialect()?;
         dialect.validate().map_err(GenomeError::from)?;
         let instructions = (0..usize::from(dialect.length))
             .map(|index| reader.instruction(index, &dialect))
@@ -134,7 +135,7 @@ impl Genome {
             return Err(BytesError::Length(reader.at()));
         }
         let output = Output::new([red, green, blue], scale, offset)?;
-        Ok(Self::new(dialect, instructions, constants, output)?)
+        Ok(Self::new(dialect, instructions, constants, output)?.with_limit(limited))
     }
 
     /// The content hash.
@@ -174,7 +175,8 @@ impl Reader<'_> {
         Ok(f32::from_le_bytes(self.take()?))
     }
 
-    fn dialect(&mut self) -> Result<Dialect, BytesError> {
+    /// The dialect, and whether the genome is limited.
+    fn dialect(&mut self) -> Result<(Dialect, bool), BytesError> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
             1 => Some(OpcodeSet::Extended),
@@ -187,9 +189,11 @@ impl Reader<'_> {
         })?;
         let registers = self.byte(Some)?;
         let length = u16::from_le_bytes(self.take()?);
-        let (isotropic, homogeneous) =
-            self.byte(|byte| (byte < 4).then_some((byte & 1 == 1, byte & 2 == 2)))?;
-        Ok(Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous })
+        let [isotropic, homogeneous, limited] =
+            self.byte(|byte| (byte < 8).then_some([1, 2, 4].map(|bit| byte & bit != 0)))?;
+        let dialect =
+            Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous };
+        Ok((dialect, limited))
     }
 
     fn instruction(&mut self, index: usize, dialect: &Dialect) -> Result<Instruction, BytesError> {
@@ -262,7 +266,8 @@ mod tests {
         fn bytes_read_back_to_the_same_genome(seed in any::<u64>(), extended: bool) {
             let genome = genome(seed, extended);
             let output = Output::saturation(0.3).unwrap();
-            for genome in [genome.clone(), genome.with_output(output)] {
+            let other = genome.clone().with_output(output).with_limit(true);
+            for genome in [genome, other] {
                 let bytes = genome.canonical_bytes();
                 prop_assert_eq!(Genome::from_canonical_bytes(&bytes), Ok(genome));
             }

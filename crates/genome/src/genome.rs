@@ -15,6 +15,7 @@ pub struct Genome {
     instructions: Vec<Instruction>,
     constants: Box<[[f32; 4]; CONSTANTS]>,
     output: Output,
+    limited: bool,
 }
 
 /// What turns the squares of the result registers into reflectance: f = scale (matrix g^2) + offset.
@@ -94,7 +95,7 @@ impl Genome {
                 return Err(GenomeError::Constant { index, value: *value });
             }
         }
-        Ok(Self { dialect, instructions, constants, output })
+        Ok(Self { dialect, instructions, constants, output, limited: false })
     }
 
     /// What it may use.
@@ -125,6 +126,13 @@ impl Genome {
         &self.output
     }
 
+    /// Whether its reflectance is divided by its largest directional albedo where that is above 1.
+    #[inline]
+    #[must_use]
+    pub fn is_limited(&self) -> bool {
+        self.limited
+    }
+
     /// The same program in a longer genome: moves of a register to itself come before it, which change nothing and which
     /// mutation may turn into something. A genome that has the length already stays as it is.
     ///
@@ -140,13 +148,20 @@ impl Genome {
             .map_err(|error| GenomeError::Instruction { index: 0, error })?;
         let idle = std::iter::repeat_n(idle, missing);
         let instructions = idle.chain(self.instructions).collect();
-        Self::new(dialect, instructions, self.constants, self.output)
+        let limited = self.limited;
+        Ok(Self::new(dialect, instructions, self.constants, self.output)?.with_limit(limited))
     }
 
     /// The same program with another output stage.
     #[must_use]
     pub fn with_output(self, output: Output) -> Self {
         Self { output, ..self }
+    }
+
+    /// The same program under the energy limit, or not.
+    #[must_use]
+    pub fn with_limit(self, limited: bool) -> Self {
+        Self { limited, ..self }
     }
 }
 
@@ -193,6 +208,20 @@ impl Output {
             row[channel] += saturation;
         }
         Self::new(matrix, [1.0; 3], [0.0; 3])
+    }
+
+    /// The stage whose reflectance is this one's divided by a number.
+    ///
+    /// # Domain
+    /// A finite divisor of at least 1.
+    ///
+    /// # Error
+    /// Each number is rounded to the nearest f32.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
+    pub fn divided(&self, divisor: f64) -> Self {
+        let divide = |value: f32| (f64::from(value) / divisor) as f32;
+        Self { scale: self.scale.map(divide), offset: self.offset.map(divide), ..*self }
     }
 
     /// Rows make red, green, blue.

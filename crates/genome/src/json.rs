@@ -28,6 +28,8 @@ struct GenomeJson {
     scale: Option<[f32; 3]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     offset: Option<[f32; 3]>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    limit: bool,
     #[serde(default)]
     constants: BTreeMap<String, [f32; 4]>,
     instructions: Vec<InstructionJson>,
@@ -56,6 +58,7 @@ impl Genome {
             matrix: other(output.matrix() != identity.matrix()).map(|()| *output.matrix()),
             scale: other(output.scale() != identity.scale()).map(|()| *output.scale()),
             offset: other(output.offset() != identity.offset()).map(|()| *output.offset()),
+            limit: self.is_limited(),
             constants: given.map(|(index, constant)| (format!("C{index}"), *constant)).collect(),
             instructions: self.instructions().iter().map(instruction_json).collect(),
         };
@@ -99,6 +102,7 @@ impl Genome {
         )
         .map_err(|e| error("/matrix".into(), e.to_string()))?;
         Self::new(json.dialect, instructions, constants, output)
+            .map(|genome| genome.with_limit(json.limit))
             .map_err(|e| error(String::new(), e.to_string()))
     }
 }

@@ -40,6 +40,7 @@ fn text_reads_back_to_the_same_genome() {
         let output = Output::saturation(seed as f32 / 200.0).unwrap();
         let key = BirthKey { seed, slot: 0, attempt: 0 };
         let genome = Variation::random(dialect).with_output(Some(output)).birth(key);
+        let genome = genome.with_limit(seed % 4 == 0);
         let back: Genome = genome.to_string().parse().unwrap();
         assert_eq!(back, genome, "seed {seed}");
         assert_eq!(back.hash(), genome.hash());
@@ -103,7 +104,8 @@ fn errors_carry_line_and_column() {
         (".const C0 1 2 3 nan", "line 3, column 17: `nan` is not a number"),
         (".const C0 1 2 3 1e39", "line 3, column 17: `1e39` is not a number from -65504 to 65504"),
         (".matrix 1 0 0 0 1 0 0 0 -1", "line 3, column 25: `-1` is not a number from 0 to 65504"),
-        (".limit on", "line 3, column 8: the energy limit is not available in this version"),
+        (".limit maybe", "line 3, column 8: expected on or off, not `maybe`"),
+        (".limit on\n.limit off", "line 4, column 1: .limit is given twice"),
         ("MOV R0, R1 R2", "line 3, column 12: expected a comma before `R2`"),
         (".dialect paper smooth registers 7", "line 3, column 1: .dialect is given twice"),
     ];

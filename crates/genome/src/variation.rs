@@ -4,7 +4,8 @@ mod mutate;
 mod random;
 mod recombine;
 
-use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Output};
+use crate::locks::Held;
+use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Locks, Output};
 
 /// Overrides of the dialect's switches that a brood may carry; the child's genome holds the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,6 +22,8 @@ pub struct Variation<'a> {
     origin: Origin<'a>,
     constraints: Constraints,
     output: Option<Output>,
+    limited: Option<bool>,
+    locks: Option<&'a Locks>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +39,7 @@ struct Draft {
     instructions: Vec<Instruction>,
     constants: Box<[[f32; 4]; CONSTANTS]>,
     output: Output,
+    limited: bool,
 }
 
 impl<'a> Variation<'a> {
@@ -100,6 +104,24 @@ impl<'a> Variation<'a> {
         Self { output, ..self }
     }
 
+    /// Puts the children under the energy limit, or not, instead of as the first parent is (random children: not).
+    #[must_use]
+    pub fn with_limit(self, limited: Option<bool>) -> Self {
+        Self { limited, ..self }
+    }
+
+    /// Keeps parts of the first parent; random children have nothing to keep.
+    ///
+    /// # Panics
+    /// Where the locks are not valid in the parent's dialect ([`Locks::validate`]).
+    #[must_use]
+    pub fn with_locks(self, locks: Option<&'a Locks>) -> Self {
+        if let (Some(locks), Some(first)) = (locks, self.parents().next()) {
+            locks.validate(first.dialect()).expect("locks name what is there");
+        }
+        Self { locks, ..self }
+    }
+
     /// The parents, first the one whose place the child's instructions keep.
     pub fn parents(&self) -> impl Iterator<Item = &'a Genome> {
         let (first, second) = match self.origin {
@@ -120,7 +142,7 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// A parent as it would be born unchanged: under this variation's constraints and output stage.
+    /// A parent as it would be born unchanged: under this variation's constraints, output stage and energy limit.
     #[must_use]
     pub fn unchanged(&self, parent: &Genome) -> Genome {
         self.finish(Draft::copy(parent))
@@ -137,14 +159,22 @@ impl<'a> Variation<'a> {
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {
                 let mut draft = Draft::copy(parent);
-                mutate::draft(&mut draft, mutation, key, true);
+                mutate::draft(&mut draft, mutation, key, true, &self.held(parent));
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {
-                let mut draft = recombine::draft(first, second, recombination, key);
-                mutate::draft(&mut draft, mutation, key, false);
+                let held = self.held(first);
+                let mut draft = recombine::draft(first, second, recombination, key, &held);
+                mutate::draft(&mut draft, mutation, key, false, &held);
                 draft
             }
+        }
+    }
+
+    fn held(&self, first: &Genome) -> Held {
+        match self.locks {
+            Some(locks) => Held::of(first, locks),
+            None => Held::nothing(first.instructions().len()),
         }
     }
 
@@ -158,10 +188,17 @@ impl<'a> Variation<'a> {
         draft.output = self.output.unwrap_or(draft.output);
         Genome::new(draft.dialect, draft.instructions, draft.constants, draft.output)
             .expect("operators keep to the dialect")
+            .with_limit(self.limited.unwrap_or(draft.limited))
     }
 
     fn of(origin: Origin<'a>) -> Self {
-        Self { origin, constraints: Constraints::default(), output: None }
+        Self {
+            origin,
+            constraints: Constraints::default(),
+            output: None,
+            limited: None,
+            locks: None,
+        }
     }
 }
 
@@ -172,6 +209,7 @@ impl Draft {
             instructions: parent.instructions().to_vec(),
             constants: Box::new(*parent.constants()),
             output: *parent.output(),
+            limited: parent.is_limited(),
         }
     }
 }

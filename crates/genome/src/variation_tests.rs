@@ -32,7 +32,37 @@ fn mutation_changes_more_when_the_amount_grows() {
     };
     let means: Vec<f64> = [0.05, 0.3, 0.6, 1.0].into_iter().map(mean).collect();
     assert!(means.is_sorted(), "{means:?}");
-    assert!((4.0..5.5).contains(&means[1]) && (45.0..55.0).contains(&means[3]), "{means:?}");
+    assert!((1.5..5.5).contains(&means[1]) && (15.0..55.0).contains(&means[3]), "{means:?}");
+}
+
+#[test]
+fn live_code_mutates_four_times_as_often_as_dead_code() {
+    let (mut instructions, mut constants) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);
+    for slot in 0..400 {
+        let parent = parent(slot);
+        let live = crate::live_instructions(&parent);
+        let mut read = [false; CONSTANTS];
+        for (instruction, live) in parent.instructions().iter().zip(&live) {
+            if let Some(constant) = instruction.constant().filter(|_| *live) {
+                read[usize::from(constant)] = true;
+            }
+        }
+        let mutant = Variation::mutate(&parent, 0.6).birth(key(slot + 1));
+        let pairs = parent.instructions().iter().zip(mutant.instructions());
+        for ((a, b), live) in pairs.zip(&live) {
+            let [all, changed] = &mut instructions[usize::from(*live)];
+            (*all, *changed) = (*all + 1.0, *changed + f64::from(u8::from(a != b)));
+        }
+        let pairs = parent.constants().iter().zip(mutant.constants());
+        for ((a, b), read) in pairs.zip(read) {
+            let [all, changed] = &mut constants[usize::from(read)];
+            (*all, *changed) = (*all + 1.0, *changed + f64::from(u8::from(a != b)));
+        }
+    }
+    for [dead, live] in [instructions, constants] {
+        let favour = (live[1] / live[0]) / (dead[1] / dead[0]);
+        assert!((3.6..4.4).contains(&favour), "{favour}: {live:?} {dead:?}");
+    }
 }
 
 #[test]
@@ -68,12 +98,15 @@ fn constraints_and_output_are_carried_by_the_child() {
     let child = Variation::mutate(&parent, 0.3)
         .with_constraints(Constraints { isotropic: Some(true), homogeneous: None })
         .with_output(Some(grey))
+        .with_limit(Some(true))
         .birth(key(0));
     assert!(child.dialect().isotropic && !child.dialect().homogeneous);
     assert_eq!(child.output(), &grey);
     let grandchild = Variation::mutate(&child, 0.3).birth(key(1));
     assert!(grandchild.dialect().isotropic);
     assert_eq!(grandchild.output(), &grey);
+    assert!(grandchild.is_limited());
+    assert!(!Variation::mutate(&child, 0.3).with_limit(Some(false)).birth(key(1)).is_limited());
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use brood_genome::{BirthKey, Genome, GenomeHash, Variation};
+use brood_genome::{BirthKey, Genome, GenomeHash, Variation, live_instructions};
 
-use crate::{Program, ProgramHash, live_instructions};
+use crate::{Program, ProgramHash};
 
 /// How often a slot is drawn again while its program is one that is there already.
 pub const MAX_REDRAWS: u32 = 16;

@@ -1,10 +1,9 @@
 //! How much each pass of lowering saves.
 
-use brood_genome::{Genome, Opcode};
+use brood_genome::{Genome, Liveness, Opcode};
 
 use crate::Program;
 use crate::build::Builder;
-use crate::liveness::Liveness;
 use crate::lower::{Collected, scalarise};
 
 /// Operation counts before and after each pass.

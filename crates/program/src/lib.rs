@@ -19,7 +19,6 @@ mod build;
 mod counts;
 mod execute;
 mod hash;
-mod liveness;
 mod lower;
 mod program;
 mod range;
@@ -32,7 +31,6 @@ pub use brood::{
 pub use counts::{Counts, written_operations};
 pub use execute::execute;
 pub use hash::ProgramHash;
-pub use liveness::live_instructions;
 pub use program::{Constant, Operand, Operation, Program, Step};
 pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};

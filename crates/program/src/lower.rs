@@ -2,10 +2,9 @@
 
 use std::cell::RefCell;
 
-use brood_genome::{Genome, Instruction, Opcode, Register, Source};
+use brood_genome::{Genome, Instruction, Liveness, Opcode, REGISTERS, Register, Source};
 
 use crate::build::{Builder, Node, Reference};
-use crate::liveness::{Liveness, REGISTERS};
 use crate::{Constant, Operand, Program, Step};
 
 /// What lowering writes to before it knows how much of it a program keeps. Used again for the next genome, because

@@ -2,9 +2,10 @@
 
 use brood_genome::{
     Arithmetic, BirthKey, Dialect, Genome, Input, OpcodeSet, Output, Variation, interpret,
+    live_instructions,
 };
 
-use crate::{Counts, Operand, Program, Tape, execute, live_instructions};
+use crate::{Counts, Operand, Program, Tape, execute};
 
 fn random(seed: u64, dialect: Dialect) -> Genome {
     let output = seed.is_multiple_of(3).then(|| Output::saturation(0.65).unwrap());

@@ -1,8 +1,8 @@
 //! Genomes that were not bred here brought into a lineage as they are, as individuals without parents.
 
-use brood_genome::{Dialect, Genome, GenomeHash};
+use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_preset::Preset;
-use brood_program::{Child, Program, live_instructions};
+use brood_program::Child;
 use brood_protocol::{Adopt, Breed, Curation, Generation, JobId, Lineage, Seed};
 
 use super::Newborn;

@@ -5,7 +5,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_genome::{Genome, GenomeHash};
-use brood_program::{Program, live_instructions};
+
 use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::{created, has_already};

@@ -57,7 +57,7 @@ struct Reader {
     matrix: Option<[[f32; 3]; 3]>,
     scale: Option<[f32; 3]>,
     offset: Option<[f32; 3]>,
-    limit: Option<()>,
+    limit: Option<bool>,
 }
 
 impl Default for Reader {
@@ -99,8 +99,8 @@ impl Reader {
             ".limit" => {
                 let state = cursor.word("`on` or `off`")?;
                 match state.text {
-                    "off" => once(&mut self.limit, word, ()),
-                    "on" => Err(state.error("the energy limit is not available in this version")),
+                    "off" => once(&mut self.limit, word, false),
+                    "on" => once(&mut self.limit, word, true),
                     _ => Err(state.error(format!("expected on or off, not {}", quote(state.text)))),
                 }
             }
@@ -172,8 +172,9 @@ impl Reader {
             self.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error(e.to_string()))?;
-        Genome::new(dialect, self.instructions, self.constants, output)
-            .map_err(|e| error(e.to_string()))
+        let genome = Genome::new(dialect, self.instructions, self.constants, output);
+        let limited = self.limit.unwrap_or(false);
+        genome.map(|genome| genome.with_limit(limited)).map_err(|e| error(e.to_string()))
     }
 }
 

@@ -9,6 +9,9 @@ impl fmt::Display for Genome {
         writeln!(f, "brood 1")?;
         writeln!(f, ".dialect {}", self.dialect())?;
         write_output(f, self.output())?;
+        if self.is_limited() {
+            writeln!(f, ".limit on")?;
+        }
         for (index, constant) in self.constants().iter().enumerate() {
             if constant.iter().any(|value| value.to_bits() != 0) {
                 let [x, y, z, w] = constant.map(number);

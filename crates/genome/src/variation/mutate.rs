@@ -1,14 +1,22 @@
 //! Mutation: each instruction changes in one field with a probability that grows with the square of the amount, each
-//! constant is pushed a little with a probability that grows with the amount. docs/maths/variation.md has the table.
+//! constant is pushed a little with a probability that grows with the amount; what cannot change the result does so four
+//! times less often. docs/maths/variation.md has the table.
 
 use super::{Draft, random};
+use crate::liveness::{RESULT, walk_back};
+use crate::locks::Held;
 use crate::random::{Operator, Stream};
-use crate::{BirthKey, Dialect, Instruction, Operand, RANGE, Swizzle};
+use crate::{BirthKey, CONSTANTS, Dialect, Instruction, Operand, RANGE, Swizzle};
 
 /// Probability that an instruction mutates at amount 1.
 const INSTRUCTION_RATE: f32 = 0.5;
 /// Probability that a constant register mutates at amount 1.
 const CONSTANT_RATE: f32 = 0.5;
+/// A dead instruction, and a constant that no live one reads, mutates this many times less often than a live one: most
+/// mutations are then to be seen, and dead code still drifts into something new.
+const LIVE_FAVOUR: u32 = 4;
+/// Draws of a mutant that writes to nothing a locked channel needs, before the instruction stays as it is.
+const HELD_DRAWS: u32 = 16;
 /// Share of constant mutations that draw afresh instead of pushing.
 const CONSTANT_REDRAW: f32 = 0.1;
 /// The kinds of instruction mutation and how many of 20 each gets.
@@ -31,44 +39,118 @@ enum Kind {
     Destination,
 }
 
-/// Mutates in place. With `force`, something changes at any amount above 0.
-pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool) {
+/// What of a draft can change its result.
+struct Live {
+    instructions: Vec<bool>,
+    constants: [bool; CONSTANTS],
+}
+
+impl Live {
+    fn of(draft: &Draft) -> Self {
+        let mut live =
+            Self { instructions: vec![false; draft.instructions.len()], constants: [false; CONSTANTS] };
+        walk_back(&draft.instructions, RESULT, |index, components, _| {
+            if components != 0 {
+                live.instructions[index] = true;
+                if let Some(constant) = draft.instructions[index].constant() {
+                    live.constants[usize::from(constant)] = true;
+                }
+            }
+        });
+        live
+    }
+}
+
+/// Shares of what is live and what is not.
+fn favour(live: bool) -> u32 {
+    if live { LIVE_FAVOUR } else { 1 }
+}
+
+/// A rate of live code, for code that is live or not.
+fn rate(of_live: f32, live: bool) -> f32 {
+    of_live * favour(live) as f32 / LIVE_FAVOUR as f32
+}
+
+/// Mutates in place what is not held. With `force`, an instruction changes at any amount above 0, unless all are held.
+pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
+    let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
-    let rate = INSTRUCTION_RATE * mutation * mutation;
+    let of_live = INSTRUCTION_RATE * mutation * mutation;
     let mut changed = false;
-    for instruction in &mut draft.instructions {
-        if stream.chance(rate) {
-            *instruction = mutant(instruction, &draft.dialect, &mut stream);
+    for (position, instruction) in draft.instructions.iter_mut().enumerate() {
+        if held.instruction(position) || !stream.chance(rate(of_live, live.instructions[position])) {
+            continue;
+        }
+        if let Some(mutant) = mutant(instruction, &draft.dialect, &mut stream, held, position) {
+            *instruction = mutant;
             changed = true;
         }
     }
     if force && !changed && mutation > 0.0 {
-        let index = stream.below(u32::from(draft.dialect.length)) as usize;
-        let instruction = &mut draft.instructions[index];
-        *instruction = mutant(instruction, &draft.dialect, &mut stream);
+        mutate_one(draft, &live, held, &mut stream);
     }
     let mut stream = Stream::new(key, Operator::MutateConstants);
-    for constant in draft.constants.iter_mut() {
-        if stream.chance(CONSTANT_RATE * mutation) {
-            let component = &mut constant[stream.below(4) as usize];
-            *component = if stream.chance(CONSTANT_REDRAW) {
-                random::constant(&mut stream)
-            } else {
-                (*component + mutation * stream.bell()).clamp(-RANGE, RANGE)
-            };
+    for (index, constant) in draft.constants.iter_mut().enumerate() {
+        if held.constant(index)
+            || !stream.chance(rate(CONSTANT_RATE * mutation, live.constants[index]))
+        {
+            continue;
         }
+        let component = &mut constant[stream.below(4) as usize];
+        *component = if stream.chance(CONSTANT_REDRAW) {
+            random::constant(&mut stream)
+        } else {
+            (*component + mutation * stream.bell()).clamp(-RANGE, RANGE)
+        };
     }
 }
 
-/// The instruction with one field drawn afresh until it differs.
-fn mutant(instruction: &Instruction, dialect: &Dialect, stream: &mut Stream) -> Instruction {
-    loop {
+/// Mutates one instruction, each with its share, if any may.
+fn mutate_one(draft: &mut Draft, live: &Live, held: &Held, stream: &mut Stream) {
+    let free = |position: &usize| !held.instruction(*position);
+    let share = |position: usize| favour(live.instructions[position]);
+    let positions = || (0..draft.instructions.len()).filter(free);
+    let shares: u32 = positions().map(share).sum();
+    if shares == 0 {
+        return;
+    }
+    let mut ticket = stream.below(shares);
+    let chosen = positions().find(|position| match ticket.checked_sub(share(*position)) {
+        Some(rest) => {
+            ticket = rest;
+            false
+        }
+        None => true,
+    });
+    let position = chosen.expect("the ticket is below the sum of the shares");
+    let instruction = &draft.instructions[position];
+    if let Some(mutant) = mutant(instruction, &draft.dialect, stream, held, position) {
+        draft.instructions[position] = mutant;
+    }
+}
+
+/// The instruction with one field drawn afresh until it differs and writes to nothing that is held; none where that takes
+/// too many draws.
+fn mutant(
+    instruction: &Instruction,
+    dialect: &Dialect,
+    stream: &mut Stream,
+    held: &Held,
+    position: usize,
+) -> Option<Instruction> {
+    let mut refused = 0;
+    while refused < HELD_DRAWS {
         let kind = kind(stream);
         let mutant = attempt(instruction, kind, dialect, stream);
-        if mutant != *instruction {
-            return mutant;
+        if mutant == *instruction {
+            continue;
         }
+        if held.allows(position, &mutant) {
+            return Some(mutant);
+        }
+        refused += 1;
     }
+    None
 }
 
 fn kind(stream: &mut Stream) -> Kind {

@@ -20,7 +20,7 @@ pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
     for component in constants.iter_mut().flatten() {
         *component = constant(&mut stream);
     }
-    Draft { dialect, instructions, constants, output: Output::IDENTITY }
+    Draft { dialect, instructions, constants, output: Output::IDENTITY, limited: false }
 }
 
 fn instruction(dialect: &Dialect, stream: &mut Stream) -> Instruction {

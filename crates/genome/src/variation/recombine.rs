@@ -1,6 +1,7 @@
 //! Recombination: blocks of the second parent replace those of the first at corresponding positions.
 
 use super::Draft;
+use crate::locks::Held;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Genome};
 
@@ -10,14 +11,21 @@ const SWITCH_RATE: f32 = 1.0 / 8.0;
 /// Walks along the positions, switching between the parents so that the second has the share `recombination`.
 ///
 /// A constant comes from the parent whose instructions read it; where both do, it is drawn with the same share; where
-/// neither does, it stays the first's. The child's dialect and output stage are the first's.
-pub(super) fn draft(first: &Genome, second: &Genome, recombination: f32, key: BirthKey) -> Draft {
+/// neither does, it stays the first's. The child's dialect, output stage and limit are the first's, and so is what is held.
+pub(super) fn draft(
+    first: &Genome,
+    second: &Genome,
+    recombination: f32,
+    key: BirthKey,
+    held: &Held,
+) -> Draft {
     let mut stream = Stream::new(key, Operator::Recombine);
     let mut from_second = choose_blocks(first.instructions().len(), recombination, &mut stream);
     force_exchange(&mut from_second, recombination, &mut stream);
     let mut draft = Draft::copy(first);
     let (mut read_by_first, mut read_by_second) = ([false; 128], [false; 128]);
-    for (position, taken) in from_second.iter().enumerate() {
+    for (position, taken) in from_second.iter_mut().enumerate() {
+        *taken &= held.allows(position, &second.instructions()[position]);
         if *taken {
             draft.instructions[position] = second.instructions()[position];
         }
@@ -28,7 +36,7 @@ pub(super) fn draft(first: &Genome, second: &Genome, recombination: f32, key: Bi
     }
     for (index, constant) in draft.constants.iter_mut().enumerate() {
         let draw = stream.chance(recombination);
-        if read_by_second[index] && (!read_by_first[index] || draw) {
+        if !held.constant(index) && read_by_second[index] && (!read_by_first[index] || draw) {
             *constant = second.constants()[index];
         }
     }

@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use brood_genome::{Genome, GenomeHash};
-use brood_program::{Program, live_instructions};
+use brood_genome::{Genome, GenomeHash, live_instructions};
 use brood_protocol::{
     GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId, decode,
 };

@@ -1,0 +1,83 @@
+/**
+ * The scene's first light as the left pane turns it: read, held while a hand is on it, and left to the server. Owns what is
+ * between the control and the scene; the arithmetic is light_color.js's, the order of changes scene.js's.
+ *
+ * @import { Lamp } from "./light_color.js"
+ * @import { Extent } from "./live/view.js"
+ * @import { Scene } from "./types.js"
+ */
+import { computed, effect, signal } from "./vendor/signals-core.js";
+import { getBeginning } from "./api.js";
+import { PLAIN, intensityOf, lampOf, plainIntensity } from "./light_color.js";
+import { guarded } from "./lineage.js";
+import { HEAD_BYTES, readExtent } from "./live/geometry.js";
+import { ready } from "./pictures.js";
+import { changeScene } from "./scene.js";
+import { held, knobsOpen, wishedScene } from "./state.js";
+
+/** @template T @typedef {import("./vendor/signals-core.js").Signal<T>} Signal */
+
+/** Extents of objects by mesh: a light's strength is counted against them. @type {Signal<Map<string, Extent>>} */
+const extents = signal(new Map());
+
+/** The colour as it was picked and the strength, while they are held. @type {Signal<Lamp|null>} */
+const inHand = signal(null);
+
+/** @param {string} mesh @returns {Promise<Extent>} */
+export async function extentOf(mesh) {
+  const known = extents.peek().get(mesh);
+  if (known) return known;
+  const extent = readExtent(await getBeginning(`/v1/meshes/${mesh}/geometry`, HEAD_BYTES));
+  extents.value = new Map(extents.peek()).set(mesh, extent);
+  return extent;
+}
+
+/** @param {Scene|null} scene @returns {number|null} */
+function plainOf(scene) {
+  const light = scene?.lights?.[0];
+  const extent = scene && extents.value.get(scene.mesh);
+  return light && extent ? plainIntensity(light, extent) : null;
+}
+
+/** Whether the controls can change anything yet. */
+export const lampKnown = computed(() => plainOf(wishedScene.value) !== null);
+
+/** What the controls show; null where the light is dark. @type {Signal<Lamp|null>} */
+export const lamp = computed(() => {
+  if (inHand.value) return inHand.value;
+  const plain = plainOf(wishedScene.value);
+  return plain === null ? PLAIN : lampOf(wishedScene.value?.lights?.[0].intensity, plain);
+});
+
+/** Turns the light while a hand is on a control; what is drawn live follows. @param {Partial<Lamp>} change */
+export function turnLamp(change) {
+  const scene = wishedScene.value;
+  const plain = plainOf(scene);
+  if (!scene?.lights || plain === null) return;
+  const wanted = { ...(lamp.value ?? PLAIN), ...change };
+  const [first, ...others] = scene.lights;
+  inHand.value = wanted;
+  held.value = { lights: [{ ...first, intensity: intensityOf(wanted, plain) }, ...others] };
+}
+
+/** Has everything drawn under the light as it was left. */
+export function leaveLamp() {
+  const left = held.value;
+  if (!left) return;
+  void changeScene("light", () => left).finally(() => {
+    if (held.value !== left) return;
+    held.value = null;
+    inHand.value = null;
+  });
+}
+
+/** Learns what the strength is counted against, once the pictures are there. */
+export function watchLighting() {
+  return effect(() => {
+    const mesh = wishedScene.value?.mesh;
+    if (!mesh || !knobsOpen.value || ready.value === null || extents.value.has(mesh)) return;
+    void guarded("light", async () => {
+      await extentOf(mesh);
+    });
+  });
+}
