@@ -252,6 +252,9 @@ export const importLineage = (file) => request("POST", "/v1/lineages/import", { 
 /** @param {string} hash @returns {Promise<{dialect: Dialect}>} */
 export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 
+/** @param {string} id @returns {Promise<Individual>} */
+export const getIndividual = (id) => request("GET", `/v1/individuals/${id}`);
+
 /** @param {Individual} of @param {{favourite?: boolean, note?: string}} json @returns {Promise<Individual>} */
 export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, of.version, json);
 

@@ -5,6 +5,7 @@
  * @import { Cell, Individual, Place, Problem } from "./types.js"
  */
 import * as api from "./api.js";
+import { flip, flipped } from "./compare.js";
 import { holdBack } from "./events.js";
 import { guarded, putBred, setFirstBreeder, show } from "./lineage.js";
 import { startClock } from "./pictures.js";
@@ -60,6 +61,8 @@ setFirstBreeder(() => breed([]));
 export async function pick(cell) {
   const chosen = individualIn(cell);
   if (!chosen) return;
+  // What is clicked must be what is seen.
+  if (cell === "centre" && flipped.value) return flip(false);
   const other = mate.value;
   await breed(other && other.id !== chosen.id ? [chosen.id, other.id] : [chosen.id]);
 }

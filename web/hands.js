@@ -6,7 +6,7 @@
  */
 import { cancelMate, pick, toggleMate } from "./breed.js";
 import { changeScene } from "./scene.js";
-import { focused, scene, turning } from "./state.js";
+import { focused, mate, scene, turning } from "./state.js";
 import { dragged, fromDegrees, toDegrees } from "./turn.js";
 
 /** A movement up to this far is a click. */
@@ -198,13 +198,15 @@ function wheel(event) {
   wheelRest = setTimeout(commit, WHEEL_REST_MS);
 }
 
-/** Keys that stop what hands have begun. */
+/** Keys that stop what hands have begun; answers whether anything was. */
 export function letGo() {
+  const begun = hands.size > 0 || turning.value !== null || mate.value !== null;
   hands.clear();
   pinchStart = null;
   turning.value = null;
   clearTimeout(wheelRest);
   cancelMate();
+  return begun;
 }
 
 /**

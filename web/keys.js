@@ -4,7 +4,8 @@
  *
  * @import { Cell } from "./types.js"
  */
-import { pick, toggleFavourite, toggleMate } from "./breed.js";
+import { nameOf, pick, toggleFavourite, toggleMate } from "./breed.js";
+import { flipKeyDown, flipKeyUp, pinCell, pinned, unpin } from "./compare.js";
 import { cellOf, letGo } from "./hands.js";
 import { redo, undo } from "./lineage.js";
 import { focused } from "./state.js";
@@ -47,6 +48,9 @@ function focus(cell) {
   if (found instanceof HTMLElement) found.focus();
 }
 
+/** Whether it is this letter and nothing else. @param {KeyboardEvent} event @param {string} letter */
+export const isPlain = (event, letter) => event.key.toLowerCase() === letter && !event.ctrlKey && !event.metaKey && !event.altKey;
+
 /** @param {KeyboardEvent} event */
 export function keyOnFrames(event) {
   const cell = cellOf(event.target);
@@ -59,15 +63,33 @@ export function keyOnFrames(event) {
   else if (event.key === "Enter" || event.key === " ") void pick(cell);
   else if (event.key.toLowerCase() === "m") toggleMate(cell);
   else if (event.key.toLowerCase() === "f") void toggleFavourite(cell);
+  else if (event.key.toLowerCase() === "b") pinCell(cell, nameOf(cell));
   else return;
   event.preventDefault();
 }
 
+/** Whether letters go into a field. @param {EventTarget|null} target */
+const takesText = (target) =>
+  target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && ["text", "password"].includes(target.type));
+
+/** @param {KeyboardEvent} event */
+function keyAlone(event) {
+  const inDialog = event.target instanceof Element && event.target.closest("dialog") !== null;
+  if (event.key === "Escape" && !letGo() && !inDialog) unpin();
+  if (event.key.toLowerCase() !== "x" || event.repeat || event.altKey || inDialog || takesText(event.target) || !pinned.value) return;
+  flipKeyDown(event.timeStamp);
+  event.preventDefault();
+}
+
+/** @param {KeyboardEvent} event */
+export function keyUpAnywhere(event) {
+  if (event.key.toLowerCase() === "x") flipKeyUp(event.timeStamp);
+}
+
 /** @param {KeyboardEvent} event */
 export function keyAnywhere(event) {
-  if (event.key === "Escape") letGo();
-  const typing = event.target instanceof HTMLInputElement && event.target.type === "text";
-  if (!(event.ctrlKey || event.metaKey) || typing || event.target instanceof HTMLTextAreaElement) return;
+  if (!(event.ctrlKey || event.metaKey)) return keyAlone(event);
+  if (takesText(event.target) && !(event.target instanceof HTMLSelectElement)) return;
   const key = event.key.toLowerCase();
   if (key === "z") void (event.shiftKey ? redo() : undo());
   else if (key === "y") void redo();

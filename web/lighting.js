@@ -3,34 +3,20 @@
  * between the control and the scene; the arithmetic is light_color.js's, the order of changes scene.js's.
  *
  * @import { Lamp } from "./light_color.js"
- * @import { Extent } from "./live/view.js"
  * @import { Scene } from "./types.js"
  */
 import { computed, effect, signal } from "./vendor/signals-core.js";
-import { getBeginning } from "./api.js";
+import { extentOf, extents } from "./extents.js";
 import { PLAIN, intensityOf, lampOf, plainIntensity } from "./light_color.js";
 import { guarded } from "./lineage.js";
-import { HEAD_BYTES, readExtent } from "./live/geometry.js";
 import { ready } from "./pictures.js";
 import { changeScene } from "./scene.js";
 import { held, knobsOpen, wishedScene } from "./state.js";
 
 /** @template T @typedef {import("./vendor/signals-core.js").Signal<T>} Signal */
 
-/** Extents of objects by mesh: a light's strength is counted against them. @type {Signal<Map<string, Extent>>} */
-const extents = signal(new Map());
-
 /** The colour as it was picked and the strength, while they are held. @type {Signal<Lamp|null>} */
 const inHand = signal(null);
-
-/** @param {string} mesh @returns {Promise<Extent>} */
-export async function extentOf(mesh) {
-  const known = extents.peek().get(mesh);
-  if (known) return known;
-  const extent = readExtent(await getBeginning(`/v1/meshes/${mesh}/geometry`, HEAD_BYTES));
-  extents.value = new Map(extents.peek()).set(mesh, extent);
-  return extent;
-}
 
 /** @param {Scene|null} scene @returns {number|null} */
 function plainOf(scene) {

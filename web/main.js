@@ -4,10 +4,11 @@
  */
 import { effect } from "./vendor/signals-core.js";
 import { render } from "./vendor/preact.js";
+import { watchCompare } from "./compare.js";
 import { restWhileHidden } from "./events.js";
 import { listenToFiles } from "./files.js";
 import { html } from "./html.js";
-import { keyAnywhere } from "./keys.js";
+import { keyAnywhere, keyUpAnywhere } from "./keys.js";
 import { follow, start, watchLineage } from "./lineage.js";
 import { watchLighting } from "./lighting.js";
 import { watchLight } from "./live/light.js";
@@ -15,7 +16,7 @@ import { watchLive } from "./live/live.js";
 import { keep, recall } from "./memory.js";
 import { watchReady } from "./pictures.js";
 import { recallMeshes } from "./scene.js";
-import { greySurround } from "./state.js";
+import { clipped, greySurround, hinting } from "./state.js";
 import { askOnce } from "./token.js";
 import { App } from "./view/app.js";
 
@@ -23,6 +24,8 @@ const root = document.getElementById("app");
 if (!root) throw new Error("index.html has no #app");
 
 greySurround.value = recall("grey", false);
+clipped.value = recall("clipped", false);
+hinting.value = recall("hint", true);
 recallMeshes();
 askOnce();
 // One synchronous pass over the whole tree: every signal that is read while drawing is tracked, with no second library.
@@ -31,7 +34,10 @@ effect(() => {
   document.body.dataset.surround = greySurround.value ? "grey" : "dark";
   keep("grey", greySurround.value);
 });
+effect(() => keep("clipped", clipped.value));
+effect(() => keep("hint", hinting.value));
 watchLineage();
+watchCompare();
 watchReady();
 watchLight();
 watchLighting();
@@ -40,4 +46,5 @@ restWhileHidden();
 listenToFiles();
 addEventListener("hashchange", () => void follow());
 addEventListener("keydown", keyAnywhere);
+addEventListener("keyup", keyUpAnywhere);
 void start();

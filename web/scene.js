@@ -2,10 +2,11 @@
  * Changes of the scene: object, rotation, scale, exposure, and OBJ files. Owns the order of changes (one at a time, none
  * lost); knows nothing of hands and drawing.
  *
- * @import { Place, Scene } from "./types.js"
+ * @import { Light, Place, Scene } from "./types.js"
  */
 import { batch } from "./vendor/signals-core.js";
 import * as api from "./api.js";
+import { extentOf } from "./extents.js";
 import { guarded, rereadShown } from "./lineage.js";
 import { keep, recall } from "./memory.js";
 import { startClock, unready } from "./pictures.js";
@@ -66,12 +67,29 @@ async function apply(lineageId, changes) {
   await rereadShown();
 }
 
+/**
+ * The lights as they are to be on another object: one that has a strength but no place of its own stays as far away in radii,
+ * and has to stay as strong for its distance.
+ * @param {Light[]} lights
+ * @param {string} from
+ * @param {string} to
+ * @returns {Promise<Light[]>}
+ */
+async function lightsOn(lights, from, to) {
+  if (!lights.some((light) => light.intensity && !light.position)) return lights;
+  const [before, after] = await Promise.all([extentOf(from), extentOf(to)]);
+  /** @param {Light} light @param {number} factor @returns {Light} */
+  const times = (light, factor) => ({ ...light, intensity: light.intensity && [light.intensity[0] * factor, light.intensity[1] * factor, light.intensity[2] * factor] });
+  return lights.map((light) => (light.position ? light : times(light, (after.radius / before.radius) ** 2)));
+}
+
 /** @param {string} mesh */
 export async function chooseObject(mesh) {
-  if (mesh === wishedScene.value?.mesh) return;
+  const present = wishedScene.value;
+  if (!present || mesh === present.mesh) return;
   await guarded("object", async () => {
-    const rescaled = await lightsFor(mesh);
-    await changeScene("object", (present) => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights: rescaled(present) }));
+    const lights = await lightsOn(present.lights ?? [], present.mesh, mesh);
+    await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights }));
   });
 }
 

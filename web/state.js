@@ -71,6 +71,10 @@ export const lineagesOpen = signal(false);
 export const presetsOpen = signal(false);
 /** @type {Signal<boolean>} Surround of 18 % grey instead of near-black. */
 export const greySurround = signal(false);
+/** @type {Signal<boolean>} The line of help under the frames. */
+export const hinting = signal(true);
+/** @type {Signal<boolean>} Marks where a picture burns out and where it is black. */
+export const clipped = signal(false);
 
 /** @type {Signal<Generation|null>} */
 export const generation = computed(() => (shown.value && generations.value.get(shown.value)) || null);

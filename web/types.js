@@ -37,7 +37,7 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"light"|"film"|"lineages"|"presets"|"centre"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble

@@ -6,8 +6,8 @@ mod birth;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use brood_eval::diverse_brood;
-use brood_genome::{Constraints, Dialect, GenomeHash, Output, Variation};
+use brood_eval::{diverse_brood, express_brood};
+use brood_genome::{Constraints, Dialect, GenomeHash, Locks, Output, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{Breed, Curation, Generation, JobId, Lineage, ParentRef, Seed};
 use brood_storage::{StorageError, StoredIndividual};
@@ -45,6 +45,8 @@ struct Making {
     recombination: f32,
     constraints: Constraints,
     output: Option<Output>,
+    energy_limit: Option<bool>,
+    locks: Option<Locks>,
     count: u32,
     seed: u64,
     curation: Curation,
@@ -62,7 +64,11 @@ impl Making {
                 self.mutation,
             ),
         };
-        variation.with_constraints(self.constraints).with_output(self.output)
+        variation
+            .with_constraints(self.constraints)
+            .with_output(self.output)
+            .with_limit(self.energy_limit)
+            .with_locks(self.locks.as_ref())
     }
 
     /// On all processors: a draw depends on its slot alone, so the children are the same however they are shared out.
@@ -81,7 +87,7 @@ impl Making {
             }
         };
         let write = |child: Child| Newborn { bytes: child.genome.canonical_bytes(), child };
-        children.into_iter().map(write).collect()
+        express_brood(children).into_iter().map(write).collect()
     }
 }
 
@@ -105,8 +111,8 @@ fn check(breed: &Breed) -> Result<(), ApiError> {
     if breed.parents.len() == 1 && breed.mutation <= 0.0 {
         return refuse("/mutation", "without mutation all children of one parent are its twins");
     }
-    if breed.locks.as_ref().is_some_and(|locks| !locks.is_null()) {
-        return refuse("/locks", "locks are not available yet");
+    if breed.parents.is_empty() && breed.locks.as_ref().is_some_and(|locks| !locks.is_empty()) {
+        return refuse("/locks", "a random start has no parent to keep anything of");
     }
     Ok(())
 }
@@ -129,7 +135,18 @@ impl AppState {
         };
         // A random start takes the lineage's and records it: the lineage's may change, the record replays all the same.
         let default = parents.is_empty().then_some(lineage.saturation);
-        let breed = Breed { saturation: breed.saturation.or(default), ..breed };
+        let limit = parents.is_empty().then_some(lineage.energy_limit);
+        let breed = Breed {
+            saturation: breed.saturation.or(default),
+            energy_limit: breed.energy_limit.or(limit),
+            locks: breed.locks.filter(|locks| !locks.is_empty()),
+            ..breed
+        };
+        if let Some(Err(error)) = breed.locks.as_ref().map(|locks| locks.validate(&lineage.dialect))
+        {
+            let pointer = format!("/locks{}", error.pointer());
+            return Err(ApiError::refused(error.to_string()).at(pointer));
+        }
         let output = breed.saturation.map(Output::saturation).transpose();
         let constraints = breed.constraints.unwrap_or_default();
         let making = Making {
@@ -143,6 +160,8 @@ impl AppState {
             },
             output: output
                 .map_err(|error| ApiError::refused(error.to_string()).at("/saturation"))?,
+            energy_limit: breed.energy_limit,
+            locks: breed.locks.clone(),
             count: breed.count,
             seed: seed.0,
             curation: breed.curation,
@@ -255,7 +274,8 @@ mod tests {
         );
         assert_eq!(refused(serde_json::json!({"parents": [id, hash], "mutation": 0})), None);
         assert_eq!(refused(serde_json::json!({"parents": [id, id, id]})).unwrap(), "/parents");
-        assert_eq!(refused(serde_json::json!({"locks": {}})).unwrap(), "/locks");
+        assert_eq!(refused(serde_json::json!({"locks": {"channels": ["r"]}})).unwrap(), "/locks");
+        assert_eq!(refused(serde_json::json!({"locks": {}})), None);
     }
 
     #[test]

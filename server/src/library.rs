@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
@@ -17,7 +18,7 @@ const MATERIALS: u64 = 4096;
 const SCENES: u64 = 1024;
 const FRAMES: u64 = 1024;
 
-/// A genome and the program that it lowers to.
+/// A genome and the program that it is seen as.
 #[derive(Debug)]
 pub struct Material {
     /// The genotype.
@@ -148,7 +149,7 @@ impl Library {
         let stored = self.store.genome(hash).await?;
         let material = tokio::task::spawn_blocking(move || -> Result<Material, ApiError> {
             let genome = read_genome(hash, &stored)?;
-            let program = Program::lower(&genome);
+            let program = express(&genome);
             Ok(Material { genome, program })
         });
         let material = material.await.map_err(|error| ApiError::internal(error.to_string()))??;

@@ -92,6 +92,8 @@ impl<'a> Presenter<'a> {
             curation: stored.curation,
             constraints: stored.constraints,
             saturation: stored.saturation,
+            energy_limit: stored.energy_limit,
+            locks: stored.locks,
             individuals,
             created_ms: stored.created_ms,
         })

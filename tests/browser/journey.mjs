@@ -12,6 +12,7 @@ import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { BroodPage } from "./page.mjs";
 import { binary, startServer } from "./server.mjs";
+import { visitor } from "./visitor.mjs";
 
 const FLAGS = [
   "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
@@ -204,6 +205,10 @@ async function drawn(hand, base) {
   hand.quiet();
 }
 
+async function first(hand, base) {
+  await visitor(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
+}
+
 async function narrow(hand) {
   await step("breeds by tap on a screen of 360 pixels", async () => {
     await hand.open();
@@ -221,9 +226,12 @@ async function main() {
   assert.ok(existsSync(executablePath), `no browser at ${executablePath}: install chromium or set $CHROMIUM`);
   await mkdir(pictures, { recursive: true });
   const server = await startServer();
+  // Whoever comes for the first time finds nothing that others made.
+  const empty = await startServer();
   let browser, ended;
   try {
-    for (const [journey, args, options] of [
+    for (const [journey, args, options, { url } = server] of [
+      [first, PLAIN, { viewport: { width: 1100, height: 760 } }, empty],
       [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
@@ -232,9 +240,9 @@ async function main() {
       browser = await chromium.launch({ executablePath, args });
       const context = await browser.newContext({ ...options, reducedMotion: "reduce" });
       context.setDefaultTimeout(TIMEOUT_MS);
-      const hand = new BroodPage(await context.newPage(), server.url);
+      const hand = new BroodPage(await context.newPage(), url);
       try {
-        await journey(hand, server.url);
+        await journey(hand, url);
       } catch (error) {
         await hand.page.screenshot({ path: join(pictures, "failed.png") });
         console.error(`the page complained: ${JSON.stringify(hand.complaints)}`);
@@ -247,9 +255,9 @@ async function main() {
     throw error;
   } finally {
     await browser?.close();
-    ended = await server.stop();
+    ended = [await server.stop(), await empty.stop()];
   }
-  assert.equal(ended, 0, "the server ended cleanly");
+  assert.deepEqual(ended, [0, 0], "the servers ended cleanly");
   console.log(`browser journey: ${steps} steps passed, pictures in ${pictures}`);
 }
 

@@ -9,15 +9,16 @@
  * @import { Pens, Surface } from "./surface.js"
  */
 import { effect, signal } from "../vendor/signals-core.js";
+import { flipped, pinned, seenIn } from "../compare.js";
 import { ready } from "../pictures.js";
-import { generation, individualIn, turning, wishedScene } from "../state.js";
+import { clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
 import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
 import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeMeter } from "./material.js";
 import { Pace, layOut, openContext } from "./stage.js";
 import { Stock } from "./stock.js";
 import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
-import { lightsOf, rotationOf, seenAt, viewOf } from "./view.js";
+import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./view.js";
 
 /** @template T @typedef {import("../vendor/signals-core.js").Signal<T>} Signal */
 
@@ -48,8 +49,8 @@ const stock = new Stock(schedule);
 /** Told where the light is each time something is drawn. @type {Set<(degrees: number, seen: import("../types.js").Vec3|null) => void>} */
 export const watchers = new Set();
 
-/** Whether anything but the server's pictures is wanted: the light is not where they have it, or the object is being moved. */
-const wanted = () => moving.value || rest.value !== 0 || turning.value !== null;
+/** Whether anything but the server's pictures is wanted: the light is not where they have it, or light or object are in a hand. */
+const wanted = () => moving.value || rest.value !== 0 || turning.value !== null || held.value !== null;
 
 /** Draws at the next opportunity. */
 export function schedule() {
@@ -178,14 +179,15 @@ function frame(now) {
   /** @param {number} at */
   const lightsAt = (at) => lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
   const lights = lightsAt(degrees);
-  const lit = JSON.stringify([scene.lights, base, degrees]);
-  const all = Array.from({ length: METER_ANGLES }, (_, k) => lightsAt((360 * k) / METER_ANGLES)).flat();
+  const lit = JSON.stringify(lights.map((light) => light.place));
+  const strength = strengthOf(lights);
+  const all = Array.from({ length: METER_ANGLES }, (_, k) => evenedOut(lightsAt((360 * k) / METER_ANGLES), strength)).flat();
   if (lit !== litAt) {
     if (litAt === "") lightSurface(gl, pens, metering, view, all);
     for (const surface of [small, large]) lightSurface(gl, pens, surface, view, lights);
     litAt = lit;
   }
-  const lightsKey = JSON.stringify([key, scene.lights]);
+  const lightsKey = JSON.stringify([key, all.map((light) => [light.place, light.intensity.map(Math.fround)])]);
   if (!turning.value && lightsKey !== metered) {
     stock.remeter(gl);
     metered = lightsKey;
@@ -194,10 +196,9 @@ function frame(now) {
   const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
   // The centre stands last in the document's order of rows, but is looked at first.
   const centre = individualIn("centre");
-  const first = centre ? [centre, ...individuals] : individuals;
+  const first = [centre, pinned.value, ...individuals].filter((one) => one !== null);
   making = stock.work(gl, first, { meter, look: { surface: metering, lights: all } });
   const exposure = scene.film.exposure;
-  const ev = exposure === "auto" ? null : exposure;
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
@@ -205,10 +206,10 @@ function frame(now) {
   /** @type {Set<Cell>} */
   const cells = new Set();
   for (const { cell, corner } of layout.squares) {
-    const of = individualIn(cell);
+    const of = seenIn(cell);
     const material = of && stock.drawable(of);
     if (!material) continue;
-    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, lights }, { corner, ev });
+    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, lights }, { corner, gain: exposure === "auto" ? material.gain / strength : 2 ** exposure, marks: clipped.value });
     cells.add(cell);
   }
   show(cells);
@@ -223,7 +224,7 @@ export function watchLive() {
   });
   effect(() => {
     // What a drawing depends on; the loop reads it again.
-    void [generation.value, wishedScene.value, turning.value, moving.value, rest.value, able.value];
+    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value];
     schedule();
   });
   document.addEventListener("visibilitychange", schedule);

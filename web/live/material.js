@@ -30,6 +30,7 @@ uniform int lights;
 uniform vec3 intensities[${LIGHTS}];
 uniform float gain;
 uniform bool meters;
+uniform bool marks;
 out vec4 color;
 
 float srgb(float c) {
@@ -59,7 +60,16 @@ void main() {
     return;
   }
   vec3 shown = radiance * gain;
-  color = vec4(srgb(shown.r), srgb(shown.g), srgb(shown.b), 1.0) * coverage;
+  vec3 code = vec3(srgb(shown.r), srgb(shown.g), srgb(shown.b));
+  if (marks && coverage == 1.0) {
+    // Along a diagonal as marks.js has it: two colours, two of nothing.
+    ivec2 whole = ivec2(gl_FragCoord.xy);
+    int stripe = ((whole.x + 8192 - whole.y) % 8) / 2;
+    float strongest = max(shown.r, max(shown.g, shown.b));
+    if (strongest > 1.0 && stripe < 2) code = stripe == 0 ? vec3(1.0, 0.0, 0.7) : vec3(0.0);
+    if (max(code.r, max(code.g, code.b)) < 0.5 / 255.0 && strongest <= 1.0 && stripe == 0) code = vec3(0.2, 0.55, 1.0);
+  }
+  color = vec4(code, 1.0) * coverage;
 }`;
 
 /**
@@ -115,14 +125,16 @@ function set(gl, linked, { surface, lights }) {
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Look} look
- * @param {{corner: [number, number], ev: number|null}} where lower left in pixels; `ev`: null is the exposure that was measured
+ * @param {{corner: [number, number], gain: number, marks: boolean}} where lower left in pixels; `gain`: of the film;
+ *   `marks`: where it burns out and where it is black
  */
-export function drawMaterial(gl, of, look, { corner, ev }) {
+export function drawMaterial(gl, of, look, { corner, gain, marks }) {
   const { side } = look.surface;
   set(gl, of.linked, look);
   gl.uniform2i(place(gl, of.linked, "corner"), ...corner);
   gl.uniform1i(place(gl, of.linked, "meters"), 0);
-  gl.uniform1f(place(gl, of.linked, "gain"), ev === null ? of.gain : 2 ** ev);
+  gl.uniform1f(place(gl, of.linked, "gain"), gain);
+  gl.uniform1i(place(gl, of.linked, "marks"), marks ? 1 : 0);
   gl.viewport(corner[0], corner[1], side, side);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
 }

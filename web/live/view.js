@@ -99,6 +99,23 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
 }
 
 /**
+ * How strong the strongest of the lights is, over one that gives irradiance pi at the middle; 1 where all are dark.
+ * @param {PointLight[]} lights
+ */
+export function strengthOf(lights) {
+  const strengths = lights.map(({ place, intensity }) => Math.max(...intensity) / (Math.PI * (place[0] ** 2 + place[1] ** 2 + place[2] ** 2)));
+  return Math.max(0, ...strengths) || 1;
+}
+
+/**
+ * The lights over their common strength, which automatic exposure takes out again.
+ * @param {PointLight[]} lights
+ * @param {number} strength
+ * @returns {PointLight[]}
+ */
+export const evenedOut = (lights, strength) => lights.map((light) => ({ ...light, intensity: scaled(light.intensity, 1 / strength) }));
+
+/**
  * Where a light is seen from the middle of the picture: to the right, upwards and towards the eye, a unit vector.
  * @param {PointLight} light
  * @param {View} view

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { autoGain } from "../live/material.js";
 import { readGeometry } from "../live/geometry.js";
 import { Pace } from "../live/stage.js";
-import { lightsOf, rotationOf, seenAt, viewOf } from "../live/view.js";
+import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "../live/view.js";
 
 const extent = { centre: /** @type {[number, number, number]} */ ([0, 0, 0]), radius: 1 };
 const still = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1 };
@@ -36,6 +36,14 @@ test("the light circle turns about the vertical, and a placed light gives the ce
   const [light] = lightsOf({ lights: [{ position: [0, 0, 4] }] }, extent, still, 90);
   near(light.place, [4, 0, 0]);
   near(light.intensity, [16 * Math.PI, 16 * Math.PI, 16 * Math.PI]);
+});
+
+test("what automatic exposure takes out is the strength and not the colour", () => {
+  const lights = lightsOf({ lights: [{ position: [0, 0, 4], intensity: [32 * Math.PI, 16 * Math.PI, 0] }, {}] }, extent, still, 0);
+  assert.equal(strengthOf(lights), 2);
+  near(evenedOut(lights, 2)[0].intensity, [16 * Math.PI, 8 * Math.PI, 0]);
+  near(evenedOut(lights, 2)[1].intensity, [8 * Math.PI, 8 * Math.PI, 8 * Math.PI]);
+  assert.equal(strengthOf(lightsOf({ lights: [{ intensity: [0, 0, 0] }] }, extent, still, 0)), 1);
 });
 
 test("exposure puts all but three in a hundred lit pixels below 0.9", () => {

@@ -6,6 +6,7 @@ import { announcement, detailsOpen, fileOver, knobsOpen } from "../state.js";
 import { Bar } from "./bar.js";
 import { Details } from "./details.js";
 import { Frames } from "./frames.js";
+import { Hint } from "./hint.js";
 import { Knobs } from "./knobs.js";
 import { Lineages } from "./lineages.js";
 import { Presets } from "./presets.js";
@@ -19,12 +20,9 @@ export function App() {
     <div class="middle">
       ${knobsOpen.value && html`<${Knobs} />`}
       <main class="stage" aria-label="Brood">
-        <${Frames} />
+        <div class="field"><${Frames} /></div>
         <${Trouble} place="stage" />
-        <p class="hint">
-          <span class="mouse">left click breeds · right click picks a mate · dragging the centre turns, the wheel scales</span>
-          <span class="touch">a tap breeds · a long press picks a mate · dragging the centre turns, pinching scales</span>
-        </p>
+        <${Hint} />
       </main>
       ${detailsOpen.value && html`<${Details} />`}
     </div>

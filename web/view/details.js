@@ -5,14 +5,15 @@
  */
 import * as api from "../api.js";
 import { setNote } from "../breed.js";
+import { pin } from "../compare.js";
 import { html } from "../html.js";
+import { isPlain } from "../keys.js";
 import { guarded, visit } from "../lineage.js";
 import { effect, signal } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
+import { Compare, Pin } from "./compare.js";
 import { Trouble } from "./trouble.js";
-
-/** @type {Record<string, string>} */
-const OPERATORS = { random: "drawn at random", mutate: "mutation", recombine: "recombination", adopt: "brought in" };
+import { madeBy } from "./words.js";
 
 /** @type {import("../vendor/signals-core.js").Signal<import("../types.js").ExportFormat[]>} */
 const formats = signal([]);
@@ -62,7 +63,7 @@ function Centre() {
       <h2 id="centre-title">Centre</h2>
       <dl>
         <${Fact} name="live instructions" value=${of.live_instructions} />
-        <${Fact} name="made by" value=${OPERATORS[of.operator] ?? of.operator} />
+        <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
@@ -83,6 +84,14 @@ async function showFavourite(born, of) {
   focused.value = of.slot < 20 ? of.slot : "centre";
 }
 
+/** @param {Individual} of @param {Generation} born */
+const pinFavourite = (of, born) => pin(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
+
+/** @param {Individual} of @param {Generation} born */
+const keyB = (of, born) => (/** @type {KeyboardEvent} */ event) => {
+  if (isPlain(event, "b")) pinFavourite(of, born);
+};
+
 function Favourites() {
   const found = inOrder.value.flatMap((born) => born.individuals.filter((one) => one.favourite).map((of) => ({ born, of })));
   return html`
@@ -91,9 +100,9 @@ function Favourites() {
       ${found.length === 0
         ? html`<p class="small">None yet: the star on a frame, or F, marks one.</p>`
         : html`<ul class="gallery">${found.map(({ born, of }) => html`
-            <li key=${of.id}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
+            <li key=${of.id} onKeyDown=${keyB(of, born)}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
               <img src=${of.thumbnail} alt="" loading="lazy" />
-            </button></li>`)}</ul>`}
+            </button><${Pin} name=${`favourite ${of.slot + 1} of generation ${born.index}`} does=${() => pinFavourite(of, born)} /></li>`)}</ul>`}
     </section>
   `;
 }
@@ -102,7 +111,7 @@ export function Details() {
   return html`
     <aside class="pane right" aria-label="Details">
       <button type="button" class="close" aria-label="Close the details" onClick=${() => (detailsOpen.value = false)}>×</button>
-      <${Centre} /><${Favourites} />
+      <${Centre} /><${Compare} /><${Favourites} />
     </aside>
   `;
 }

@@ -6,13 +6,16 @@
 import { signal } from "../vendor/signals-core.js";
 import { pictureUrl } from "../api.js";
 import { nameOf, toggleFavourite } from "../breed.js";
+import { flip, flipped, pinCell, pinned } from "../compare.js";
 import { listenToHands } from "../hands.js";
 import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
 import { attachCanvas, liveCells } from "../live/live.js";
+import { mark } from "../marks.js";
+import { Pin } from "./compare.js";
 import { LightDot } from "./light.js";
 import { attempts, failed, loaded, pictureFailed, pictureLoaded, ready, tryAgain } from "../pictures.js";
-import { breeding, focused, generation, individualIn, lineage, mate, sceneBusy, shown, turning, scene } from "../state.js";
+import { breeding, clipped, focused, generation, individualIn, lineage, mate, sceneBusy, shown, turning, scene } from "../state.js";
 import { globe } from "../turn.js";
 
 /** Side of the large picture on the screen, in device pixels. */
@@ -41,6 +44,8 @@ function label(cell, of) {
   if (of.favourite) parts.push("favourite");
   if (of.twin) parts.push("twin of another");
   if (mate.value?.id === of.id) parts.push("mate");
+  if (pinned.value?.id === of.id) parts.push("B");
+  if (cell === "centre" && flipped.value) parts.push("B is shown in its place");
   return parts.join(", ");
 }
 
@@ -67,16 +72,44 @@ function Picture({ of, cell }) {
   `;
 }
 
-/** The centre at the size it is shown, once the frames have what they need. @param {{of: Individual}} props */
-function Large({ of }) {
+/** Where the centre's picture is at the size it is shown, once the frames have what they need. @param {Individual} of */
+function largeUrl(of) {
   const sceneId = lineage.value?.scene;
   const wanted = sceneId && ready.value === shown.value && largePx.value > (lineage.value?.thumbnail_px ?? 0);
-  if (!wanted || breeding.value || sceneBusy.value) return null;
-  const url = pictureUrl(of.id, sceneId, largePx.value);
+  return wanted && !breeding.value && !sceneBusy.value ? pictureUrl(of.id, sceneId, largePx.value) : null;
+}
+
+/** @param {{url: string}} props */
+function Large({ url }) {
   return html`
     <img key=${`${url} ${attempts.value.get(url) ?? 0}`} class=${loaded.value.has(url) ? "large" : "large waiting"} src=${url} alt="" draggable=${false}
       onLoad=${() => pictureLoaded(url)} onError=${() => pictureFailed(url)} />
   `;
+}
+
+/** B's pictures in the centre, there before they are looked at. @param {{of: Individual}} props */
+function Other({ of }) {
+  const sceneId = lineage.value?.scene;
+  if (!sceneId) return null;
+  const url = pictureUrl(of.id, sceneId, lineage.value?.thumbnail_px ?? 256);
+  const large = largeUrl(of);
+  const best = large && loaded.value.has(large) ? large : url;
+  return html`
+    <div class=${flipped.value ? "other" : "other unflipped"} data-testid="other">
+      <img key=${url} src=${url} alt="" draggable=${false} onLoad=${() => pictureLoaded(url)} />
+      ${large && html`<${Large} url=${large} />`}
+      ${flipped.value && html`<${Marks} url=${best} />`}
+    </div>
+  `;
+}
+
+/** @param {HTMLCanvasElement|null} element */
+const marking = (element) => element && void mark(element, element.dataset.url ?? "");
+
+/** The marks over a picture, made once for each picture and size. @param {{url: string}} props */
+function Marks({ url }) {
+  if (!clipped.value || !loaded.value.has(url)) return null;
+  return html`<canvas class="marks" data-testid="marks" aria-hidden="true" key=${`${url} ${largePx.value}`} data-url=${url} ref=${marking}></canvas>`;
 }
 
 /** What the hand is doing to the object, until the server has drawn it. */
@@ -100,6 +133,10 @@ function Frame({ cell }) {
   const [row, column] = centre ? [1, 1] : PLACES[cell];
   const isMate = of !== null && mate.value?.id === of.id;
   const drawnLive = liveCells.value.has(cell);
+  const large = centre && of && largeUrl(of);
+  const other = centre ? pinned.value : null;
+  const isB = of !== null && pinned.value?.id === of.id;
+  const flippedHere = other !== null && flipped.value;
   const scaled = !drawnLive && centre && scene.value && turning.value?.kind === "scale" ? turning.value.scale / scene.value.scale : 1;
   return html`
     <div
@@ -115,14 +152,19 @@ function Frame({ cell }) {
       onFocus=${() => (focused.value = cell)}
     >
       ${of && html`
-        <div class=${drawnLive ? "pictures lit" : "pictures"} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
+        <div class=${`pictures ${drawnLive ? "lit" : ""} ${flippedHere ? "flipped" : ""}`} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
           <${Picture} of=${of} cell=${cell} />
-          ${centre && html`<${Large} of=${of} />`}
+          ${large && html`<${Large} url=${large} />`}
+          <${Marks} url=${large && loaded.value.has(large) ? large : of.thumbnail} />
+          ${other && html`<${Other} of=${other} />`}
         </div>
         ${centre && !drawnLive && html`<${Globe} />`}
         ${centre && html`<${LightDot} />`}
         <button type="button" class=${of.favourite ? "star on" : "star"} data-testid="favourite" tabindex="-1" aria-pressed=${of.favourite}
           aria-label=${`Favourite: ${nameOf(cell)}`} title="Favourite (F)" onClick=${() => toggleFavourite(cell)}>${of.favourite ? "★" : "☆"}</button>
+        <${Pin} name=${nameOf(cell)} on=${isB} does=${() => pinCell(cell, nameOf(cell))} />
+        ${other && html`<button type="button" class="flip" data-testid="flip-here" tabindex="-1" aria-pressed=${flippedHere} aria-label="Show B in the place of the centre" title="Flip between A and B (X)"
+          onClick=${() => flip(!flipped.value)}><span class=${flippedHere ? "" : "on"}>A</span><span class=${flippedHere ? "on" : ""}>B</span></button>`}
         ${isMate && html`<span class="badge" data-testid="mate-badge">mate</span>`}
       `}
     </div>

@@ -8,7 +8,7 @@ import { takeFiles } from "../files.js";
 import { html } from "../html.js";
 import { BUILT_IN, chooseObject, setExposure } from "../scene.js";
 import { signal } from "../vendor/signals-core.js";
-import { forget, greySurround, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
+import { clipped, forget, greySurround, hinting, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
 import { LightKnobs } from "./light.js";
 import { Slider, Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
@@ -109,8 +109,12 @@ function Film() {
         shown=${auto ? "auto" : `${ev > 0 ? "+" : ""}${ev} EV`} turns=${(/** @type {number} */ to) => (draggedEv.value = to)} rests=${rest} />
       <div class="chips">
         <${Switch} id="exposure-auto" name="automatic" on=${auto} title="Each picture at its own exposure" turns=${(/** @type {boolean} */ on) => setExposure(on ? "auto" : ev)} />
+        <${Switch} id="clipped" name="clipped" on=${clipped.value} title="Marks what is lost: magenta where a channel is burnt out, blue where all are black, as the side away from the light is"
+          turns=${(/** @type {boolean} */ on) => (clipped.value = on)} />
         <${Switch} id="surround" name="grey surround" on=${greySurround.value} title="18 % grey around the frames" turns=${(/** @type {boolean} */ on) => (greySurround.value = on)} />
+        <${Switch} id="hint" name="help line" on=${hinting.value} title="The line of help under the frames" turns=${(/** @type {boolean} */ on) => (hinting.value = on)} />
       </div>
+      ${clipped.value && html`<p class="small"><span class="key burnt"></span> burnt out <span class="key black"></span> black</p>`}
       <${Trouble} place="film" />
     </section>
   `;

@@ -4,10 +4,16 @@
  * @import { Vec3 } from "../types.js"
  */
 import { html } from "../html.js";
+import { PLAIN } from "../light_color.js";
+import { lamp, lampKnown, leaveLamp, turnLamp } from "../lighting.js";
 import { letMove, moving, placeLight, rest, speed } from "../live/light.js";
 import { able, liveCells, watchers } from "../live/live.js";
-import { Slider } from "./control.js";
+import { wishedScene } from "../state.js";
+import { Colour, Slider } from "./control.js";
+import { Trouble } from "./trouble.js";
 
+/** Stops to either side; a scene may hold more. */
+const EV_LIMIT = 4;
 /** How far from the middle of the centre the dot is, where the light is at its farthest; in halves of its side. */
 const REACH = 0.94;
 
@@ -39,26 +45,50 @@ export function LightDot() {
   return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${(/** @type {HTMLElement|null} */ element) => (dot = element)}></span>`;
 }
 
-export function LightKnobs() {
-  if (able.value === false) {
-    return html`
-      <section aria-labelledby="light-title">
-        <h2 id="light-title">Light</h2>
-        <p class="small">This browser draws nothing live (WebGL 2 is missing), so the light rests.</p>
-      </section>
-    `;
-  }
+/** Where the light is and how it moves, which only what is drawn live follows. */
+function Circle() {
+  if (able.value === false) return html`<p class="small">This browser draws nothing live (WebGL 2 is missing), so the light rests.</p>`;
   const on = moving.value;
+  return html`
+    <div class="row">
+      <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${able.value === null} onClick=${() => letMove(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
+    </div>
+    <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${on ? "moves" : `${Math.round(rest.value)}°`} dim=${on}
+      turns=${(/** @type {number} */ to) => placeLight(to)} />
+    <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
+      turns=${(/** @type {number} */ to) => (speed.value = to)} />
+  `;
+}
+
+/** What the light is like, which belongs to the scene. */
+function Lamp() {
+  const { color, ev } = lamp.value ?? PLAIN;
+  const dark = lamp.value === null;
+  const auto = wishedScene.value?.film.exposure === "auto";
+  const white = () => {
+    turnLamp({ color: PLAIN.color });
+    leaveLamp();
+  };
+  return html`
+    <${Colour} id="light-color" name="Colour" value=${color} disabled=${!lampKnown.value}
+      turns=${(/** @type {string} */ to) => turnLamp({ color: to })} rests=${leaveLamp}>
+      ${color === PLAIN.color
+        ? html`<output for="light-color">white</output>`
+        : html`<button type="button" data-testid="light-white" title="White light again" onClick=${white}>White</button>`}
+    <//>
+    <${Slider} id="light-ev" name="Intensity" value=${ev} min=${-EV_LIMIT} max=${EV_LIMIT} step=${0.25} disabled=${!lampKnown.value} dim=${auto}
+      shown=${dark ? "dark" : `${ev > 0 ? "+" : ""}${ev} EV`} title=${auto ? "Automatic exposure evens it out; a fixed one shows it" : undefined}
+      turns=${(/** @type {number} */ to) => turnLamp({ ev: to })} rests=${leaveLamp} />
+    ${auto && ev !== 0 && html`<p class="small">Automatic exposure evens the intensity out.</p>`}
+    <${Trouble} place="light" />
+  `;
+}
+
+export function LightKnobs() {
   return html`
     <section aria-labelledby="light-title">
       <h2 id="light-title">Light</h2>
-      <div class="row">
-        <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${able.value === null} onClick=${() => letMove(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
-      </div>
-      <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${on ? "moves" : `${Math.round(rest.value)}°`} dim=${on}
-        turns=${(/** @type {number} */ to) => placeLight(to)} />
-      <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
-        turns=${(/** @type {number} */ to) => (speed.value = to)} />
+      <${Circle} /><${Lamp} />
     </section>
   `;
 }

@@ -4,10 +4,13 @@
  *
  * @import { Generation } from "../types.js"
  */
+import { pin } from "../compare.js";
 import { html } from "../html.js";
 import { ancestry, links } from "../history.js";
+import { isPlain } from "../keys.js";
 import { visit } from "../lineage.js";
 import { descent, largeOf, shown } from "../state.js";
+import { Pin } from "./compare.js";
 
 /** Distance of two pictures, their side, and the height of the arcs below, in CSS pixels: as in stage.css. */
 const STEP = 72;
@@ -41,13 +44,16 @@ function seen(element) {
 /** @param {{of: Generation, column: number, onPath: boolean}} props */
 function Stop({ of, column, onPath }) {
   const now = of.id === shown.value;
-  const picture = largeOf(of)?.thumbnail;
+  const standing = largeOf(of);
+  const picture = standing?.thumbnail;
+  const compare = () => standing && pin(standing, `The centre of generation ${of.index}`);
   return html`
-    <li style=${{ left: `${column * STEP}px` }}>
+    <li style=${{ left: `${column * STEP}px` }} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
       <button type="button" ref=${now ? seen : undefined} data-generation=${of.id} data-testid=${`history-${of.index}`} class=${onPath ? "stop on" : "stop"}
         aria-label=${`Generation ${of.index}`} aria-current=${now ? "true" : undefined} title=${`generation ${of.index}`} onClick=${() => visit(of.id)}>
         ${picture && html`<img src=${picture} alt="" loading="lazy" draggable=${false} />`}
       </button>
+      ${standing && html`<${Pin} name=${`generation ${of.index}`} does=${compare} />`}
     </li>
   `;
 }

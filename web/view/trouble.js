@@ -20,13 +20,16 @@ export function inWords(problem) {
 /** Whether the same request may fare better later; a refused one has to be changed first. @param {number} status */
 const mayPass = (status) => status === 0 || status >= 500 || [401, 409, 412, 429].includes(status);
 
+/** A problem told below the edge of a pane would not be read. @param {HTMLElement|null} element */
+const inSight = (element) => element?.scrollIntoView({ block: "nearest" });
+
 /** @param {{place: Place}} props */
 export function Trouble({ place }) {
   const trouble = troubles.value[place];
   if (!trouble) return null;
   const { problem, retry } = trouble;
   return html`
-    <div class="trouble" role="alert" data-testid="error" data-place=${place}>
+    <div class="trouble" role="alert" data-testid="error" data-place=${place} ref=${inSight}>
       <p><strong>${problem.title}.</strong> ${inWords(problem)}</p>
       <div class="row">
         ${retry && mayPass(problem.status) && html`<button type="button" onClick=${retry}>Try again</button>`}

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_eval::{Developed, SheetCell, centre_px};
+use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
 use brood_genome::{Constraints, Dialect, Genome, Output, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::{Curation, PictureFormat};
@@ -13,6 +13,7 @@ use serde_json::json;
 
 use crate::dialect::DialectWords;
 use crate::frame::FrameArgs;
+use crate::lock::LockWords;
 use crate::{genome_file, logging, output};
 
 /// Between the pictures of a sheet.
@@ -44,6 +45,12 @@ pub struct BreedArgs {
     /// Colour of the children: 0 grey to 1 as evolved; absent: as the first parent
     #[arg(long, value_name = "X", value_parser = amount)]
     pub saturation: Option<f32>,
+    /// Divide what children reflect by their largest albedo where it is above 1; absent: as the first parent
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub limit: Option<bool>,
+    /// What children keep of the first parent: instructions by number from 0, constants as C5, channels as r, g, b
+    #[arg(long, value_name = "LIST")]
+    pub lock: Option<LockWords>,
     /// What random genomes may use, as in 'smooth registers 7' or 'extended registers 12 length 60'
     #[arg(long, value_name = "WORDS")]
     pub dialect: Option<DialectWords>,
@@ -81,6 +88,14 @@ impl From<CurationWord> for Curation {
     }
 }
 
+fn on_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("this is on or off".to_owned()),
+    }
+}
+
 fn amount(text: &str) -> Result<f32, String> {
     let amount = text.parse().ok().filter(|amount| (0.0..=1.0).contains(amount));
     amount.ok_or_else(|| "an amount is a number from 0 to 1".to_owned())
@@ -99,9 +114,10 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     let distinct = curation != Curation::Off;
     let request = BroodRequest { variation, count: args.count, seed, distinct };
     let children = match curation {
-        Curation::Diverse => brood_eval::diverse_brood(&request),
+        Curation::Diverse => diverse_brood(&request),
         Curation::Off | Curation::Distinct => make_brood(&request),
     };
+    let children = express_brood(children);
     output::make_dir(&args.output)?;
     let renderer = Renderer::new(args.frame.backend);
     let sheet = sheet(args, &renderer, &children, parents.first())?;
@@ -113,7 +129,7 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     report(&children, variation.operator_name(), seed, args.seed.is_none(), json)
 }
 
-fn variation<'a>(args: &BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
+fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
     let variation = match parents {
         [] => {
             let dialect = args.dialect.map_or_else(Dialect::default, |words| words.0);
@@ -143,7 +159,15 @@ fn variation<'a>(args: &BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a
         homogeneous: args.homogeneous.then_some(true),
     };
     let output = args.saturation.map(Output::saturation).transpose()?;
-    Ok(variation.with_constraints(constraints).with_output(output))
+    if let Some(LockWords(locks)) = &args.lock {
+        let Some(parent) = parents.first() else {
+            bail!("a random start has no parent to keep anything of");
+        };
+        locks.validate(parent.dialect())?;
+    }
+    let locks = args.lock.as_ref().map(|words| &words.0);
+    let variation = variation.with_constraints(constraints).with_output(output);
+    Ok(variation.with_limit(args.limit).with_locks(locks))
 }
 
 /// Below 2^53, so that every JSON reader keeps it whole.
@@ -165,7 +189,7 @@ fn sheet(
     let spinner = output::spinner("rendering the sheet");
     let pictures = renderer.develop(&frame, &mesh, &programs)?;
     let centre = if children.len() == RING {
-        let program = centre.map_or_else(|| children[0].program.clone(), Program::lower);
+        let program = centre.map_or_else(|| children[0].program.clone(), express);
         let mut large = frame.clone();
         large.size_px = centre_px(frame.size_px, GAP_PX);
         renderer.develop(&large, &mesh, &[&program])?.pop()

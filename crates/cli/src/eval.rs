@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use brood_eval::energy_limit;
 use brood_program::Program;
 use brood_protocol::Backend;
 use brood_scene::SampleSet;
@@ -13,7 +14,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::pairs::{self, Row};
-use crate::{energy, genome_file, logging, output};
+use crate::{genome_file, logging, output};
 
 const LIMIT_BYTES: u64 = 1 << 30;
 /// Rows evaluated at once, to bound memory.
@@ -29,7 +30,7 @@ pub struct EvalArgs {
     /// auto, cpu, gpu or reference
     #[arg(long, default_value = "auto")]
     pub backend: Backend,
-    /// Divide by the largest albedo where it is above 1
+    /// Divide by the largest albedo where it is above 1, also where the genome does not ask for it
     #[arg(long)]
     pub limit: bool,
 }
@@ -39,7 +40,13 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let stdin = Path::new("-");
     ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
-    let program = Program::lower(&genome_file::read(&args.genome)?);
+    let genome = genome_file::read(&args.genome)?;
+    let limited = args.limit || genome.is_limited();
+    let mut program = Program::lower(&genome);
+    let limit = limited.then(|| energy_limit(&program));
+    if let Some(limit) = limit.filter(|limit| limit.divisor > 1.0) {
+        program = program.divided(limit.divisor);
+    }
     let text = read_text(&args.pairs)?;
     let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
     let renderer = Renderer::new(args.backend);
@@ -47,13 +54,15 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     for rows in rows.chunks(BATCH) {
         values.extend(evaluate(&renderer, args.backend, &program, rows)?);
     }
-    let limit = args.limit.then(|| energy::limit(&renderer, &program)).transpose()?;
-    if let Some(limit) = &limit {
-        for value in values.iter_mut().flatten() {
-            *value = divide(*value, limit.divisor);
-        }
-    }
     if json {
+        let limit = limit.map(|limit| {
+            json!({
+                "albedo": limit.albedo,
+                "error_bound": limit.error_bound,
+                "divisor": limit.divisor,
+                "theta_deg": limit.theta_deg,
+            })
+        });
         let report = json!({ "backend": renderer.report(), "f": values, "limit": limit });
         return output::print_json(&report);
     }
@@ -87,11 +96,6 @@ fn evaluate(
         if above { [f[index], f[count + index], f[2 * count + index]] } else { [0.0; 3] }
     };
     Ok(rows.iter().enumerate().map(value).collect())
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn divide(value: f32, divisor: f64) -> f32 {
-    (f64::from(value) / divisor) as f32
 }
 
 fn read_text(path: &Path) -> Result<String> {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use brood_eval::express;
 use brood_export::{Format, export};
-use brood_program::Program;
 use clap::Args;
 use serde_json::json;
 
@@ -26,7 +26,7 @@ pub struct ExportArgs {
 /// Runs the command.
 pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let program = Program::lower(&genome_file::read(&args.genome)?);
+    let program = express(&genome_file::read(&args.genome)?);
     let text = export(&program, args.format);
     let Some(path) = &args.output else {
         return match json {

@@ -4,71 +4,51 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use brood_genome::{Genome, Input, live_instructions};
-use brood_program::{Counts, Program, Tape};
-use brood_protocol::Backend;
-use brood_worker::Renderer;
+use brood_eval::{encode_png, express};
+use brood_inspect::{Inspection, image_slice, inspect, marked_source};
 use clap::Args;
-use serde_json::json;
 
-use crate::physics::{self, Physics};
-use crate::{genome_file, listing, logging, output};
+use crate::{genome_file, logging, output};
 
 /// Options of `brood inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArgs {
     /// A `.brood` or JSON file; - is stdin
     pub genome: PathBuf,
+    /// Also write the image slice as a PNG: half angle from left to right, difference angle from bottom to top
+    #[arg(long, value_name = "FILE")]
+    pub slice: Option<PathBuf>,
+    /// Side of the image slice in pixels
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub slice_size: u32,
 }
 
 /// Runs the command.
 pub fn run(args: &InspectArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let genome = genome_file::read(&args.genome)?;
-    let program = Program::lower(&genome);
-    let physics = physics::check(&Renderer::new(Backend::Cpu), &program)?;
-    if json {
-        return output::print_json(&report(&genome, &program, &physics));
+    if let Some(path) = &args.slice {
+        let slice = image_slice(&express(&genome), args.slice_size);
+        output::write_file(path, &encode_png(slice.size_px, slice.size_px, &slice.rgba))?;
     }
-    output::print(&text(&genome, &program, &physics)?)
+    let inspection = inspect(&genome);
+    if json {
+        return output::print_json(&inspection);
+    }
+    output::print(&text(&inspection)?)
 }
 
-fn report(genome: &Genome, program: &Program, physics: &Physics) -> serde_json::Value {
-    let counts = Counts::of(genome);
-    let inputs: Vec<&str> = program.inputs().iter().map(|input| input.name()).collect();
-    json!({
-        "hash": genome.hash().to_string(),
-        "program_hash": program.hash().to_string(),
-        "dialect": genome.dialect(),
-        "inputs": inputs,
-        "counts": {
-            "instructions": counts.instructions,
-            "live_instructions": counts.live_instructions,
-            "scalar_operations": counts.scalar_operations,
-            "live_scalar_operations": counts.live_scalar_operations,
-            "numbered_operations": counts.numbered_operations,
-            "operations": counts.operations,
-            "inputs_read": inputs.len(),
-            "inputs_known": Input::ALL.len(),
-            "registers": Tape::new(program).registers(),
-        },
-        "physics": physics,
-        "source": genome.to_string(),
-        "live": live_instructions(genome),
-        "code": listing::scalar_code(program),
-    })
-}
-
-fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String> {
-    let counts = Counts::of(genome);
-    let inputs: Vec<&str> = program.inputs().iter().map(|input| input.name()).collect();
-    let names = if inputs.is_empty() { "none".to_owned() } else { inputs.join(" ") };
+fn text(inspection: &Inspection) -> Result<String> {
+    let Inspection { counts, physics, energy, .. } = inspection;
+    let names = match inspection.inputs.as_slice() {
+        [] => "none".to_owned(),
+        inputs => inputs.join(" "),
+    };
     let mut text = String::new();
-    writeln!(text, "genome        {}", genome.hash())?;
-    writeln!(text, "program       {}", program.hash())?;
-    let dialect = genome.dialect();
-    writeln!(text, "dialect       {dialect}, length {}", dialect.length)?;
-    writeln!(text, "inputs        {names} ({} of {})", inputs.len(), Input::ALL.len())?;
+    writeln!(text, "genome        {}", inspection.hash)?;
+    writeln!(text, "program       {}", inspection.program_hash)?;
+    writeln!(text, "dialect       {}, length {}", inspection.dialect, counts.instructions)?;
+    writeln!(text, "inputs        {names} ({} of {})", counts.inputs_read, counts.inputs_known)?;
     writeln!(text, "instructions  {}, live {}", counts.instructions, counts.live_instructions)?;
     writeln!(
         text,
@@ -78,7 +58,7 @@ fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String>
         counts.numbered_operations,
         counts.operations
     )?;
-    writeln!(text, "registers     {} in use at once", Tape::new(program).registers())?;
+    writeln!(text, "registers     {} in use at once", counts.registers)?;
     writeln!(
         text,
         "reciprocity   exact by construction; {} pairs swapped, {} differ",
@@ -91,15 +71,18 @@ fn text(genome: &Genome, program: &Program, physics: &Physics) -> Result<String>
     )?;
     writeln!(
         text,
-        "albedo        at most {:.6} (theta_i {:.0} degrees) over {} integrals of {} samples each",
-        physics.max_albedo,
-        physics.max_albedo_theta_deg,
-        physics.integrals,
-        physics.samples_per_integral
+        "reflects      at most {:.6} (theta_i {:.1} degrees), error bound {:.1e}; {}",
+        energy.max_albedo,
+        energy.theta_deg,
+        energy.error_bound,
+        match energy.limited {
+            true => format!("energy limit: divided by {:.6}", energy.divisor),
+            false => "no energy limit".to_owned(),
+        }
     )?;
     writeln!(text, "\nsource\n")?;
-    text += &listing::marked_source(&genome.to_string(), &live_instructions(genome));
+    text += &marked_source(&inspection.source, &inspection.live);
     writeln!(text, "\nlive code\n")?;
-    text += &listing::scalar_code(program);
+    text += &inspection.code;
     Ok(text)
 }

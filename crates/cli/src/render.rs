@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use brood_program::Program;
+use brood_eval::express;
 use brood_protocol::PictureFormat;
 use brood_scene::PixelArea;
 use brood_worker::Renderer;
@@ -38,7 +38,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         Some("exr") => PictureFormat::Exr,
         _ => bail!("the output's name must end in .png or .exr"),
     };
-    let program = Program::lower(&genome_file::read(&args.genome)?);
+    let program = express(&genome_file::read(&args.genome)?);
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
     if let Some(area) = args.area.filter(|area| !area.is_within(args.frame.size)) {

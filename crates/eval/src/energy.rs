@@ -6,21 +6,21 @@
 
 mod hemisphere;
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use brood_brdf::{Input, InputMask};
 use brood_genome::Genome;
-use brood_program::Program;
+use brood_program::{Child, Program};
 use brood_scene::SampleSet;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use crate::{CanonicalEvaluator, Evaluator};
 
 pub use hemisphere::{Quadrature, around, pair};
 
 /// Inputs that turn with the surface; without them a program is isotropic.
-const AZIMUTHAL: [Input; 4] =
-    [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
+const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
 /// Incident directions of the grid: angles from the normal ...
 const THETAS: usize = 12;
 /// ... up to this, the last place before grazing incidence, where the integral loses its meaning ...
@@ -37,8 +37,12 @@ const STARTS: usize = 4;
 const HALVINGS: u32 = 6;
 /// Order of the search's quadrature.
 const SEARCH_ORDER: usize = 12;
+/// The highest order of the measurement.
+pub const ALBEDO_ORDER: usize = 128;
 /// Orders of the measurement, each twice the one before.
-const ORDERS: [usize; 4] = [16, 32, 64, 128];
+const ORDERS: [usize; 4] = [16, 32, 64, ALBEDO_ORDER];
+/// Relative error that f32 adds, of the values and of the divided output stage.
+const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
 /// The measurement ends where doubling the order changed the albedo by a smaller share.
 const SETTLED: f64 = 1e-4;
 
@@ -82,6 +86,19 @@ impl Place {
 pub fn express(genome: &Genome) -> Program {
     let program = Program::lower(genome);
     if genome.is_limited() { limited(program) } else { program }
+}
+
+/// The children as they are seen: those that ask for the energy limit are put under it.
+#[must_use]
+pub fn express_brood(children: Vec<Child>) -> Vec<Child> {
+    let express = |child: Child| {
+        if !child.genome.is_limited() {
+            return child;
+        }
+        let program = limited(child.program);
+        Child { program_hash: program.hash(), program, ..child }
+    };
+    children.into_par_iter().map(express).collect()
 }
 
 /// The program under the energy limit.
@@ -166,7 +183,7 @@ pub fn search(program: &Program) -> (EnergyLimit, Place) {
     let albedo = albedo.expect("there is an order");
     // Where clamps put kinks into f, errors do not fall evenly, and one small change proves little.
     let change = changes[1].max(0.25 * changes[0]) + gain;
-    let error_bound = if albedo > 0.0 { change / albedo } else { 0.0 };
+    let error_bound = if albedo > 0.0 { change / albedo + ROUNDING } else { 0.0 };
     let divisor = (albedo * (1.0 + error_bound)).max(1.0);
     let theta_deg = place.theta_deg;
     (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
@@ -183,18 +200,13 @@ struct Axes {
 impl Axes {
     fn of(inputs: InputMask) -> Self {
         let reads = |input| inputs.contains(input);
-        Self {
-            azimuth: AZIMUTHAL.into_iter().any(reads),
-            u: reads(Input::U),
-            v: reads(Input::V),
-        }
+        Self { azimuth: AZIMUTHAL.into_iter().any(reads), u: reads(Input::U), v: reads(Input::V) }
     }
 }
 
 static GRID_RULE: LazyLock<Quadrature> = LazyLock::new(|| Quadrature::new(GRID_ORDER));
 static SEARCH_RULE: LazyLock<Quadrature> = LazyLock::new(|| Quadrature::new(SEARCH_ORDER));
-static RULES: LazyLock<[Quadrature; ORDERS.len()]> =
-    LazyLock::new(|| ORDERS.map(Quadrature::new));
+static RULES: LazyLock<[Quadrature; ORDERS.len()]> = LazyLock::new(|| ORDERS.map(Quadrature::new));
 
 /// One of [`ORDERS`].
 fn rule(order: usize) -> &'static Quadrature {
@@ -206,7 +218,152 @@ fn rule(order: usize) -> &'static Quadrature {
 type Tile = (Vec<Place>, SampleSet);
 
 /// Tiles without azimuths, then those with; each by texture position.
-static GRID: [[LazyLock<Tile>; UV_SIDE * UV_SIDE]; 2] = [
-    [const { LazyLock::new(|| unreachable!()) }; UV_SIDE * UV_SIDE],
-    [const { LazyLock::new(|| unreachable!()) }; UV_SIDE * UV_SIDE],
-];
+static GRID: [[OnceLock<Tile>; UV_SIDE * UV_SIDE]; 2] =
+    [const { [const { OnceLock::new() }; UV_SIDE * UV_SIDE] }; 2];
+
+/// The tiles that can matter.
+fn grid(axes: Axes) -> impl Iterator<Item = &'static Tile> {
+    let tiles = &GRID[usize::from(axes.azimuth)];
+    let matters =
+        move |index: &usize| (axes.u || index % UV_SIDE == 0) && (axes.v || index / UV_SIDE == 0);
+    let tile = move |index: usize| tiles[index].get_or_init(|| tile(axes.azimuth, index));
+    (0..UV_SIDE * UV_SIDE).filter(matters).map(tile)
+}
+
+fn tile(azimuth: bool, index: usize) -> Tile {
+    let side = |index: usize| index as f64 / (UV_SIDE - 1) as f64;
+    let uv = DVec2::new(side(index % UV_SIDE), side(index / UV_SIDE));
+    let azimuths = if azimuth { AZIMUTHS } else { 1 };
+    let thetas = (0..THETAS).map(|ring| THETA_MAX_DEG * ring as f64 / (THETAS - 1) as f64);
+    let turns = |theta_deg| {
+        let turn = |step| 0.5 * step as f64 / azimuths as f64;
+        (0..azimuths).map(move |step| Place { theta_deg, turn: turn(step), uv })
+    };
+    let places: Vec<Place> = thetas.flat_map(turns).collect();
+    let set = samples(&places, &GRID_RULE);
+    (places, set)
+}
+
+/// Every direction of the rule for every place.
+fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
+    let mut pairs = Vec::with_capacity(places.len() * rule.directions().len());
+    let mut uvs = Vec::with_capacity(pairs.capacity());
+    for place in places {
+        let wi = place.direction();
+        pairs.extend(rule.directions().iter().map(|wo| pair(wi, *wo)));
+        uvs.resize(pairs.len(), place.uv);
+    }
+    SampleSet::from_pairs(&pairs, &uvs)
+}
+
+/// The largest albedo of the channels at each place of such samples.
+fn albedos(program: &Program, set: &SampleSet, rule: &Quadrature) -> Vec<f64> {
+    let mut f = Vec::new();
+    CanonicalEvaluator::default()
+        .eval(&[program], set, &mut f)
+        .expect("the CPU runs every program");
+    let count = rule.directions().len();
+    let albedo = |place: usize| {
+        let channel = |channel: usize| {
+            let start = channel * set.len() + place * count;
+            rule.integrate(f[start..start + count].iter().map(|f| f64::from(*f)))
+        };
+        (0..3).map(channel).fold(0.0, f64::max)
+    };
+    (0..set.len() / count).map(albedo).collect()
+}
+
+fn measure(program: &Program, places: &[Place], rule: &Quadrature) -> Vec<f64> {
+    albedos(program, &samples(places, rule), rule)
+}
+
+fn neighbours(place: &Place, step: &Place, axes: Axes) -> Vec<Place> {
+    let mut all = Vec::new();
+    for sign in [-1.0, 1.0] {
+        let theta_deg = (place.theta_deg + sign * step.theta_deg).clamp(0.0, THETA_MAX_DEG);
+        all.push(Place { theta_deg, ..*place });
+        if axes.azimuth {
+            all.push(Place { turn: place.turn + sign * step.turn, ..*place });
+        }
+        for (_, axis) in [(axes.u, DVec2::X), (axes.v, DVec2::Y)].into_iter().filter(|(on, _)| *on)
+        {
+            let uv = (place.uv + axis * step.uv * sign).clamp(DVec2::ZERO, DVec2::ONE);
+            all.push(Place { uv, ..*place });
+        }
+    }
+    all
+}
+
+fn best(found: &[(Place, f64)]) -> (Place, f64) {
+    // Of equals the first one, whatever the number of places.
+    let best = found.iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
+    *best.expect("there is always a place to look at")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn program(code: &str) -> Program {
+        let text = format!("brood 1\n.dialect paper smooth registers 7\n{code}\n");
+        express(&text.parse().unwrap())
+    }
+
+    fn limit_of(code: &str) -> EnergyLimit {
+        energy_limit(&program(code))
+    }
+
+    #[test]
+    fn constant_is_divided_by_pi_times_it() {
+        let found = limit_of(".const C0 2 1 0 0\nMOV R0, C0");
+        assert!((found.divisor - 4.0 * PI).abs() < 1e-4, "{found:?}");
+        assert!(limit_of(".const C0 0.5 0.5 0 0\nMOV R0, C0").divisor <= 1.0);
+        assert_eq!(limit_of("SUB R0, R0, R0").albedo, 0.0);
+    }
+
+    #[test]
+    fn maximum_at_normal_incidence_is_found() {
+        // g = cos_i + cos_o: the albedo is pi (c^2 + 4 c / 3 + 1 / 2), largest at c = 1.
+        let found = limit_of("MOV R0, R0.x");
+        let expected = PI * (1.0 + 4.0 / 3.0 + 0.5);
+        assert!((found.albedo - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
+        assert!(found.divisor >= expected * (1.0 - 1e-6), "{found:?}");
+        assert!(found.theta_deg < 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn texture_positions_are_searched_when_they_are_read() {
+        let found = limit_of("MOV R0, R1.z");
+        assert!((found.albedo - PI).abs() < 1e-6, "u = 1: {found:?}");
+        let v = limit_of("MOV R0, R1.w");
+        assert!((v.albedo - PI).abs() < 1e-6, "v = 1: {v:?}");
+        assert_eq!(found.samples, v.samples);
+        assert!(
+            limit_of("MOV R0, R0.x").samples < found.samples,
+            "what is not read is not searched"
+        );
+    }
+
+    #[test]
+    fn limited_program_reflects_at_most_what_it_receives() {
+        let bright = ".matrix 1 0 0 0 1 0 0 0.5 1\n.scale 2 1 1\n.offset 0.1 0 0\n.const C0 3 2 1 0\nMUL R0, R0.x, C0";
+        let free = limit_of(bright);
+        assert!(free.albedo > 1.0);
+        let held = program(&format!(".limit on\n{bright}"));
+        let found = energy_limit(&held);
+        assert!(found.albedo <= 1.0 && found.albedo > 0.98, "{found:?}");
+        assert_ne!(held.hash(), program(bright).hash());
+        let dim = ".const C0 0.1 0.1 0.1 0\nMUL R0, R0.x, C0";
+        assert_eq!(program(&format!(".limit on\n{dim}")), program(dim), "nothing to take away");
+    }
+
+    #[test]
+    fn limit_has_the_same_bits_on_any_number_of_threads() {
+        let program =
+            program(".const C0 3 2 1 0\nMUL R1, R0.xwyz, C0\nSIN R0.xy, R1.x\nADD R0, R0, R1.zwxy");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(pool.install(|| search(&program)), search(&program));
+    }
+}

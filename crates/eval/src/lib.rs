@@ -7,6 +7,7 @@
 mod canonical;
 pub mod conformance;
 mod derivative;
+mod energy;
 mod evaluator;
 mod film;
 mod fitness;
@@ -18,6 +19,10 @@ mod reference;
 
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
+pub use energy::{
+    ALBEDO_ORDER, EnergyLimit, Place, Quadrature, around, directional_albedo, energy_limit,
+    express, express_brood, limited, pair, search as search_limit,
+};
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{
     Developed, FineSamples, Gain, RoughTile, develop, develop_samples, encode_srgb,

@@ -40,7 +40,7 @@ pub use genome::{CONSTANTS, Genome, GenomeError, Output, OutputError};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;
 pub use json::JsonError;
-pub use liveness::{Liveness, REGISTERS, live_instructions};
+pub use liveness::{Liveness, REGISTERS, channels_of_instructions, live_instructions};
 pub use locks::{Channel, Locks, LocksError};
 pub use opcode::Opcode;
 pub use operand::{Operand, Register, Swizzle, WriteMask};

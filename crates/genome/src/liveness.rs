@@ -89,6 +89,18 @@ fn components(swizzle: Swizzle, places: u8) -> u8 {
     component(0) | component(1) | component(2) | component(3)
 }
 
+/// For each instruction the channels that depend on it before the colour matrix: bits 0, 1, 2 are red, green, blue.
+#[must_use]
+pub fn channels_of_instructions(genome: &Genome) -> Vec<u8> {
+    let mut masks = vec![0; genome.instructions().len()];
+    for channel in 0..3 {
+        walk_back(genome.instructions(), 1 << channel, |index, live, _| {
+            masks[index] |= u8::from(live != 0) << channel;
+        });
+    }
+    masks
+}
+
 /// For each instruction whether it can change the result.
 #[must_use]
 pub fn live_instructions(genome: &Genome) -> Vec<bool> {

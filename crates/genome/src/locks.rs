@@ -36,7 +36,9 @@ pub struct Locks {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LocksError {
     /// A position that no genome of the dialect has.
-    #[error("there is no instruction {given}: a genome of the dialect has {length}, counted from 0")]
+    #[error(
+        "there is no instruction {given}: a genome of the dialect has {length}, counted from 0"
+    )]
     Instruction {
         /// Where in the list.
         at: usize,

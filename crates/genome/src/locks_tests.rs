@@ -9,7 +9,8 @@ fn parent(seed: u64) -> Genome {
 
 /// g of red, green and blue at some inputs.
 fn results(genome: &Genome) -> Vec<[u32; 3]> {
-    let value = |at: usize, input: crate::Input| ((at * 31 + input.index() * 17) % 40) as f32 / 20.0 - 1.0;
+    let value =
+        |at: usize, input: crate::Input| ((at * 31 + input.index() * 17) % 40) as f32 / 20.0 - 1.0;
     let g = |at: usize| interpret::<f32>(genome, |input| value(at, input));
     (0..16).map(|at| g(at).map(|g| g.abs().to_bits())).collect()
 }

@@ -167,6 +167,12 @@ impl Program {
         self.steps.len()
     }
 
+    /// The program whose reflectance is this one's divided by a number; see [`Output::divided`].
+    #[must_use]
+    pub fn divided(self, divisor: f64) -> Self {
+        Self { output: self.output.divided(divisor), ..self }
+    }
+
     /// The inputs it reads; nothing else need be computed for it.
     #[must_use]
     pub fn inputs(&self) -> InputMask {

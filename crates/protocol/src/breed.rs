@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::GenomeHash;
+use brood_genome::{GenomeHash, Locks};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::{IndividualId, Seed};
@@ -115,9 +115,14 @@ pub struct Breed {
     /// Colour matrix of the children, 0 grey to 1 as evolved; absent: the first parent's, or the lineage's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
-    /// Parts that breeding must not touch; not available yet.
+    /// Whether the children are under the energy limit; absent: as the first parent is, or the lineage's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub locks: Option<serde_json::Value>,
+    pub energy_limit: Option<bool>,
+    /// Parts of the first parent that its children keep: `instructions` by position, `constants` by number, `channels` of
+    /// `r`, `g` and `b`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub locks: Option<Locks>,
 }
 
 /// Body of `POST /v1/lineages/{id}/adoptions`; 1 to 256 genomes and presets together.
@@ -156,6 +161,7 @@ impl Default for Breed {
             seed: None,
             constraints: None,
             saturation: None,
+            energy_limit: None,
             locks: None,
         }
     }

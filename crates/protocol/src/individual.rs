@@ -1,6 +1,6 @@
 //! Generations and individuals as they are answered.
 
-use brood_genome::GenomeHash;
+use brood_genome::{GenomeHash, Locks};
 use serde::{Deserialize, Serialize};
 
 use crate::{Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed};
@@ -73,6 +73,13 @@ pub struct Generation {
     /// Colour matrix as asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
+    /// Energy limit as asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_limit: Option<bool>,
+    /// Parts of the first parent that were kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub locks: Option<Locks>,
     /// The children by slot.
     pub individuals: Vec<Individual>,
     /// When it was made, milliseconds since 1970.

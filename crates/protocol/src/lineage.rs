@@ -27,6 +27,9 @@ pub struct CreateLineage {
     /// Colour matrix of random children: 0 grey to 1 as evolved.
     #[serde(default = "default_saturation")]
     pub saturation: f32,
+    /// Whether random children are under the energy limit.
+    #[serde(default)]
+    pub energy_limit: bool,
 }
 
 fn default_thumbnail_px() -> u32 {
@@ -53,6 +56,9 @@ pub struct PatchLineage {
     /// New colour matrix of random children.
     #[serde(default)]
     pub saturation: Option<f32>,
+    /// Whether random children are under the energy limit from now on.
+    #[serde(default)]
+    pub energy_limit: Option<bool>,
 }
 
 /// A lineage.
@@ -73,6 +79,8 @@ pub struct Lineage {
     pub dialect: Dialect,
     /// Colour matrix of random children.
     pub saturation: f32,
+    /// Whether random children are under the energy limit.
+    pub energy_limit: bool,
     /// How many generations it has.
     pub generations: u64,
     /// When it was made, milliseconds since 1970.

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering;
 
-use brood_genome::GenomeHash;
+use brood_genome::{GenomeHash, Locks};
 use brood_protocol::{
     Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
@@ -40,6 +40,10 @@ pub struct NewGeneration {
     pub constraints: DialectConstraints,
     /// Colour matrix as asked for.
     pub saturation: Option<f32>,
+    /// Energy limit as asked for.
+    pub energy_limit: Option<bool>,
+    /// Parts of the first parent that are kept.
+    pub locks: Option<Locks>,
     /// When it was made, milliseconds since 1970.
     pub created_ms: i64,
     /// The children.
@@ -100,6 +104,10 @@ pub struct StoredGeneration {
     pub constraints: DialectConstraints,
     /// Colour matrix as asked for.
     pub saturation: Option<f32>,
+    /// Energy limit as asked for.
+    pub energy_limit: Option<bool>,
+    /// Parts of the first parent that are kept.
+    pub locks: Option<Locks>,
     /// When it was made, milliseconds since 1970.
     pub created_ms: i64,
     /// The children by slot.
@@ -110,7 +118,8 @@ macro_rules! select {
     ($rest:literal) => {
         concat!(
             "SELECT id, lineage_id, position, seed_bits, centre_id, mutation, recombination,
-                    curation, isotropic, homogeneous, saturation, created_ms
+                    curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
+                    created_ms
              FROM generation ",
             $rest
         )
@@ -197,11 +206,14 @@ pub(crate) async fn insert(
 }
 
 async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<u64, StorageError> {
+    let words = |locks| serde_json::to_string(locks).expect("locks are lists of numbers and words");
+    let locks = new.locks.as_ref().map(words);
     sqlx::query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
-             recombination, curation, isotropic, homogeneous, saturation, created_ms)
+             recombination, curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
+             created_ms)
          SELECT ?1, ?2, coalesce((SELECT max(position) + 1 FROM generation WHERE lineage_id = ?2), 0),
-             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11
+             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13
          RETURNING position",
     )
     .bind(new.id.key())
@@ -214,6 +226,8 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(new.constraints.isotropic)
     .bind(new.constraints.homogeneous)
     .bind(new.saturation)
+    .bind(new.energy_limit)
+    .bind(locks)
     .bind(new.created_ms)
     .fetch_one(conn)
     .await?
@@ -315,6 +329,8 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
         curation: new.curation,
         constraints: new.constraints,
         saturation: new.saturation,
+        energy_limit: new.energy_limit,
+        locks: new.locks,
         created_ms: new.created_ms,
         individuals,
     }
@@ -365,10 +381,17 @@ fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), Sto
             homogeneous: row.try_get("homogeneous")?,
         },
         saturation: row.try_get::<Option<f64>, _>("saturation")?.map(narrow),
+        energy_limit: row.try_get("energy_limit")?,
+        locks: locks(row)?,
         created_ms: row.integer("created_ms")?,
         individuals: Vec::new(),
     };
     Ok((generation, row.optional_id("centre_id")?))
+}
+
+fn locks(row: &SqliteRow) -> Result<Option<Locks>, StorageError> {
+    let json: Option<&str> = row.try_get("locks_json")?;
+    json.map(serde_json::from_str).transpose().map_err(|_| damaged("locks_json"))
 }
 
 fn curation_word(curation: Curation) -> &'static str {

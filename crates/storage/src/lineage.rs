@@ -29,6 +29,8 @@ pub struct NewLineage {
     pub dialect: Dialect,
     /// Colour matrix of random children.
     pub saturation: f32,
+    /// Whether random children are under the energy limit.
+    pub energy_limit: bool,
     /// When it was made, milliseconds since 1970.
     pub created_ms: i64,
 }
@@ -74,8 +76,8 @@ impl FromStr for LineageCursor {
 macro_rules! select {
     ($rest:literal) => {
         concat!(
-            "SELECT id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, created_ms,
-                    version,
+            "SELECT id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
+                    created_ms, version,
                     (SELECT count(*) FROM generation WHERE lineage_id = lineage.id) AS generations
              FROM lineage ",
             $rest
@@ -146,6 +148,7 @@ impl Store {
                 let done = sqlx::query(
                     "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
                          scene_id = coalesce(?, scene_id), saturation = coalesce(?, saturation),
+                         energy_limit = coalesce(?, energy_limit),
                          version = version + 1
                      WHERE id = ? AND version = ?",
                 )
@@ -153,6 +156,7 @@ impl Store {
                 .bind(patch.notes)
                 .bind(patch.scene.as_ref().map(|scene| scene.key().to_vec()))
                 .bind(patch.saturation)
+                .bind(patch.energy_limit)
                 .bind(id.key())
                 .bind(signed(expected_version))
                 .execute(&mut *conn)
@@ -190,8 +194,9 @@ pub(crate) async fn insert(
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is words and numbers");
     sqlx::query(
         "INSERT INTO lineage
-             (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, created_ms)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+             (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
+              created_ms)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(new.id.key())
     .bind(new.name.as_str())
@@ -200,6 +205,7 @@ pub(crate) async fn insert(
     .bind(new.thumbnail_px)
     .bind(dialect)
     .bind(new.saturation)
+    .bind(new.energy_limit)
     .bind(new.created_ms)
     .execute(conn)
     .await?;
@@ -224,6 +230,7 @@ fn read(row: &SqliteRow) -> Result<Lineage, StorageError> {
         thumbnail_px: row.whole("thumbnail_px")?,
         dialect: serde_json::from_str(dialect).map_err(|_| damaged("dialect_json"))?,
         saturation: row.single("saturation")?,
+        energy_limit: row.flag("energy_limit")?,
         generations: row.whole("generations")?,
         created_ms: row.integer("created_ms")?,
         version: row.whole("version")?,

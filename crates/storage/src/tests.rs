@@ -8,7 +8,7 @@ mod history;
 mod queue;
 mod removal;
 
-use brood_genome::{Dialect, GenomeHash};
+use brood_genome::{Dialect, GenomeHash, Locks};
 use brood_protocol::{
     Backend, Curation, DialectConstraints, GenerationId, IndividualId, JobId, LineageId, ParentRef,
     PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -55,6 +55,7 @@ fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> NewLineage {
         thumbnail_px: 256,
         dialect: Dialect { isotropic: true, ..Dialect::default() },
         saturation: 0.1,
+        energy_limit: true,
         created_ms,
     }
 }
@@ -92,6 +93,8 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
         curation: Curation::Distinct,
         constraints: DialectConstraints { isotropic: Some(true), homogeneous: None },
         saturation: Some(0.1),
+        energy_limit: Some(true),
+        locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),
         created_ms: 1_700_000_000_123,
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),
         pictures: Vec::new(),

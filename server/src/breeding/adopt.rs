@@ -1,5 +1,6 @@
 //! Genomes that were not bred here brought into a lineage as they are, as individuals without parents.
 
+use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_preset::Preset;
 use brood_program::Child;
@@ -83,7 +84,7 @@ fn fitted(genome: Genome, dialect: &Dialect, pointer: String) -> Result<Genome, 
 
 fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
     let newborn = |(slot, genome): (u32, Genome)| {
-        let program = Program::lower(&genome);
+        let program = express(&genome);
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
         let bytes = genome.canonical_bytes();
         let child = Child {

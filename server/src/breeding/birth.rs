@@ -94,6 +94,8 @@ impl AppState {
             curation: brood.breed.curation,
             constraints: brood.constraints,
             saturation: brood.breed.saturation,
+            energy_limit: brood.breed.energy_limit,
+            locks: brood.breed.locks.clone(),
             individuals: individuals
                 .iter()
                 .map(|new| {
@@ -134,6 +136,8 @@ impl AppState {
             curation: brood.breed.curation,
             constraints: brood.constraints,
             saturation: brood.breed.saturation,
+            energy_limit: brood.breed.energy_limit,
+            locks: brood.breed.locks,
             created_ms,
             individuals,
             pictures,

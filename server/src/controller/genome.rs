@@ -4,8 +4,8 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_genome::{Genome, GenomeHash};
-
+use brood_eval::express;
+use brood_genome::{Genome, GenomeHash, live_instructions};
 use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::{created, has_already};
@@ -46,7 +46,7 @@ pub async fn create(
     let is_text = content_type.is(TEXT);
     let parsed = app.on_processor(move || -> Result<_, ApiError> {
         let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
-        let program = Program::lower(&genome);
+        let program = express(&genome);
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
         Ok((genome, program, live))
     });

@@ -58,6 +58,7 @@ pub async fn create(
         thumbnail_px: asked.thumbnail_px,
         dialect: asked.dialect,
         saturation: asked.saturation,
+        energy_limit: asked.energy_limit,
         created_ms: now_ms(),
     };
     let answer = Lineage {
@@ -68,6 +69,7 @@ pub async fn create(
         thumbnail_px: new.thumbnail_px,
         dialect: new.dialect,
         saturation: new.saturation,
+        energy_limit: new.energy_limit,
         generations: 0,
         created_ms: new.created_ms,
         version: 1,
@@ -107,7 +109,7 @@ pub async fn get(
     Ok(versioned(lineage.version, &lineage))
 }
 
-/// Changes name, notes, scene or saturation.
+/// Changes name, notes, scene, saturation or energy limit.
 #[utoipa::path(patch, path = "/v1/lineages/{id}", tag = "lineages",
     params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as it was read")),
     request_body = PatchLineage, responses((status = 200, body = Lineage)))]

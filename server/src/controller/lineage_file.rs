@@ -65,6 +65,7 @@ pub async fn export(
         dialect: lineage.dialect,
         thumbnail_px: lineage.thumbnail_px,
         saturation: lineage.saturation,
+        energy_limit: lineage.energy_limit,
         scene: known.scene.clone(),
         mesh,
         genomes: texts(&app, &hashes).await?,
@@ -111,6 +112,7 @@ pub async fn import(
         thumbnail_px: new.lineage.thumbnail_px,
         dialect: new.lineage.dialect,
         saturation: new.lineage.saturation,
+        energy_limit: new.lineage.energy_limit,
         generations: new.generations.len() as u64,
         created_ms: new.lineage.created_ms,
         version: 1,
@@ -190,6 +192,8 @@ fn present(
         curation: stored.curation,
         constraints: stored.constraints,
         saturation: stored.saturation,
+        energy_limit: stored.energy_limit,
+        locks: stored.locks,
         created_ms: stored.created_ms,
         individuals: stored
             .individuals

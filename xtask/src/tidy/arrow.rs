@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly.
-const ARROWS: [(&str, &[&str]); 14] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("brood-brdf", &[]),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it are brdf's.
     ("brood-genome", &["brood-brdf"]),
@@ -17,6 +17,10 @@ const ARROWS: [(&str, &[&str]); 14] = [
     ("brood-eval", &["brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
     ("brood-gpu", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
     ("brood-export", &["brood-program", "brood-genome", "brood-brdf"]),
+    (
+        "brood-inspect",
+        &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
+    ),
     ("brood-preset", &["brood-genome"]),
     ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
     ("brood-storage", &["brood-protocol", "brood-genome"]),
@@ -31,6 +35,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "brood-scene",
             "brood-eval",
             "brood-export",
+            "brood-inspect",
             "brood-preset",
         ],
     ),

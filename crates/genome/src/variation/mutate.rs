@@ -47,8 +47,10 @@ struct Live {
 
 impl Live {
     fn of(draft: &Draft) -> Self {
-        let mut live =
-            Self { instructions: vec![false; draft.instructions.len()], constants: [false; CONSTANTS] };
+        let mut live = Self {
+            instructions: vec![false; draft.instructions.len()],
+            constants: [false; CONSTANTS],
+        };
         walk_back(&draft.instructions, RESULT, |index, components, _| {
             if components != 0 {
                 live.instructions[index] = true;
@@ -78,7 +80,8 @@ pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool
     let of_live = INSTRUCTION_RATE * mutation * mutation;
     let mut changed = false;
     for (position, instruction) in draft.instructions.iter_mut().enumerate() {
-        if held.instruction(position) || !stream.chance(rate(of_live, live.instructions[position])) {
+        if held.instruction(position) || !stream.chance(rate(of_live, live.instructions[position]))
+        {
             continue;
         }
         if let Some(mutant) = mutant(instruction, &draft.dialect, &mut stream, held, position) {

@@ -16,7 +16,10 @@ async fn lineage_is_read_back_as_written() {
     let new = new_lineage("'; DROP TABLE lineage; --", scene(&store).await, 5);
     let made = store.create_lineage(new.clone(), None).await.unwrap();
     assert_eq!((made.id, made.name, made.notes), (new.id, new.name.clone(), new.notes.clone()));
-    assert_eq!((made.scene, made.dialect, made.saturation), (new.scene, new.dialect, 0.1));
+    assert_eq!(
+        (made.scene, made.dialect, made.saturation, made.energy_limit),
+        (new.scene, new.dialect, 0.1, true)
+    );
     assert_eq!((made.thumbnail_px, made.created_ms), (256, 5));
     assert_eq!((made.generations, made.version), (0, 1));
     generation(&store, new.id, &[], "g").await;
@@ -112,6 +115,10 @@ async fn generation_is_read_back_as_written() {
     assert_eq!((made.index, made.seed, made.parents.as_slice()), (1, new.seed, parents.as_slice()));
     assert_eq!(made.centre.as_ref(), Some(&first.individuals[1]));
     assert_eq!((made.mutation, made.recombination, made.saturation), (0.3, 0.7, Some(0.1)));
+    assert_eq!(
+        (made.energy_limit, &made.locks),
+        (Some(true), &new_generation(made.lineage, &[], "x").locks)
+    );
     assert_eq!((made.curation, made.constraints), (new.curation, new.constraints));
     assert_eq!(made.individuals.iter().map(|one| one.slot).collect::<Vec<_>>(), [0, 1, 2]);
     assert_eq!(made.individuals[0].program_hash, hash("program of b 0"));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use brood_genome::Dialect;
+use brood_genome::{Dialect, Locks};
 use brood_protocol::{Curation, DialectConstraints, IndividualId, ParentRef, Seed};
 use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,9 @@ pub struct LineageFile {
     pub thumbnail_px: u32,
     /// Colour matrix of random children.
     pub saturation: f32,
+    /// Whether random children are under the energy limit.
+    #[serde(default)]
+    pub energy_limit: bool,
     /// The scene its thumbnails show.
     pub scene: Scene,
     /// The scene's mesh where it was uploaded: binary, base64.
@@ -62,6 +65,13 @@ pub struct FileGeneration {
     /// Colour matrix as asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
+    /// Energy limit as asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_limit: Option<bool>,
+    /// Parts of the first parent that were kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub locks: Option<Locks>,
     /// When it was made, milliseconds since 1970.
     pub created_ms: i64,
     /// The children by slot.

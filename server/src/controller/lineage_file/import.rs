@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use brood_genome::{Genome, GenomeHash, live_instructions};
+use brood_eval::express;
+use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_protocol::{
     GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId, decode,
 };
@@ -71,7 +72,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         let new = NewGenome {
             hash: found,
             bytes: genome.canonical_bytes(),
-            program_hash: *Program::lower(&genome).hash().as_bytes(),
+            program_hash: *express(&genome).hash().as_bytes(),
             live_instructions: u32::try_from(live).expect("at most 1024 instructions"),
         };
         genomes.insert(found, new);
@@ -108,10 +109,16 @@ pub fn assemble(
         thumbnail_px: file.thumbnail_px,
         dialect: file.dialect,
         saturation: file.saturation,
+        energy_limit: file.energy_limit,
         created_ms: now_ms(),
     };
-    let mut assembly =
-        Assembly { lineage: lineage.id, genomes: &genomes, ids: HashMap::new(), marks: Vec::new() };
+    let mut assembly = Assembly {
+        lineage: lineage.id,
+        dialect: lineage.dialect,
+        genomes: &genomes,
+        ids: HashMap::new(),
+        marks: Vec::new(),
+    };
     let mut generations = Vec::with_capacity(file.generations.len());
     for (index, generation) in file.generations.into_iter().enumerate() {
         generations.push(assembly.generation(generation, &format!("/generations/{index}"))?);
@@ -123,6 +130,7 @@ pub fn assemble(
 
 struct Assembly<'a> {
     lineage: LineageId,
+    dialect: Dialect,
     genomes: &'a BTreeMap<GenomeHash, NewGenome>,
     ids: HashMap<IndividualId, IndividualId>,
     marks: Vec<(IndividualId, PatchIndividual)>,
@@ -154,6 +162,11 @@ impl Assembly<'_> {
             2 => "recombine",
             _ => return refuse("parents", "a brood has two parents at most"),
         };
+        if let Some(locks) = &from.locks
+            && let Err(error) = locks.validate(&self.dialect)
+        {
+            return refuse(&format!("locks{}", error.pointer()), &error.to_string());
+        }
         let first = from.parents.first().copied();
         if from.centre.is_some_and(|id| first != Some(ParentRef::Individual(id))) {
             return refuse("centre", "the centre is the first parent");
@@ -213,6 +226,8 @@ impl Assembly<'_> {
             curation: from.curation,
             constraints: from.constraints,
             saturation: from.saturation,
+            energy_limit: from.energy_limit,
+            locks: from.locks,
             created_ms: from.created_ms,
             individuals,
             pictures: Vec::new(),

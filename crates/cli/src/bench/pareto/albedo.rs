@@ -4,19 +4,14 @@
 //! integral is taken at growing orders and held against f64 at a high one.
 
 use anyhow::Result;
-use brood_eval::ReferenceEvaluator;
+use brood_eval::{Place, Quadrature, ReferenceEvaluator, directional_albedo, pair, search_limit};
 use brood_program::Program;
-use brood_protocol::Backend;
 use brood_scene::SampleSet;
-use brood_worker::Renderer;
-use rayon::prelude::*;
 
 use crate::bench::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::bench::record::Finding;
 use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
-use crate::energy::{self, Place};
 use crate::output;
-use crate::physics;
 
 /// The relative error that canonical f32 itself may add: the bound speaks of the quadrature.
 const ROUNDING: f64 = 1e-6;
@@ -54,7 +49,6 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
             repeats: 3,
         }
     };
-    let renderer = Renderer::new(Backend::Cpu);
     let pool = one_thread()?;
     let result = |order: &usize| OrderResult { order: *order, ms: Vec::new(), errors: Vec::new() };
     let mut orders: Vec<OrderResult> = extent.orders.iter().map(result).collect();
@@ -63,7 +57,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     let bar = output::bar(extent.genomes.into(), "albedo");
     for program in programs(seed, extent.genomes) {
         let (ms, (limit, place)) =
-            pool.install(|| fastest_ms(1, || energy::search(&renderer, &program)))?;
+            pool.install(|| fastest_ms(extent.repeats, || Ok(search_limit(&program))))?;
         let exact = reference(&program, &place, extent.reference_order);
         let coarser = reference(&program, &place, extent.reference_order / 2);
         bar.inc(1);
@@ -76,7 +70,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         limits.errors.push((limit.albedo / exact - 1.0).abs());
         limits.bounds.push(limit.error_bound);
         for result in &mut orders {
-            let run = || energy::albedo(&renderer, &program, &place, result.order);
+            let run = || Ok(directional_albedo(&program, &place, result.order));
             let (ms, albedo) = pool.install(|| fastest_ms(extent.repeats, run))?;
             result.ms.push(ms);
             result.errors.push((albedo / exact - 1.0).abs());
@@ -107,16 +101,15 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
 /// The largest albedo of the channels at a place, in f64 but for the inputs.
 fn reference(program: &Program, place: &Place, order: usize) -> f64 {
     let wi = place.direction();
-    let directions = physics::outgoing(order, 2 * order);
-    let pairs: Vec<_> = directions.par_iter().map(|wo| physics::pair(wi, *wo)).collect();
+    let rule = Quadrature::new(order);
+    let pairs: Vec<_> = rule.directions().iter().map(|wo| pair(wi, *wo)).collect();
     let set = SampleSet::from_pairs(&pairs, &vec![place.uv; pairs.len()]);
     let f = ReferenceEvaluator::reflectance(program, &set);
-    let mean = |channel: usize| f.iter().map(|f| f[channel]).sum::<f64>() / f.len() as f64;
-    std::f64::consts::PI * (0..3).map(mean).fold(0.0, f64::max)
+    (0..3).map(|channel| rule.integrate(f.iter().map(|f| f[channel]))).fold(0.0, f64::max)
 }
 
 fn is_default(order: usize) -> bool {
-    order == energy::FINAL_RINGS
+    order == brood_eval::ALBEDO_ORDER
 }
 
 fn table(orders: &[OrderResult]) -> Table {

@@ -6,6 +6,7 @@ use brood_genome::Output;
 use brood_program::{Operand, Program};
 
 /// One operation a line, then what the three channels are made of.
+#[must_use]
 pub fn scalar_code(program: &Program) -> String {
     let mut text = String::new();
     let name = |operand: Operand| match operand {
@@ -33,6 +34,7 @@ pub fn scalar_code(program: &Program) -> String {
 }
 
 /// The genome's text with every instruction that cannot change the result marked in a comment; it still reads back.
+#[must_use]
 pub fn marked_source(source: &str, live: &[bool]) -> String {
     let lines: Vec<&str> = source.lines().collect();
     let first = lines.len() - live.len();
@@ -50,8 +52,8 @@ fn line(text: &mut String, line: &str) {
 
 #[cfg(test)]
 mod tests {
-    use brood_genome::{BirthKey, Dialect, Genome, Variation, live_instructions};
     use super::*;
+    use brood_genome::{BirthKey, Dialect, Genome, Variation, live_instructions};
 
     #[test]
     fn marked_source_reads_back_and_marks_what_is_dead() {
