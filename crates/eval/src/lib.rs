@@ -20,8 +20,8 @@ mod reference;
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
-    ALBEDO_ORDER, EnergyLimit, Place, Quadrature, around, directional_albedo, energy_limit,
-    express, express_brood, limited, pair, search as search_limit,
+    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, directional_albedo,
+    energy_limit, express, express_brood, limited, pair,
 };
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{

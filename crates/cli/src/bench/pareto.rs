@@ -6,6 +6,7 @@
 mod albedo;
 mod backend;
 mod lambert;
+mod limit;
 mod precision;
 mod prefix;
 mod samples;
@@ -57,6 +58,8 @@ enum Sweep {
     Precision,
     /// Order of the quadrature of the directional albedo
     Albedo,
+    /// Effort of the search for the largest directional albedo
+    Limit,
     /// Samples by which candidates are ranked
     Prefix,
     /// What evaluates
@@ -94,6 +97,7 @@ fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
         Sweep::Samples => samples::measure(short, seed)?,
         Sweep::Precision => vec![precision::measure(short, seed)?],
         Sweep::Albedo => vec![albedo::measure(short, seed)?],
+        Sweep::Limit => vec![limit::measure(short, seed)?],
         Sweep::Prefix => vec![prefix::measure(short, seed)?],
         Sweep::Backend => vec![backend::measure(short, seed, args.gpu)?],
     })

@@ -4,7 +4,9 @@
 //! integral is taken at growing orders and held against f64 at a high one.
 
 use anyhow::Result;
-use brood_eval::{Place, Quadrature, ReferenceEvaluator, directional_albedo, pair, search_limit};
+use brood_eval::{
+    Effort, LimitSearch, Place, Quadrature, ReferenceEvaluator, directional_albedo, pair,
+};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
@@ -49,6 +51,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
             repeats: 3,
         }
     };
+    let usual = LimitSearch::new(Effort::USUAL);
     let pool = one_thread()?;
     let result = |order: &usize| OrderResult { order: *order, ms: Vec::new(), errors: Vec::new() };
     let mut orders: Vec<OrderResult> = extent.orders.iter().map(result).collect();
@@ -57,7 +60,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     let bar = output::bar(extent.genomes.into(), "albedo");
     for program in programs(seed, extent.genomes) {
         let (ms, (limit, place)) =
-            pool.install(|| fastest_ms(extent.repeats, || Ok(search_limit(&program))))?;
+            pool.install(|| fastest_ms(extent.repeats, || Ok(usual.run(&program))))?;
         let exact = reference(&program, &place, extent.reference_order);
         let coarser = reference(&program, &place, extent.reference_order / 2);
         bar.inc(1);

@@ -1,0 +1,202 @@
+//! Effort of the search for the largest albedo: how often, and by how much, a cheaper search misses it.
+
+use anyhow::Result;
+use brood_eval::{ALBEDO_ORDER, Effort, LimitSearch, directional_albedo};
+
+use crate::bench::measure::{fastest_ms, median, one_thread, programs, quantile};
+use crate::bench::record::Finding;
+use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::output;
+
+/// What is shown of an error of nothing on a logarithmic axis.
+const FLOOR: f64 = 1e-7;
+
+/// Searches that are compared: angles x azimuths x texture positions, and starts.
+const EFFORTS: [Effort; 5] = [
+    Effort {
+        thetas: 8,
+        azimuths: 3,
+        uv_side: 2,
+        grid_order: 4,
+        starts: 1,
+        search_order: 12,
+        ..Effort::USUAL
+    },
+    Effort {
+        thetas: 10,
+        azimuths: 4,
+        uv_side: 3,
+        grid_order: 6,
+        starts: 2,
+        search_order: 12,
+        ..Effort::USUAL
+    },
+    Effort {
+        thetas: 12,
+        azimuths: 6,
+        uv_side: 4,
+        grid_order: 6,
+        starts: 4,
+        search_order: 12,
+        ..Effort::USUAL
+    },
+    Effort::USUAL,
+    Effort {
+        thetas: 24,
+        azimuths: 12,
+        uv_side: 7,
+        grid_order: 12,
+        starts: 12,
+        halvings: 7,
+        search_order: 24,
+    },
+];
+
+/// What the others are held against.
+const EXHAUSTIVE: Effort = Effort {
+    thetas: 36,
+    azimuths: 16,
+    uv_side: 9,
+    grid_order: 16,
+    starts: 24,
+    halvings: 8,
+    search_order: 32,
+};
+
+/// One search for all genomes.
+struct Outcome {
+    effort: Effort,
+    search: LimitSearch,
+    ms: Vec<f64>,
+    samples: Vec<f64>,
+    /// Share of the largest albedo that any search found by which this one stays below it.
+    missed: Vec<f64>,
+    /// Share by which its divisor is too small for that albedo; 0 where it holds.
+    exceeded: Vec<f64>,
+}
+
+/// One finding.
+pub fn measure(short: bool, seed: u64) -> Result<Finding> {
+    let (genomes, repeats, yardstick) =
+        if short { (2, 1, EFFORTS[3]) } else { (100, 3, EXHAUSTIVE) };
+    let pool = one_thread()?;
+    let exhaustive = LimitSearch::new(yardstick);
+    let outcome = |effort: Effort| Outcome {
+        effort,
+        search: LimitSearch::new(effort),
+        ms: Vec::new(),
+        samples: Vec::new(),
+        missed: Vec::new(),
+        exceeded: Vec::new(),
+    };
+    let mut outcomes = EFFORTS.map(outcome);
+    let bar = output::bar(genomes.into(), "limit");
+    let mut seen = 0;
+    for program in programs(seed, genomes) {
+        let (_, place) = exhaustive.run(&program);
+        let mut best = directional_albedo(&program, &place, ALBEDO_ORDER);
+        let mut found = Vec::new();
+        for outcome in &mut outcomes {
+            let run = || Ok(outcome.search.run(&program));
+            let (ms, (limit, place)) = pool.install(|| fastest_ms(repeats, run))?;
+            let albedo = directional_albedo(&program, &place, ALBEDO_ORDER);
+            best = best.max(albedo);
+            outcome.ms.push(ms);
+            outcome.samples.push(limit.samples as f64);
+            found.push((albedo, limit.albedo * (1.0 + limit.error_bound)));
+        }
+        bar.inc(1);
+        if best <= 0.0 {
+            // Black: every search is right.
+            continue;
+        }
+        seen += 1;
+        for (outcome, (albedo, held)) in outcomes.iter_mut().zip(found) {
+            outcome.missed.push((1.0 - albedo / best).max(0.0));
+            outcome.exceeded.push((1.0 - held / best).max(0.0));
+        }
+    }
+    bar.finish_and_clear();
+    Ok(Finding {
+        name: "limit",
+        note: format!(
+            "{seen} random genomes that are not black; how far the albedo at the place that a search found, by order \
+             {ALBEDO_ORDER}, stays below the largest that any search found, one of {} angles x {} azimuths x {}^2 texture \
+             positions and {} starts among them; `limit_exceeded_worst` is by how much the largest albedo exceeds the bound that \
+             the search reports. One thread, best of {repeats}",
+            yardstick.thetas, yardstick.azimuths, yardstick.uv_side, yardstick.starts,
+        ),
+        table: table(&outcomes),
+        raw: None,
+        chart: chart(&outcomes, seen).svg(),
+    })
+}
+
+fn name(effort: &Effort) -> String {
+    let Effort { thetas, azimuths, uv_side, starts, .. } = effort;
+    format!("{thetas}x{azimuths}x{uv_side}^2/{starts}")
+}
+
+fn table(outcomes: &[Outcome]) -> Table {
+    let mut table = Table::new(&[
+        "knob",
+        "value",
+        "time_ms",
+        "error",
+        "error_metric",
+        "error_p90",
+        "error_worst",
+        "within_1_percent",
+        "limit_exceeded_worst",
+        "samples",
+        "default",
+    ]);
+    for outcome in outcomes {
+        let error = |share| quantile(outcome.missed.iter().copied(), share);
+        let within = outcome.missed.iter().filter(|missed| **missed <= 0.01).count();
+        table.push([
+            "effort of the limit's search".into(),
+            name(&outcome.effort).into(),
+            median(outcome.ms.iter().copied()).into(),
+            error(0.5).into(),
+            "median share missed".into(),
+            error(0.9).into(),
+            error(1.0).into(),
+            (within as f64 / outcome.missed.len().max(1) as f64).into(),
+            quantile(outcome.exceeded.iter().copied(), 1.0).into(),
+            median(outcome.samples.iter().copied()).into(),
+            if outcome.effort == Effort::USUAL { "yes" } else { "" }.into(),
+        ]);
+    }
+    table
+}
+
+fn chart(outcomes: &[Outcome], seen: u32) -> Plot {
+    let series = |title: &str, share: f64, labelled: bool| Series {
+        name: title.to_owned(),
+        dots: true,
+        points: outcomes
+            .iter()
+            .map(|outcome| Point {
+                x: median(outcome.ms.iter().copied()),
+                y: quantile(outcome.missed.iter().copied(), share).max(FLOOR),
+                label: if labelled { name(&outcome.effort) } else { String::new() },
+                chosen: labelled && outcome.effort == Effort::USUAL,
+                apart: false,
+            })
+            .collect(),
+    };
+    Plot {
+        title: "Effort of the search for the largest albedo".to_owned(),
+        subtitle: format!(
+            "{seen} random genomes, one thread; share of the largest albedo that is missed"
+        ),
+        x: Axis { title: "time of the whole search, ms", scale: Scale::Log },
+        y: Axis { title: "share missed", scale: Scale::Log },
+        series: vec![
+            series("worst genome", 1.0, true),
+            series("90th percentile", 0.9, false),
+            series("median genome", 0.5, false),
+        ],
+    }
+}

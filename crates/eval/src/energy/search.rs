@@ -1,0 +1,284 @@
+//! The search for the largest directional albedo of a program.
+
+use std::sync::OnceLock;
+
+use brood_brdf::{Input, InputMask};
+use brood_program::Program;
+use brood_scene::SampleSet;
+use glam::DVec2;
+
+use super::{EnergyLimit, Place, Quadrature, pair};
+use crate::{CanonicalEvaluator, Evaluator};
+
+/// Inputs that turn with the surface; without them a program is isotropic.
+const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
+/// The last angle before grazing incidence, where the integral loses its meaning, in degrees.
+const THETA_MAX_DEG: f64 = 89.5;
+/// The highest order of the measurement.
+pub const ALBEDO_ORDER: usize = 128;
+/// Orders of the measurement, each twice the one before.
+const ORDERS: [usize; 4] = [16, 32, 64, ALBEDO_ORDER];
+/// Relative error that f32 adds, of the values and of the divided output stage.
+const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
+/// The measurement ends where doubling the order changed the albedo by a smaller share.
+const SETTLED: f64 = 1e-4;
+
+/// How much is looked at before the albedo is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Incident directions of the grid: angles from the normal ...
+    pub thetas: usize,
+    /// ... and azimuths over half a turn: another half changes no input.
+    pub azimuths: usize,
+    /// Texture positions along a side of [0, 1]^2.
+    pub uv_side: usize,
+    /// Order of the quadrature on the grid.
+    pub grid_order: usize,
+    /// Places of the grid that the search starts from.
+    pub starts: usize,
+    /// Halvings of the search's steps.
+    pub halvings: u32,
+    /// Order of the search's quadrature.
+    pub search_order: usize,
+}
+
+impl Effort {
+    /// What programs are limited by: chosen by `brood bench pareto --sweep albedo`.
+    pub const USUAL: Self = Self {
+        thetas: 16,
+        azimuths: 8,
+        uv_side: 5,
+        grid_order: 8,
+        starts: 8,
+        halvings: 6,
+        search_order: 16,
+    };
+}
+
+/// The places of the grid at one texture position, and their samples: the same for all programs.
+type Tile = (Vec<Place>, SampleSet);
+
+/// The search for the largest albedo, with what all programs share.
+#[derive(Debug)]
+pub struct LimitSearch {
+    effort: Effort,
+    grid_rule: Quadrature,
+    search_rule: Quadrature,
+    measuring: [OnceLock<Quadrature>; ORDERS.len()],
+    /// Tiles without azimuths, then those with; each by texture position.
+    tiles: [Vec<OnceLock<Tile>>; 2],
+}
+
+impl LimitSearch {
+    /// # Panics
+    /// Where the effort has no directions or starts.
+    #[must_use]
+    pub fn new(effort: Effort) -> Self {
+        assert!(effort.thetas > 1 && effort.uv_side > 1 && effort.starts > 0, "{effort:?}");
+        let tiles = || (0..effort.uv_side * effort.uv_side).map(|_| OnceLock::new()).collect();
+        Self {
+            effort,
+            grid_rule: Quadrature::new(effort.grid_order),
+            search_rule: Quadrature::new(effort.search_order),
+            measuring: Default::default(),
+            tiles: [tiles(), tiles()],
+        }
+    }
+
+    /// The limit, and the place where the albedo is largest.
+    #[must_use]
+    pub fn run(&self, program: &Program) -> (EnergyLimit, Place) {
+        let axes = Axes::of(program.inputs());
+        let mut samples = 0;
+        let starts = self.best_of_grid(program, axes, &mut samples);
+        let (place, gain) = self.climb(program, starts, axes, &mut samples);
+        let (albedo, change) = self.measure(program, place, &mut samples);
+        // What the last step still gained is as much as the next ones may.
+        let error_bound = if albedo > 0.0 { (change + gain) / albedo + ROUNDING } else { 0.0 };
+        let divisor = (albedo * (1.0 + error_bound)).max(1.0);
+        let theta_deg = place.theta_deg;
+        (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
+    }
+
+    fn best_of_grid(&self, program: &Program, axes: Axes, samples: &mut usize) -> Vec<Place> {
+        let mut ranked: Vec<(Place, f64)> = Vec::new();
+        for (places, set) in self.grid(axes) {
+            *samples += set.len();
+            let found = albedos(program, set, &self.grid_rule);
+            ranked.extend(places.iter().copied().zip(found));
+        }
+        // A stable sort: of equals the first one stays first.
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.into_iter().take(self.effort.starts).map(|(place, _)| place).collect()
+    }
+
+    /// A pattern search from each start; the best place, and what the last step still gained.
+    fn climb(
+        &self,
+        program: &Program,
+        starts: Vec<Place>,
+        axes: Axes,
+        samples: &mut usize,
+    ) -> (Place, f64) {
+        let mut look = |places: &[Place]| {
+            *samples += places.len() * self.search_rule.directions().len();
+            albedos_at(program, places, &self.search_rule)
+        };
+        let at_start = look(&starts);
+        let mut ranked: Vec<(Place, f64)> = starts.into_iter().zip(at_start).collect();
+        let mut step = self.first_step();
+        let mut gain = 0.0;
+        for _ in 0..self.effort.halvings {
+            let before = best(&ranked).1;
+            let around: Vec<Vec<Place>> =
+                ranked.iter().map(|(place, _)| neighbours(place, &step, axes)).collect();
+            let all = around.concat();
+            let mut found = all.iter().copied().zip(look(&all));
+            for ((place, albedo), around) in ranked.iter_mut().zip(&around) {
+                for (other, value) in found.by_ref().take(around.len()) {
+                    if value > *albedo {
+                        (*place, *albedo) = (other, value);
+                    }
+                }
+            }
+            gain = best(&ranked).1 - before;
+            step.theta_deg *= 0.5;
+            step.turn *= 0.5;
+            step.uv *= 0.5;
+        }
+        (best(&ranked).0, gain)
+    }
+
+    /// The albedo at a place by growing orders, and by how much it may still be off.
+    fn measure(&self, program: &Program, place: Place, samples: &mut usize) -> (f64, f64) {
+        let mut look = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
+            let rule = rule.get_or_init(|| Quadrature::new(*order));
+            *samples += rule.directions().len();
+            albedos_at(program, &[place], rule)[0]
+        };
+        let mut rules = ORDERS.iter().zip(&self.measuring);
+        let mut albedo = rules.next().map_or(0.0, &mut look);
+        let mut changes = [0.0; 2];
+        for rule in rules {
+            let finer = look(rule);
+            changes = [changes[1], (finer - albedo).abs()];
+            albedo = finer;
+            if changes[1] <= SETTLED * albedo {
+                break;
+            }
+        }
+        // Where clamps put kinks into f, errors do not fall evenly, and one small change proves little.
+        (albedo, f64::max(changes[1], 0.25 * changes[0]))
+    }
+
+    /// Half of the grid's.
+    fn first_step(&self) -> Place {
+        let Effort { thetas, azimuths, uv_side, .. } = self.effort;
+        Place {
+            theta_deg: 0.5 * THETA_MAX_DEG / (thetas - 1) as f64,
+            turn: 0.25 / azimuths as f64,
+            uv: DVec2::splat(0.5 / (uv_side - 1) as f64),
+        }
+    }
+
+    /// The tiles that can matter.
+    fn grid(&self, axes: Axes) -> impl Iterator<Item = &Tile> {
+        let tiles = &self.tiles[usize::from(axes.azimuth)];
+        let side = self.effort.uv_side;
+        let matters =
+            move |index: &usize| (axes.u || index % side == 0) && (axes.v || index / side == 0);
+        let tile = move |index: usize| {
+            tiles[index].get_or_init(|| {
+                let along = |index: usize| index as f64 / (side - 1) as f64;
+                let uv = DVec2::new(along(index % side), along(index / side));
+                self.tile(axes.azimuth, uv)
+            })
+        };
+        (0..side * side).filter(matters).map(tile)
+    }
+
+    fn tile(&self, azimuth: bool, uv: DVec2) -> Tile {
+        let Effort { thetas, azimuths, .. } = self.effort;
+        let azimuths = if azimuth { azimuths } else { 1 };
+        let angles = (0..thetas).map(|ring| THETA_MAX_DEG * ring as f64 / (thetas - 1) as f64);
+        let turns = |theta_deg| {
+            let turn = move |step| 0.5 * step as f64 / azimuths as f64;
+            (0..azimuths).map(move |step| Place { theta_deg, turn: turn(step), uv })
+        };
+        let places: Vec<Place> = angles.flat_map(turns).collect();
+        let set = samples(&places, &self.grid_rule);
+        (places, set)
+    }
+}
+
+/// Which coordinates of a place can matter to a program.
+#[derive(Debug, Clone, Copy)]
+struct Axes {
+    azimuth: bool,
+    u: bool,
+    v: bool,
+}
+
+impl Axes {
+    fn of(inputs: InputMask) -> Self {
+        let reads = |input| inputs.contains(input);
+        Self { azimuth: AZIMUTHAL.into_iter().any(reads), u: reads(Input::U), v: reads(Input::V) }
+    }
+}
+
+/// Every direction of the rule for every place.
+fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
+    let mut pairs = Vec::with_capacity(places.len() * rule.directions().len());
+    let mut uvs = Vec::with_capacity(pairs.capacity());
+    for place in places {
+        let wi = place.direction();
+        pairs.extend(rule.directions().iter().map(|wo| pair(wi, *wo)));
+        uvs.resize(pairs.len(), place.uv);
+    }
+    SampleSet::from_pairs(&pairs, &uvs)
+}
+
+/// The largest albedo of the channels at each place of such samples.
+fn albedos(program: &Program, set: &SampleSet, rule: &Quadrature) -> Vec<f64> {
+    let mut f = Vec::new();
+    CanonicalEvaluator::default()
+        .eval(&[program], set, &mut f)
+        .expect("the CPU runs every program");
+    let count = rule.directions().len();
+    let albedo = |place: usize| {
+        let channel = |channel: usize| {
+            let start = channel * set.len() + place * count;
+            rule.integrate(f[start..start + count].iter().map(|f| f64::from(*f)))
+        };
+        (0..3).map(channel).fold(0.0, f64::max)
+    };
+    (0..set.len() / count).map(albedo).collect()
+}
+
+/// The largest albedo of the channels at each place.
+pub(super) fn albedos_at(program: &Program, places: &[Place], rule: &Quadrature) -> Vec<f64> {
+    albedos(program, &samples(places, rule), rule)
+}
+
+fn neighbours(place: &Place, step: &Place, axes: Axes) -> Vec<Place> {
+    let mut all = Vec::new();
+    for sign in [-1.0, 1.0] {
+        let theta_deg = (place.theta_deg + sign * step.theta_deg).clamp(0.0, THETA_MAX_DEG);
+        all.push(Place { theta_deg, ..*place });
+        if axes.azimuth {
+            all.push(Place { turn: place.turn + sign * step.turn, ..*place });
+        }
+        for (_, axis) in [(axes.u, DVec2::X), (axes.v, DVec2::Y)].into_iter().filter(|(on, _)| *on)
+        {
+            let uv = (place.uv + axis * step.uv * sign).clamp(DVec2::ZERO, DVec2::ONE);
+            all.push(Place { uv, ..*place });
+        }
+    }
+    all
+}
+
+fn best(found: &[(Place, f64)]) -> (Place, f64) {
+    // Of equals the first one, whatever the number of places.
+    let best = found.iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
+    *best.expect("there is always a place to look at")
+}
