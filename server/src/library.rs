@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
+use brood_inspect::{Inspection, inspect};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
+    decode,
 };
-use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
+use brood_scene::{Mesh, MeshRef, PixelArea, SampleSet, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 
@@ -17,6 +19,11 @@ use crate::problem::ApiError;
 const MATERIALS: u64 = 4096;
 const SCENES: u64 = 1024;
 const FRAMES: u64 = 1024;
+const INSPECTIONS: u64 = 256;
+const CIRCLES: u64 = 16;
+/// Places of the light circle that an exposure is measured over, and the side of the pictures.
+const CIRCLE_PLACES: u32 = 8;
+const CIRCLE_PX: u32 = 64;
 
 /// A genome and the program that it is seen as.
 #[derive(Debug)]
@@ -116,6 +123,8 @@ pub struct Library {
     materials: Cache<GenomeHash, Arc<Material>>,
     scenes: Cache<SceneId, Arc<KnownScene>>,
     frames: Cache<FrameKey, Arc<Framed>>,
+    inspections: Cache<GenomeHash, Arc<Inspection>>,
+    circles: Cache<SceneId, Arc<Vec<SampleSet>>>,
 }
 
 impl Library {
@@ -126,6 +135,8 @@ impl Library {
             materials: Cache::new(MATERIALS),
             scenes: Cache::new(SCENES),
             frames: Cache::new(FRAMES),
+            inspections: Cache::new(INSPECTIONS),
+            circles: Cache::new(CIRCLES),
         }
     }
 
@@ -139,6 +150,7 @@ impl Library {
     /// Forgets all materials: after a purge the store says which are still there.
     pub fn forget_materials(&self) {
         self.materials.invalidate_all();
+        self.inspections.invalidate_all();
     }
 
     /// A material by its genome's hash.
@@ -156,6 +168,35 @@ impl Library {
         let material = Arc::new(material);
         self.materials.insert(hash, material.clone());
         Ok(material)
+    }
+
+    /// What is told of a genome, where it was told before.
+    pub fn known_inspection(&self, hash: GenomeHash) -> Option<Arc<Inspection>> {
+        self.inspections.get(&hash)
+    }
+
+    /// Looks at a genome, and keeps what it saw.
+    pub fn inspect(&self, hash: GenomeHash, genome: &Genome) -> Arc<Inspection> {
+        let inspection = Arc::new(inspect(genome));
+        self.inspections.insert(hash, inspection.clone());
+        inspection
+    }
+
+    /// Small pictures of a scene from all around its light circle, which exposures are measured over.
+    pub async fn circle(&self, id: SceneId) -> Result<Arc<Vec<SampleSet>>, ApiError> {
+        if let Some(circle) = self.circles.get(&id) {
+            return Ok(circle);
+        }
+        let known = self.scene(id).await?;
+        let data = match known.mesh {
+            MeshSource::Builtin => None,
+            MeshSource::Uploaded(hash) => Some(self.store.mesh_data(hash).await?),
+        };
+        let traced = tokio::task::spawn_blocking(move || circle(&known.scene, data.as_deref()));
+        let circle = traced.await.map_err(|error| ApiError::internal(error.to_string()))??;
+        let circle = Arc::new(circle);
+        self.circles.insert(id, circle.clone());
+        Ok(circle)
     }
 
     /// A scene by its id.
@@ -208,6 +249,20 @@ impl Library {
         self.frames.insert(key, framed.clone());
         Ok(framed)
     }
+}
+
+fn circle(scene: &Scene, mesh: Option<&[u8]>) -> Result<Vec<SampleSet>, ApiError> {
+    let mesh = match (mesh, &scene.mesh) {
+        (Some(data), _) => decode::<Mesh>(data).map_err(|error| {
+            ApiError::internal(format!("a stored mesh cannot be read: {error}"))
+        })?,
+        (None, MeshRef::Builtin(name)) => Mesh::builtin(*name),
+        (None, MeshRef::Uploaded(_)) => return Err(ApiError::internal("a mesh has no data")),
+    };
+    let degrees = |place| 360.0 * f64::from(place) / f64::from(CIRCLE_PLACES);
+    let places = (0..CIRCLE_PLACES).map(|place| scene.with_light_deg(degrees(place)));
+    let set = |scene| SampleSet::render(&mesh, &scene, CIRCLE_PX, Sampling::Fixed(1));
+    Ok(places.map(set).collect())
 }
 
 #[cfg(test)]

@@ -43,6 +43,10 @@ pub const RAYS: u64 = 4 * (PICTURE_PX as u64) * (PICTURE_PX as u64);
 pub const SHEET_PX: u32 = 4096;
 /// Most cells of a sheet.
 pub const SHEET_CELLS: usize = 256;
+/// Most pictures of a light circle.
+pub const CIRCLE_FRAMES: u32 = 120;
+/// Most pixels of all pictures of one animation or strip.
+pub const CIRCLE_PIXELS: u64 = 1 << 25;
 /// Most render jobs that wait.
 pub const QUEUED_JOBS: u64 = 1000;
 /// Most broods that wait for a processor.
@@ -87,6 +91,8 @@ pub fn report() -> BTreeMap<String, u64> {
         ("samples_per_pixel", u64::from(SAMPLES)),
         ("picture_rays", RAYS),
         ("sheet_cells", SHEET_CELLS as u64),
+        ("circle_frames", u64::from(CIRCLE_FRAMES)),
+        ("circle_pixels", CIRCLE_PIXELS),
         ("queued_jobs", QUEUED_JOBS),
         ("connections", CONNECTIONS as u64),
         ("event_streams", EVENT_STREAMS as u64),

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use brood_program::ProgramHash;
 use brood_protocol::{
-    Generation, Individual, IndividualDetail, Lineage, LineageId, PictureFormat, PictureKey,
+    Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage, PictureFormat,
+    PictureKey,
 };
 use brood_scene::Sampling;
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
@@ -52,7 +53,26 @@ impl<'a> Presenter<'a> {
     pub async fn detail(&mut self, stored: StoredIndividual) -> Result<IndividualDetail, ApiError> {
         let (lineage, generation) = (stored.lineage, stored.generation);
         let individual = self.individual(stored).await?;
-        Ok(IndividualDetail { individual, lineage, generation })
+        Ok(IndividualDetail { individual, lineage, generation, exposure_ev: None })
+    }
+
+    /// Lineages with the pictures that stand for them.
+    pub async fn lineages(&mut self, stored: Vec<Lineage>) -> Result<Vec<ListedLineage>, ApiError> {
+        let ids: Vec<_> = stored.iter().map(|lineage| lineage.id).collect();
+        let mut covers = self.app.store.covers(&ids).await?;
+        let mut listed = Vec::with_capacity(stored.len());
+        for lineage in stored {
+            let cover = match covers.remove(&lineage.id) {
+                // Shown in this lineage's scene, wherever it was born.
+                Some(one) => {
+                    let own = StoredIndividual { lineage: lineage.id, ..one };
+                    Some(self.individual(own).await?.thumbnail)
+                }
+                None => None,
+            };
+            listed.push(ListedLineage { lineage, cover });
+        }
+        Ok(listed)
     }
 
     /// Several, with their places.

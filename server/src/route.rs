@@ -10,8 +10,9 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    event, export, generation, genome, geometry, individual, job, lease, lineage, lineage_file,
-    mesh, operation, page, preset, render, scene, session, sheet, system, thumbnail,
+    circle, event, export, generation, genome, geometry, individual, inspection, job, lease,
+    lineage, lineage_file, mesh, operation, page, preset, render, scene, session, sheet, system,
+    thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -69,6 +70,11 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(individual::descendants))
         .routes(routes!(render::png))
         .routes(routes!(render::exr))
+        .routes(routes!(circle::animation))
+        .routes(routes!(circle::strip))
+        .routes(routes!(circle::sheet))
+        .routes(routes!(inspection::get))
+        .routes(routes!(inspection::slice))
         .routes(routes!(thumbnail::get))
         .routes(routes!(genome::create))
         .routes(routes!(genome::get))

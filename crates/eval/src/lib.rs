@@ -33,7 +33,9 @@ pub use fitness::{
     Screening, Selected, TargetError, select_best,
 };
 pub use level::Level;
-pub use picture::{PictureError, SheetCell, centre_px, decode_png, encode_exr, encode_png, sheet};
+pub use picture::{
+    PictureError, SheetCell, centre_px, decode_png, encode_apng, encode_exr, encode_png, sheet,
+};
 pub use preview::{Look, Previewer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};
 pub use reference::ReferenceEvaluator;

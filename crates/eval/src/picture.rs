@@ -3,5 +3,5 @@
 mod codec;
 mod sheet;
 
-pub use codec::{PictureError, decode_png, encode_exr, encode_png};
+pub use codec::{PictureError, decode_png, encode_apng, encode_exr, encode_png};
 pub use sheet::{SheetCell, centre_px, sheet};

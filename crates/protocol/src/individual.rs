@@ -45,6 +45,9 @@ pub struct IndividualDetail {
     pub lineage: LineageId,
     /// Its generation.
     pub generation: GenerationId,
+    /// Automatic exposure over the whole light circle of its lineage's scene, in EV; where one individual is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_ev: Option<f64>,
 }
 
 /// One brood.

@@ -29,7 +29,7 @@ pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource, Outcome,
     RenderItem, RenderJob, RenderedPicture, WireError, WorkerReport, decode, encode,
 };
-pub use lineage::{CreateLineage, Lineage, PatchLineage};
+pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};
 pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};

@@ -61,6 +61,17 @@ pub struct PatchLineage {
     pub energy_limit: Option<bool>,
 }
 
+/// A lineage as one of a list.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct ListedLineage {
+    /// The lineage.
+    #[serde(flatten)]
+    pub lineage: Lineage,
+    /// Where the picture is that stands for it: of its newest favourite, else of the newest generation's centre or first child.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cover: Option<String>,
+}
+
 /// A lineage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Lineage {

@@ -19,7 +19,7 @@ pub use camera::Camera;
 pub use film::{Exposure, Film, Tone};
 pub use light::Light;
 pub use mesh_ref::{BuiltinMesh, MeshRef};
-pub use validate::{LIGHTS_MAX, SceneError};
+pub use validate::{EV_MAX, LIGHTS_MAX, SceneError};
 
 /// What is rendered: a mesh, a camera, lights and a film. World right-handed, y up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

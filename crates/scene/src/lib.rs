@@ -23,7 +23,8 @@ mod sample_set;
 mod trace;
 
 pub use description::{
-    BuiltinMesh, Camera, Exposure, Film, LIGHTS_MAX, Light, MeshRef, Scene, SceneError, Tone,
+    BuiltinMesh, Camera, EV_MAX, Exposure, Film, LIGHTS_MAX, Light, MeshRef, Scene, SceneError,
+    Tone,
 };
 pub use mesh::{Mesh, MeshError, MeshParts};
 pub use obj::{ObjError, ObjErrorKind, ObjFile, ObjLimits, ObjWarning, parse_obj};

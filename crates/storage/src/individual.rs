@@ -62,6 +62,15 @@ pub(crate) use select_individual;
 
 const BY_IDS: &str =
     select_individual!("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
+const COVERS: &str = "SELECT lineage.id, coalesce(
+         (SELECT max(individual.id) FROM individual
+          WHERE individual.favourite = 1 AND individual.lineage_id = lineage.id),
+         (SELECT coalesce(generation.centre_id,
+              (SELECT individual.id FROM individual
+               WHERE individual.generation_id = generation.id ORDER BY slot LIMIT 1))
+          FROM generation WHERE generation.lineage_id = lineage.id
+          ORDER BY position DESC LIMIT 1)) AS cover_id
+     FROM lineage WHERE lineage.id IN (SELECT unhex(value) FROM json_each(?))";
 const FAVOURITES: &str = select_individual!(
     "JOIN lineage ON lineage.id = individual.lineage_id
      WHERE individual.favourite = 1 AND lineage.hidden = 0 AND (?1 IS NULL OR individual.id < ?1)
@@ -83,6 +92,28 @@ impl Store {
         let found = fetch_all(&mut conn, ids).await?;
         let found: HashMap<_, _> = found.into_iter().map(|one| (one.id, one)).collect();
         ids.iter().map(|id| found.get(id).cloned().ok_or(StorageError::NotFound)).collect()
+    }
+
+    /// The individual that stands for each of these lineages: the newest favourite, else the newest generation's centre or
+    /// first child; none for a lineage without any.
+    pub async fn covers(
+        &self,
+        lineages: &[LineageId],
+    ) -> Result<HashMap<LineageId, StoredIndividual>, StorageError> {
+        let mut conn = self.snapshot().await?;
+        let wanted = set(lineages.iter().map(Key::key));
+        let rows = sqlx::query(COVERS).bind(wanted).fetch_all(&mut *conn).await?;
+        let mut chosen = Vec::with_capacity(rows.len());
+        for row in &rows {
+            if let Some(cover) = row.optional_id::<IndividualId>("cover_id")? {
+                chosen.push((row.id::<LineageId>("id")?, cover));
+            }
+        }
+        let ids: Vec<_> = chosen.iter().map(|(_, cover)| *cover).collect();
+        let found = fetch_all(&mut conn, &ids).await?;
+        let found: HashMap<_, _> = found.into_iter().map(|one| (one.id, one)).collect();
+        let cover = |(lineage, id)| found.get(&id).cloned().map(|one| (lineage, one));
+        Ok(chosen.into_iter().filter_map(cover).collect())
     }
 
     /// Marks an individual or changes its note, if it still has the version that the caller has seen.

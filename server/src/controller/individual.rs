@@ -7,6 +7,7 @@ use brood_protocol::{IndividualDetail, IndividualId, Page, PatchIndividual};
 use brood_storage::StoredIndividual;
 use serde::Deserialize;
 
+use super::circle::circle_ev;
 use super::{check_length, versioned};
 use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::limit;
@@ -56,7 +57,12 @@ pub async fn get(
     Path(id): Path<IndividualId>,
 ) -> Result<Response, ApiError> {
     let stored = app.store.individual(id).await?;
-    present(&app, stored).await
+    let scene = app.store.lineage(stored.lineage).await?.scene;
+    let exposure_ev = Some(circle_ev(&app, scene, &stored).await?);
+    let mut presenter = Presenter::new(&app);
+    let detail = IndividualDetail { exposure_ev, ..presenter.detail(stored).await? };
+    presenter.finish().await?;
+    Ok(versioned(detail.individual.version, &detail))
 }
 
 /// Marks a favourite or changes a note.

@@ -3,7 +3,9 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_protocol::{CreateLineage, Lineage, LineageId, Page, PatchLineage, SceneId};
+use brood_protocol::{
+    CreateLineage, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
+};
 use brood_scene::Scene;
 use brood_storage::{LineageCursor, NewLineage};
 use http::{HeaderMap, StatusCode};
@@ -15,6 +17,7 @@ use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query,
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::layer::token;
 use crate::limit;
+use crate::presenter::Presenter;
 use crate::problem::ApiError;
 use crate::state::{App, now_ms};
 
@@ -81,20 +84,20 @@ pub async fn create(
 
 /// The lineages, newest first, without hidden ones.
 #[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(PageQuery),
-    responses((status = 200, body = Page<Lineage>)))]
+    responses((status = 200, body = Page<ListedLineage>)))]
 pub async fn list(
     State(app): State<App>,
     Query(query): Query<PageQuery>,
-) -> Result<Json<Page<Lineage>>, ApiError> {
+) -> Result<Json<Page<ListedLineage>>, ApiError> {
     let limit = query.limit()?;
     let cursor = query.cursor::<LineageCursor>()?;
     let items = app.store.list_lineages(cursor, limit + 1, false).await?;
-    Ok(Json(page(
-        items,
-        limit,
-        |lineage| LineageCursor::of(lineage).to_string(),
-        |lineage| lineage,
-    )))
+    let Page { items, next } =
+        page(items, limit, |lineage| LineageCursor::of(lineage).to_string(), |lineage| lineage);
+    let mut presenter = Presenter::new(&app);
+    let items = presenter.lineages(items).await?;
+    presenter.finish().await?;
+    Ok(Json(Page { items, next }))
 }
 
 /// One lineage.

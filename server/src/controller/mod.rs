@@ -1,11 +1,13 @@
 //! Handlers, one file a resource: requests in, answers out, and nothing that another file could know better.
 
+pub mod circle;
 pub mod event;
 pub mod export;
 pub mod generation;
 pub mod genome;
 pub mod geometry;
 pub mod individual;
+pub mod inspection;
 pub mod job;
 pub mod lease;
 pub mod lineage;

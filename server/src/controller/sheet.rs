@@ -126,7 +126,7 @@ async fn compose(
 }
 
 /// The pictures in the size of their places, a few of them under way at a time.
-async fn collect(
+pub(super) async fn collect(
     app: &App,
     rows: Vec<Arc<PictureRow>>,
     centre_px: Option<u32>,
@@ -147,7 +147,11 @@ async fn collect(
     Ok(small)
 }
 
-async fn row(app: &App, one: &StoredIndividual, view: View) -> Result<Arc<PictureRow>, ApiError> {
+pub(super) async fn row(
+    app: &App,
+    one: &StoredIndividual,
+    view: View,
+) -> Result<Arc<PictureRow>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(brood_program::ProgramHash::from_bytes(one.program_hash));
     app.announce(framed.row(key, one.hash)).await
@@ -160,7 +164,7 @@ fn scale(png: &[u8], side: u32) -> Result<(u32, u32, Vec<u8>), ApiError> {
     Ok(sheet(&[SheetCell { width, height, rgba: &rgba }], None, side, 0))
 }
 
-fn draw(
+pub(super) fn draw(
     pictures: Vec<(u32, u32, Vec<u8>)>,
     has_centre: bool,
     cell_px: u32,

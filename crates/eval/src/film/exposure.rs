@@ -1,8 +1,10 @@
 //! Exposure: what radiance is multiplied by, given or measured.
 
+use brood_program::Program;
 use brood_scene::{Exposure, SampleSet};
 
 use crate::radiance::ReflectedLight;
+use crate::{CanonicalEvaluator, Evaluator};
 
 /// What automatic exposure maps its percentile to.
 const AUTO_TARGET: f32 = 0.9;
@@ -26,6 +28,21 @@ impl Gain {
     #[must_use]
     pub fn new(exposure: Exposure, set: &SampleSet, f: &[f32]) -> Self {
         Self::of(exposure, || ReflectedLight::new(set, f).centres())
+    }
+
+    /// The automatic gain of a program for several pictures at once, as of places of a moving light: the percentile is taken over
+    /// the values of all of them.
+    #[must_use]
+    pub fn common(program: &Program, sets: &[SampleSet]) -> Self {
+        let mut values = Vec::new();
+        let mut f = Vec::new();
+        for set in sets {
+            CanonicalEvaluator::default()
+                .eval(&[program], set, &mut f)
+                .expect("the CPU runs every program");
+            values.extend(ReflectedLight::new(set, &f).centres());
+        }
+        Self::automatic(values)
     }
 
     /// The gain of a given exposure.

@@ -40,6 +40,32 @@ pub fn encode_png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     bytes
 }
 
+/// An animated PNG of 8-bit sRGB frames that repeats for ever, each shown for `delay_ms`. The same pixels give the same bytes.
+///
+/// # Panics
+/// Where there is no frame, or one is not `4 * width * height` long.
+#[must_use]
+pub fn encode_apng(width: u32, height: u32, frames: &[Vec<u8>], delay_ms: u16) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Up);
+    let count = u32::try_from(frames.len()).expect("an animation has few frames");
+    encoder.set_animated(count, 0).expect("there is a frame");
+    encoder.set_frame_delay(delay_ms, 1000).expect("it is animated");
+    // Each frame takes the place of the one before, alpha included.
+    encoder.set_blend_op(png::BlendOp::Source).expect("it is animated");
+    let mut writer = encoder.write_header().expect("writing to memory does not fail");
+    for frame in frames {
+        writer.write_image_data(frame).expect("the pixels are as many as the size says");
+    }
+    writer.finish().expect("writing to memory does not fail");
+    bytes
+}
+
 /// The pixels of a PNG that [`encode_png`] wrote: width, height, RGBA.
 pub fn decode_png(bytes: &[u8]) -> Result<(u32, u32, Vec<u8>), PictureError> {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info()?;
@@ -75,5 +101,23 @@ mod tests {
         let bytes = encode_png(7, 5, &rgba);
         assert_eq!(decode_png(&bytes).unwrap(), (7, 5, rgba));
         assert!(decode_png(&bytes[..40]).is_err());
+    }
+
+    #[test]
+    fn animated_png_holds_its_frames_and_their_delay() {
+        let frames: Vec<Vec<u8>> = (0..3u32)
+            .map(|k| (0..4 * 6 * 2).map(|at| ((at * 37 + k * 91) % 256) as u8).collect())
+            .collect();
+        let bytes = encode_apng(6, 2, &frames, 125);
+        let mut reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
+        let control = reader.info().animation_control().copied().unwrap();
+        assert_eq!((control.num_frames, control.num_plays), (3, 0));
+        for frame in &frames {
+            let mut rgba = vec![0; 4 * 6 * 2];
+            reader.next_frame(&mut rgba).unwrap();
+            assert_eq!(rgba, *frame);
+            let control = reader.info().frame_control().unwrap();
+            assert_eq!((control.delay_num, control.delay_den), (125, 1000));
+        }
     }
 }

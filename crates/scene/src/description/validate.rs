@@ -11,7 +11,7 @@ const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view, degrees, both excluded.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
 /// Largest exposure either way.
-const EV_MAX: f64 = 32.0;
+pub const EV_MAX: f64 = 32.0;
 /// Positions, distances and intensities stay in the range of f32, as the vertices of a mesh do.
 const MAGNITUDE_MAX: f64 = f32::MAX as f64;
 /// Longest id of a mesh.

@@ -1,0 +1,84 @@
+//! Inspections: what an individual's genome is, as figures and as its image slice.
+
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use brood_eval::encode_png;
+use brood_inspect::{Inspection, image_slice};
+use brood_protocol::IndividualId;
+use http::{HeaderMap, header};
+use serde::Deserialize;
+
+use super::{file, has_already};
+use crate::extract::{NoQuery, Path, Query};
+use crate::limit;
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// A genome never changes; what is told of it does with the version of the program.
+const CACHE: &str = "private, no-cache";
+const SLICE_PX: u32 = 256;
+
+/// What the genome is: source, live code, counts, physical checks, how much it reflects, and its reflectance over planes.
+#[utoipa::path(get, path = "/v1/individuals/{id}/inspection", tag = "individuals",
+    params(("id" = IndividualId, Path)), responses((status = 200, body = Inspection)))]
+pub async fn get(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<IndividualId>,
+) -> Result<Response, ApiError> {
+    let individual = app.store.individual(id).await?;
+    let hash = individual.hash;
+    let inspection = match app.library.known_inspection(hash) {
+        Some(inspection) => inspection,
+        None => {
+            let material = app.library.material(hash).await?;
+            let library = app.clone();
+            app.on_processor(move || library.library.inspect(hash, &material.genome)).await?
+        }
+    };
+    // Written from the type itself: on the way through a value, f32 numbers would grow digits.
+    let body = serde_json::to_vec(inspection.as_ref()).expect("an inspection is plain data");
+    let headers = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, CACHE)];
+    Ok((headers, body).into_response())
+}
+
+/// How large.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct SliceQuery {
+    /// Side in pixels, 16 to 2048; 256 unless asked otherwise.
+    #[param(minimum = 16, maximum = 2048)]
+    size: Option<u32>,
+}
+
+/// The image slice: half angle from left to right, difference angle from bottom to top, both 0 to 90 degrees.
+#[utoipa::path(get, path = "/v1/individuals/{id}/slice.png", tag = "pictures",
+    params(("id" = IndividualId, Path), SliceQuery),
+    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+pub async fn slice(
+    State(app): State<App>,
+    Path(id): Path<IndividualId>,
+    Query(query): Query<SliceQuery>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let size_px = query.size.unwrap_or(SLICE_PX);
+    let sides = limit::PICTURE_MIN_PX..=limit::PICTURE_PX;
+    if !sides.contains(&size_px) {
+        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
+        return Err(ApiError::bad_parameter("size", words));
+    }
+    let individual = app.store.individual(id).await?;
+    let material = app.library.material(individual.hash).await?;
+    let version = env!("CARGO_PKG_VERSION");
+    let etag = format!("\"{}-{size_px}-{version}\"", material.program.hash());
+    if has_already(&headers, &etag) {
+        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
+    }
+    let draw = move || {
+        let slice = image_slice(&material.program, size_px);
+        encode_png(slice.size_px, slice.size_px, &slice.rgba)
+    };
+    let png = app.on_processor(draw).await?;
+    Ok(file(&headers, &etag, "image/png", CACHE, png))
+}
