@@ -8,6 +8,8 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
+import { compare, compareByFinger } from "./compare.mjs";
+import { film } from "./film.mjs";
 import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { BroodPage } from "./page.mjs";
@@ -195,12 +197,15 @@ async function wide(hand) {
 }
 
 async function coming(hand) {
-  await materials(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+  const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
+  await materials(hand, step, shot);
+  await compare(hand, step, shot);
 }
 
 async function drawn(hand, base) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await live(hand, step, shot, base);
+  await film(hand, step, shot);
   await exported(hand, step, binary);
   hand.quiet();
 }
@@ -218,6 +223,7 @@ async function narrow(hand) {
     await hand.page.screenshot({ path: join(pictures, "7-narrow.png") });
     await hand.accessible("360 x 740");
   });
+  await compareByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   hand.quiet();
 }
 
@@ -251,7 +257,7 @@ async function main() {
       await browser.close();
     }
   } catch (error) {
-    console.error(`the server's log ends so:\n${server.log().slice(-4000)}`);
+    console.error(`the servers' logs end so:\n${[server, empty].map((it) => it.log().slice(-4000)).join("\n")}`);
     throw error;
   } finally {
     await browser?.close();

@@ -18,13 +18,13 @@ const APART_CODES = 8;
 const APART_SHARE = 0.08;
 
 const lit = (page) => page.evaluate(() => document.querySelectorAll(".pictures.lit").length);
-const allLit = (page) => page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
+export const allLit = (page) => page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
 /** No frame is drawn live, and nothing that was is left to be seen. */
-const noneLit = (page) =>
+export const noneLit = (page) =>
   page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 0 && getComputedStyle(document.querySelector("canvas.live")).visibility === "hidden");
 
 /** Puts a slider somewhere, as a hand does. */
-function slide(hand, name, value) {
+export function slide(hand, name, value) {
   return hand.id(name).evaluate((slider, to) => {
     slider.value = String(to);
     for (const kind of ["input", "change"]) slider.dispatchEvent(new Event(kind, { bubbles: true }));

@@ -46,7 +46,7 @@ export async function visitor(hand, step, shot, base) {
     await page.getByRole("button", { name: "Details", exact: true }).click();
     const details = page.getByRole("complementary", { name: "Details" });
     await details.getByRole("heading", { name: "Favourites" }).waitFor();
-    await details.getByRole("button", { name: "Favourite 5 of generation 2" }).waitFor();
+    await details.getByRole("button", { name: "Favourite 5 of generation 2", exact: true }).waitFor();
     await shot("24-visitor-details");
   });
 
@@ -64,7 +64,8 @@ export async function visitor(hand, step, shot, base) {
     assert.ok(brood.text.split("\n").length > 20, "the whole genome is there");
   });
 
-  await step("a visitor hides the help, and it stays hidden", async () => {
+  await step("a visitor closes the details and hides the help, and it stays hidden", async () => {
+    await page.getByRole("button", { name: "Details", exact: true }).click();
     await page.getByRole("button", { name: "Hide this help" }).click();
     await page.getByText("Click a picture to breed from it").waitFor({ state: "hidden" });
     await page.reload();

@@ -68,7 +68,11 @@ export function attachCanvas(element) {
     event.preventDefault();
     forget();
   });
-  element.addEventListener("webglcontextrestored", schedule);
+  element.addEventListener("webglcontextrestored", () => {
+    // What the context was asked to be able to do is lost with it: without it no surface can be drawn into.
+    if (context) context = openContext(element);
+    schedule();
+  });
   new ResizeObserver(schedule).observe(element);
 }
 

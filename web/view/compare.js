@@ -98,7 +98,7 @@ export function Compare() {
   `;
 }
 
-/** The button that pins what it stands on. @param {{name: string, on?: boolean, does: () => void}} props */
+/** The button that pins what it stands on; its letter is drawn by the style, for a frame's name is in words. @param {{name: string, on?: boolean, does: () => void}} props */
 export const Pin = ({ name, on = false, does }) => html`
-  <button type="button" class=${on ? "pin on" : "pin"} data-testid="pin" tabindex="-1" aria-pressed=${on} aria-label=${`Compare with the centre: ${name}`} title="Compare with the centre, as B (B)" onClick=${does}>B</button>
+  <button type="button" class=${on ? "pin on" : "pin"} data-testid="pin" tabindex="-1" aria-pressed=${on} aria-label=${`Compare with the centre: ${name}`} title="Compare with the centre, as B (B)" onClick=${does}></button>
 `;

@@ -164,7 +164,7 @@ function Frame({ cell }) {
           aria-label=${`Favourite: ${nameOf(cell)}`} title="Favourite (F)" onClick=${() => toggleFavourite(cell)}>${of.favourite ? "★" : "☆"}</button>
         <${Pin} name=${nameOf(cell)} on=${isB} does=${() => pinCell(cell, nameOf(cell))} />
         ${other && html`<button type="button" class="flip" data-testid="flip-here" tabindex="-1" aria-pressed=${flippedHere} aria-label="Show B in the place of the centre" title="Flip between A and B (X)"
-          onClick=${() => flip(!flipped.value)}><span class=${flippedHere ? "" : "on"}>A</span><span class=${flippedHere ? "on" : ""}>B</span></button>`}
+          onClick=${() => flip(!flipped.value)}><span class=${flippedHere ? "a" : "a on"}></span><span class=${flippedHere ? "b on" : "b"}></span></button>`}
         ${isMate && html`<span class="badge" data-testid="mate-badge">mate</span>`}
       `}
     </div>

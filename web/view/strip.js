@@ -17,6 +17,9 @@ const STEP = 72;
 const SIDE = 52;
 const ARC = 18;
 
+/** That many pixels, larger on a larger screen. @param {number} px */
+const times = (px) => `calc(${px}px * var(--scale))`;
+
 /** @param {{from: number, to: number, onPath: boolean}} link */
 function Link({ from, to, onPath }) {
   const x = (/** @type {number} */ column) => column * STEP + SIDE / 2;
@@ -48,7 +51,7 @@ function Stop({ of, column, onPath }) {
   const picture = standing?.thumbnail;
   const compare = () => standing && pin(standing, `The centre of generation ${of.index}`);
   return html`
-    <li style=${{ left: `${column * STEP}px` }} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
+    <li style=${{ left: times(column * STEP) }} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
       <button type="button" ref=${now ? seen : undefined} data-generation=${of.id} data-testid=${`history-${of.index}`} class=${onPath ? "stop on" : "stop"}
         aria-label=${`Generation ${of.index}`} aria-current=${now ? "true" : undefined} title=${`generation ${of.index}`} onClick=${() => visit(of.id)}>
         ${picture && html`<img src=${picture} alt="" loading="lazy" draggable=${false} />`}
@@ -75,8 +78,8 @@ function draw(descent, now) {
   const width = Math.max(0, all.length * STEP - (STEP - SIDE));
   return html`
     <nav class="strip" aria-label="History" data-testid="history">
-      <div class="track" style=${{ width: `${width}px` }}>
-        <svg aria-hidden="true" width=${width} height=${SIDE + ARC}>
+      <div class="track" style=${{ width: times(width) }}>
+        <svg aria-hidden="true" viewBox=${`0 0 ${width} ${SIDE + ARC}`} style=${{ width: times(width), height: times(SIDE + ARC) }}>
           ${links(descent, path).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
         </svg>
         <ol>${all.map((of, column) => html`<${Stop} key=${of.id} of=${of} column=${column} onPath=${path.has(of.id)} />`)}</ol>
