@@ -69,7 +69,7 @@ async fn sheet_of_a_generation_is_animated_around_its_centre() {
     let still = server.get(&still).await.expect(200).picture();
     assert_eq!(still.dimensions().0, still.dimensions().1);
     let shown = animation.picture();
-    assert_eq!(shown.dimensions().0, 6 * 24 + 5, "six cells and the gaps between them");
+    assert_eq!(shown.dimensions().0, 6 * 24 + 7, "six cells and the gaps around them");
     assert_eq!(chunks(&animation.body).iter().filter(|name| *name == "fcTL").count(), 4);
 }
 

@@ -1,11 +1,13 @@
 //! `brood bench`: measurements of the whole road, as a user meets it.
 
 mod all;
+mod amount;
 mod breed;
 mod brood;
 mod derivative;
 mod export;
 mod fitness;
+mod flip;
 mod frame;
 mod measure;
 mod ops;
@@ -25,6 +27,8 @@ use clap::Subcommand;
 pub enum BenchCommand {
     /// Every benchmark in turn, into one folder with the machine it ran on
     All(all::BenchAllArgs),
+    /// What the amounts of mutation and recombination do to pictures, with a chart
+    Amount(amount::BenchAmountArgs),
     /// From the request for a brood to the last byte of all its thumbnails, over HTTP
     Breed(breed::BenchBreedArgs),
     /// How many frames of a brood are worth looking at, with each kind of curation
@@ -51,6 +55,7 @@ pub enum BenchCommand {
 pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
     match command {
         BenchCommand::All(args) => all::run(args, json),
+        BenchCommand::Amount(args) => amount::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
         BenchCommand::Brood(args) => brood::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),

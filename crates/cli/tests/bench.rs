@@ -125,3 +125,25 @@ fn derivative_measures_both_directions_for_every_group() {
         assert!(row["constants_min"].as_u64() <= row["constants_max"].as_u64(), "{row}");
     }
 }
+
+#[test]
+fn amounts_of_variation_are_seen_in_pictures() {
+    let dir = tempfile::tempdir().unwrap();
+    let json = recorded(&["amount", "--count", "40", "--size", "24"], dir.path(), "amount");
+    has_chart(dir.path(), "amount");
+    let mean = |from: &str, value: f64| {
+        let rows = json["amount"]["rows"].as_array().unwrap();
+        let is = |row: &&serde_json::Value| {
+            row["from"] == from && (row["value"].as_f64().unwrap() - value).abs() < 1e-6
+        };
+        rows.iter().find(is).unwrap()["mean"].as_f64().unwrap()
+    };
+    // The same at nothing, farther and farther with more; the second parent comes nearer.
+    for from in ["the parent", "the first parent"] {
+        let means = [0.0, 0.1, 0.4, 1.0].map(|value| mean(from, value));
+        assert_eq!(means[0], 0.0);
+        assert!(means.is_sorted() && means[3] > 0.2, "{from}: {means:?}");
+    }
+    let means = [1.0, 0.9, 0.5, 0.0].map(|value| mean("the second parent", value));
+    assert!(means[0] < 0.02 && means.is_sorted(), "{means:?}");
+}

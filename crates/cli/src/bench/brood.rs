@@ -6,16 +6,15 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use brood_eval::{Developed, Look, diverse_brood};
+use brood_eval::{Look, diverse_brood};
 use brood_genome::{BirthKey, Dialect, Genome, Output, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
-use brood_protocol::{Backend, Curation, Frame, MeshSource, PictureFormat};
-use brood_scene::{BuiltinMesh, Sampling, Scene};
-use brood_worker::Renderer;
+use brood_protocol::Curation;
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::flip::Looks;
 use super::measure::quantile;
 use crate::{logging, output};
 
@@ -149,41 +148,17 @@ fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
 
 /// How many children are useful, and how many black.
 fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usize)> {
-    let renderer = Renderer::new(Backend::Cpu);
-    let how = (PictureFormat::Png, Backend::Cpu);
-    let frame =
-        Frame::new(&Scene::default(), MeshSource::Builtin, size_px, Sampling::Adaptive, how);
-    let mesh = renderer.builtin(BuiltinMesh::Sphere);
     let parent = Program::lower(parent);
     let programs: Vec<&Program> =
         std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
-    let pictures = renderer.develop(&frame, &mesh, &programs)?;
-    let images: Vec<_> = pictures.iter().map(flip_image).collect();
-    let covered = pictures[0].rgba.chunks(4).filter(|pixel| pixel[3] > 0).count();
-    let share = covered as f64 / f64::from(size_px * size_px);
+    let looks = Looks::of(&programs, size_px)?;
     let black: Vec<bool> = programs.iter().map(|program| Look::of(program).is_black()).collect();
     let pairs: Vec<(usize, usize)> =
-        (0..images.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
-    let alike: Vec<(usize, usize)> = pairs
-        .into_par_iter()
-        .filter(|(one, other)| {
-            let ppd = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
-            let map = nv_flip::flip(images[*one].clone(), images[*other].clone(), ppd);
-            f64::from(nv_flip::FlipPool::from_image(&map).mean()) / share <= VISIBLE
-        })
-        .collect();
+        (0..looks.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
+    let alike: Vec<(usize, usize)> =
+        pairs.into_par_iter().filter(|(one, other)| looks.apart(*one, *other) <= VISIBLE).collect();
     // Of two that look alike both are told apart from nothing: neither is useful.
-    let useful = (1..images.len())
+    let useful = (1..looks.len())
         .filter(|one| !black[*one] && !alike.iter().any(|(a, b)| a == one || b == one));
     Ok((useful.count(), black[1..].iter().filter(|black| **black).count()))
-}
-
-/// Over black, as FLIP compares opaque pictures.
-fn flip_image(picture: &Developed) -> nv_flip::FlipImageRgb8 {
-    let over = |pixel: &[u8]| {
-        let alpha = u16::from(pixel[3]);
-        [0, 1, 2].map(|channel| (u16::from(pixel[channel]) * alpha / 255) as u8)
-    };
-    let rgb: Vec<u8> = picture.rgba.chunks(4).flat_map(over).collect();
-    nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, &rgb)
 }

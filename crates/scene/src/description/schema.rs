@@ -9,7 +9,7 @@ use utoipa::openapi::schema::{AdditionalProperties, Object, OneOf, Schema, Schem
 use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::{Camera, Exposure, Light, MeshRef};
+use super::{Camera, EV_MAX, Exposure, Light, MeshRef};
 
 /// On a sphere about the centre of the mesh, looking at it.
 #[derive(ToSchema)]
@@ -136,8 +136,8 @@ impl PartialSchema for Exposure {
             .enum_values(Some(["auto"]));
         let ev = ObjectBuilder::new()
             .schema_type(SchemaType::new(Type::Number))
-            .minimum(Some(-32.0))
-            .maximum(Some(32.0));
+            .minimum(Some(-EV_MAX))
+            .maximum(Some(EV_MAX));
         let items = OneOfBuilder::new()
             .description(Some("Measured from the picture, or a fixed number of EV."))
             .item(auto)

@@ -103,7 +103,7 @@ fn scene_is_refused_with_a_pointer_when_a_number_is_out_of_range() {
         (read(r#"{"lights": []}"#).unwrap(), "/lights"),
         (read(r#"{"lights": [{}, {"position": [0, 1e39, 0]}]}"#).unwrap(), "/lights/1/position"),
         (read(r#"{"lights": [{"intensity": [0, -1, 0]}]}"#).unwrap(), "/lights/0/intensity"),
-        (read(r#"{"film": {"exposure": 33}}"#).unwrap(), "/film/exposure"),
+        (read(r#"{"film": {"exposure": 65}}"#).unwrap(), "/film/exposure"),
     ];
     cases.push((Scene { scale: f64::NAN, ..Scene::default() }, "/scale"));
     cases.push((Scene { rotation_deg: [0.0, f64::NAN, 0.0], ..Scene::default() }, "/rotation_deg"));

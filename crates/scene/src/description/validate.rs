@@ -11,7 +11,7 @@ const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view, degrees, both excluded.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
 /// Largest exposure either way.
-pub const EV_MAX: f64 = 32.0;
+pub const EV_MAX: f64 = 64.0;
 /// Positions, distances and intensities stay in the range of f32, as the vertices of a mesh do.
 const MAGNITUDE_MAX: f64 = f32::MAX as f64;
 /// Longest id of a mesh.
@@ -58,7 +58,7 @@ impl Scene {
             }
         }
         if let Exposure::Ev(ev) = self.film.exposure {
-            require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 32 EV of 0")?;
+            require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 64 EV of 0")?;
         }
         finite(&[self.light_deg], "/light_deg")
     }

@@ -1,0 +1,59 @@
+//! How far pictures of one object are apart to the eye: mean FLIP over the object.
+
+use anyhow::Result;
+use brood_eval::Developed;
+use brood_program::Program;
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_worker::Renderer;
+
+/// Pictures of programs on the default scene's sphere, ready to be compared.
+pub struct Looks {
+    images: Vec<nv_flip::FlipImageRgb8>,
+    /// Share of the picture that the object covers.
+    covered: f64,
+}
+
+impl Looks {
+    /// Pictures of that side, at automatic exposure.
+    ///
+    /// # Errors
+    /// Where the renderer's are.
+    pub fn of(programs: &[&Program], size_px: u32) -> Result<Self> {
+        let renderer = Renderer::new(Backend::Cpu);
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let scene = Scene::default();
+        let frame = Frame::new(&scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how);
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        let pictures = renderer.develop(&frame, &mesh, programs)?;
+        let covered = pictures
+            .first()
+            .map_or(0, |picture| picture.rgba.chunks(4).filter(|pixel| pixel[3] > 0).count());
+        Ok(Self {
+            images: pictures.iter().map(image).collect(),
+            covered: covered as f64 / f64::from(size_px * size_px),
+        })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.images.len()
+    }
+
+    /// Mean FLIP over the object between two of them, 0 to 1.
+    pub fn apart(&self, one: usize, other: usize) -> f64 {
+        let ppd = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
+        let map = nv_flip::flip(self.images[one].clone(), self.images[other].clone(), ppd);
+        f64::from(nv_flip::FlipPool::from_image(&map).mean()) / self.covered
+    }
+}
+
+/// Over black, as FLIP compares opaque pictures.
+fn image(picture: &Developed) -> nv_flip::FlipImageRgb8 {
+    let over = |pixel: &[u8]| {
+        let alpha = u16::from(pixel[3]);
+        [0, 1, 2].map(|channel| (u16::from(pixel[channel]) * alpha / 255) as u8)
+    };
+    let rgb: Vec<u8> = picture.rgba.chunks(4).flat_map(over).collect();
+    nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, &rgb)
+}
