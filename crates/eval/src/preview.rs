@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn children_are_unlike_their_parent_and_each_other() {
         let parent = parent();
-        for mutation in [0.05, 0.3, 0.8] {
+        for mutation in [0.1, 0.3, 0.8] {
             let variation = Variation::mutate(&parent, mutation);
             let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
             let brood = diverse_brood(&request);

@@ -8,6 +8,8 @@ use crate::{Program, ProgramHash};
 
 /// How often a slot is drawn again while its program is one that is there already.
 pub const MAX_REDRAWS: u32 = 16;
+/// How often it is under a judge while all its draws were twins or worth less than nothing.
+pub const MAX_WORTHLESS_REDRAWS: u32 = 3 * MAX_REDRAWS;
 
 /// What to breed.
 #[derive(Debug, Clone, Copy)]
@@ -75,7 +77,7 @@ pub trait Judge {
     fn look(&self, program: &Program) -> Self::Look;
 
     /// What a draw is worth beside the parents and the slots before it; the first that is worth 1 is taken, and the one of the
-    /// greatest worth where none is after all draws.
+    /// greatest worth where none is after all draws. Below 0 it is worth less than nothing.
     fn worth(&self, look: &Self::Look, taken: &[Self::Look]) -> f32;
 }
 
@@ -136,7 +138,10 @@ pub fn settle_judged<J: Judge>(
     for (slot, first) in (0..).zip(first) {
         let mut best: Option<(f32, Child, J::Look)> = None;
         let mut next = Some(first);
-        for attempt in 0..=MAX_REDRAWS {
+        for attempt in 0..=MAX_WORTHLESS_REDRAWS {
+            if attempt > MAX_REDRAWS && best.as_ref().is_some_and(|(worth, ..)| *worth >= 0.0) {
+                break;
+            }
             let (draw, look) = next.take().unwrap_or_else(|| {
                 let draw = request.draw_again(slot, attempt);
                 let look = judge.look(&draw.program);

@@ -26,7 +26,8 @@ mod tape;
 mod words;
 
 pub use brood::{
-    BroodRequest, Child, Draw, Judge, MAX_REDRAWS, make_brood, settle_brood, settle_judged,
+    BroodRequest, Child, Draw, Judge, MAX_REDRAWS, MAX_WORTHLESS_REDRAWS, make_brood, settle_brood,
+    settle_judged,
 };
 pub use counts::{Counts, written_operations};
 pub use execute::execute;

@@ -8,9 +8,9 @@ use crate::locks::Held;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, CONSTANTS, Dialect, Instruction, Operand, RANGE, Swizzle};
 
-/// Probability that an instruction mutates at amount 1.
-const INSTRUCTION_RATE: f32 = 0.5;
-/// Probability that a constant register mutates at amount 1.
+/// Probability that a live instruction mutates at amount 1.
+const INSTRUCTION_RATE: f32 = 0.8;
+/// Probability that a constant register that is read mutates at amount 1.
 const CONSTANT_RATE: f32 = 0.5;
 /// A dead instruction, and a constant that no live one reads, mutates this many times less often than a live one: most
 /// mutations are then to be seen, and dead code still drifts into something new.
@@ -73,7 +73,7 @@ fn rate(of_live: f32, live: bool) -> f32 {
     of_live * favour(live) as f32 / LIVE_FAVOUR as f32
 }
 
-/// Mutates in place what is not held. With `force`, an instruction changes at any amount above 0, unless all are held.
+/// Mutates in place what is not held. With `force`, something live changes at any amount above 0 as far as it can be had.
 pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
@@ -89,8 +89,10 @@ pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool
             changed = true;
         }
     }
-    if force && !changed && mutation > 0.0 {
-        mutate_one(draft, &live, held, &mut stream);
+    // Of small amounts, small changes are expected: the forced one is a constant as often as not.
+    let force_instruction = force && !changed && stream.chance(2.0 * mutation);
+    if force_instruction && mutation > 0.0 {
+        changed = mutate_one(draft, &live, held, &mut stream);
     }
     let mut stream = Stream::new(key, Operator::MutateConstants);
     for (index, constant) in draft.constants.iter_mut().enumerate() {
@@ -99,23 +101,39 @@ pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool
         {
             continue;
         }
-        let component = &mut constant[stream.below(4) as usize];
-        *component = if stream.chance(CONSTANT_REDRAW) {
-            random::constant(&mut stream)
+        push(constant, mutation, &mut stream);
+        changed |= live.constants[index];
+    }
+    if force && !changed && mutation > 0.0 {
+        let free = |index: &usize| live.constants[*index] && !held.constant(*index);
+        let indices: Vec<usize> = (0..CONSTANTS).filter(free).collect();
+        if indices.is_empty() {
+            mutate_one(draft, &live, held, &mut stream);
         } else {
-            (*component + mutation * stream.bell()).clamp(-RANGE, RANGE)
-        };
+            let chosen = indices[stream.below(indices.len() as u32) as usize];
+            push(&mut draft.constants[chosen], mutation, &mut stream);
+        }
     }
 }
 
-/// Mutates one instruction, each with its share, if any may.
-fn mutate_one(draft: &mut Draft, live: &Live, held: &Held, stream: &mut Stream) {
+/// One component of a constant pushed a little, or now and then drawn afresh.
+fn push(constant: &mut [f32; 4], mutation: f32, stream: &mut Stream) {
+    let component = &mut constant[stream.below(4) as usize];
+    *component = if stream.chance(CONSTANT_REDRAW) {
+        random::constant(stream)
+    } else {
+        (*component + mutation * stream.bell()).clamp(-RANGE, RANGE)
+    };
+}
+
+/// Mutates one instruction, each with its share, if any may; whether it did.
+fn mutate_one(draft: &mut Draft, live: &Live, held: &Held, stream: &mut Stream) -> bool {
     let free = |position: &usize| !held.instruction(*position);
     let share = |position: usize| favour(live.instructions[position]);
     let positions = || (0..draft.instructions.len()).filter(free);
     let shares: u32 = positions().map(share).sum();
     if shares == 0 {
-        return;
+        return false;
     }
     let mut ticket = stream.below(shares);
     let chosen = positions().find(|position| match ticket.checked_sub(share(*position)) {
@@ -127,9 +145,10 @@ fn mutate_one(draft: &mut Draft, live: &Live, held: &Held, stream: &mut Stream) 
     });
     let position = chosen.expect("the ticket is below the sum of the shares");
     let instruction = &draft.instructions[position];
-    if let Some(mutant) = mutant(instruction, &draft.dialect, stream, held, position) {
-        draft.instructions[position] = mutant;
-    }
+    let mutant = mutant(instruction, &draft.dialect, stream, held, position);
+    let found = mutant.is_some();
+    draft.instructions[position] = mutant.unwrap_or(*instruction);
+    found
 }
 
 /// The instruction with one field drawn afresh until it differs and writes to nothing that is held; none where that takes

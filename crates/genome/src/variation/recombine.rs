@@ -6,7 +6,7 @@ use crate::random::{Operator, Stream};
 use crate::{BirthKey, Genome};
 
 /// Inverse of the mean length of a block where both parents have equal shares.
-const SWITCH_RATE: f32 = 1.0 / 8.0;
+const SWITCH_RATE: f32 = 1.0 / 24.0;
 
 /// Walks along the positions, switching between the parents so that the second has the share `recombination`.
 ///
@@ -57,7 +57,8 @@ fn choose_blocks(length: usize, share: f32, stream: &mut Stream) -> Vec<bool> {
     blocks
 }
 
-/// Where the walk took nothing from one of the parents although the share says otherwise, one block is exchanged.
+/// Where the walk took nothing from one of the parents although the share says otherwise, one block is exchanged, in the mean as
+/// long as that share is.
 fn force_exchange(from_second: &mut [bool], share: f32, stream: &mut Stream) {
     let all_same = from_second.iter().all(|taken| *taken == from_second[0]);
     if !all_same || share <= 0.0 || share >= 1.0 {
@@ -65,7 +66,9 @@ fn force_exchange(from_second: &mut [bool], share: f32, stream: &mut Stream) {
     }
     let length = from_second.len() as u32;
     let start = stream.below(length) as usize;
-    let end = (start + 1 + stream.below(16.min(length)) as usize).min(from_second.len());
+    // As long as the smaller share is, at most.
+    let longest = (2.0 * share.min(1.0 - share) * length as f32) as u32;
+    let end = (start + 1 + stream.below(longest.max(1)) as usize).min(from_second.len());
     for taken in &mut from_second[start..end] {
         *taken = !*taken;
     }
