@@ -113,3 +113,21 @@ async fn limits_and_locks_travel_with_a_lineage_file() {
     let problem = other.post("/v1/lineages/import", &broken).await.problem(422);
     assert_eq!(problem["pointer"], "/generations/1/locks/instructions/0");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn export_is_limited_as_the_genome_is_or_as_asked() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 2 1 0 0\nMOV R0, C0\n";
+    let saved = server.post_bytes("/v1/genomes", "text/x-brood", text).await.expect(201).json();
+    let adopted = json!({"genomes": [saved["hash"]]});
+    let made = server.post(&lineage.path("/adoptions"), &adopted).await.expect(201).json();
+    let path = format!("/v1/individuals/{}/exports/wgsl", ids(&made)[0]);
+    let export = async |query: &str| server.get(&format!("{path}{query}")).await.expect(200).text();
+    let (free, held) = (export("").await, export("?energy_limit=true").await);
+    assert_eq!(export("?energy_limit=false").await, free);
+    assert_ne!(free, held);
+    // f is 4 in red, so it is divided by 4 pi: the scale is 1 / (4 pi).
+    assert!(held.contains("0.0795"), "{held}");
+    server.get(&format!("{path}?energy_limit=yes")).await.problem(400);
+}

@@ -88,7 +88,8 @@ impl From<CurationWord> for Curation {
     }
 }
 
-fn on_off(text: &str) -> Result<bool, String> {
+/// The words of a switch.
+pub fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),

@@ -8,6 +8,7 @@ use brood_export::{Format, export};
 use clap::Args;
 use serde_json::json;
 
+use crate::breed::on_off;
 use crate::{genome_file, logging, output};
 
 /// Options of `brood export`.
@@ -18,6 +19,9 @@ pub struct ExportArgs {
     /// glsl-es-300, glsl-410 or wgsl
     #[arg(long, value_name = "FORMAT", default_value = "glsl-es-300")]
     format: Format,
+    /// Divide by the largest albedo where it is above 1; absent: as the genome asks
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    limit: Option<bool>,
     /// The file to write; stdout where absent
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -26,7 +30,9 @@ pub struct ExportArgs {
 /// Runs the command.
 pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let program = express(&genome_file::read(&args.genome)?);
+    let genome = genome_file::read(&args.genome)?;
+    let limited = args.limit.unwrap_or(genome.is_limited());
+    let program = express(&genome.with_limit(limited));
     let text = export(&program, args.format);
     let Some(path) = &args.output else {
         return match json {

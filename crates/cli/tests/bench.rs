@@ -133,7 +133,7 @@ fn amounts_of_variation_are_seen_in_pictures() {
     has_chart(dir.path(), "amount");
     let mean = |from: &str, value: f64| {
         let rows = json["amount"]["rows"].as_array().unwrap();
-        let is = |row: &&serde_json::Value| {
+        let is = |row: &&Value| {
             row["from"] == from && (row["value"].as_f64().unwrap() - value).abs() < 1e-6
         };
         rows.iter().find(is).unwrap()["mean"].as_f64().unwrap()

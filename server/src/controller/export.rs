@@ -3,12 +3,14 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
+use brood_eval::express;
 use brood_export::{Format, export};
 use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, header};
+use serde::Deserialize;
 
 use super::file;
-use crate::extract::{NoQuery, Path};
+use crate::extract::{NoQuery, Path, Query};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -41,21 +43,36 @@ pub async fn formats(NoQuery: NoQuery) -> Json<Vec<ExportFormat>> {
     Json(formats.collect())
 }
 
+/// What is exported.
+#[derive(Debug, Clone, Copy, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct ExportQuery {
+    /// Whether it reflects no more than it receives; as the genome has it unless asked otherwise.
+    energy_limit: Option<bool>,
+}
+
 /// An individual in one of the formats.
 #[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", tag = "exports",
     params(("id" = IndividualId, Path),
-        ("format" = String, Path, description = "a name that GET /v1/exports lists")),
+        ("format" = String, Path, description = "a name that GET /v1/exports lists"), ExportQuery),
     responses((status = 200, content_type = "text/plain"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
+    Query(query): Query<ExportQuery>,
     Path((id, format)): Path<(IndividualId, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let format: Format = format.parse().map_err(|error| ApiError::not_found(format!("{error}")))?;
     let individual = app.store.individual(id).await?;
     let material = app.library.material(individual.hash).await?;
-    let text = export(&material.program, format);
+    let limited = query.energy_limit.unwrap_or(material.genome.is_limited());
+    let text = if limited == material.genome.is_limited() {
+        export(&material.program, format)
+    } else {
+        let other = move || export(&express(&material.genome.clone().with_limit(limited)), format);
+        app.on_processor(other).await?
+    };
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let mut response = file(&headers, &etag, format.media_type(), CACHE, text);
     let name = format!("attachment; filename=\"brood-{id}.{}\"", format.extension());

@@ -185,8 +185,9 @@ impl LimitSearch {
     fn grid(&self, axes: Axes) -> impl Iterator<Item = &Tile> {
         let tiles = &self.tiles[usize::from(axes.azimuth)];
         let side = self.effort.uv_side;
-        let matters =
-            move |index: &usize| (axes.u || index % side == 0) && (axes.v || index / side == 0);
+        let matters = move |index: &usize| {
+            (axes.u || index.is_multiple_of(side)) && (axes.v || index / side == 0)
+        };
         let tile = move |index: usize| {
             tiles[index].get_or_init(|| {
                 let along = |index: usize| index as f64 / (side - 1) as f64;
