@@ -1,7 +1,7 @@
 /**
  * The server's routes as functions. Owns headers, retries and the reading of problems; knows nothing of the page's state.
  *
- * @import { Dialect, ExportFormat, Generation, Individual, Knobs, Lineage, MeshAnswer, Preset, Problem, Scene, SystemAnswer } from "./types.js"
+ * @import { Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage, Locks, MeshAnswer, Preset, Problem, Scene, SystemAnswer } from "./types.js"
  */
 
 const TRIES = 5;
@@ -187,7 +187,7 @@ export const createLineage = (json) => request("POST", "/v1/lineages", { json })
 
 /**
  * @param {Lineage} of
- * @param {{name?: string, scene?: string, saturation?: number}} json
+ * @param {{name?: string, scene?: string, saturation?: number, energy_limit?: boolean}} json
  * @returns {Promise<Lineage>}
  */
 export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.version, json);
@@ -207,12 +207,10 @@ export const getGeneration = (id) => request("GET", `/v1/generations/${id}`);
 
 /**
  * @param {string} lineageId
- * @param {string[]} parents
- * @param {Knobs} knobs
- * @param {number} count
+ * @param {{parents: string[], knobs: Knobs, locks?: Locks, count: number}} how locks only with parents
  * @returns {Promise<Generation>}
  */
-export const breed = (lineageId, parents, knobs, count) =>
+export const breed = (lineageId, { parents, knobs, locks, count }) =>
   request("POST", `/v1/lineages/${lineageId}/generations`, {
     json: {
       parents,
@@ -220,6 +218,8 @@ export const breed = (lineageId, parents, knobs, count) =>
       mutation: knobs.mutation,
       recombination: knobs.recombination,
       saturation: knobs.saturation,
+      energy_limit: knobs.energy_limit,
+      locks,
       curation: "diverse",
       constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
     },
@@ -255,6 +255,9 @@ export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 /** @param {string} id @returns {Promise<Individual>} */
 export const getIndividual = (id) => request("GET", `/v1/individuals/${id}`);
 
+/** @param {string} id @returns {Promise<Inspection>} */
+export const getInspection = (id) => request("GET", `/v1/individuals/${id}/inspection`);
+
 /** @param {Individual} of @param {{favourite?: boolean, note?: string}} json @returns {Promise<Individual>} */
 export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, of.version, json);
 
@@ -272,6 +275,9 @@ export const createMesh = (file) => request("POST", "/v1/meshes", { body: file, 
 
 /** @param {string} id @param {string} sceneId @param {number} size */
 export const pictureUrl = (id, sceneId, size) => `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}`;
+
+/** @param {string} id @param {number} size */
+export const sliceUrl = (id, size) => `/v1/individuals/${id}/slice.png?size=${size}`;
 
 /** @param {string} lineageId */
 export const eventsUrl = (lineageId) => `/v1/lineages/${lineageId}/events`;

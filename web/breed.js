@@ -8,11 +8,16 @@ import * as api from "./api.js";
 import { flip, flipped } from "./compare.js";
 import { holdBack } from "./events.js";
 import { guarded, putBred, setFirstBreeder, show } from "./lineage.js";
+import { anyLocked } from "./locks.js";
 import { startClock } from "./pictures.js";
 import { sceneSettled } from "./scene.js";
 import {
-  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, knobs, large, lineage, mate, tell,
+  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, knobs, knobsOpen, large, lineage,
+  locks, mate, tell,
 } from "./state.js";
+
+/** What a refusal may be about. @type {Place[]} */
+const KNOBS = ["mutation", "recombination", "saturation", "energy_limit", "locks"];
 
 /**
  * Where a refused brood is told: at the knob that the server names, else at the frames.
@@ -20,8 +25,8 @@ import {
  * @returns {Place}
  */
 function placeOf(problem) {
-  const knob = problem.pointer?.split("/")[1];
-  return knob === "mutation" || knob === "recombination" || knob === "saturation" ? knob : "stage";
+  const named = problem.pointer?.split("/")[1];
+  return KNOBS.find((knob) => knob === named) ?? "stage";
 }
 
 /**
@@ -33,10 +38,11 @@ export async function breed(parents) {
   if (!of || breeding.value) return;
   breeding.value = true;
   startClock();
-  forget("stage", "mutation", "recombination", "saturation");
+  forget("stage", ...KNOBS);
   const work = (async () => {
     await sceneSettled();
-    const made = await api.breed(of.id, parents, knobs.value, FRAMES);
+    const kept = parents.length > 0 && anyLocked(locks.value) ? locks.value : undefined;
+    const made = await api.breed(of.id, { parents, knobs: knobs.value, locks: kept, count: FRAMES });
     if (lineage.value?.id !== of.id) return;
     putBred(made);
     await show(made.id, "visit");
@@ -46,7 +52,9 @@ export async function breed(parents) {
     await work;
   } catch (error) {
     const problem = api.problemOf(error);
-    tell(placeOf(problem), { problem, retry: () => void breed(parents) });
+    const place = placeOf(problem);
+    if (place !== "stage") knobsOpen.value = true;
+    tell(place, { problem, retry: () => void breed(parents) });
   } finally {
     breeding.value = false;
   }
@@ -117,12 +125,32 @@ export async function setNote(note) {
   });
 }
 
-/** Keeps the saturation as the lineage's own, for random starts and for the next visit. @param {number} saturation */
-export async function keepSaturation(saturation) {
-  await guarded("saturation", async () => {
+/** One at a time, so that the last wish is the one that stays. @type {Promise<void>} */
+let keeping = Promise.resolve();
+
+/**
+ * Keeps a knob as the lineage's own, for random starts and for the next visit.
+ * @param {"saturation"|"energy_limit"} knob
+ * @param {number|boolean} value
+ */
+function keepAsDefault(knob, value) {
+  const wished = lineage.value?.id;
+  const work = async () => {
     await sceneSettled();
     const of = lineage.value;
-    if (!of || of.saturation === saturation) return;
-    lineage.value = await api.patchLineage(of, { saturation });
-  });
+    if (!of || of.id !== wished || of[knob] === value) return;
+    const changed = await api.patchLineage(of, { [knob]: value });
+    if (lineage.value?.id === changed.id) lineage.value = changed;
+  };
+  keeping = keeping.then(() => guarded(knob, work));
+  return keeping;
+}
+
+/** @param {number} saturation */
+export const keepSaturation = (saturation) => keepAsDefault("saturation", saturation);
+
+/** @param {boolean} on */
+export function setEnergyLimit(on) {
+  knobs.value = { ...knobs.value, energy_limit: on };
+  void keepAsDefault("energy_limit", on);
 }

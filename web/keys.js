@@ -7,6 +7,7 @@
 import { nameOf, pick, toggleFavourite, toggleMate } from "./breed.js";
 import { flipKeyDown, flipKeyUp, pinCell, pinned, unpin } from "./compare.js";
 import { cellOf, letGo } from "./hands.js";
+import { inspectCell } from "./inspector.js";
 import { redo, undo } from "./lineage.js";
 import { focused } from "./state.js";
 
@@ -64,6 +65,7 @@ export function keyOnFrames(event) {
   else if (event.key.toLowerCase() === "m") toggleMate(cell);
   else if (event.key.toLowerCase() === "f") void toggleFavourite(cell);
   else if (event.key.toLowerCase() === "b") pinCell(cell, nameOf(cell));
+  else if (event.key.toLowerCase() === "i") inspectCell(cell, nameOf(cell));
   else return;
   event.preventDefault();
 }
@@ -72,11 +74,13 @@ export function keyOnFrames(event) {
 const takesText = (target) =>
   target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && ["text", "password"].includes(target.type));
 
+/** What lies below a dialog does not change unseen. @param {EventTarget|null} target */
+const inDialog = (target) => target instanceof Element && target.closest("dialog") !== null;
+
 /** @param {KeyboardEvent} event */
 function keyAlone(event) {
-  const inDialog = event.target instanceof Element && event.target.closest("dialog") !== null;
-  if (event.key === "Escape" && !letGo() && !inDialog) unpin();
-  if (event.key.toLowerCase() !== "x" || event.repeat || event.altKey || inDialog || takesText(event.target) || !pinned.value) return;
+  if (event.key === "Escape" && !letGo() && !inDialog(event.target)) unpin();
+  if (event.key.toLowerCase() !== "x" || event.repeat || event.altKey || inDialog(event.target) || takesText(event.target) || !pinned.value) return;
   flipKeyDown(event.timeStamp);
   event.preventDefault();
 }
@@ -90,6 +94,7 @@ export function keyUpAnywhere(event) {
 export function keyAnywhere(event) {
   if (!(event.ctrlKey || event.metaKey)) return keyAlone(event);
   if (takesText(event.target) && !(event.target instanceof HTMLSelectElement)) return;
+  if (inDialog(event.target)) return;
   const key = event.key.toLowerCase();
   if (key === "z") void (event.shiftKey ? redo() : undo());
   else if (key === "y") void redo();

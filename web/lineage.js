@@ -12,7 +12,7 @@ import { keep, recall } from "./memory.js";
 import { ready, unready } from "./pictures.js";
 import * as route from "./route.js";
 import {
-  DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, mate,
+  DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, locks, mate,
   putGenerations, scene, shown, system, tell, trail,
 } from "./state.js";
 
@@ -83,13 +83,16 @@ export async function open(id, wanted, begin = breedFirst) {
     shown.value = null;
     mate.value = null;
     trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), sessionStorage);
-    knobs.value = recall(`knobs.${id}`, {
+    knobs.value = {
       mutation: target?.mutation ?? 0.3,
       recombination: target?.recombination ?? 0.5,
       isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
       homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
       saturation: target?.saturation ?? of.saturation,
-    });
+      energy_limit: target?.energy_limit ?? of.energy_limit,
+      ...recall(`knobs.${id}`, {}),
+    };
+    locks.value = recall(`locks.${id}`, { instructions: [], constants: [], channels: [] });
     lineagesOpen.value = false;
   });
   events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync });
@@ -224,6 +227,9 @@ export function watchLineage() {
   });
   effect(() => {
     if (lineage.value) keep(`knobs.${lineage.value.id}`, knobs.value);
+  });
+  effect(() => {
+    if (lineage.value) keep(`locks.${lineage.value.id}`, locks.value);
   });
   effect(() => {
     const name = lineage.value?.name;

@@ -3,6 +3,7 @@
  * the clock and the retries; knows nothing of how a picture is made.
  */
 import { effect, signal } from "./vendor/signals-core.js";
+import { twinsInWords } from "./locks.js";
 import { announcement, breeding, elapsed, generation, sceneBusy } from "./state.js";
 
 const RETRIES = 6;
@@ -104,7 +105,8 @@ export function checkReady() {
   clock = null;
   ready.value = shown.id;
   document.body.dataset.ready = shown.id;
-  announcement.value = `Generation ${shown.index}: ${shown.individuals.length} children, all pictures are there.`;
+  const twins = twinsInWords(shown);
+  announcement.value = `Generation ${shown.index}: ${shown.individuals.length} children, all pictures are there.${twins && ` ${twins}.`}`;
 }
 
 /** Another generation, or the same in another scene, has to become ready anew. */

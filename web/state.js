@@ -2,7 +2,7 @@
  * Everything the page knows, as signals, and what follows from it. Owns no network and no drawing: other modules write
  * here, the view reads.
  *
- * @import { Cell, Generation, Individual, Knobs, Lineage, Place, Scene, SystemAnswer, Trail, Trouble, Turning, UploadedMesh } from "./types.js"
+ * @import { Cell, Generation, Individual, Knobs, Lineage, Locks, Place, Scene, SystemAnswer, Trail, Trouble, Turning, UploadedMesh } from "./types.js"
  */
 import { descentOf } from "./history.js";
 import { computed, signal } from "./vendor/signals-core.js";
@@ -44,7 +44,10 @@ export const knobs = signal({
   isotropic: false,
   homogeneous: false,
   saturation: DEFAULT_SATURATION,
+  energy_limit: false,
 });
+/** @type {Signal<Locks>} What children keep of their parent. */
+export const locks = signal({ instructions: [], constants: [], channels: [] });
 /** @type {Signal<Partial<Record<Place, Trouble>>>} */
 export const troubles = signal({});
 /** @type {Signal<boolean>} A brood is being made. */

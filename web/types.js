@@ -8,13 +8,18 @@
  *
  * @typedef {{id: string, lineage: string, index: number, seed: string, parents: string[], centre: Individual|null,
  *   mutation: number, recombination: number, curation: string, constraints?: Constraints, saturation?: number,
- *   individuals: Individual[], created_ms: number}} Generation
+ *   energy_limit?: boolean, locks?: Locks, individuals: Individual[], created_ms: number}} Generation
+ *
+ * @typedef {"r"|"g"|"b"} Channel
+ *
+ * @typedef {{instructions: number[], constants: number[], channels: Channel[]}} Locks
  *
  * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,
  *   isotropic?: boolean, homogeneous?: boolean}} Dialect
  *
  * @typedef {{id: string, name: string, notes: string, scene: string, thumbnail_px: number, dialect: Dialect,
- *   saturation: number, generations: number, created_ms: number, version: number}} Lineage
+ *   saturation: number, energy_limit: boolean, cover?: string|null, generations: number, created_ms: number,
+ *   version: number}} Lineage
  *
  * @typedef {[number, number, number]} Vec3
  *
@@ -37,12 +42,13 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"inspector"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble
  *
- * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean, saturation: number}} Knobs
+ * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean, saturation: number,
+ *   energy_limit: boolean}} Knobs
  *
  * @typedef {{past: string[], future: string[]}} Trail
  *   Generations seen before the one shown, and those that undo left behind; nearest last.
@@ -58,5 +64,23 @@
  * @typedef {{name: string, label: string, extension: string, media_type: string}} ExportFormat
  *
  * @typedef {{name: string, answer: MeshAnswer}} UploadedMesh
+ *
+ * @typedef {{instructions: number, live_instructions: number, live_scalar_operations: number, operations: number,
+ *   inputs_read: number, inputs_known: number, registers: number}} OperationCounts
+ *
+ * @typedef {{samples: number, min_f: number|null, max_f: number|null, non_finite: number, swapped_pairs: number,
+ *   not_reciprocal: number}} Physics
+ *
+ * @typedef {{max_albedo: number|null, unlimited_albedo: number|null, error_bound: number|null, divisor: number|null,
+ *   theta_deg: number, limited: boolean}} Energy
+ *
+ * @typedef {{theta_i_deg: number, f: (number|null)[][]}} Curve
+ *   Red, green and blue, each at every outgoing angle of its plane; null where f is no number.
+ *
+ * @typedef {{azimuth_deg: number, theta_o_deg: number[], curves: Curve[]}} Plane
+ *
+ * @typedef {{hash: string, program_hash: string, dialect: string, inputs: string[], counts: OperationCounts,
+ *   physics: Physics, energy: Energy, source: string, live: boolean[], channels: string[], code: string,
+ *   planes: Plane[]}} Inspection
  */
 export {};

@@ -10,6 +10,7 @@ import { chromium } from "playwright-core";
 
 import { compare, compareByFinger } from "./compare.mjs";
 import { film } from "./film.mjs";
+import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
 import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { BroodPage } from "./page.mjs";
@@ -202,10 +203,15 @@ async function coming(hand) {
   await compare(hand, step, shot);
 }
 
+async function looking(hand, base) {
+  await inspect(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
+}
+
 async function drawn(hand, base) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await live(hand, step, shot, base);
   await film(hand, step, shot);
+  await limitedLive(hand, step, shot, base);
   await exported(hand, step, binary);
   hand.quiet();
 }
@@ -224,6 +230,7 @@ async function narrow(hand) {
     await hand.accessible("360 x 740");
   });
   await compareByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+  await inspectByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   hand.quiet();
 }
 
@@ -241,6 +248,7 @@ async function main() {
       [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [looking, PLAIN, { viewport: { width: 1440, height: 985 }, permissions: ["clipboard-read", "clipboard-write"] }],
       [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],
     ]) {
       browser = await chromium.launch({ executablePath, args });

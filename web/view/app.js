@@ -7,8 +7,10 @@ import { Bar } from "./bar.js";
 import { Details } from "./details.js";
 import { Frames } from "./frames.js";
 import { Hint } from "./hint.js";
+import { Inspector } from "./inspector.js";
 import { Knobs } from "./knobs.js";
 import { Lineages } from "./lineages.js";
+import { LockSign } from "./locks.js";
 import { Presets } from "./presets.js";
 import { Strip } from "./strip.js";
 import { TokenQuestion } from "./token_question.js";
@@ -22,6 +24,7 @@ export function App() {
       <main class="stage" aria-label="Brood">
         <div class="field"><${Frames} /></div>
         <${Trouble} place="stage" />
+        <${LockSign} />
         <${Hint} />
       </main>
       ${detailsOpen.value && html`<${Details} />`}
@@ -29,6 +32,7 @@ export function App() {
     <${Strip} />
     <${Lineages} />
     <${Presets} />
+    <${Inspector} />
     <${TokenQuestion} />
     ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, or a .brood to breed from it</p></div>`}
     <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>

@@ -6,6 +6,7 @@ import { afresh, reroll } from "../breed.js";
 import { html } from "../html.js";
 import { redoTarget, undoTarget } from "../history.js";
 import { redo, undo } from "../lineage.js";
+import { twinsInWords } from "../locks.js";
 import { loaded } from "../pictures.js";
 import {
   FRAMES, announcement, breeding, descent, detailsOpen, elapsed, generation, knobsOpen, lineage, lineagesOpen, presetsOpen, sceneBusy,
@@ -35,6 +36,8 @@ function status() {
   const framed = of.individuals.filter((one) => one.slot < FRAMES);
   const there = framed.filter((one) => loaded.value.has(one.thumbnail)).length;
   const parts = [`generation ${of.index}`, `${there} of ${framed.length}`];
+  const twins = twinsInWords(of);
+  if (twins) parts.push(twins);
   if (breeding.value) parts.push("breeding");
   else if (sceneBusy.value) parts.push("drawing");
   else if (elapsed.value !== null) parts.push(`${Math.round(elapsed.value)} ms`);

@@ -4,16 +4,19 @@
  * @import { Generation, Individual } from "../types.js"
  */
 import * as api from "../api.js";
-import { setNote } from "../breed.js";
+import { nameOf, setNote } from "../breed.js";
 import { pin } from "../compare.js";
 import { html } from "../html.js";
+import { inspect, inspections } from "../inspections.js";
+import { openInspector } from "../inspector.js";
 import { isPlain } from "../keys.js";
 import { guarded, visit } from "../lineage.js";
+import { ready } from "../pictures.js";
 import { effect, signal } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Compare, Pin } from "./compare.js";
 import { Trouble } from "./trouble.js";
-import { madeBy } from "./words.js";
+import { albedoInWords, madeBy, reflectsInWords } from "./words.js";
 
 /** @type {import("../vendor/signals-core.js").Signal<import("../types.js").ExportFormat[]>} */
 const formats = signal([]);
@@ -22,6 +25,20 @@ effect(() => {
   void guarded("centre", async () => {
     formats.value = await api.listExports();
   });
+});
+
+/** Somebody who breeds on at once does not wait for what is known of the centre. */
+const REST_MS = 400;
+
+// How much the centre reflects: looked for once its pictures are there and nobody has gone on.
+effect(() => {
+  const of = large.value;
+  if (!detailsOpen.value || !of || ready.value === null || inspections.peek().has(of.hash)) return;
+  const look = async () => {
+    await inspect(of);
+  };
+  const timer = setTimeout(() => void guarded("centre", look), REST_MS);
+  return () => clearTimeout(timer);
 });
 
 /** Has the browser save the genome's text. @param {Individual} of */
@@ -34,11 +51,11 @@ const saveText = (of) => guarded("centre", async () => {
   URL.revokeObjectURL(link.href);
 });
 
-/** @param {{name: string, value: unknown}} props */
-const Fact = ({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`;
+/** @param {{name: string, value: unknown, title?: string}} props */
+const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
 
-/** What it can be taken away as. @param {{of: Individual}} props */
-function Exports({ of }) {
+/** What it and its brood can be taken away as. @param {{of: Individual, within: Generation}} props */
+function Exports({ of, within }) {
   return html`
     <details class="exports" data-testid="exports">
       <summary>Export</summary>
@@ -47,8 +64,12 @@ function Exports({ of }) {
         ${formats.value.map((format) => html`
           <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
         `)}
+        <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">APNG, the light going around</a></li>
+        <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
         <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>
         <li><a download=${`${of.id}.exr`} href=${`/v1/individuals/${of.id}/render.exr?size=1024`}>EXR of 1024 x 1024, linear</a></li>
+        <li><a download=${`${within.id}.png`} href=${`/v1/generations/${within.id}/sheet.png`} data-testid="export-sheet">PNG of the brood</a></li>
+        <li><a download=${`${within.id}.apng`} href=${`/v1/generations/${within.id}/sheet.apng?size=96&frames=24`} data-testid="export-sheet-apng">APNG of the brood</a></li>
       </ul>
     </details>
   `;
@@ -58,17 +79,20 @@ function Centre() {
   const of = large.value;
   const within = generation.value;
   if (!of || !within) return null;
+  const energy = inspections.value.get(of.hash)?.energy;
   return html`
     <section aria-labelledby="centre-title">
       <h2 id="centre-title">Centre</h2>
       <dl>
         <${Fact} name="live instructions" value=${of.live_instructions} />
+        <${Fact} name="reflects at most" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />
         <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
-      <${Exports} of=${of} />
+      <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
+      <${Exports} of=${of} within=${within} />
       <label class="note">Note
         <textarea rows="2" maxlength="10000" data-testid="note" value=${of.note} key=${of.id}
           onChange=${(/** @type {Event} */ event) => setNote(/** @type {HTMLTextAreaElement} */ (event.target).value)}></textarea>

@@ -3,7 +3,7 @@
  *
  * @import { Place } from "../types.js"
  */
-import { keepSaturation } from "../breed.js";
+import { keepSaturation, setEnergyLimit } from "../breed.js";
 import { takeFiles } from "../files.js";
 import { html } from "../html.js";
 import { BUILT_IN, chooseObject, setExposure } from "../scene.js";
@@ -11,6 +11,7 @@ import { signal } from "../vendor/signals-core.js";
 import { clipped, forget, greySurround, hinting, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
 import { LightKnobs } from "./light.js";
 import { Slider, Switch } from "./control.js";
+import { Locks } from "./locks.js";
 import { Trouble } from "./trouble.js";
 
 /** An exposure being dragged, before it is let go. @type {import("../vendor/signals-core.js").Signal<number|null>} */
@@ -23,7 +24,7 @@ function turn(key, value) {
 }
 
 function Breeding() {
-  const { mutation, recombination, saturation, isotropic, homogeneous } = knobs.value;
+  const { mutation, recombination, saturation, isotropic, homogeneous, energy_limit } = knobs.value;
   return html`
     <section aria-labelledby="breeding">
       <h2 id="breeding">Breeding</h2>
@@ -36,7 +37,9 @@ function Breeding() {
       <div class="chips">
         <${Switch} id="isotropic" name="isotropic" on=${isotropic} title="New children look the same however they are turned" turns=${(/** @type {boolean} */ on) => (knobs.value = { ...knobs.value, isotropic: on })} />
         <${Switch} id="homogeneous" name="homogeneous" on=${homogeneous} title="New children have no texture" turns=${(/** @type {boolean} */ on) => (knobs.value = { ...knobs.value, homogeneous: on })} />
+        <${Switch} id="energy-limit" name="energy limit" on=${energy_limit} title="New children reflect no more light than they receive" turns=${setEnergyLimit} />
       </div>
+      <${Trouble} place="energy_limit" />
       <p class="small">These act on the next brood.</p>
     </section>
   `;
@@ -124,7 +127,7 @@ export function Knobs() {
   return html`
     <aside class="pane left" aria-label="Knobs">
       <button type="button" class="close" aria-label="Close the knobs" onClick=${() => (knobsOpen.value = false)}>×</button>
-      <${Breeding} /><${ObjectChooser} /><${LightKnobs} /><${Film} />
+      <${Breeding} /><${Locks} /><${ObjectChooser} /><${LightKnobs} /><${Film} />
     </aside>
   `;
 }

@@ -43,6 +43,12 @@ function fieldOf(event, field) {
 /** @param {() => Promise<void>} work */
 const does = (work) => () => void guarded("lineages", work);
 
+/** A picture that cannot be had leaves its place empty. @param {Event} event */
+const hideBroken = (event) => /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");
+
+/** @param {{of: Lineage}} props */
+const Cover = ({ of }) => html`<span class="cover">${of.cover && html`<img key=${of.cover} src=${of.cover} alt="" loading="lazy" onError=${hideBroken} />`}</span>`;
+
 /** @param {Lineage} of */
 function Row(of) {
   const now = of.id === lineage.value?.id;
@@ -56,6 +62,7 @@ function Row(of) {
     };
     return html`
       <li key=${of.id}><form class="row" onSubmit=${submit}>
+        <${Cover} of=${of} />
         <input type="text" name="name" aria-label="New name" maxlength="200" required value=${of.name} data-testid="lineage-rename-name" />
         <button type="submit">Rename</button>
         <button type="button" onClick=${() => (renaming.value = null)}>Cancel</button>
@@ -65,6 +72,7 @@ function Row(of) {
   if (hiding.value === of.id) {
     return html`
       <li key=${of.id}><div class="row">
+        <${Cover} of=${of} />
         <span class="grow">Hide “${of.name}”? Nothing of it is deleted.</span>
         <button type="button" data-testid=${`lineage-hide-${of.id}`} onClick=${does(async () => { await hide(of); hiding.value = null; })}>Hide</button>
         <button type="button" onClick=${() => (hiding.value = null)}>Cancel</button>
@@ -73,6 +81,7 @@ function Row(of) {
   }
   return html`
     <li key=${of.id}><div class="row">
+      <${Cover} of=${of} />
       <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${does(() => open(of.id, null))}>
         <span class="cut">${of.name}</span> <span class="small">${new Date(of.created_ms).toLocaleDateString()}</span>
       </button>
@@ -100,7 +109,7 @@ export function Lineages() {
   if (!lineagesOpen.value) return null;
   const newestFirst = [...lineages.value].sort((a, b) => b.created_ms - a.created_ms);
   return html`
-    <dialog ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
+    <dialog class="middling" ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
       <h2 id="lineages-title">Lineages</h2>
       <form class="row" onSubmit=${createNamed}>
         <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />

@@ -1,0 +1,100 @@
+/**
+ * The look into a genome: facts, physical checks, image slice, polar plot, code. Owns the dialog and the words of the facts.
+ *
+ * @import { Individual, Inspection } from "../types.js"
+ */
+import { sliceUrl } from "../api.js";
+import { html } from "../html.js";
+import { inspections } from "../inspections.js";
+import { closeInspector, inspected, isLockable } from "../inspector.js";
+import { tell } from "../state.js";
+import { Code } from "./listing.js";
+import { Polar } from "./polar.js";
+import { Trouble } from "./trouble.js";
+import { albedoInWords, amount, reflectsInWords } from "./words.js";
+
+const SLICE_PX = 288;
+
+/** @param {HTMLDialogElement|null} dialog */
+function opened(dialog) {
+  if (dialog && !dialog.open) dialog.showModal();
+}
+
+/** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
+const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
+
+/** @param {{name: string, value: unknown, title?: string}} props */
+const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
+
+/** "paper smooth registers 7" as "paper, smooth, 7 registers". @param {string} words */
+const dialectInWords = (words) => words.split(/ (?!\d)/).map((part) => part.replace(/^(\w+) (\d+)$/, "$2 $1")).join(", ");
+
+/** @param {{of: Inspection}} props */
+function Facts({ of }) {
+  const { counts, physics, energy } = of;
+  const reciprocity = physics.not_reciprocal === 0
+    ? `all ${physics.swapped_pairs.toLocaleString("en")} pairs the same`
+    : `${physics.not_reciprocal.toLocaleString("en")} of ${physics.swapped_pairs.toLocaleString("en")} pairs differ`;
+  return html`
+    <section aria-labelledby="facts-title">
+      <h3 id="facts-title">Facts</h3>
+      <dl>
+        <${Fact} name="dialect" value=${dialectInWords(of.dialect)} />
+        <${Fact} name="inputs read" value=${of.inputs.join(" ") || "none"} title=${`${counts.inputs_read} of ${counts.inputs_known}`} />
+        <${Fact} name="instructions" value=${`${counts.live_instructions} of ${counts.instructions} live`} />
+        <${Fact} name="operations run" value=${counts.operations} title="Scalar operations for each sample, after folding" />
+        <${Fact} name="registers" value=${counts.registers} title="Values that the scalar code keeps at once" />
+      </dl>
+    </section>
+    <section aria-labelledby="checks-title">
+      <h3 id="checks-title">Physical checks</h3>
+      <dl>
+        <${Fact} name="f" value=${`${amount(physics.min_f)} to ${amount(physics.max_f)}`} title=${`Of ${physics.samples.toLocaleString("en")} reflectances looked at`} />
+        <${Fact} name="not finite" value=${physics.non_finite === 0 ? "none" : physics.non_finite.toLocaleString("en")} />
+        <${Fact} name="swapped light and eye" value=${reciprocity} title="Reciprocity: f is the same both ways round, to the bit" />
+        <${Fact} name="reflects at most" value=${reflectsInWords(energy)} title=${albedoInWords(energy)} />
+      </dl>
+      <p class="small">${albedoInWords(energy)}</p>
+    </section>
+  `;
+}
+
+const noSlice = () => tell("inspector", { problem: { title: "The image slice cannot be drawn", status: 500, detail: "The rest of what is known stands here." } });
+
+/** @param {{of: Individual}} props */
+const Slice = ({ of }) => html`
+  <figure class="slice" data-testid="slice">
+    <span class="up">difference angle, 0 to 90°</span>
+    <img src=${sliceUrl(of.id, SLICE_PX)} width=${SLICE_PX} height=${SLICE_PX} alt="Image slice: half angle to the right, difference angle upward, both from 0 to 90 degrees" onError=${noSlice} />
+    <span class="right">half angle, 0 to 90°</span>
+  </figure>
+`;
+
+/** @param {{of: Individual, found: Inspection}} props */
+const Found = ({ of, found }) => html`
+  <div class="found">
+    <div class="looks">
+      <${Facts} of=${found} />
+      <section aria-labelledby="slice-title"><h3 id="slice-title">Image slice</h3><${Slice} of=${of} /></section>
+      <section aria-labelledby="polar-title"><h3 id="polar-title">Reflectance</h3><${Polar} planes=${found.planes} /></section>
+    </div>
+    <${Code} of=${found} lockable=${isLockable(of)} />
+  </div>
+`;
+
+export function Inspector() {
+  if (!inspected.value) return null;
+  const { of, name } = inspected.value;
+  const found = inspections.value.get(of.hash);
+  return html`
+    <dialog class="inspector" data-testid="inspector" ref=${opened} aria-labelledby="inspector-title" onClose=${closeInspector}>
+      <div class="row title">
+        <h2 id="inspector-title">Genome <code title=${of.hash}>${of.hash.slice(0, 12)}</code></h2>
+        <span class="small grow">${name}</span>
+        <button type="button" data-testid="inspector-close" onClick=${shut}>Close</button>
+      </div>
+      <${Trouble} place="inspector" />
+      ${found ? html`<${Found} of=${of} found=${found} />` : html`<p class="small" role="status">The server looks into it …</p>`}
+    </dialog>
+  `;
+}

@@ -1,0 +1,95 @@
+/**
+ * A genome's text: head, constants, instructions, each with what is known of it and its lock; or the scalar code that runs. Owns
+ * how lines are shown; what lines there are is listing.js's.
+ *
+ * @import { Channel, Inspection, Locks } from "../types.js"
+ * @import { Constant, Instruction, Listing } from "../listing.js"
+ */
+import { html } from "../html.js";
+import { listed, liveOnly } from "../inspector.js";
+import { heldBy, heldConstants, listingOf, readConstants } from "../listing.js";
+import { CHANNELS, CHANNEL_WORDS, toggleLock } from "../locks.js";
+import { announcement, locks, tell } from "../state.js";
+import { signal } from "../vendor/signals-core.js";
+import { Choice, Switch } from "./control.js";
+import { ChannelLocks, Lock, LockCount } from "./locks.js";
+
+const copied = signal(false);
+
+/** @param {string} text */
+async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    copied.value = true;
+    announcement.value = "The text is copied.";
+    setTimeout(() => (copied.value = false), 2000);
+  } catch {
+    tell("inspector", { problem: { title: "Nothing was copied", status: 400, detail: "This browser gives pages without HTTPS no clipboard; Export saves the text as .brood." } });
+  }
+}
+
+/** @param {Iterable<Channel>} channels */
+const heldInWords = (channels) => [...channels].map((channel) => CHANNEL_WORDS[channel]).join(", ");
+
+/** A line may break between words and nowhere else; a browser would break it after a minus. @param {{text: string}} props */
+const Text = ({ text }) => html`<code>${text.includes("-") ? text.split(" ").map((word, at) => [at > 0 && " ", html`<span class="whole">${word}</span>`]) : text}</code>`;
+
+/** The channels that depend on an instruction. @param {{channels: string}} props */
+const Channels = ({ channels }) => html`
+  <span class="channels">${CHANNELS.filter((one) => channels.includes(one)).map((one) => html`<abbr key=${one} class=${one} title=${`${CHANNEL_WORDS[one]} depends on it`}>${one}</abbr>`)}</span>
+`;
+
+/** @param {{of: Constant, dead: boolean, held: string, lockable: boolean}} props */
+const ConstantLine = ({ of, dead, held, lockable }) => html`
+  <li class=${dead ? "dead" : ""} data-constant=${of.index}>
+    ${lockable && html`<${Lock} name=${`constant ${of.index}`} on=${locks.value.constants.includes(of.index)} held=${held} does=${() => toggleLock("constants", of.index)} />`}
+    <span class="index">C${of.index}</span><${Text} text=${of.text} />
+  </li>
+`;
+
+/** @param {{of: Instruction, held: string, lockable: boolean}} props */
+const InstructionLine = ({ of, held, lockable }) => html`
+  <li class=${of.live ? "" : "dead"} data-instruction=${of.index}>
+    ${lockable && html`<${Lock} name=${`instruction ${of.index}`} on=${locks.value.instructions.includes(of.index)} held=${held} does=${() => toggleLock("instructions", of.index)} />`}
+    <span class="index">${of.index}</span><${Text} text=${of.text} /><${Channels} channels=${of.channels} />
+  </li>
+`;
+
+/** @param {{of: Inspection, lockable: boolean}} props */
+function Assembly({ of, lockable }) {
+  const listing = listingOf(of);
+  const kept = lockable ? locks.value : { instructions: [], constants: [], channels: [] };
+  const read = readConstants(listing);
+  const held = heldConstants(listing, kept);
+  // What is locked is always there, so that it can be unlocked.
+  const constants = listing.constants.filter((one) => read.has(one.index) || kept.constants.includes(one.index));
+  const instructions = listing.instructions.filter((one) => !liveOnly.value || one.live || kept.instructions.includes(one.index));
+  return html`
+    <ul class="lines head">${listing.head.map((line) => html`<li><code>${line}</code></li>`)}</ul>
+    ${constants.length > 0 && html`<h4>Constants that live code reads</h4>`}
+    <ul class="lines">${constants.map((one) => html`<${ConstantLine} key=${one.index} of=${one} dead=${!read.has(one.index)} lockable=${lockable} held=${heldInWords(held.get(one.index) ?? [])} />`)}</ul>
+    <h4>Instructions</h4>
+    <ul class="lines">${instructions.map((one) => html`<${InstructionLine} key=${one.index} of=${one} lockable=${lockable} held=${heldInWords(heldBy(one, kept))} />`)}</ul>
+  `;
+}
+
+/** @param {{of: Inspection, lockable: boolean}} props */
+export function Code({ of, lockable }) {
+  const assembly = listed.value === "assembly";
+  return html`
+    <section class="code" aria-labelledby="code-title">
+      <div class="row tools">
+        <h3 id="code-title" class="unseen">Code</h3>
+        <${Choice} id="code-kind" name="Code" value=${listed.value} options=${[{ value: "assembly", name: "assembly" }, { value: "scalar", name: "scalar code", title: "The operations that run for each sample" }]}
+          turns=${(/** @type {any} */ to) => (listed.value = to)} />
+        ${assembly && html`<${Switch} id="live-only" name="live code only" on=${liveOnly.value} title="Leaves out instructions that cannot change the result" turns=${(/** @type {boolean} */ on) => (liveOnly.value = on)} />`}
+        <button type="button" data-testid="copy-code" title=${assembly ? "Copies the whole genome" : "Copies the scalar code"} onClick=${() => copy(assembly ? of.source : of.code)}>${copied.value ? "Copied" : "Copy"}</button>
+      </div>
+      ${assembly && lockable && html`<div class="row tools"><span class="small">lock</span><${ChannelLocks} prefix="inspector-lock" /><${LockCount} prefix="inspector-locks" /></div>`}
+      ${assembly && !lockable && html`<p class="small">It is of another lineage, so nothing of it can be locked here.</p>`}
+      <div class="listing" data-testid="listing" role="region" aria-label=${assembly ? "Assembly" : "Scalar code"} tabindex="0">
+        ${assembly ? html`<${Assembly} of=${of} lockable=${lockable} />` : html`<pre>${of.code}</pre>`}
+      </div>
+    </section>
+  `;
+}
