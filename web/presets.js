@@ -8,6 +8,7 @@ import { signal } from "./vendor/signals-core.js";
 import * as api from "./api.js";
 import { breed } from "./breed.js";
 import { create, guarded, open, putBred, show } from "./lineage.js";
+import { unlockAll } from "./locks.js";
 import { announcement, lineage, lineages, presetsOpen, tell } from "./state.js";
 
 /** More than any genome of 1024 instructions takes; the server's limit. */
@@ -80,7 +81,11 @@ async function takeGenome(file) {
     } catch (error) {
       if (api.problemOf(error).status !== 422) throw error;
     }
-    if (made) return breedFrom(made);
+    if (made) {
+      // Locks name positions, and here other things stand there.
+      unlockAll();
+      return breedFrom(made);
+    }
     const { dialect } = await api.getGenome(hash);
     const length = Math.max(100, dialect.length);
     await create(file.name.replace(/\.[^.]*$/, ""), {

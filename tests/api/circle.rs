@@ -36,7 +36,7 @@ async fn strip_and_animation_show_the_light_going_around() {
             format!("/v1/individuals/{id}/render.png?size=40&scene={scene}&light_deg={degrees}");
         let alone = server.get(&path).await.expect(200).picture();
         let cell = image::imageops::crop_imm(&picture, 40 * place, 0, 40, 40).to_image();
-        assert_eq!(cell, alone, "place {place}");
+        assert!(cell == alone, "place {place}");
     }
     let path = format!("/v1/individuals/{id}/render.apng?size=40&frames=8&seconds=2");
     let animation = server.get(&path).await.expect(200);
@@ -44,7 +44,7 @@ async fn strip_and_animation_show_the_light_going_around() {
     let count = |name: &str| chunks(&animation.body).iter().filter(|one| *one == name).count();
     assert_eq!((count("acTL"), count("fcTL"), count("fdAT") > 6), (1, 8, true));
     let first = image::imageops::crop_imm(&picture, 0, 0, 40, 40).to_image();
-    assert_eq!(animation.picture(), first, "readers that know no animation show the first one");
+    assert!(animation.picture() == first, "readers that know no animation show the first one");
     let tag = animation.header("etag");
     let again = server.request(reqwest::Method::GET, &path).header("if-none-match", tag);
     server.send(again).await.expect(304);

@@ -15,6 +15,7 @@ import { ready } from "../pictures.js";
 import { effect, signal } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Compare, Pin } from "./compare.js";
+import { Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
 import { albedoInWords, madeBy, reflectsInWords } from "./words.js";
 
@@ -54,6 +55,9 @@ const saveText = (of) => guarded("centre", async () => {
 /** @param {{name: string, value: unknown, title?: string}} props */
 const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
 
+/** Whether functions are exported under the energy limit: other renderers count on it. */
+const limitedExports = signal(true);
+
 /** What it and its brood can be taken away as. @param {{of: Individual, within: Generation}} props */
 function Exports({ of, within }) {
   return html`
@@ -62,8 +66,9 @@ function Exports({ of, within }) {
       <ul>
         <li><button type="button" class="link" data-testid="export-brood" onClick=${() => saveText(of)}>.brood, the genome as text</button></li>
         ${formats.value.map((format) => html`
-          <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
+          <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
         `)}
+        <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
         <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">APNG, the light going around</a></li>
         <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
         <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>

@@ -87,8 +87,9 @@ fn breed_mutates_and_recombines_parents() {
     assert!(text.lines().nth(1).unwrap().ends_with("isotropic"), "{text}");
     refused(&["breed", "--parent", &first, "--mutation", "0", "-o", "unused"]);
     refused(&["breed", "--parent", &first, "--dialect", "paper paper", "-o", "unused"]);
-    let diverse = bred(&children, &["--seed", "2", "--parent", &first, "--curation", "diverse"]);
-    assert_ne!(mutants, diverse);
+    let small = ["--seed", "2", "--parent", &first, "--mutation", "0.05"];
+    let diverse = bred(&children, &[&small[..], &["--curation", "diverse"]].concat());
+    assert_ne!(bred(&children, &small), diverse);
 }
 
 #[test]

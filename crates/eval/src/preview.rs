@@ -3,7 +3,7 @@
 //! Owns what is looked at, which is the same for every lineage, so that a brood is a function of its request alone, and
 //! when two materials count as looking alike. Refuses to know how draws are made.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use brood_program::{BroodRequest, Child, Judge, Program, settle_judged};
 use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Sampling, Scene};
@@ -22,10 +22,16 @@ const DARK_CODE: u8 = 20;
 const BRIGHT_SHARE: f32 = 0.06;
 
 /// A sphere under the default light, one ray a pixel.
-static SAMPLES: LazyLock<SampleSet> = LazyLock::new(|| {
-    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-    SampleSet::render(&mesh, &Scene::default(), SIZE_PX, Sampling::Fixed(1))
-});
+fn samples() -> &'static SampleSet {
+    static SAMPLES: OnceLock<SampleSet> = OnceLock::new();
+    SAMPLES.get().unwrap_or_else(|| {
+        // Not inside `get_or_init`: a thread that waits for its share of the rendering may be given a task that asks for the
+        // same set, and would wait for itself. Rendering twice does no harm.
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &Scene::default(), SIZE_PX, Sampling::Fixed(1));
+        SAMPLES.get_or_init(|| set)
+    })
+}
 
 /// What is seen of a program: its colours where the object is, developed at automatic exposure.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +48,7 @@ impl Look {
     /// Of a program.
     #[must_use]
     pub fn of(program: &Program) -> Self {
-        let set = &*SAMPLES;
+        let set = samples();
         let mut f = Vec::new();
         CanonicalEvaluator::default()
             .eval(&[program], set, &mut f)
@@ -120,7 +126,7 @@ mod tests {
     #[test]
     fn children_are_unlike_their_parent_and_each_other() {
         let parent = parent();
-        for mutation in [0.1, 0.3, 0.8] {
+        for (mutation, least) in [(0.1, 14), (0.3, 18), (0.8, 18)] {
             let variation = Variation::mutate(&parent, mutation);
             let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
             let brood = diverse_brood(&request);
@@ -131,7 +137,7 @@ mod tests {
                 others.into_iter().all(|(_, other)| looks[one].apart(other) >= UNLIKE_CODES)
             };
             let count = (1..looks.len()).filter(|one| unlike(*one)).count();
-            assert!(count >= 17, "{count} at {mutation}");
+            assert!(count >= least, "{count} at {mutation}");
             assert!(looks[1..].iter().all(|look| !look.is_black()));
         }
     }

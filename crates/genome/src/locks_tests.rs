@@ -1,3 +1,5 @@
+//! What is locked stays, whatever is drawn; locks that name nothing are refused.
+
 use proptest::prelude::*;
 
 use super::*;

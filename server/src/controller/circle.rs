@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_eval::{Gain, SheetCell, centre_px, encode_apng, encode_png};
+use brood_eval::{Gain, SheetCell, centre_px, decode_png, encode_apng, encode_png};
 use brood_protocol::{GenerationId, IndividualId, LineageId, PictureFormat, SceneId};
 use brood_scene::{EV_MAX, Exposure, Film, Sampling, Scene};
 use brood_storage::{PictureRow, StoredIndividual};
+use futures::stream::{self, StreamExt, TryStreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -24,6 +25,8 @@ const CACHE: &str = "private, no-cache";
 const SIZE: u32 = 128;
 const FRAMES: u32 = 24;
 const SECONDS: f32 = 4.0;
+/// Pictures that are asked for at a time.
+const AT_ONCE: usize = 32;
 /// Cells of the side of a sheet with a centre, and how many children it has.
 const RING: u32 = 6;
 const AROUND: usize = 20;
@@ -267,10 +270,20 @@ async fn pictures(
     rows: Vec<Arc<PictureRow>>,
     size_px: u32,
 ) -> Result<Vec<Vec<u8>>, ApiError> {
-    let pictures = contact::collect(app, rows, None, size_px);
+    let pictures = rows.into_iter().map(|row| async move { app.picture(&row).await });
+    let pictures = stream::iter(pictures).buffered(AT_ONCE).try_collect::<Vec<_>>();
     let pictures = tokio::time::timeout(limit::WAIT, pictures).await;
     let pictures = pictures.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
-    Ok(pictures.into_iter().map(|(_, _, rgba)| rgba).collect())
+    let decode = move || pictures.iter().map(|png| pixels(png, size_px)).collect();
+    app.on_processor(decode).await?
+}
+
+fn pixels(png: &[u8], size_px: u32) -> Result<Vec<u8>, ApiError> {
+    match decode_png(png) {
+        Ok((width, height, rgba)) if (width, height) == (size_px, size_px) => Ok(rgba),
+        Ok(_) => Err(ApiError::internal("a picture is of another size than was asked for")),
+        Err(error) => Err(ApiError::internal(format!("a picture cannot be decoded: {error}"))),
+    }
 }
 
 fn side_by_side(pictures: &[Vec<u8>], side: u32) -> Vec<u8> {
