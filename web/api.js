@@ -270,6 +270,9 @@ export function createScene(scene) {
   return request("POST", "/v1/scenes", { json });
 }
 
+/** @param {string} id @returns {Promise<import("./types.js").MeshAnswer>} */
+export const getMesh = (id) => request("GET", `/v1/meshes/${id}`);
+
 /** @param {Blob} file @returns {Promise<MeshAnswer>} */
 export const createMesh = (file) => request("POST", "/v1/meshes", { body: file, type: "model/obj" });
 

@@ -16,7 +16,7 @@ import { watchLight } from "./live/light.js";
 import { watchLive } from "./live/live.js";
 import { keep, recall } from "./memory.js";
 import { watchReady } from "./pictures.js";
-import { recallMeshes } from "./scene.js";
+import { recallMeshes, watchMeshes } from "./scene.js";
 import { clipped, greySurround, hinting } from "./state.js";
 import { askOnce } from "./token.js";
 import { App } from "./view/app.js";
@@ -38,6 +38,7 @@ effect(() => {
 effect(() => keep("clipped", clipped.value));
 effect(() => keep("hint", hinting.value));
 watchLineage();
+watchMeshes();
 watchCompare();
 watchInspector();
 watchReady();

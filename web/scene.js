@@ -4,7 +4,7 @@
  *
  * @import { Light, Place, Scene } from "./types.js"
  */
-import { batch } from "./vendor/signals-core.js";
+import { batch, effect } from "./vendor/signals-core.js";
 import * as api from "./api.js";
 import { extentOf } from "./extents.js";
 import { guarded, rereadShown } from "./lineage.js";
@@ -121,4 +121,17 @@ export async function uploadObj(file) {
 
 export function recallMeshes() {
   meshes.value = recall("meshes", meshes.value);
+}
+
+/** Asks what was odd about an object that somebody else uploaded. */
+export function watchMeshes() {
+  effect(() => {
+    const id = scene.value?.mesh;
+    const isKnown = () => meshes.peek().some((one) => one.answer.id === id);
+    if (!id || BUILT_IN.includes(id) || isKnown()) return;
+    void guarded("object", async () => {
+      const answer = await api.getMesh(id);
+      if (!isKnown()) meshes.value = [...meshes.peek(), { name: "uploaded", answer }].slice(-20);
+    });
+  });
 }
