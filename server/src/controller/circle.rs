@@ -315,7 +315,7 @@ mod tests {
     fn strip_has_its_pictures_side_by_side() {
         let picture = |value: u8| vec![value; 4 * 2 * 2];
         let png = side_by_side(&[picture(1), picture(2), picture(3)], 2);
-        let (width, height, rgba) = brood_eval::decode_png(&png).unwrap();
+        let (width, height, rgba) = decode_png(&png).unwrap();
         assert_eq!((width, height), (6, 2));
         let row: Vec<u8> = rgba[..24].iter().copied().step_by(4).collect();
         assert_eq!(row, [1, 1, 2, 2, 3, 3]);
