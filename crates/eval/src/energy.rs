@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 pub use hemisphere::{Quadrature, around, pair};
-pub use search::{ALBEDO_ORDER, Effort, LimitSearch};
+pub use search::{ALBEDO_ORDER, Effort, LimitSearch, turns_with_surface};
 
 use search::albedos_at;
 

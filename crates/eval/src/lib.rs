@@ -21,7 +21,7 @@ pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
     ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, directional_albedo,
-    energy_limit, express, express_brood, limited, pair,
+    energy_limit, express, express_brood, limited, pair, turns_with_surface,
 };
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{

@@ -1,7 +1,6 @@
 //! Reflectance over a plane of incidence: what a polar plot shows.
 
-use brood_brdf::Input;
-use brood_eval::{around, pair};
+use brood_eval::{around, pair, turns_with_surface};
 use brood_program::Program;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -13,8 +12,6 @@ const INCIDENT_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 /// Outgoing angles are whole multiples of this up to [`OUTGOING_MAX_DEG`] on either side, in degrees.
 const OUTGOING_STEP_DEG: i32 = 2;
 const OUTGOING_MAX_DEG: i32 = 88;
-/// Inputs that turn with the surface; without them all planes are alike.
-const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
 
 /// f where light and eye are in one plane with the normal, at texture position (1/2, 1/2).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -39,8 +36,7 @@ pub struct Curve {
 /// The planes along and across u; one where the program is isotropic.
 #[must_use]
 pub fn planes(program: &Program) -> Vec<Plane> {
-    let inputs = program.inputs();
-    let turns = AZIMUTHAL.into_iter().any(|input| inputs.contains(input));
+    let turns = turns_with_surface(program.inputs());
     let azimuths: &[f64] = if turns { &[0.0, 90.0] } else { &[0.0] };
     azimuths.iter().map(|azimuth_deg| plane(program, *azimuth_deg)).collect()
 }

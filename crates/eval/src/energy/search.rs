@@ -212,6 +212,12 @@ impl LimitSearch {
     }
 }
 
+/// Whether any of the inputs changes when the surface turns about its normal; a program that reads none of those is isotropic.
+#[must_use]
+pub fn turns_with_surface(inputs: InputMask) -> bool {
+    AZIMUTHAL.into_iter().any(|input| inputs.contains(input))
+}
+
 /// Which coordinates of a place can matter to a program.
 #[derive(Debug, Clone, Copy)]
 struct Axes {
@@ -223,7 +229,7 @@ struct Axes {
 impl Axes {
     fn of(inputs: InputMask) -> Self {
         let reads = |input| inputs.contains(input);
-        Self { azimuth: AZIMUTHAL.into_iter().any(reads), u: reads(Input::U), v: reads(Input::V) }
+        Self { azimuth: turns_with_surface(inputs), u: reads(Input::U), v: reads(Input::V) }
     }
 }
 
