@@ -11,7 +11,7 @@ const MAGIC = "broodgeo";
 export const HEAD_BYTES = 56;
 
 /**
- * @typedef {{extent: Extent, corners: number, vertices: WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
+ * @typedef {{extent: Extent, positions: Float32Array, within: number, corners: number, vertices: WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
  *
  * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array, tangents: Float32Array, uvs: Float32Array,
  *   corners: Uint32Array}} Arrays
@@ -50,6 +50,14 @@ export function readGeometry(bytes) {
   return { extent, hasUv: head.getUint32(20, true) === 1, positions, normals, tangents, uvs, corners };
 }
 
+/** What no texture position is beyond, nor what is interpolated between them: a power of two and a little, so that what was made
+ * for one object does for most. @param {Float32Array} uvs */
+function reach(uvs) {
+  let most = 1;
+  for (const at of uvs) most = Math.max(most, Math.abs(at));
+  return Math.min(65504, 1.0625 * 2 ** Math.ceil(Math.log2(most)));
+}
+
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {string} mesh id, or the name of a built-in one
@@ -72,7 +80,7 @@ export async function loadGeometry(gl, mesh) {
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, corners);
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, arrays.corners, gl.STATIC_DRAW);
   gl.bindVertexArray(null);
-  return { extent: arrays.extent, corners: arrays.corners.length, vertices, buffers: [...buffers, corners] };
+  return { extent: arrays.extent, positions: arrays.positions, within: reach(arrays.uvs), corners: arrays.corners.length, vertices, buffers: [...buffers, corners] };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Geometry} of */

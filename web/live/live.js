@@ -7,6 +7,7 @@
  * @import { Meter } from "./material.js"
  * @import { Context } from "./stage.js"
  * @import { Pens, Surface } from "./surface.js"
+ * @import { PointLight } from "./view.js"
  */
 import { effect, signal } from "../vendor/signals-core.js";
 import { flipped, pinned, seenIn } from "../compare.js";
@@ -26,6 +27,9 @@ import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./v
 export const liveCells = signal(new Set());
 /** Whether this browser can; null until it was tried. @type {Signal<boolean|null>} */
 export const able = signal(null);
+
+/** Where a scene has no light at all: what is drawn is black then, not missing. @type {PointLight} */
+const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
 
 /** @type {HTMLCanvasElement|null} */
 let canvas = null;
@@ -181,14 +185,17 @@ function frame(now) {
     litAt = "";
   }
   /** @param {number} at */
-  const lightsAt = (at) => lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
+  const lightsAt = (at) => {
+    const there = lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
+    return there.length > 0 ? there : [DARK];
+  };
   const lights = lightsAt(degrees);
   const lit = JSON.stringify(lights.map((light) => light.place));
   const strength = strengthOf(lights);
   const all = Array.from({ length: METER_ANGLES }, (_, k) => evenedOut(lightsAt((360 * k) / METER_ANGLES), strength)).flat();
   if (lit !== litAt) {
-    if (litAt === "") lightSurface(gl, pens, metering, view, all);
-    for (const surface of [small, large]) lightSurface(gl, pens, surface, view, lights);
+    if (litAt === "") lightSurface(gl, pens, metering, all);
+    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights);
     litAt = lit;
   }
   const lightsKey = JSON.stringify([key, all.map((light) => [light.place, light.intensity.map(Math.fround)])]);
@@ -201,23 +208,23 @@ function frame(now) {
   // The centre stands last in the document's order of rows, but is looked at first.
   const centre = individualIn("centre");
   const first = [centre, pinned.value, ...individuals].filter((one) => one !== null);
-  making = stock.work(gl, first, { meter, look: { surface: metering, lights: all } });
+  making = stock.work(gl, first, { meter, look: { surface: metering, lights: all }, within: geometry.within });
   const exposure = scene.film.exposure;
+  const materials = layout.squares.flatMap((square) => {
+    const of = seenIn(square.cell);
+    const material = of && stock.drawable(of);
+    return material ? [{ ...square, material }] : [];
+  });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
-  /** @type {Set<Cell>} */
-  const cells = new Set();
-  for (const { cell, corner } of layout.squares) {
-    const of = seenIn(cell);
-    const material = of && stock.drawable(of);
-    if (!material) continue;
+  for (const { cell, corner, material } of materials) {
     drawMaterial(gl, material, { surface: cell === "centre" ? large : small, lights }, { corner, gain: exposure === "auto" ? material.gain / strength : 2 ** exposure, marks: clipped.value });
-    cells.add(cell);
   }
+  const cells = new Set(materials.map(({ cell }) => cell));
   show(cells);
-  for (const told of watchers) told(degrees, lights[0] ? seenAt(lights[0], view) : null);
+  for (const told of watchers) told(degrees, lights[0] === DARK ? null : seenAt(lights[0], view));
   if (making || moving.value) schedule();
 }
 

@@ -6,9 +6,10 @@
  * @import { Surface } from "./surface.js"
  * @import { PointLight } from "./view.js"
  */
-import { EVERYWHERE, drop, isLinked, link, place, refusal } from "./program.js";
+import { OUTLINED, drop, isLinked, link, place, refusal } from "./program.js";
+import { drawWithin } from "./surface.js";
 
-/** Lights that a shader adds up at most. */
+/** Lights that are added up at most. */
 export const LIGHTS = 8;
 /** Side of the pictures that exposure is measured on, and how many places of the light they show. */
 export const METER_SIDE = 32;
@@ -16,9 +17,20 @@ export const METER_ANGLES = 8;
 /** Automatic exposure: this share of the lit pixels is below this value, as docs/maths/film.md defines it. */
 const METER_SHARE = 0.97;
 const METER_LEVEL = 0.9;
+/** So faint that the display transfer is linear for the strongest light a material can send back, and can be undone. */
+export const METER_GAIN = 2 ** -44;
+/** Slope of the sRGB curve there. */
+const METER_SLOPE = 12.92;
 
-/** @param {string} evolved the exported functions */
-const fragment = (evolved) => `#version 300 es
+/**
+ * Between what is seen and lit of a pixel and its colour. Straight-line code but for several lights: software runs both sides
+ * of every branch, and a branch around `evolved` costs it more than `evolved` itself. A light below the horizon has cos_i 0.
+ *
+ * The display transfer is the sRGB curve to 4e-5 (a hundredth of a code) from square roots, which cost a tenth of a power.
+ * @param {string} evolved the exported functions
+ * @param {number} lights
+ */
+const fragment = (evolved, lights) => `#version 300 es
 ${evolved}
 precision highp sampler2D;
 uniform sampler2D seen;
@@ -26,54 +38,49 @@ uniform sampler2D lit;
 uniform ivec2 corner;
 uniform int side;
 uniform int first;
-uniform int lights;
-uniform vec3 intensities[${LIGHTS}];
+uniform vec3 intensities[${Math.max(1, lights)}];
 uniform float gain;
-uniform bool meters;
 uniform bool marks;
 out vec4 color;
 
-float srgb(float c) {
-  c = clamp(c, 0.0, 1.0);
-  return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1.0 / 2.4) - 0.055;
+vec3 srgb(vec3 shown) {
+  vec3 c = clamp(shown, 0.0, 1.0);
+  vec3 second = sqrt(c);
+  vec3 fourth = sqrt(second);
+  vec3 eighth = sqrt(fourth);
+  vec3 curve = 0.65398106 * second + 0.68871894 * fourth - 0.31847788 * eighth - 0.020186652 * c - 0.0040666777;
+  return mix(curve, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
 }
 
 void main() {
-  color = vec4(0.0);
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   vec4 eye = texelFetch(seen, at, 0);
   vec3 wo = vec3(eye.xy, max(1e-4, sqrt(max(0.0, 1.0 - dot(eye.xy, eye.xy)))));
   float coverage = 0.0;
   vec3 radiance = vec3(0.0);
-  for (int k = 0; k < lights; k++) {
+  ${lights > 1 ? `for (int k = 0; k < ${lights}; k++)` : "const int k = 0;"}
+  {
     vec4 light = texelFetch(lit, at + ivec2(0, (first + k) * side), 0);
     coverage = light.w;
-    if (light.z > 0.0) {
-      vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
-      vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
-      radiance += f * intensities[k] * light.z;
-    }
-  }
-  if (meters) {
-    // What lies in the dark says nothing about exposure.
-    color = vec4(max(radiance.r, max(radiance.g, radiance.b)), radiance == vec3(0.0) ? 0.0 : 1.0, 0.0, 1.0);
-    return;
+    vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
+    vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
+    radiance += f * intensities[k] * light.z;
   }
   vec3 shown = radiance * gain;
-  vec3 code = vec3(srgb(shown.r), srgb(shown.g), srgb(shown.b));
-  if (marks && coverage == 1.0) {
-    // Along a diagonal as marks.js has it: two colours, two of nothing.
-    ivec2 whole = ivec2(gl_FragCoord.xy);
-    int stripe = ((whole.x + 8192 - whole.y) % 8) / 2;
-    float strongest = max(shown.r, max(shown.g, shown.b));
-    if (strongest > 1.0 && stripe < 2) code = stripe == 0 ? vec3(1.0, 0.0, 0.7) : vec3(0.0);
-    if (max(code.r, max(code.g, code.b)) < 0.5 / 255.0 && strongest <= 1.0 && stripe == 0) code = vec3(0.2, 0.55, 1.0);
-  }
+  vec3 code = srgb(shown);
+  // Along a diagonal as marks.js has it: two colours, two of nothing.
+  int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
+  float strongest = max(shown.r, max(shown.g, shown.b));
+  bool marked = marks && coverage == 1.0;
+  bool burnt = marked && strongest > 1.0;
+  bool black = marked && max(code.r, max(code.g, code.b)) < 0.5 / 255.0;
+  code = mix(code, stripe == 0 ? vec3(1.0, 0.0, 0.7) : vec3(0.0), bvec3(burnt && stripe < 2));
+  code = mix(code, vec3(0.2, 0.55, 1.0), bvec3(black && stripe == 0));
   color = vec4(code, 1.0) * coverage;
 }`;
 
 /**
- * @typedef {{linked: Linked, state: "linking"|"metering"|"ready"|"refused", drawable: boolean,
+ * @typedef {{linked: Linked, lights: number, state: "linking"|"metering"|"ready"|"refused", drawable: boolean,
  *   gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
  *
  * @typedef {{surface: Surface, lights: PointLight[]}} Look
@@ -82,9 +89,15 @@ void main() {
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter
  */
 
-/** Starts making one. @param {WebGL2RenderingContext} gl @param {string} evolved @returns {Material} */
-export function makeMaterial(gl, evolved) {
-  return { linked: link(gl, EVERYWHERE, fragment(evolved)), state: "linking", drawable: false, gain: 1, fence: null, pixels: null };
+/**
+ * Starts making one.
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} evolved the exported functions
+ * @param {number} lights as many as it will be shown under
+ * @returns {Material}
+ */
+export function makeMaterial(gl, evolved, lights) {
+  return { linked: link(gl, OUTLINED, fragment(evolved, lights)), lights, state: "linking", drawable: false, gain: 1, fence: null, pixels: null };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
@@ -116,7 +129,6 @@ function set(gl, linked, { surface, lights }) {
   });
   gl.uniform1i(place(gl, linked, "side"), surface.side);
   gl.uniform1i(place(gl, linked, "first"), 0);
-  gl.uniform1i(place(gl, linked, "lights"), lights.length);
   if (lights.length > 0) gl.uniform3fv(place(gl, linked, "intensities"), lights.flatMap((light) => light.intensity));
 }
 
@@ -132,11 +144,10 @@ export function drawMaterial(gl, of, look, { corner, gain, marks }) {
   const { side } = look.surface;
   set(gl, of.linked, look);
   gl.uniform2i(place(gl, of.linked, "corner"), ...corner);
-  gl.uniform1i(place(gl, of.linked, "meters"), 0);
   gl.uniform1f(place(gl, of.linked, "gain"), gain);
   gl.uniform1i(place(gl, of.linked, "marks"), marks ? 1 : 0);
   gl.viewport(corner[0], corner[1], side, side);
-  gl.drawArrays(gl.TRIANGLES, 0, 3);
+  drawWithin(gl, look.surface);
 }
 
 /**
@@ -156,9 +167,10 @@ function startMetering(gl, of, meter, look) {
     set(gl, of.linked, { surface: look.surface, lights });
     gl.uniform2i(place(gl, of.linked, "corner"), k * METER_SIDE, 0);
     gl.uniform1i(place(gl, of.linked, "first"), k * together);
-    gl.uniform1i(place(gl, of.linked, "meters"), 1);
+    gl.uniform1f(place(gl, of.linked, "gain"), METER_GAIN);
+    gl.uniform1i(place(gl, of.linked, "marks"), 0);
     gl.viewport(k * METER_SIDE, 0, METER_SIDE, METER_SIDE);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    drawWithin(gl, look.surface);
   }
   of.pixels = of.pixels ?? gl.createBuffer();
   gl.bindBuffer(gl.PIXEL_PACK_BUFFER, of.pixels);
@@ -184,12 +196,16 @@ function readMeter(gl, of) {
 }
 
 /**
- * The factor that automatic exposure gives to light of which `pixels` hold the largest channel and whether it is any.
+ * The factor that automatic exposure gives to light of which `pixels` hold what was drawn at the meter's gain.
  * @param {Float32Array} pixels four numbers each
  */
 export function autoGain(pixels) {
   const lit = [];
-  for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 1] > 0) lit.push(pixels[k]);
+  for (let k = 0; k < pixels.length; k += 4) {
+    const largest = Math.max(pixels[k], pixels[k + 1], pixels[k + 2]);
+    // What lies in the dark says nothing about exposure.
+    if (largest > 0) lit.push(largest / (pixels[k + 3] * METER_SLOPE * METER_GAIN));
+  }
   if (lit.length === 0) return 1;
   lit.sort((a, b) => a - b);
   const level = lit[Math.ceil(METER_SHARE * lit.length) - 1];

@@ -7,6 +7,11 @@
 export const EVERYWHERE = `#version 300 es
 void main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 
+/** What lies in a polygon, whose corners are given. */
+export const OUTLINED = `#version 300 es
+layout(location = 0) in vec2 corner_at;
+void main() { gl_Position = vec4(corner_at, 0.0, 1.0); }`;
+
 /**
  * @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string, WebGLUniformLocation|null>}} Linked
  */

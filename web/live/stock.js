@@ -6,7 +6,7 @@
  * @import { Look, Material, Meter } from "./material.js"
  */
 import { getText } from "../api.js";
-import { advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
 
 /** Three broods: going back and forth compiles nothing. */
 const KEPT = 64;
@@ -14,7 +14,7 @@ const KEPT = 64;
 const FETCHES = 2;
 
 /**
- * @typedef {{source: string|null, material: Material|null, fetching: boolean, failed: boolean, used: number}} Entry
+ * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean, failed: boolean, used: number}} Entry
  */
 
 export class Stock {
@@ -39,24 +39,32 @@ export class Stock {
    * Works on those who are wanted, the first of them first; one at a time, so that the page stays quick.
    * @param {WebGL2RenderingContext} gl
    * @param {Individual[]} wanted
-   * @param {{meter: Meter, look: Look}} scene `look`: where exposure is measured
+   * @param {{meter: Meter, look: Look, within: number}} scene `look`: where exposure is measured; `within`: no texture
+   *   position of the object is beyond this
    * @returns {boolean} whether there is more to be done
    */
   work(gl, wanted, scene) {
     this.#clock += 1;
     let busy = false;
+    const lights = scene.look.lights.length / METER_ANGLES;
     for (const of of wanted) {
       const entry = this.#entry(of.hash);
       entry.used = this.#clock;
+      const outgrown = entry.within < scene.within && !entry.fetching;
+      if (entry.material && (outgrown || entry.material.lights !== lights)) {
+        dropMaterial(gl, entry.material);
+        entry.material = null;
+      }
+      if (outgrown) entry.source = null;
       if (entry.failed || entry.material?.state === "refused" || entry.material?.state === "ready") continue;
       if (entry.source === null) {
-        if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry);
+        if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene.within);
         continue;
       }
       if (busy) continue;
       busy = true;
       if (entry.material) advance(gl, entry.material, scene);
-      else entry.material = makeMaterial(gl, entry.source);
+      else entry.material = makeMaterial(gl, entry.source, lights);
     }
     this.#forget(gl);
     return busy;
@@ -77,17 +85,18 @@ export class Stock {
     const known = this.#entries.get(hash);
     if (known) return known;
     /** @type {Entry} */
-    const entry = { source: null, material: null, fetching: false, failed: false, used: 0 };
+    const entry = { source: null, within: 0, material: null, fetching: false, failed: false, used: 0 };
     this.#entries.set(hash, entry);
     return entry;
   }
 
-  /** @param {Individual} of @param {Entry} entry */
-  async #fetch(of, entry) {
+  /** @param {Individual} of @param {Entry} entry @param {number} within */
+  async #fetch(of, entry, within) {
     entry.fetching = true;
+    entry.within = within;
     this.#fetching += 1;
     try {
-      entry.source = await getText(`/v1/individuals/${of.id}/exports/glsl-es-300`);
+      entry.source = await getText(`/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`);
     } catch {
       // The picture stays, which is what is there without a graphics processor too.
       entry.failed = true;

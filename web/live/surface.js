@@ -2,6 +2,9 @@
  * What the camera sees of the object and what light falls there, pixel by pixel, once for all materials: the surface is drawn
  * again only when object, camera or size change, the light when it moves. Owns the textures; knows nothing of materials.
  *
+ * What is done for each light is straight-line code: software that stands in for a graphics processor runs both sides of every
+ * branch, and loses more time on the branch than on what is in it.
+ *
  * A material reads two texels a pixel: `seen` holds the direction to the eye (its tangential part in the local frame) and the
  * texture position, `lit` the direction to a light, cos_i over the squared distance, and the coverage.
  *
@@ -9,7 +12,8 @@
  * @import { Linked } from "./program.js"
  * @import { PointLight, View } from "./view.js"
  */
-import { EVERYWHERE, linkNow, place } from "./program.js";
+import { SIDES, outline } from "./outline.js";
+import { EVERYWHERE, OUTLINED, linkNow, place } from "./program.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -73,7 +77,7 @@ precision highp float;
 out vec4 covered;
 void main() { covered = vec4(1.0); }`;
 
-/** Where the shading of a pixel is found: a rim whose middle misses takes what one of its neighbours sees. */
+/** Where the shading of a pixel is found, once for all lights: a rim whose middle misses takes what one of its neighbours sees. */
 const FOUND = `#version 300 es
 precision highp float;
 precision highp sampler2D;
@@ -81,11 +85,13 @@ uniform sampler2D places;
 uniform sampler2D normals;
 uniform sampler2D tangents;
 uniform sampler2D mask;
-uniform int base;
 uniform vec3 eye;
 uniform vec3 forward;
 uniform bool parallel;
-out vec4 result;
+layout(location = 0) out vec4 seen;
+layout(location = 1) out vec4 point;
+layout(location = 2) out vec4 normal;
+layout(location = 3) out vec4 tangent;
 ivec2 found(ivec2 at) {
   ivec2 last = textureSize(places, 0) - 1;
   for (int k = 0; k < 9; k++) {
@@ -95,12 +101,15 @@ ivec2 found(ivec2 at) {
     if (texelFetch(places, beside, 0).w != 0.0) return beside;
   }
   return ivec2(-1);
-}`;
-
-const SEEN = `${FOUND}
+}
 void main() {
-  result = vec4(0.0);
-  ivec2 at = found(ivec2(gl_FragCoord.xy));
+  seen = vec4(0.0);
+  point = vec4(0.0);
+  // So that nothing divides by nothing where there is nothing.
+  normal = vec4(0.0, 0.0, 1.0, 0.0);
+  tangent = vec4(1.0, 0.0, 0.0, 0.0);
+  ivec2 here = ivec2(gl_FragCoord.xy);
+  ivec2 at = found(here);
   if (at.x < 0) return;
   vec3 p = texelFetch(places, at, 0).xyz;
   vec4 n = texelFetch(normals, at, 0);
@@ -109,47 +118,51 @@ void main() {
   vec3 own = vec3(dot(wo, x.xyz), dot(wo, cross(n.xyz, x.xyz)), dot(wo, n.xyz));
   // Where the interpolated normal turns away from the eye, just above the horizon.
   if (own.z <= 0.0) own.xy = (length(own.xy) > 1e-9 ? normalize(own.xy) : vec2(1.0, 0.0)) * 0.999999995;
-  result = vec4(own.xy, n.w, x.w);
+  seen = vec4(own.xy, n.w, x.w);
+  point = vec4(p, 1.0);
+  normal = vec4(n.xyz, texelFetch(mask, here, 0).r);
+  tangent = vec4(x.xyz, 0.0);
 }`;
 
-const LIT = `${FOUND}
+const LIT = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D point;
+uniform sampler2D normal;
+uniform sampler2D tangent;
+uniform int base;
 uniform vec3 light;
+out vec4 result;
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
-  result = vec4(0.0, 0.0, 0.0, texelFetch(mask, here, 0).r);
-  if (result.w == 0.0) return;
-  ivec2 at = found(here);
-  if (at.x < 0) {
-    result.w = 0.0;
-    return;
-  }
-  vec3 n = texelFetch(normals, at, 0).xyz;
-  vec3 x = texelFetch(tangents, at, 0).xyz;
-  vec3 towards = light - texelFetch(places, at, 0).xyz;
+  vec4 p = texelFetch(point, here, 0);
+  vec4 n = texelFetch(normal, here, 0);
+  vec3 x = texelFetch(tangent, here, 0).xyz;
+  vec3 towards = light - p.xyz;
   float squared = dot(towards, towards);
   vec3 wi = towards * inversesqrt(squared);
-  float cos_i = dot(wi, n);
-  if (cos_i > 0.0) result.xyz = vec3(dot(wi, x), dot(wi, cross(n, x)), cos_i / squared);
+  float cos_i = dot(wi, n.xyz);
+  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 ? p.w * cos_i / squared : 0.0, n.w);
 }`;
 
 /** Rays of a pixel that decide how much of it is covered. */
 const MASK_SAMPLES = 4;
 
 /**
- * @typedef {{side: number, slots: number, layers: WebGLTexture[], mask: WebGLTexture, seen: WebGLTexture, lit: WebGLTexture,
- *   framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer, seenFramebuffer: WebGLFramebuffer,
- *   litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
- *   `slots`: how many lights there is room for, one picture above the other.
+ * @typedef {{side: number, slots: number, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
+ *   lit: WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer,
+ *   foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
+ *   `slots`: how many lights there is room for, one picture above the other. `within`: the polygon that all of the object is in.
  *
- * @typedef {{surface: Linked, mask: Linked, seen: Linked, lit: Linked}} Pens
+ * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} Pens
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {Pens} */
 export const makePens = (gl) => ({
   surface: linkNow(gl, VERTEX, SURFACE),
   mask: linkNow(gl, VERTEX, MASK),
-  seen: linkNow(gl, EVERYWHERE, SEEN),
-  lit: linkNow(gl, EVERYWHERE, LIT),
+  found: linkNow(gl, EVERYWHERE, FOUND),
+  lit: linkNow(gl, OUTLINED, LIT),
 });
 
 /** @param {WebGL2RenderingContext} gl @param {number} format @param {number} side @param {number} [height] */
@@ -169,11 +182,12 @@ function renderbuffer(gl, format, side, samples) {
   return made;
 }
 
-/** A framebuffer that draws into one texture. @param {WebGL2RenderingContext} gl @param {WebGLTexture} into */
-function drawsInto(gl, into) {
+/** A framebuffer that draws into textures, one output of the shader into each. @param {WebGL2RenderingContext} gl @param {WebGLTexture[]} into */
+function drawsInto(gl, ...into) {
   const framebuffer = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, into, 0);
+  into.forEach((one, k) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, one, 0));
+  gl.drawBuffers(into.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
   return framebuffer;
 }
 
@@ -182,11 +196,8 @@ export function makeSurface(gl, side, slots) {
   const layers = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const mask = texture(gl, gl.RGBA8, side);
   const depth = renderbuffer(gl, gl.DEPTH_COMPONENT24, side, 0);
-  const framebuffer = gl.createFramebuffer();
-  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  layers.forEach((layer, k) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, layer, 0));
+  const framebuffer = drawsInto(gl, ...layers);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
-  gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1, gl.COLOR_ATTACHMENT2]);
   const many = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, many);
   const manyMask = renderbuffer(gl, gl.RGBA8, side, MASK_SAMPLES);
@@ -195,14 +206,26 @@ export function makeSurface(gl, side, slots) {
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, manyDepth);
   const seen = texture(gl, gl.RGBA32F, side);
   const lit = texture(gl, gl.RGBA32F, side, side * slots);
-  const [maskFramebuffer, seenFramebuffer, litFramebuffer] = [mask, seen, lit].map((into) => drawsInto(gl, into));
-  return { side, slots, layers, mask, seen, lit, framebuffer, depth, maskFramebuffer, seenFramebuffer, litFramebuffer, many, manyMask, manyDepth };
+  const within = { vertices: gl.createVertexArray(), buffer: gl.createBuffer(), corners: 0 };
+  gl.bindVertexArray(within.vertices);
+  gl.bindBuffer(gl.ARRAY_BUFFER, within.buffer);
+  gl.bufferData(gl.ARRAY_BUFFER, 4 * 2 * SIDES, gl.DYNAMIC_DRAW);
+  gl.enableVertexAttribArray(0);
+  gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+  gl.bindVertexArray(null);
+  const found = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
+  const maskFramebuffer = drawsInto(gl, mask);
+  const foundFramebuffer = drawsInto(gl, seen, ...found);
+  const litFramebuffer = drawsInto(gl, lit);
+  return { side, slots, within, layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
 export function dropSurface(gl, of) {
-  for (const made of [...of.layers, of.mask, of.seen, of.lit]) gl.deleteTexture(made);
-  for (const made of [of.framebuffer, of.maskFramebuffer, of.seenFramebuffer, of.litFramebuffer, of.many]) gl.deleteFramebuffer(made);
+  for (const made of [...of.layers, ...of.found, of.mask, of.seen, of.lit]) gl.deleteTexture(made);
+  for (const made of [of.framebuffer, of.maskFramebuffer, of.foundFramebuffer, of.litFramebuffer, of.many]) gl.deleteFramebuffer(made);
+  gl.deleteVertexArray(of.within.vertices);
+  gl.deleteBuffer(of.within.buffer);
   for (const made of [of.depth, of.manyMask, of.manyDepth]) gl.deleteRenderbuffer(made);
 }
 
@@ -226,6 +249,10 @@ function draw(gl, pen, geometry, view) {
  * @param {View} view
  */
 export function drawSurface(gl, pens, into, geometry, view) {
+  const corners = outline(geometry.positions, view, into.side);
+  into.within.corners = corners.length / 2;
+  gl.bindBuffer(gl.ARRAY_BUFFER, into.within.buffer);
+  gl.bufferSubData(gl.ARRAY_BUFFER, 0, corners);
   gl.viewport(0, 0, into.side, into.side);
   gl.disable(gl.SCISSOR_TEST);
   gl.enable(gl.DEPTH_TEST);
@@ -239,23 +266,23 @@ export function drawSurface(gl, pens, into, geometry, view) {
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, into.many);
   gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, into.maskFramebuffer);
   gl.blitFramebuffer(0, 0, into.side, into.side, 0, 0, into.side, into.side, gl.COLOR_BUFFER_BIT, gl.NEAREST);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, into.seenFramebuffer);
-  read(gl, pens.seen, into, view);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.foundFramebuffer);
+  read(gl, pens.found, { places: into.layers[0], normals: into.layers[1], tangents: into.layers[2], mask: into.mask });
+  gl.uniform3fv(place(gl, pens.found, "eye"), view.eye);
+  gl.uniform3fv(place(gl, pens.found, "forward"), view.forward);
+  gl.uniform1i(place(gl, pens.found, "parallel"), view.parallel ? 1 : 0);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 
-/** Has a pen read what was drawn. @param {WebGL2RenderingContext} gl @param {Linked} pen @param {Surface} from @param {View} view */
-function read(gl, pen, from, view) {
+/** Has a pen read textures, by the names it has for them. @param {WebGL2RenderingContext} gl @param {Linked} pen @param {Record<string, WebGLTexture>} textures */
+function read(gl, pen, textures) {
   gl.useProgram(pen.program);
-  [...from.layers, from.mask].forEach((layer, unit) => {
+  Object.entries(textures).forEach(([name, held], unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, layer);
-    gl.uniform1i(place(gl, pen, ["places", "normals", "tangents", "mask"][unit]), unit);
+    gl.bindTexture(gl.TEXTURE_2D, held);
+    gl.uniform1i(place(gl, pen, name), unit);
   });
-  gl.uniform3fv(place(gl, pen, "eye"), view.eye);
-  gl.uniform3fv(place(gl, pen, "forward"), view.forward);
-  gl.uniform1i(place(gl, pen, "parallel"), view.parallel ? 1 : 0);
 }
 
 /**
@@ -263,17 +290,23 @@ function read(gl, pen, from, view) {
  * @param {WebGL2RenderingContext} gl
  * @param {Pens} pens
  * @param {Surface} into
- * @param {View} view
  * @param {PointLight[]} lights no more than there are slots
  */
-export function lightSurface(gl, pens, into, view, lights) {
+export function lightSurface(gl, pens, into, lights) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
-  read(gl, pens.lit, into, view);
+  read(gl, pens.lit, { point: into.found[0], normal: into.found[1], tangent: into.found[2] });
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);
     gl.uniform1i(place(gl, pens.lit, "base"), slot * into.side);
     gl.uniform3fv(place(gl, pens.lit, "light"), light.place);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    drawWithin(gl, into);
   });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+}
+
+/** Draws wherever there may be something of the object. @param {WebGL2RenderingContext} gl @param {Surface} surface */
+export function drawWithin(gl, { within }) {
+  gl.bindVertexArray(within.vertices);
+  gl.drawArrays(gl.TRIANGLE_FAN, 0, within.corners);
+  gl.bindVertexArray(null);
 }

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { autoGain } from "../live/material.js";
+import { METER_GAIN, autoGain } from "../live/material.js";
 import { readGeometry } from "../live/geometry.js";
+import { SIDES, outline } from "../live/outline.js";
 import { Pace } from "../live/stage.js";
 import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "../live/view.js";
 
@@ -48,9 +49,34 @@ test("what automatic exposure takes out is the strength and not the colour", () 
 
 test("exposure puts all but three in a hundred lit pixels below 0.9", () => {
   const pixels = new Float32Array(4 * 200);
-  for (let k = 0; k < 100; k += 1) pixels.set([k + 1, 1, 0, 1], 4 * k);
-  assert.equal(autoGain(pixels), 0.9 / 97);
+  // As drawn for the meter: over the coverage, linear, and very faint.
+  const faint = 12.92 * METER_GAIN;
+  for (let k = 0; k < 100; k += 1) pixels.set([0, 0.5 * faint * (k + 1), 0, 0.5], 4 * k);
+  assert.ok(Math.abs(autoGain(pixels) * 97 - 0.9) < 1e-6);
   assert.equal(autoGain(new Float32Array(40)), 1);
+});
+
+test("the outline holds all of the object, with little to spare", () => {
+  const side = 200;
+  const view = viewOf({ orbit_deg: [30, 20], fov_y_deg: 30 }, extent, still);
+  const points = [];
+  for (let k = 0; k < 4000; k += 1) {
+    const z = 1 - (2 * (k + 0.5)) / 4000;
+    const r = Math.sqrt(1 - z * z);
+    points.push(r * Math.cos(2.4 * k), r * Math.sin(2.4 * k), z);
+  }
+  const corners = outline(new Float32Array(points), view, side);
+  assert.equal(corners.length, 2 * SIDES);
+  let area = 0;
+  for (let k = 0; k < SIDES; k += 1) {
+    const n = (k + 1) % SIDES;
+    area += 0.5 * (corners[2 * k] * corners[2 * n + 1] - corners[2 * n] * corners[2 * k + 1]);
+  }
+  // The sphere is a circle in the picture.
+  const reach = Math.max(...corners);
+  assert.ok(area > 0 && area < 1.03 * Math.PI * reach * reach && area > 0.97 * Math.PI * reach * reach, `${area} ${reach}`);
+  // From inside, anything may be seen.
+  assert.equal(outline(new Float32Array([0, 0, 0, ...view.eye]), view, side).length, 8);
 });
 
 test("a slow machine gets a coarser buffer and a quick one the full one back", () => {

@@ -20,17 +20,21 @@ const REACH = 0.94;
 /** The dot. Moved as things are drawn, without a pass over the page. @type {HTMLElement|null} */
 let dot = null;
 
+/** The angle is written so often in milliseconds: writing it lays the pane out anew. */
+const TELLING_MS = 100;
+let told = 0;
+
 /** @param {number} degrees @param {Vec3|null} seen */
 function follow(degrees, seen) {
   if (dot) {
     dot.hidden = seen === null;
     if (seen) {
-      dot.style.left = `${50 + 50 * REACH * seen[0]}%`;
-      dot.style.top = `${50 - 50 * REACH * seen[1]}%`;
+      dot.style.transform = `translate(${50 * REACH * seen[0]}%, ${-50 * REACH * seen[1]}%)`;
       dot.classList.toggle("behind", seen[2] < 0);
     }
   }
-  if (!moving.peek()) return;
+  if (!moving.peek() || performance.now() - told < TELLING_MS) return;
+  told = performance.now();
   const slider = /** @type {HTMLInputElement|null} */ (document.getElementById("light"));
   if (!slider || slider.matches(":active")) return;
   slider.value = String(Math.round(degrees));

@@ -6,11 +6,11 @@ use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
 use crate::input;
 use crate::language::{Language, Type};
 
-/// Lines that take the inputs by their names and return f.
-pub(crate) fn lines(program: &Program, language: Language) -> String {
-    let ranges = step_ranges(program, |input| match input::bound(input) {
-        Some(bound) => Range { low: -bound, high: bound },
-        None => Range::ALL,
+/// Lines that take the inputs by their names and return f, for texture positions from -`uv` to `uv`.
+pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
+    let ranges = step_ranges(program, |input| {
+        let bound = input::bound(input, uv);
+        Range { low: -bound, high: bound }
     });
     let value = |operand| value(program, operand, language);
     let mut text = String::new();
@@ -59,17 +59,26 @@ fn value(program: &Program, operand: Operand, language: Language) -> String {
     }
 }
 
-/// A clamp keeps compilers from fusing as well as the barrier does; where it can never act the barrier is cheaper.
+/// A clamp keeps compilers from fusing as well as the barrier does; where it can never act the barrier is cheaper, and one of
+/// an argument is not needed.
 fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
     let rounded = if range.clamps { "brood_limit" } else { "brood_hold" };
+    let within = |argument: String, bounds: &str| {
+        if range.clamps_argument { format!("clamp({argument}, {bounds})") } else { argument }
+    };
+    let power = |argument: String| {
+        let value = format!("brood_ex2({})", within(argument, "-24.0, 16.0"));
+        // 2^16 is beyond the largest number, all smaller whole powers are not.
+        if range.clamps { format!("brood_limit({value})") } else { value }
+    };
     match operation {
         Operation::Add => format!("{rounded}({a} + {b})"),
         Operation::Sub => format!("{rounded}({a} - {b})"),
         Operation::Mul => format!("{rounded}({a} * {b})"),
-        Operation::Sin => format!("brood_sine({a}, 0)"),
-        Operation::Cos => format!("brood_sine({a}, 1)"),
-        Operation::Ex2 => format!("brood_ex2({a})"),
-        Operation::Ex2Neg => format!("brood_ex2(-{a})"),
+        Operation::Sin => format!("brood_sine({}, 0)", within(a.to_owned(), "-1024.0, 1024.0")),
+        Operation::Cos => format!("brood_sine({}, 1)", within(a.to_owned(), "-1024.0, 1024.0")),
+        Operation::Ex2 => power(a.to_owned()),
+        Operation::Ex2Neg => power(format!("-{a}")),
         Operation::Lg2 => format!("brood_lg2({a})"),
         Operation::Rcp => format!("brood_rcp({a})"),
         Operation::Rsq => format!("brood_rsq({a})"),

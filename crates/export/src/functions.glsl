@@ -25,10 +25,11 @@ float brood_step(float a, float b, float c) {
 }
 
 // @sine
-// sin(a) where quarter is 0, cos(a) where it is 1.
-float brood_sine(float a, int quarter) {
-  float t = clamp(a, -1024.0, 1024.0);
-  float k = roundEven(brood_product(t, 0.63661975));
+// sin(t) where quarter is 0, cos(t) where it is 1; t from -1024 to 1024.
+float brood_sine(float t, int quarter) {
+  // Added to 1.5 2^23 a number is rounded to the nearest integer, even where two are as near; its low bits are the integer's.
+  float m = brood_hold(brood_product(t, 0.63661975) + 12582912.0);
+  float k = brood_hold(m - 12582912.0);
   float r = brood_hold(t - brood_product(k, 1.570556640625));
   r = brood_hold(r - brood_product(k, 0.0002396702766418457));
   r = brood_hold(r - brood_product(k, 1.5893254712295857e-8));
@@ -37,21 +38,21 @@ float brood_sine(float a, int quarter) {
   s = brood_hold(r + brood_product(brood_product(r, z), s));
   float c = brood_step(0.041666646, z, brood_step(-0.0013887375, z, 2.443912e-5));
   c = brood_hold(brood_hold(1.0 - brood_product(0.5, z)) + brood_product(brood_product(z, z), c));
-  int quadrant = int(k) + quarter;
-  float value = (quadrant & 1) == 0 ? s : c;
-  return uintBitsToFloat(floatBitsToUint(value) ^ ((uint(quadrant) & 2u) << 30));
+  uint quadrant = floatBitsToUint(m) + uint(quarter);
+  float value = (quadrant & 1u) == 0u ? s : c;
+  return uintBitsToFloat(floatBitsToUint(value) ^ ((quadrant & 2u) << 30));
 }
 
 // @ex2
-// 2^a.
-float brood_ex2(float a) {
-  float t = clamp(a, -24.0, 16.0);
-  float k = roundEven(t);
-  float f = brood_hold(t - k);
+// 2^t for t from -24 to 16.
+float brood_ex2(float t) {
+  // As in the sine: rounded to the nearest integer, which the low bits hold.
+  float m = brood_hold(t + 12582912.0);
+  float f = brood_hold(t - brood_hold(m - 12582912.0));
   float p = brood_step(0.009618006, f, brood_step(0.0013400249, f, 0.00015475875));
   p = brood_step(0.6931472, f, brood_step(0.2402265, f, brood_step(0.05550328, f, p)));
   p = brood_step(1.0, f, p);
-  return brood_limit(p * uintBitsToFloat(uint(int(k) + 127) << 23));
+  return p * uintBitsToFloat((floatBitsToUint(m) << 23) + 0x3f800000u);
 }
 
 // @log2
@@ -108,7 +109,7 @@ float brood_rsq(float a) {
 // @spl
 // log2(1 + 2^a).
 float brood_spl(float a) {
-  float rest = brood_log2(brood_hold(1.0 + brood_ex2(-abs(a))));
+  float rest = brood_log2(brood_hold(1.0 + brood_ex2(max(-abs(a), -24.0))));
   return brood_limit((a > 0.0 ? a : 0.0) + rest);
 }
 

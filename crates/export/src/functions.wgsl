@@ -25,10 +25,11 @@ fn brood_step(a: f32, b: f32, c: f32) -> f32 {
 }
 
 // @sine
-// sin(a) where quarter is 0, cos(a) where it is 1.
-fn brood_sine(a: f32, quarter: i32) -> f32 {
-  let t = clamp(a, -1024.0, 1024.0);
-  let k = round(brood_product(t, 0.63661975));
+// sin(t) where quarter is 0, cos(t) where it is 1; t from -1024 to 1024.
+fn brood_sine(t: f32, quarter: i32) -> f32 {
+  // Added to 1.5 2^23 a number is rounded to the nearest integer, even where two are as near; its low bits are the integer's.
+  let m = brood_hold(brood_product(t, 0.63661975) + 12582912.0);
+  let k = brood_hold(m - 12582912.0);
   var r = brood_hold(t - brood_product(k, 1.570556640625));
   r = brood_hold(r - brood_product(k, 0.0002396702766418457));
   r = brood_hold(r - brood_product(k, 1.5893254712295857e-8));
@@ -37,21 +38,21 @@ fn brood_sine(a: f32, quarter: i32) -> f32 {
   s = brood_hold(r + brood_product(brood_product(r, z), s));
   var c = brood_step(0.041666646, z, brood_step(-0.0013887375, z, 2.443912e-5));
   c = brood_hold(brood_hold(1.0 - brood_product(0.5, z)) + brood_product(brood_product(z, z), c));
-  let quadrant = i32(k) + quarter;
-  let value = select(c, s, (quadrant & 1) == 0);
-  return bitcast<f32>(bitcast<u32>(value) ^ ((bitcast<u32>(quadrant) & 2u) << 30u));
+  let quadrant = bitcast<u32>(m) + bitcast<u32>(quarter);
+  let value = select(c, s, (quadrant & 1u) == 0u);
+  return bitcast<f32>(bitcast<u32>(value) ^ ((quadrant & 2u) << 30u));
 }
 
 // @ex2
-// 2^a.
-fn brood_ex2(a: f32) -> f32 {
-  let t = clamp(a, -24.0, 16.0);
-  let k = round(t);
-  let f = brood_hold(t - k);
+// 2^t for t from -24 to 16.
+fn brood_ex2(t: f32) -> f32 {
+  // As in the sine: rounded to the nearest integer, which the low bits hold.
+  let m = brood_hold(t + 12582912.0);
+  let f = brood_hold(t - brood_hold(m - 12582912.0));
   var p = brood_step(0.009618006, f, brood_step(0.0013400249, f, 0.00015475875));
   p = brood_step(0.6931472, f, brood_step(0.2402265, f, brood_step(0.05550328, f, p)));
   p = brood_step(1.0, f, p);
-  return brood_limit(p * bitcast<f32>(bitcast<u32>(i32(k) + 127) << 23u));
+  return p * bitcast<f32>((bitcast<u32>(m) << 23u) + 0x3f800000u);
 }
 
 // @log2
@@ -108,7 +109,7 @@ fn brood_rsq(a: f32) -> f32 {
 // @spl
 // log2(1 + 2^a).
 fn brood_spl(a: f32) -> f32 {
-  let rest = brood_log2(brood_hold(1.0 + brood_ex2(-abs(a))));
+  let rest = brood_log2(brood_hold(1.0 + brood_ex2(max(-abs(a), -24.0))));
   return brood_limit(select(0.0, a, a > 0.0) + rest);
 }
 

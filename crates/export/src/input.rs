@@ -2,6 +2,7 @@
 //! operation, so that swapping the directions changes no bit here either.
 
 use brood_brdf::{Input, InputMask};
+use brood_genome::RANGE;
 
 use crate::language::{Language, Type};
 
@@ -185,20 +186,22 @@ pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
     text
 }
 
-/// Between which values an input stays, by a wide margin over what f32 adds; none where it is the texture's.
-pub(crate) fn bound(input: Input) -> Option<f32> {
+/// Between which values an input stays, by half of it more than f32 or directions that are not quite unit add; `uv` for the
+/// texture's.
+pub(crate) fn bound(input: Input, uv: f32) -> f32 {
     match input {
-        Input::U | Input::V => None,
-        // |p2| <= 1, |p4| <= 1: all of these stay below 4 for any unit vectors.
-        Input::P1 | Input::SmoothP3 | Input::SmoothP5 | Input::SmoothP6 => Some(4.0),
-        Input::SmoothQ1 | Input::SmoothQ2 | Input::PaperP3 | Input::PaperP5 => Some(8.0),
-        Input::PaperP6 | Input::PaperQ1 | Input::PaperQ2 => Some(8.0),
-        Input::HalfDotLight | Input::CosineProduct | Input::NormalDotHalf => Some(2.0),
+        Input::U | Input::V => uv.min(RANGE),
+        Input::SmoothP3 | Input::SmoothP5 | Input::SmoothP6 => 1.6,
+        Input::PaperP3 | Input::PaperP5 | Input::PaperP6 => 1.6,
+        Input::HalfDotLight | Input::CosineProduct | Input::NormalDotHalf => 1.6,
+        // Of any two directions, also below the surface: p2 is at most 2, p4 at most 1.
+        Input::P1 => 3.2,
+        Input::SmoothQ1 | Input::SmoothQ2 | Input::PaperQ1 | Input::PaperQ2 => 6.4,
         // Logarithms of what is between 2^-40 and 4e12.
-        Input::LogTanHalf | Input::LogHalfDotLight | Input::LogHalfAngle => Some(40.0),
-        Input::LogCosineProduct | Input::LogCosineSum => Some(40.0),
+        Input::LogTanHalf | Input::LogHalfDotLight | Input::LogHalfAngle => 40.0,
+        Input::LogCosineProduct | Input::LogCosineSum => 40.0,
         // At most 4 over 1e-3.
-        Input::CosineDifference | Input::MirrorAsymmetry => Some(8192.0),
+        Input::CosineDifference | Input::MirrorAsymmetry => 8192.0,
     }
 }
 
@@ -235,7 +238,7 @@ mod tests {
                     let pair = DirectionPair::new(direction(wi, 0.0), direction(wo, phi)).unwrap();
                     for input in Input::ALL {
                         let value = input.evaluate(&pair, DVec2::new(0.25, 0.75));
-                        let bound = bound(input).map_or(f64::INFINITY, f64::from);
+                        let bound = f64::from(bound(input, 1.2));
                         assert!(1.5 * value.abs() < bound, "{input:?} is {value}");
                     }
                 }

@@ -23,4 +23,4 @@ mod library;
 mod module;
 
 pub use format::{Format, FormatError};
-pub use module::export;
+pub use module::{export, export_within};

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use brood_genome::RANGE;
 use brood_program::Program;
 
 use crate::format::Format;
@@ -19,15 +20,22 @@ use crate::{body, input, library};
 /// differs by what inputs in f32 differ from inputs in f64.
 #[must_use]
 pub fn export(program: &Program, format: Format) -> String {
+    export_within(program, format, RANGE)
+}
+
+/// The same for texture positions from -`uv` to `uv`: what cannot leave the range of numbers there is not clamped, which
+/// for most programs spares most of the clamps. `uv`: 0 to 65504.
+#[must_use]
+pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
     let language = format.language();
     let inputs = program.inputs();
     let names: Vec<&str> = inputs.iter().map(input::name).collect();
-    let mut text = head(program, format);
+    let mut text = head(program, format, uv);
     text += &library::functions(program, language);
     let parameters: Vec<(Type, &str)> = names.iter().map(|name| (Type::Scalar, *name)).collect();
     text += "// f of the inputs that the program reads.\n";
     text += &language.head("evolved_program", &parameters);
-    text += &body::lines(program, language);
+    text += &body::lines(program, language, uv);
     text += "}\n\n";
     text += "// f(wi, wo) in 1/sr, the cosine of wi not included. wi: to the light; wo: to the eye (where it is below the\n\
              // surface, move it to a cosine of 1e-4); n: normal; x: tangent along u; y: n cross x; uv: texture position.\n\
@@ -41,14 +49,19 @@ pub fn export(program: &Program, format: Format) -> String {
     text
 }
 
-fn head(program: &Program, format: Format) -> String {
+fn head(program: &Program, format: Format, uv: f32) -> String {
     let precision = match (format, format.language()) {
         (Format::GlslEs300, _) => "precision highp float;\nprecision highp int;\n\n",
         (_, Language::Glsl | Language::Wgsl) => "",
     };
+    let within = if uv < RANGE {
+        format!("// Texture positions from {} to {uv} only.\n", -uv)
+    } else {
+        String::new()
+    };
     format!(
         "// A material bred by brood: reciprocal and never negative, whatever the directions.\n\
-         // Program {}, {} operations. {}.\n\n{precision}",
+         // Program {}, {} operations. {}.\n{within}\n{precision}",
         program.hash(),
         program.operations(),
         format.label()

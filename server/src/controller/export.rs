@@ -4,7 +4,8 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
 use brood_eval::express;
-use brood_export::{Format, export};
+use brood_export::{Format, export_within};
+use brood_genome::RANGE;
 use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, header};
 use serde::Deserialize;
@@ -50,6 +51,8 @@ pub async fn formats(NoQuery: NoQuery) -> Json<Vec<ExportFormat>> {
 pub struct ExportQuery {
     /// Whether it reflects no more than it receives; as the genome has it unless asked otherwise.
     energy_limit: Option<bool>,
+    /// Texture positions from minus this to this are enough, from 0 to 65504: fewer clamps are needed then.
+    uv_within: Option<f32>,
 }
 
 /// An individual in one of the formats.
@@ -67,10 +70,17 @@ pub async fn get(
     let individual = app.store.individual(id).await?;
     let material = app.library.material(individual.hash).await?;
     let limited = query.energy_limit.unwrap_or(material.genome.is_limited());
+    let within = query.uv_within.unwrap_or(RANGE);
+    if !(0.0..=RANGE).contains(&within) {
+        return Err(ApiError::bad_parameter("uv_within", "0 to 65504"));
+    }
     let text = if limited == material.genome.is_limited() {
-        export(&material.program, format)
+        export_within(&material.program, format, within)
     } else {
-        let other = move || export(&express(&material.genome.clone().with_limit(limited)), format);
+        let other = move || {
+            let program = express(&material.genome.clone().with_limit(limited));
+            export_within(&program, format, within)
+        };
         app.on_processor(other).await?
     };
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::{CanonicalEvaluator, Evaluator};
-use brood_export::{Format, export};
+use brood_export::{Format, export, export_within};
 use brood_genome::{BirthKey, Dialect, OpcodeSet, Variation};
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -20,6 +20,9 @@ use serde_json::json;
 
 use super::target::random_pairs;
 use crate::{logging, output};
+
+/// No texture position of the samples is beyond this, nor below its negative.
+const TEXTURE_LIMIT: f32 = 2.0;
 
 /// Options of `brood bench export`.
 #[derive(Debug, Args)]
@@ -51,6 +54,7 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
             program.inputs().iter().flat_map(|i| set.input(i).to_vec()).collect();
         tests.push(json!({
             "source": export(program, Format::GlslEs300),
+            "within": export_within(program, Format::GlslEs300, TEXTURE_LIMIT),
             "operations": program.operations(),
             "rows": program.inputs().len(),
             "inputs": base64(&inputs),
