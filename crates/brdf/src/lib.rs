@@ -1,7 +1,8 @@
-//! Directions in the local frame and the reciprocal inputs that evolved programs read.
+//! Directions in the local frame, the reciprocal inputs that evolved programs read, and models of reflectance.
 //!
-//! This crate owns the mathematics of a pair of directions: what an [`Input`] is worth for it, and why swapping the
-//! two directions never changes that worth. It refuses to know meshes, programs, images and files.
+//! This crate owns the mathematics of a pair of directions: what an [`Input`] is worth for it, why swapping the two
+//! directions never changes that worth, and what classical and physical models make of it. It refuses to know meshes,
+//! programs, images and files.
 //!
 //! ```
 //! use brood_brdf::{DirectionPair, Input};
@@ -15,6 +16,11 @@
 
 mod direction;
 mod input;
+mod model;
 
 pub use direction::{DirectionError, DirectionPair};
 pub use input::{Input, InputMask, Parametrisation};
+pub use model::{
+    Brdf, Claims, Model, ModelKind, ModelPreset, ModelTextError, Parameter, ParameterError, Scale,
+    Shape, UnknownModel, model_presets,
+};

@@ -1,0 +1,187 @@
+//! Classical and physical models of reflectance: named, with parameters that have a range, a default and a source.
+//!
+//! A [`Model`] is a kind and values for its parameters, which is what texts, mutation and searches deal in; a [`Brdf`] is
+//! the same, prepared to be evaluated. It refuses to know meshes, pictures and programs.
+
+mod ashikhmin_shirley;
+mod cook_torrance;
+mod diffuse;
+mod fit;
+mod fresnel;
+mod half;
+mod kind;
+mod microfacet;
+mod parameter;
+mod phong;
+mod preset;
+#[cfg(test)]
+mod tests;
+mod text;
+mod ward;
+
+use glam::DVec3;
+
+use crate::DirectionPair;
+pub use kind::{ModelKind, UnknownModel};
+use parameter::Values;
+pub use parameter::{Parameter, Scale, Shape};
+pub use preset::{ModelPreset, model_presets};
+pub use text::ModelTextError;
+
+/// What reflects light.
+pub trait Brdf: Send + Sync {
+    /// f(wi, wo), the cosine of wi not included.
+    ///
+    /// # Units
+    /// 1/sr; linear red, green, blue.
+    ///
+    /// # Domain
+    /// Any pair; 0 unless both directions are above the surface. Never NaN.
+    fn f(&self, pair: &DirectionPair) -> DVec3;
+
+    /// What the source promises of it with these parameters, which tests hold it to.
+    fn claims(&self) -> Claims;
+}
+
+/// Laws that a model keeps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Claims {
+    /// f(wi, wo) = f(wo, wi), in every bit.
+    pub reciprocal: bool,
+    /// It never reflects more light than it receives.
+    pub conserving: bool,
+}
+
+/// A model with values for its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    kind: ModelKind,
+    /// Of each parameter in the order of the table, each as long as it is.
+    numbers: Vec<f64>,
+}
+
+/// Why a parameter cannot be set.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ParameterError {
+    /// The model has none of that name.
+    #[error("{model} has no parameter {name}; it has {known}")]
+    Unknown {
+        /// The model.
+        model: ModelKind,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// As many numbers as it does not hold.
+    #[error("{name} takes {wanted}, not {found}")]
+    Count {
+        /// The parameter.
+        name: &'static str,
+        /// How many it holds, in words.
+        wanted: &'static str,
+        /// How many were given.
+        found: usize,
+    },
+    /// A number out of range.
+    #[error("{name} is from {low} to {high}, not {value}")]
+    Range {
+        /// The parameter.
+        name: &'static str,
+        /// Its least value.
+        low: f64,
+        /// Its largest value.
+        high: f64,
+        /// What was given.
+        value: f64,
+    },
+    /// None of the words.
+    #[error("{name} is one of {known}, not {word}")]
+    Word {
+        /// The parameter.
+        name: &'static str,
+        /// The words.
+        known: String,
+        /// What was given.
+        word: String,
+    },
+}
+
+impl Model {
+    /// The model with its defaults.
+    #[must_use]
+    pub fn new(kind: ModelKind) -> Self {
+        let numbers = kind.parameters().iter().flat_map(Parameter::default).collect();
+        Self { kind, numbers }
+    }
+
+    /// Which model it is.
+    #[must_use]
+    pub fn kind(&self) -> ModelKind {
+        self.kind
+    }
+
+    /// The numbers of all parameters, in the order of the kind's table.
+    #[must_use]
+    pub fn numbers(&self) -> &[f64] {
+        &self.numbers
+    }
+
+    /// The numbers of a parameter; none where there is no such.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        let (parameter, at) = self.kind.place(name)?;
+        Some(&self.numbers[at..at + parameter.count()])
+    }
+
+    /// The same with other values of one parameter; the number of its word for a choice.
+    pub fn with(mut self, name: &str, values: &[f64]) -> Result<Self, ParameterError> {
+        let (parameter, at) = self.find(name)?;
+        if values.len() != parameter.count() {
+            let wanted = if parameter.count() == 1 { "one value" } else { "three values" };
+            return Err(ParameterError::Count {
+                name: parameter.name,
+                wanted,
+                found: values.len(),
+            });
+        }
+        let (low, high) = parameter.range;
+        for &value in values {
+            let whole = !matches!(parameter.shape, Shape::Choice { .. }) || value.fract() == 0.0;
+            if !((low..=high).contains(&value) && whole) {
+                return Err(ParameterError::Range { name: parameter.name, low, high, value });
+            }
+        }
+        self.numbers[at..at + values.len()].copy_from_slice(values);
+        Ok(self)
+    }
+
+    /// The same with another word of a choice.
+    pub fn choose(self, name: &str, word: &str) -> Result<Self, ParameterError> {
+        let (parameter, _) = self.find(name)?;
+        let Shape::Choice { words } = parameter.shape else {
+            let wanted = if parameter.count() == 1 { "one number" } else { "three numbers" };
+            return Err(ParameterError::Count { name: parameter.name, wanted, found: 0 });
+        };
+        let number = words.iter().zip(0_u32..).find(|(known, _)| **known == word);
+        let Some((_, number)) = number else {
+            let (known, word) = (words.join(", "), word.to_owned());
+            return Err(ParameterError::Word { name: parameter.name, known, word });
+        };
+        self.with(name, &[f64::from(number)])
+    }
+
+    /// Prepared to be evaluated.
+    #[must_use]
+    pub fn brdf(&self) -> Box<dyn Brdf> {
+        self.kind.make(Values { table: self.kind.parameters(), numbers: &self.numbers })
+    }
+
+    fn find(&self, name: &str) -> Result<(&'static Parameter, usize), ParameterError> {
+        self.kind.place(name).ok_or_else(|| ParameterError::Unknown {
+            model: self.kind,
+            name: name.to_owned(),
+            known: self.kind.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
+        })
+    }
+}

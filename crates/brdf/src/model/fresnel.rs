@@ -1,0 +1,81 @@
+//! Fresnel reflectance: what share of unpolarised light an even boundary reflects.
+
+use glam::DVec3;
+
+/// (1 - c)^5 for the cosine c of the angle to the boundary's normal.
+fn fifth(c: f64) -> f64 {
+    let m = (1.0 - c).clamp(0.0, 1.0);
+    let m2 = m * m;
+    m2 * m2 * m
+}
+
+/// Schlick's approximation from the reflectance at normal incidence.
+///
+/// # Domain
+/// `f0` in [0, 1], c in [0, 1]; outside c is clamped.
+///
+/// # Source
+/// Schlick 1994, equation 15.
+pub(super) fn schlick(f0: DVec3, c: f64) -> DVec3 {
+    f0 + (DVec3::ONE - f0) * fifth(c)
+}
+
+/// An even boundary to a medium of relative refractive index `eta` > 0; 1 where all is reflected.
+///
+/// # Source
+/// Fresnel's equations, as in Born and Wolf, section 1.5.2.
+pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
+    let c = c.clamp(0.0, 1.0);
+    let sin2_t = (1.0 - c * c) / (eta * eta);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    let perpendicular = (c - eta * cos_t) / (c + eta * cos_t);
+    let parallel = (eta * c - cos_t) / (eta * c + cos_t);
+    0.5 * (perpendicular * perpendicular + parallel * parallel)
+}
+
+/// An even boundary to a metal of complex index eta + i k, relative to the outside.
+///
+/// # Source
+/// Born and Wolf, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
+pub(super) fn conductor(eta: f64, k: f64, c: f64) -> f64 {
+    let c = c.clamp(0.0, 1.0);
+    let (cos2, sin2) = (c * c, 1.0 - c * c);
+    let (eta2, k2) = (eta * eta, k * k);
+    let t0 = eta2 - k2 - sin2;
+    let a2_plus_b2 = (t0 * t0 + 4.0 * eta2 * k2).sqrt();
+    let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
+    let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * c * a);
+    let perpendicular = (t1 - t2) / (t1 + t2);
+    let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
+    0.5 * perpendicular * (1.0 + (t3 - t4) / (t3 + t4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: f64, wanted: f64) {
+        assert!((found - wanted).abs() < 1e-12, "{found} is not {wanted}");
+    }
+
+    #[test]
+    fn fresnel_has_its_known_values() {
+        close(dielectric(1.5, 1.0), 0.04);
+        close(dielectric(1.5, 0.0), 1.0);
+        // At Brewster's angle only the perpendicular part is left.
+        let c = 1.0 / (1.0_f64 + 1.5 * 1.5).sqrt();
+        close(dielectric(1.5, c), 0.5 * ((1.0 - 2.25_f64) / (1.0 + 2.25)).powi(2));
+        // From the dense side, beyond the critical angle.
+        close(dielectric(1.0 / 1.5, 0.5), 1.0);
+        // Without absorption a metal is a dielectric.
+        for c in [0.0, 0.1, 0.5, 0.9, 1.0] {
+            close(conductor(1.5, 0.0, c), dielectric(1.5, c));
+        }
+        close(conductor(0.2, 3.0, 1.0), (0.8 * 0.8 + 9.0) / (1.2 * 1.2 + 9.0));
+        close(schlick(DVec3::splat(0.04), 1.0).x, 0.04);
+        close(schlick(DVec3::splat(0.04), 0.0).x, 1.0);
+    }
+}

@@ -1,0 +1,267 @@
+//! What the physics of the models is checked by: reciprocity to the bit, no NaN and nothing negative at the corners, energy.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::half::Half;
+use super::microfacet::{DISTRIBUTIONS, Distribution};
+use super::*;
+
+/// A fixed stream of numbers in [0, 1): SplitMix64.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        f64::from(u32::try_from((z ^ (z >> 31)) >> 32).unwrap()) / 4_294_967_296.0
+    }
+
+    /// Values of all parameters, one in eight at an end of its range.
+    fn model(&mut self, kind: ModelKind) -> Model {
+        let mut model = Model::new(kind);
+        for parameter in kind.parameters() {
+            let (low, high) = parameter.range;
+            let values: Vec<f64> = (0..parameter.count())
+                .map(|_| match (self.next(), parameter.shape, parameter.scale) {
+                    (_, Shape::Choice { .. }, _) => (self.next() * (high + 1.0)).floor(),
+                    (end, ..) if end < 0.0625 => low,
+                    (end, ..) if end < 0.125 => high,
+                    (_, _, Scale::Linear) => low + (high - low) * self.next(),
+                    (_, _, Scale::Logarithmic) => {
+                        (low * (high / low).powf(self.next())).clamp(low, high)
+                    }
+                })
+                .collect();
+            model = model.with(parameter.name, &values).unwrap();
+        }
+        model
+    }
+
+    /// Above the surface; often at grazing angles.
+    fn direction(&mut self) -> DVec3 {
+        let z = match self.next() {
+            choice if choice < 0.1 => 1e-9 + 1e-6 * self.next(),
+            choice if choice < 0.2 => 1.0 - 1e-7 * self.next(),
+            _ => self.next().max(1e-9),
+        };
+        let (phi, r) = (2.0 * PI * self.next(), (1.0 - z * z).max(0.0).sqrt());
+        DVec3::new(r * phi.cos(), r * phi.sin(), z)
+    }
+
+    /// Among them equal ones, mirrored ones, and nearly opposite ones at the horizon.
+    fn pair(&mut self) -> DirectionPair {
+        let wi = self.direction();
+        let wo = match self.next() {
+            choice if choice < 0.1 => wi,
+            choice if choice < 0.3 => {
+                (DVec3::new(-wi.x, -wi.y, wi.z) + 1e-5 * self.direction()).normalize()
+            }
+            _ => self.direction(),
+        };
+        DirectionPair::new(wi, wo).unwrap()
+    }
+}
+
+fn case(model: &Model, pair: &DirectionPair) -> String {
+    format!("{model}wi {:?} wo {:?}", pair.wi(), pair.wo())
+}
+
+#[test]
+fn models_are_finite_and_not_negative_at_all_corners() {
+    let mut numbers = Numbers(1);
+    for kind in ModelKind::ALL {
+        for _ in 0..400 {
+            let model = numbers.model(kind);
+            let brdf = model.brdf();
+            for _ in 0..50 {
+                let pair = numbers.pair();
+                let f = brdf.f(&pair);
+                assert!(f.is_finite(), "{f} {}", case(&model, &pair));
+                // The published fits of SGD are negative in places, and stay what they are.
+                assert!(
+                    f.min_element() >= 0.0 || kind == ModelKind::Sgd,
+                    "{f} {}",
+                    case(&model, &pair)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn models_are_reciprocal_to_the_bit_where_they_say_so_and_others_are_not() {
+    let mut numbers = Numbers(2);
+    for kind in ModelKind::ALL {
+        let mut differing = 0;
+        let mut claimed = true;
+        for _ in 0..200 {
+            let model = numbers.model(kind);
+            let brdf = model.brdf();
+            claimed &= brdf.claims().reciprocal;
+            for _ in 0..20 {
+                let pair = numbers.pair();
+                let (one, other) = (brdf.f(&pair), brdf.f(&pair.swapped()));
+                let same = one.to_array().map(f64::to_bits) == other.to_array().map(f64::to_bits);
+                differing += usize::from(!same);
+                assert!(same || !brdf.claims().reciprocal, "{one} {other} {}", case(&model, &pair));
+            }
+        }
+        assert!(claimed || differing > 1000, "{kind} claims less than it keeps");
+    }
+}
+
+#[test]
+fn nothing_is_reflected_below_the_surface() {
+    for kind in ModelKind::ALL {
+        let brdf = Model::new(kind).brdf();
+        for wo in [DVec3::X, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)] {
+            let pair = DirectionPair::new(DVec3::Z, wo).unwrap();
+            assert_eq!(brdf.f(&pair), DVec3::ZERO, "{kind}");
+            assert_eq!(brdf.f(&pair.swapped()), DVec3::ZERO, "{kind}");
+        }
+    }
+}
+
+/// Integral over the hemisphere, by the midpoint rule in theta and phi.
+fn over_hemisphere(steps: u32, value: impl Fn(DVec3) -> DVec3) -> DVec3 {
+    let share = |k: u32| (f64::from(k) + 0.5) / f64::from(steps);
+    let mut sum = DVec3::ZERO;
+    for row in 0..steps {
+        let (sine, cosine) = (0.5 * PI * share(row)).sin_cos();
+        for column in 0..2 * steps {
+            let phi = PI * share(column);
+            sum += sine * value(DVec3::new(sine * phi.cos(), sine * phi.sin(), cosine));
+        }
+    }
+    sum * 0.5 * PI * PI / f64::from(steps * steps)
+}
+
+/// Of the channel that reflects most.
+fn albedo(brdf: &dyn Brdf, cos_i: f64, steps: u32) -> f64 {
+    let wi = DVec3::new((1.0 - cos_i * cos_i).sqrt(), 0.0, cos_i);
+    let reflected = |wo: DVec3| brdf.f(&DirectionPair::new(wi, wo).unwrap()) * wo.z;
+    over_hemisphere(steps, reflected).max_element()
+}
+
+#[test]
+fn models_send_back_no_more_than_they_receive_where_they_say_so() {
+    let mut numbers = Numbers(3);
+    let mut checked = 0;
+    for kind in ModelKind::ALL {
+        for _ in 0..24 {
+            let mut model = numbers.model(kind);
+            // Highlights that the quadrature of a test sees.
+            for (name, least) in [("roughness", 0.25), ("alpha_x", 0.25), ("alpha_y", 0.25)] {
+                if let Some([value]) = model.get(name).map(<[f64]>::to_vec).as_deref() {
+                    model = model.with(name, &[value.max(least)]).unwrap();
+                }
+            }
+            for (name, most) in [("exponent", 40.0), ("exponent_u", 40.0), ("exponent_v", 40.0)] {
+                if let Some([value]) = model.get(name).map(<[f64]>::to_vec).as_deref() {
+                    model = model.with(name, &[value.min(most)]).unwrap();
+                }
+            }
+            if model.get("stretch").is_some() {
+                model = model.with("stretch", &[0.5]).unwrap();
+            }
+            let brdf = model.brdf();
+            if !brdf.claims().conserving {
+                continue;
+            }
+            for cos_i in [1.0, 0.7, 0.2, 0.02] {
+                let albedo = albedo(&*brdf, cos_i, 96);
+                assert!(albedo <= 1.002, "{albedo} at {cos_i}: {model}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 300, "{checked}");
+}
+
+#[test]
+fn models_that_say_less_do_send_back_more_somewhere() {
+    let white = |kind, name: &str| Model::new(kind).with(name, &[1.0; 3]).unwrap();
+    let phong = white(ModelKind::Phong, "specular").with("exponent", &[2.0]).unwrap();
+    assert!(albedo(&*phong.brdf(), 0.05, 128) > 1.0);
+    let duer = white(ModelKind::Ward, "specular").choose("form", "duer").unwrap();
+    assert!(albedo(&*duer.brdf(), 0.02, 128) > 1.0);
+    let rough = white(ModelKind::OrenNayar, "albedo").with("sigma", &[0.2]).unwrap();
+    assert!(albedo(&*rough.brdf(), 0.02, 128) > 1.005);
+    let grooved = white(ModelKind::CookTorrance, "f0").with("diffuse", &[1.0; 3]).unwrap();
+    assert!(albedo(&*grooved.brdf(), 0.7, 128) > 1.5);
+}
+
+#[test]
+fn distributions_of_facets_are_normalised() {
+    for name in DISTRIBUTIONS {
+        for alpha in [0.15, 0.4, 0.9] {
+            let distribution = Distribution::named(name, glam::DVec2::new(alpha, 1.3 * alpha));
+            let area = over_hemisphere(300, |h| {
+                let half = Half { cos_i: 1.0, cos_o: 1.0, h, cos_d: 1.0, cos_io: 1.0 };
+                DVec3::splat(distribution.d(&half) * h.z)
+            });
+            let area = area.x;
+            assert!((area - 1.0).abs() < 2e-3, "{name} {alpha}: {area}");
+        }
+    }
+}
+
+#[test]
+fn cook_and_torrance_need_a_quarter_and_not_one_over_pi() {
+    let white = Model::new(ModelKind::CookTorrance)
+        .with("f0", &[1.0; 3])
+        .and_then(|model| model.with("roughness", &[0.3]))
+        .and_then(|model| model.choose("distribution", "beckmann"))
+        .and_then(|model| model.choose("shadowing", "v-groove"))
+        .unwrap();
+    let quarter = albedo(&*white.brdf(), 1.0, 256);
+    assert!((0.95..1.0).contains(&quarter), "{quarter}");
+    assert!((1.2..1.28).contains(&(quarter * 4.0 / PI)), "{quarter}");
+}
+
+#[test]
+fn texts_are_read_back_to_the_bit() {
+    let mut numbers = Numbers(4);
+    for kind in ModelKind::ALL {
+        assert_eq!(kind.name().parse(), Ok(kind));
+        for _ in 0..20 {
+            let model = numbers.model(kind);
+            assert_eq!(model.to_string().parse(), Ok(model));
+        }
+    }
+}
+
+#[test]
+fn texts_are_refused_with_the_line_and_what_there_is() {
+    let error = |text: &str| text.parse::<Model>().unwrap_err().to_string();
+    assert_eq!(error(""), "line 1: a material begins with `brood 1`");
+    assert_eq!(error("brood 1\nADD R0, R1, R2\n"), "line 2: `.model` and a name are missing");
+    assert!(
+        error("brood 1\n\n.model gold")
+            .starts_with("line 3: there is no model \"gold\"; there are lambert,")
+    );
+    let head = "brood 1\n.model cook-torrance # a metal\n";
+    assert_eq!(
+        error(&format!("{head}f1 1")),
+        "line 3: cook-torrance has no parameter f1; it has diffuse, f0, roughness, stretch, distribution, shadowing"
+    );
+    assert_eq!(error(&format!("{head}f0 1")), "line 3: f0 takes three values, not 1");
+    assert_eq!(
+        error(&format!("{head}roughness 2")),
+        "line 3: roughness is from 0.0001 to 1, not 2"
+    );
+    assert_eq!(
+        error(&format!("{head}roughness nan")),
+        "line 3: roughness is from 0.0001 to 1, not NaN"
+    );
+    assert_eq!(error(&format!("{head}roughness x")), "line 3: \"x\" is not a number");
+    assert_eq!(
+        error(&format!("{head}distribution phong")),
+        "line 3: distribution is one of ggx, beckmann, gaussian, blinn-phong, not phong"
+    );
+    assert_eq!(error(&format!("{head}f0 1 1 1\nf0 1 1 1")), "line 4: f0 stands there twice");
+}
