@@ -22,6 +22,7 @@ mod job;
 mod lineage;
 mod lock;
 mod mesh;
+mod model;
 mod operation;
 mod picture;
 mod preset;

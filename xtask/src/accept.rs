@@ -24,6 +24,13 @@ const LONG_PAIRS: u64 = 100_000_000;
 /// Largest error of a Lambert sphere against a picture by another program, whose 64 random samples a pixel leave about
 /// 4e-4 of it.
 const LAMBERT_RMSE: f64 = 1e-3;
+/// The same of spheres with highlights, which are 1.4 to 6.5 at their brightest.
+const HIGHLIGHT_RMSE: f64 = 1.6e-3;
+/// Plastic of refractive index 1.49 in air, as the other program integrates it.
+const ROUGH_PLASTIC: &str =
+    "rough-plastic\nalbedo 0.1 0.27 0.36\nior 1.489587\nroughness 0.1\ninternal mitsuba";
+const PRINCIPLED: &str = "principled\nbase_color 0.6 0.2 0.1\nroughness 0.35\nsheen 0.3\nclearcoat 0.6\n\
+                          clearcoat_gloss 0.8\ncoat_form mitsuba";
 
 /// What the command line says.
 #[derive(Debug, Default, PartialEq)]
@@ -74,7 +81,10 @@ pub fn run(words: &[&str]) -> Result<()> {
     step("stress", stress(&binaries, &found, options.long));
     match &options.data {
         None => println!("without --data nothing is held against pictures from outside"),
-        Some(data) => step("pictures from outside", pictures(&binaries, &target, data)),
+        Some(data) => {
+            step("pictures from outside", pictures(&binaries, &target, data));
+            step("values from outside", oracle(data));
+        }
     }
     println!("accept: {:.0} s", started.elapsed().as_secs_f64());
     ensure!(failed.is_empty(), "not accepted: {}", failed.join(", "));
@@ -102,31 +112,53 @@ fn stress(binaries: &Path, found: &Prerequisites, long: bool) -> Result<()> {
     shell::run(command.args(["--pairs", &pairs.to_string()]))
 }
 
+/// The models that published fits are made with, against values by another program.
+fn oracle(data: &Path) -> Result<()> {
+    let data = std::path::absolute(data).context("find the data")?;
+    let mut command = shell::cargo();
+    command.args(["run", "--locked", "--package", "brood-brdf", "--example", "oracle", "--"]);
+    shell::run(command.arg(data))
+}
+
 fn brood(binaries: &Path) -> Command {
     shell::command(binaries.join("brood"))
 }
 
-/// A Lambert sphere under a distant light, against the same by another renderer.
+/// Spheres under a distant light, against the same by another renderer: a genome and models.
 fn pictures(binaries: &Path, target: &Path, data: &Path) -> Result<()> {
-    let wanted = data.join("renders_mitsuba/sphere_l45_lambert_0.5_0.3_0.2.exr");
-    ensure!(wanted.is_file(), "no {}", wanted.display());
-    let wanted = wanted.canonicalize().context("find the picture")?;
     let folder = target.join("accept");
     std::fs::create_dir_all(&folder).context("make a folder")?;
-    let (genome, scene) = (folder.join("lambert.brood"), folder.join("scene.json"));
-    std::fs::write(&genome, lambert([0.5, 0.3, 0.2])).context("write the genome")?;
+    let scene = folder.join("scene.json");
     std::fs::write(&scene, distant_light().to_string()).context("write the scene")?;
-    let picture = folder.join("lambert.exr");
-    let mut render = brood(binaries);
-    render.arg("render").arg(&genome).arg("--scene").arg(&scene);
-    shell::run(render.args(["--size", "128"]).arg("--output").arg(&picture))?;
-    let text = shell::output(
-        brood(binaries).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture),
-    )?;
-    let rmse: f64 = text.trim().parse().context("read the difference")?;
-    println!("Lambert sphere against {}: RMSE {rmse:.2e}", wanted.display());
-    ensure!(rmse <= LAMBERT_RMSE, "more than {LAMBERT_RMSE:e}");
+    let cases = [
+        ("lambert_0.5_0.3_0.2", lambert([0.5, 0.3, 0.2]), LAMBERT_RMSE),
+        ("lambert_0.5_0.3_0.2", model("lambert\nalbedo 0.5 0.3 0.2"), LAMBERT_RMSE),
+        ("ggx_gold_a0.2", model("conductor\nroughness 0.2"), HIGHLIGHT_RMSE),
+        ("roughplastic_a0.1", model(ROUGH_PLASTIC), HIGHLIGHT_RMSE),
+        ("principled_clearcoat", model(PRINCIPLED), HIGHLIGHT_RMSE),
+    ];
+    for (name, material, most) in cases {
+        let wanted = data.join(format!("renders_mitsuba/sphere_l45_{name}.exr"));
+        ensure!(wanted.is_file(), "no {}", wanted.display());
+        let wanted = wanted.canonicalize().context("find the picture")?;
+        let (file, picture) = (folder.join("material.brood"), folder.join("sphere.exr"));
+        std::fs::write(&file, &material).context("write the material")?;
+        let mut render = brood(binaries);
+        render.arg("render").arg(&file).arg("--scene").arg(&scene);
+        shell::run(render.args(["--size", "128"]).arg("--output").arg(&picture))?;
+        let text = shell::output(
+            brood(binaries).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture),
+        )?;
+        let rmse: f64 = text.trim().parse().context("read the difference")?;
+        println!("{name}: RMSE {rmse:.2e}");
+        ensure!(rmse <= most, "{name} is off by more than {most:e}");
+    }
     Ok(())
+}
+
+/// A file of a model, from its name and its parameters.
+fn model(words: &str) -> String {
+    format!("brood 1\n.model {words}\n")
 }
 
 /// f = albedo / pi, without a square root to be rounded: the square is 1, the scale does the rest.

@@ -14,6 +14,8 @@ mod microfacet;
 mod parameter;
 mod phong;
 mod preset;
+mod principled;
+mod rough_plastic;
 #[cfg(test)]
 mod tests;
 mod text;

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use brood_brdf::Model;
 use brood_eval::energy_limit;
 use brood_program::Program;
 use brood_protocol::Backend;
@@ -13,8 +14,9 @@ use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
 
+use crate::material_file::{self, Material};
 use crate::pairs::{self, Row};
-use crate::{genome_file, logging, output};
+use crate::{logging, output};
 
 const LIMIT_BYTES: u64 = 1 << 30;
 /// Rows evaluated at once, to bound memory.
@@ -23,7 +25,7 @@ const BATCH: usize = 1 << 18;
 /// Options of `brood eval`.
 #[derive(Debug, Args)]
 pub struct EvalArgs {
-    /// A `.brood` or JSON file; - is stdin
+    /// A `.brood` or JSON file, of a genome or a model; - is stdin
     pub genome: PathBuf,
     /// CSV with the columns wix, wiy, wiz, wox, woy, woz, and u, v where wanted; - is stdin
     pub pairs: PathBuf,
@@ -40,7 +42,10 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let stdin = Path::new("-");
     ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
-    let genome = genome_file::read(&args.genome)?;
+    let genome = match material_file::read(&args.genome)? {
+        Material::Evolved(genome) => *genome,
+        Material::Analytic(model) => return run_model(args, &model, json),
+    };
     let limited = args.limit || genome.is_limited();
     let mut program = Program::lower(&genome);
     let limit = limited.then(|| energy_limit(&program));
@@ -72,11 +77,28 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
             limit.divisor, limit.albedo, limit.theta_deg, limit.error_bound,
         );
     }
+    output::print(&table(&values))
+}
+
+/// The same of a model, in f64.
+fn run_model(args: &EvalArgs, model: &Model, json: bool) -> Result<()> {
+    ensure!(!args.limit, "the energy limit is for genomes; brood model albedo measures a model");
+    let text = read_text(&args.pairs)?;
+    let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
+    let brdf = model.brdf();
+    let values: Vec<[f64; 3]> = rows.iter().map(|row| brdf.f(&row.pair).to_array()).collect();
+    if json {
+        return output::print_json(&json!({ "model": model.kind().name(), "f": values }));
+    }
+    output::print(&table(&values))
+}
+
+fn table<T: std::fmt::Display>(values: &[[T; 3]]) -> String {
     let mut text = String::from("r,g,b\n");
     for [r, g, b] in values {
         writeln!(text, "{r},{g},{b}").expect("a string takes everything");
     }
-    output::print(&text)
+    text
 }
 
 /// f of each row; nothing is reflected where a direction is not above the surface.

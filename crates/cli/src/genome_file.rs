@@ -13,21 +13,43 @@ const LIMIT_BYTES: u64 = 1 << 20;
 
 /// Reads the genome that an argument names; `-` is stdin.
 pub fn read(path: &PathBuf) -> Result<Genome> {
-    if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        let stdin = std::io::stdin().lock();
-        stdin
-            .take(LIMIT_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .context("read the genome from stdin")?;
-        ensure!(bytes.len() as u64 <= LIMIT_BYTES, "a genome has at most {LIMIT_BYTES} bytes");
-        return parse(&bytes).context("the genome from stdin");
-    }
-    let bytes = read_file(path, LIMIT_BYTES)?;
-    parse(&bytes).with_context(|| path.display().to_string())
+    let bytes = read_bytes(path)?;
+    let name = || {
+        if path == Path::new("-") {
+            "the genome from stdin".to_owned()
+        } else {
+            path.display().to_string()
+        }
+    };
+    ensure!(
+        !holds_model(&bytes),
+        "{} holds a model, which only render, eval and model take as yet",
+        name()
+    );
+    parse(&bytes).with_context(name)
 }
 
-fn parse(bytes: &[u8]) -> Result<Genome> {
+/// What is in the file, or comes from stdin.
+pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
+    if path != Path::new("-") {
+        return read_file(path, LIMIT_BYTES);
+    }
+    let mut bytes = Vec::new();
+    let stdin = std::io::stdin().lock();
+    stdin.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).context("read the genome from stdin")?;
+    ensure!(bytes.len() as u64 <= LIMIT_BYTES, "a genome has at most {LIMIT_BYTES} bytes");
+    Ok(bytes)
+}
+
+/// Whether a file is about a model instead of a program: its second line of any content names one.
+pub fn holds_model(bytes: &[u8]) -> bool {
+    let lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+    lines.nth(1).is_some_and(|line| line.starts_with(b".model"))
+}
+
+/// A genome as text or JSON.
+pub fn parse(bytes: &[u8]) -> Result<Genome> {
     let text = std::str::from_utf8(bytes).context("a genome is UTF-8 text")?;
     if text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {
         let json = serde_json::from_str(text.trim_start_matches('\u{feff}'))?;

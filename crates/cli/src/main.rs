@@ -16,6 +16,9 @@ mod genome_file;
 mod inspect;
 mod lock;
 mod logging;
+mod material_file;
+mod model;
+mod model_picture;
 mod output;
 mod pairs;
 mod place;
@@ -56,9 +59,9 @@ enum Command {
     Backup(backup::BackupArgs),
     /// Breed a brood without a server
     Breed(breed::BreedArgs),
-    /// Render a genome into a PNG or EXR file
+    /// Render a material into a PNG or EXR file
     Render(render::RenderArgs),
-    /// Print the reflectance of a genome for pairs of directions
+    /// Print the reflectance of a material for pairs of directions
     Eval(eval::EvalArgs),
     /// Print a genome as source code for other renderers
     Export(export::ExportArgs),
@@ -66,6 +69,9 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// List the materials to start from, or print one
     Preset(preset::PresetArgs),
+    /// Models of reflectance: list them, print one, measure what it sends back
+    #[command(subcommand)]
+    Model(model::ModelCommand),
     /// Compare two pictures
     Diff(diff::DiffArgs),
     /// Measure
@@ -87,6 +93,7 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Preset(args) => preset::run(&args, cli.json),
+        Command::Model(command) => model::run(&command, cli.json),
         Command::Diff(args) => diff::run(&args, cli.json),
         Command::Bench(command) => bench::run(&command, cli.json),
     };

@@ -1,23 +1,26 @@
-//! `brood render`: one genome, one picture.
+//! `brood render`: one material, one picture.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use brood_eval::express;
-use brood_protocol::PictureFormat;
+use brood_brdf::Model;
+use brood_eval::{encode_exr, encode_png, express};
+use brood_protocol::{Backend, PictureFormat};
 use brood_scene::PixelArea;
 use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
 
 use crate::frame::FrameArgs;
-use crate::{genome_file, logging, output};
+use crate::material_file::{self, Material};
+use crate::model_picture::Shot;
+use crate::{logging, output};
 
 /// Options of `brood render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A `.brood` or JSON file; - is stdin
+    /// A `.brood` or JSON file, of a genome or a model; - is stdin
     pub genome: PathBuf,
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -38,7 +41,10 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         Some("exr") => PictureFormat::Exr,
         _ => bail!("the output's name must end in .png or .exr"),
     };
-    let program = express(&genome_file::read(&args.genome)?);
+    let program = match material_file::read(&args.genome)? {
+        Material::Evolved(genome) => express(&genome),
+        Material::Analytic(model) => return run_model(args, &model, format, json),
+    };
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
     if let Some(area) = args.area.filter(|area| !area.is_within(args.frame.size)) {
@@ -73,5 +79,44 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         picture.exposure_ev,
         elapsed.as_secs_f64() * 1e3,
         report.name,
+    ))
+}
+
+/// The same of a model, which the CPU computes in f64.
+fn run_model(args: &RenderArgs, model: &Model, format: PictureFormat, json: bool) -> Result<()> {
+    let frame = &args.frame;
+    if args.area.is_some() || frame.backend == Backend::Gpu {
+        bail!("models are rendered whole and on the CPU: leave --area and --backend gpu out");
+    }
+    let renderer = Renderer::new(Backend::Cpu);
+    let (asked, mesh) = frame.load(&renderer, format)?;
+    let scene = asked.scene()?;
+    let start = Instant::now();
+    let shot =
+        Shot { mesh: mesh.mesh(), scene: &scene, size_px: frame.size, sampling: frame.samples };
+    let picture = shot.take(&*model.brdf());
+    let developed = &picture.developed;
+    let bytes = match format {
+        PictureFormat::Exr => encode_exr(&picture.radiance)?,
+        PictureFormat::Png => encode_png(developed.width, developed.height, &developed.rgba),
+    };
+    output::write_file(&args.output, &bytes)?;
+    let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    if json {
+        return output::print_json(&json!({
+            "file": args.output,
+            "model": model.kind().name(),
+            "size_px": frame.size,
+            "exposure_ev": developed.exposure_ev,
+            "samples": picture.samples,
+            "milliseconds": milliseconds,
+        }));
+    }
+    output::print(&format!(
+        "{}: {}, {} samples, exposure {:.3} EV, {milliseconds:.1} ms\n",
+        args.output.display(),
+        model.kind(),
+        picture.samples,
+        developed.exposure_ev,
     ))
 }

@@ -12,6 +12,7 @@ mod evaluator;
 mod film;
 mod fitness;
 mod level;
+mod model;
 mod picture;
 mod preview;
 mod radiance;
@@ -33,6 +34,7 @@ pub use fitness::{
     Screening, Selected, TargetError, select_best,
 };
 pub use level::Level;
+pub use model::model_reflectance;
 pub use picture::{
     PictureError, SheetCell, centre_px, decode_png, encode_apng, encode_exr, encode_png, sheet,
 };

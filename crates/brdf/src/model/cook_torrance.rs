@@ -18,7 +18,7 @@ const DISTRIBUTION: Parameter =
 const SHADOWING: Parameter =
     Parameter::choice("shadowing", "G: how facets hide each other", SHADOWINGS);
 /// Also the width of the highlight: alpha of GGX, m of Beckmann.
-const ROUGHNESS: Parameter =
+pub(super) const ROUGHNESS: Parameter =
     Parameter::scalar("roughness", "slope of the facets, alpha or m", 0.2, (1e-4, 1.0))
         .logarithmic();
 const STRETCH: Parameter = Parameter::scalar(
@@ -33,7 +33,7 @@ const ETA: Parameter =
     Parameter::color("eta", "refractive index", [0.143, 0.375, 1.442], (0.02, 10.0)).logarithmic();
 const K: Parameter =
     Parameter::color("k", "extinction", [3.983, 2.386, 1.603], (1e-3, 20.0)).logarithmic();
-const IOR: Parameter =
+pub(super) const IOR: Parameter =
     Parameter::scalar("ior", "refractive index of the coat", 1.5, (1.01, 3.0)).logarithmic();
 
 pub(super) const COOK_TORRANCE: &[Parameter] = &[

@@ -103,7 +103,7 @@ impl Distribution {
     }
 
     /// Smith's G1(w) / cos(w), finite at the horizon.
-    fn masking(&self, w: DVec3) -> f64 {
+    pub(super) fn masking(&self, w: DVec3) -> f64 {
         match *self {
             Self::Ggx(alpha) => {
                 let across = (alpha.x * w.x).powi(2) + (alpha.y * w.y).powi(2);

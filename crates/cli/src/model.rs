@@ -1,0 +1,166 @@
+//! `brood model`: the models of reflectance, their parameters, and how much light they send back.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use brood_brdf::{Brdf, Claims, Model, ModelKind, Parameter, Scale, Shape, model_presets};
+use brood_eval::{Quadrature, around, pair};
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+
+use crate::{material_file, output};
+
+/// Subcommands of `brood model`.
+#[derive(Debug, Subcommand)]
+pub enum ModelCommand {
+    /// List the models and the known substances
+    List,
+    /// Print a model, or a known substance, as a file to be changed
+    Show {
+        /// A name that `brood model list` has
+        name: String,
+    },
+    /// Print how much of the light a model sends back, by the angle of incidence
+    Albedo(AlbedoArgs),
+}
+
+/// Options of `brood model albedo`.
+#[derive(Debug, Args)]
+pub struct AlbedoArgs {
+    /// A file with a model; - is stdin
+    file: PathBuf,
+    /// Rings of directions; twice as many azimuths
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u16).range(2..=1024))]
+    order: u16,
+}
+
+/// Degrees of incidence that are printed.
+const THETA_DEG: [f64; 11] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0];
+
+/// Runs the command.
+pub fn run(command: &ModelCommand, json: bool) -> Result<()> {
+    match command {
+        ModelCommand::List => list(json),
+        ModelCommand::Show { name } => show(name, json),
+        ModelCommand::Albedo(args) => albedo(args, json),
+    }
+}
+
+fn list(json: bool) -> Result<()> {
+    let presets = model_presets();
+    if json {
+        let substances: Vec<Value> = presets
+            .iter()
+            .map(|preset| json!({ "name": preset.name, "about": preset.about, "model": preset.model.kind().name() }))
+            .collect();
+        let models: Vec<Value> = ModelKind::ALL.into_iter().map(described).collect();
+        return output::print_json(&json!({ "models": models, "substances": substances }));
+    }
+    let width = ModelKind::ALL.map(|kind| kind.name().len()).into_iter().max().unwrap_or(0);
+    let mut text = String::new();
+    for kind in ModelKind::ALL {
+        writeln!(text, "{:width$}  {}", kind.name(), kind.about())?;
+    }
+    text += "\nsubstances\n\n";
+    for preset in &presets {
+        writeln!(text, "{:width$}  {}, a {}", preset.name, preset.about, preset.model.kind())?;
+    }
+    output::print(&text)
+}
+
+fn show(name: &str, json: bool) -> Result<()> {
+    let substance = model_presets().into_iter().find(|preset| preset.name == name);
+    let model = match substance {
+        Some(preset) => preset.model,
+        None => Model::new(name.parse().context("brood model list has all names")?),
+    };
+    if json {
+        let mut found = described(model.kind());
+        found["text"] = json!(model.to_string());
+        return output::print_json(&found);
+    }
+    let kind = model.kind();
+    let mut text = String::new();
+    let plain = model.to_string();
+    let mut lines = plain.lines();
+    for line in lines.by_ref().take(2) {
+        writeln!(text, "{line}")?;
+    }
+    writeln!(text, "# {}\n# {}", kind.about(), kind.source())?;
+    for (line, parameter) in lines.zip(kind.parameters()) {
+        writeln!(text, "{line:<34} # {}", bounds(parameter))?;
+    }
+    output::print(&text)
+}
+
+/// What a parameter is and may be, in a line.
+fn bounds(parameter: &Parameter) -> String {
+    let (low, high) = parameter.range;
+    let range = match parameter.shape {
+        Shape::Choice { words } => words.join(" | "),
+        Shape::Scalar { .. } | Shape::Color { .. } => format!("{low} to {high}"),
+    };
+    let unit =
+        if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
+    format!("{}; {range}{unit}", parameter.about)
+}
+
+fn described(kind: ModelKind) -> Value {
+    let parameters: Vec<Value> = kind.parameters().iter().map(parameter).collect();
+    json!({ "name": kind.name(), "about": kind.about(), "source": kind.source(), "parameters": parameters })
+}
+
+fn parameter(parameter: &Parameter) -> Value {
+    let (low, high) = parameter.range;
+    let mut found =
+        json!({ "name": parameter.name, "about": parameter.about, "unit": parameter.unit });
+    match parameter.shape {
+        Shape::Choice { words } => found["words"] = json!(words),
+        Shape::Scalar { default } => found["default"] = json!(default),
+        Shape::Color { default } => found["default"] = json!(default),
+    }
+    if !matches!(parameter.shape, Shape::Choice { .. }) {
+        found["low"] = json!(low);
+        found["high"] = json!(high);
+        found["logarithmic"] = json!(parameter.scale == Scale::Logarithmic);
+    }
+    found
+}
+
+fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
+    let model = material_file::read_model(&args.file)?;
+    let brdf = model.brdf();
+    let order = usize::from(args.order);
+    let (fine, coarse) = (Quadrature::new(order), Quadrature::new(order.div_ceil(2)));
+    let rows = THETA_DEG.map(|theta| {
+        let found = reflected(&*brdf, theta, &fine);
+        let other = reflected(&*brdf, theta, &coarse);
+        let error = found.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        (theta, found, error)
+    });
+    let Claims { reciprocal, conserving } = brdf.claims();
+    if json {
+        let rows: Vec<Value> = rows
+            .iter()
+            .map(|(theta, albedo, error)| json!({ "theta_deg": theta, "albedo": albedo, "error": error }))
+            .collect();
+        return output::print_json(
+            &json!({ "reciprocal": reciprocal, "conserving": conserving, "rows": rows }),
+        );
+    }
+    let mut text = String::from("theta_deg,r,g,b,error\n");
+    for (theta, [r, g, b], error) in rows {
+        writeln!(text, "{theta},{r:.6},{g:.6},{b:.6},{error:.1e}")?;
+    }
+    output::print(&text)
+}
+
+/// Directional albedo of the channels.
+fn reflected(brdf: &dyn Brdf, theta_deg: f64, quadrature: &Quadrature) -> [f64; 3] {
+    let (sine, cosine) = libm::sincos(theta_deg.to_radians());
+    let wi = around(sine, cosine, 0.0);
+    let f: Vec<[f64; 3]> =
+        quadrature.directions().iter().map(|wo| brdf.f(&pair(wi, *wo)).to_array()).collect();
+    [0, 1, 2].map(|channel| quadrature.integrate(f.iter().map(|rgb| rgb[channel])))
+}
