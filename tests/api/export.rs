@@ -27,6 +27,26 @@ async fn individual_is_exported_in_every_format_that_is_listed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn texts_for_a_bounded_texture_have_fewer_clamps_and_bad_bounds_are_refused() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(20).await;
+    let mut clamps = [0, 0];
+    for individual in generation["individuals"].as_array().unwrap() {
+        let path = format!("/v1/individuals/{}/exports/wgsl", text_of(&individual["id"]));
+        for (count, query) in clamps.iter_mut().zip(["", "?uv_within=1"]) {
+            let text = server.get(&format!("{path}{query}")).await.expect(200).text();
+            *count += text.matches("= brood_limit(").count();
+            assert_eq!(text.contains("Texture positions from -1 to 1 only."), !query.is_empty());
+        }
+        for bad in ["-1", "65505", "inf", "NaN", "x"] {
+            server.get(&format!("{path}?uv_within={bad}")).await.problem(400);
+        }
+    }
+    assert!(2 * clamps[1] < clamps[0] + clamps[0] / 2, "{clamps:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn unknown_formats_and_individuals_are_refused() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;

@@ -5,6 +5,7 @@
  * @import { Cell, Individual, Scene } from "../types.js"
  * @import { Geometry } from "./geometry.js"
  * @import { Meter } from "./material.js"
+ * @import { Linked } from "./program.js"
  * @import { Context } from "./stage.js"
  * @import { Pens, Surface } from "./surface.js"
  * @import { PointLight } from "./view.js"
@@ -15,7 +16,8 @@ import { ready } from "../pictures.js";
 import { clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
 import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
-import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeMeter } from "./material.js";
+import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeDark, makeMeter } from "./material.js";
+import { learnParts, lightParts } from "./parts.js";
 import { Pace, layOut, openContext } from "./stage.js";
 import { Stock } from "./stock.js";
 import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
@@ -35,7 +37,7 @@ const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
 let canvas = null;
 /** @type {Context|null} */
 let context = null;
-/** @type {{pens: Pens, meter: Meter, metering: Surface, small: Surface, large: Surface}|null} */
+/** @type {{pens: Pens, dark: Linked, meter: Meter, metering: Surface, small: Surface, large: Surface}|null} */
 let tools = null;
 /** @type {{mesh: string, geometry: Geometry}|null} */
 let object = null;
@@ -132,6 +134,7 @@ function prepare(gl) {
   Object.assign(canvas.style, layout.css);
   tools ??= {
     pens: makePens(gl),
+    dark: makeDark(gl),
     meter: makeMeter(gl),
     metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
     small: makeSurface(gl, layout.small, LIGHTS),
@@ -172,7 +175,7 @@ function frame(now) {
   else if (pace.step(now)) drawn = "";
   const prepared = prepare(gl);
   if (!prepared) return;
-  const { layout, pens, meter, metering, small, large } = prepared;
+  const { layout, pens, dark, meter, metering, small, large } = prepared;
   const { geometry } = object;
   const degrees = lightAt(now);
   const base = scene.light_deg ?? 0;
@@ -198,6 +201,9 @@ function frame(now) {
     for (const surface of [small, large]) lightSurface(gl, pens, surface, lights);
     litAt = lit;
   }
+  // While it is turned, what was learnt would be over before it is of use.
+  const learning = !turning.value && [small, large].map((surface) => learnParts(gl, surface)).includes(true);
+  for (const surface of [small, large]) lightParts(gl, surface.parts, lights);
   const lightsKey = JSON.stringify([key, all.map((light) => [light.place, light.intensity.map(Math.fround)])]);
   if (!turning.value && lightsKey !== metered) {
     stock.remeter(gl);
@@ -220,12 +226,14 @@ function frame(now) {
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
   for (const { cell, corner, material } of materials) {
-    drawMaterial(gl, material, { surface: cell === "centre" ? large : small, lights }, { corner, gain: exposure === "auto" ? material.gain / strength : 2 ** exposure, marks: clipped.value });
+    const surface = cell === "centre" ? large : small;
+    const where = { corner, gain: exposure === "auto" ? material.gain / strength : 2 ** exposure, marks: clipped.value };
+    drawMaterial(gl, material, dark, { surface, lights }, where);
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   show(cells);
   for (const told of watchers) told(degrees, lights[0] === DARK ? null : seenAt(lights[0], view));
-  if (making || moving.value) schedule();
+  if (making || learning || moving.value) schedule();
 }
 
 /** Draws whenever what is shown has changed. */

@@ -6,7 +6,8 @@
  * @import { Surface } from "./surface.js"
  * @import { PointLight } from "./view.js"
  */
-import { OUTLINED, drop, isLinked, link, place, refusal } from "./program.js";
+import { drawReached } from "./parts.js";
+import { OUTLINED, drop, isLinked, link, linkNow, place, refusal } from "./program.js";
 import { drawWithin } from "./surface.js";
 
 /** Lights that are added up at most. */
@@ -22,13 +23,36 @@ export const METER_GAIN = 2 ** -44;
 /** Slope of the sRGB curve there. */
 const METER_SLOPE = 12.92;
 
+/** What is shown of a pixel under the lights. @param {number} lights */
+const lighting = (lights) => `
+  float coverage = 0.0;
+  vec3 radiance = vec3(0.0);
+  vec4 eye = texelFetch(seen, at, 0);
+  vec3 wo = vec3(eye.xy, max(1e-4, sqrt(max(0.0, 1.0 - dot(eye.xy, eye.xy)))));
+  ${lights > 1 ? `for (int k = 0; k < ${lights}; k++)` : "const int k = 0;"}
+  {
+    vec4 light = texelFetch(lit, at + ivec2(0, (first + k) * side), 0);
+    coverage = light.w;
+    vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
+    vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
+    radiance += f * intensities[k] * light.z;
+  }
+  vec3 shown = radiance * gain;
+  vec3 code = srgb(shown);`;
+
+/** The same of one that none of them reaches. */
+const NO_LIGHT = `
+  float coverage = texelFetch(lit, at, 0).w;
+  vec3 shown = vec3(0.0);
+  vec3 code = vec3(0.0);`;
+
 /**
  * Between what is seen and lit of a pixel and its colour. Straight-line code but for several lights: software runs both sides
  * of every branch, and a branch around `evolved` costs it more than `evolved` itself. A light below the horizon has cos_i 0.
  *
  * The display transfer is the sRGB curve to 4e-5 (a hundredth of a code) from square roots, which cost a tenth of a power.
  * @param {string} evolved the exported functions
- * @param {number} lights
+ * @param {number} lights 0 for what none reaches
  */
 const fragment = (evolved, lights) => `#version 300 es
 ${evolved}
@@ -54,20 +78,7 @@ vec3 srgb(vec3 shown) {
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
-  vec4 eye = texelFetch(seen, at, 0);
-  vec3 wo = vec3(eye.xy, max(1e-4, sqrt(max(0.0, 1.0 - dot(eye.xy, eye.xy)))));
-  float coverage = 0.0;
-  vec3 radiance = vec3(0.0);
-  ${lights > 1 ? `for (int k = 0; k < ${lights}; k++)` : "const int k = 0;"}
-  {
-    vec4 light = texelFetch(lit, at + ivec2(0, (first + k) * side), 0);
-    coverage = light.w;
-    vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
-    vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
-    radiance += f * intensities[k] * light.z;
-  }
-  vec3 shown = radiance * gain;
-  vec3 code = srgb(shown);
+  ${lights > 0 ? lighting(lights) : NO_LIGHT}
   // Along a diagonal as marks.js has it: two colours, two of nothing.
   int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
   float strongest = max(shown.r, max(shown.g, shown.b));
@@ -99,6 +110,9 @@ void main() {
 export function makeMaterial(gl, evolved, lights) {
   return { linked: link(gl, OUTLINED, fragment(evolved, lights)), lights, state: "linking", drawable: false, gain: 1, fence: null, pixels: null };
 }
+
+/** What draws a surface that no light reaches, whatever it is made of. @param {WebGL2RenderingContext} gl */
+export const makeDark = (gl) => linkNow(gl, OUTLINED, fragment("precision highp float;", 0));
 
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
 export function dropMaterial(gl, of) {
@@ -133,21 +147,30 @@ function set(gl, linked, { surface, lights }) {
 }
 
 /**
- * Draws it into the square at a corner of the present framebuffer.
+ * Draws it into the square at a corner of the present framebuffer. Where it is known what a light may reach, only that is
+ * shaded, and the rest black.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
+ * @param {Linked} dark
  * @param {Look} look
  * @param {{corner: [number, number], gain: number, marks: boolean}} where lower left in pixels; `gain`: of the film;
  *   `marks`: where it burns out and where it is black
  */
-export function drawMaterial(gl, of, look, { corner, gain, marks }) {
-  const { side } = look.surface;
-  set(gl, of.linked, look);
-  gl.uniform2i(place(gl, of.linked, "corner"), ...corner);
-  gl.uniform1f(place(gl, of.linked, "gain"), gain);
-  gl.uniform1i(place(gl, of.linked, "marks"), marks ? 1 : 0);
-  gl.viewport(corner[0], corner[1], side, side);
-  drawWithin(gl, look.surface);
+export function drawMaterial(gl, of, dark, { surface, lights }, { corner, gain, marks }) {
+  const known = surface.parts.cells !== null;
+  /** @param {Linked} linked @param {PointLight[]} by */
+  const ready = (linked, by) => {
+    set(gl, linked, { surface, lights: by });
+    gl.uniform2i(place(gl, linked, "corner"), ...corner);
+    gl.uniform1f(place(gl, linked, "gain"), gain);
+    gl.uniform1i(place(gl, linked, "marks"), marks ? 1 : 0);
+  };
+  ready(known ? dark : of.linked, known ? [] : lights);
+  gl.viewport(corner[0], corner[1], surface.side, surface.side);
+  drawWithin(gl, surface);
+  if (!known) return;
+  ready(of.linked, lights);
+  drawReached(gl, surface, corner);
 }
 
 /**

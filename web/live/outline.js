@@ -16,7 +16,22 @@ const MARGIN_PX = 2;
 const SQUARE = new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]);
 
 /**
- * The corners of the polygon in the order in which a fan of triangles is drawn, x and y from -1 to 1 in the picture.
+ * A polygon as triangles that are as thick as can be: software shades pixels between two of them twice.
+ * @param {Float32Array} corners
+ */
+export function triangles(corners) {
+  const found = [];
+  let left = Array.from({ length: corners.length / 2 }, (_, k) => k);
+  while (left.length > 2) {
+    // Every other corner is cut off.
+    for (let k = 0; k + 1 < left.length; k += 2) found.push(left[k], left[k + 1], left[(k + 2) % left.length]);
+    left = left.filter((_, k) => k % 2 === 0);
+  }
+  return new Float32Array(found.flatMap((k) => [corners[2 * k], corners[2 * k + 1]]));
+}
+
+/**
+ * The corners of the polygon in their order, x and y from -1 to 1 in the picture.
  * @param {Float32Array} positions three numbers a vertex
  * @param {View} view
  * @param {number} side of the picture in pixels

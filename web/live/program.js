@@ -2,15 +2,19 @@
  * Shaders compiled and linked without waiting: whoever asks looks again at the next frame. Owns compilation; knows nothing of
  * what the shaders do.
  */
+import { CELL } from "./cells.js";
 
 /** A triangle that covers everything. */
 export const EVERYWHERE = `#version 300 es
 void main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 
-/** What lies in a polygon, whose corners are given. */
+/** What lies in a polygon, whose corners are given, or in cells around points. */
 export const OUTLINED = `#version 300 es
 layout(location = 0) in vec2 corner_at;
-void main() { gl_Position = vec4(corner_at, 0.0, 1.0); }`;
+void main() {
+  gl_Position = vec4(corner_at, 0.0, 1.0);
+  gl_PointSize = ${CELL}.0;
+}`;
 
 /**
  * @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string, WebGLUniformLocation|null>}} Linked

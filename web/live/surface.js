@@ -9,10 +9,12 @@
  * texture position, `lit` the direction to a light, cos_i over the squared distance, and the coverage.
  *
  * @import { Geometry } from "./geometry.js"
+ * @import { Parts } from "./parts.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight, View } from "./view.js"
  */
-import { SIDES, outline } from "./outline.js";
+import { SIDES, outline, triangles } from "./outline.js";
+import { dropParts, forgetParts, makeParts } from "./parts.js";
 import { EVERYWHERE, OUTLINED, linkNow, place } from "./program.js";
 
 const VERTEX = `#version 300 es
@@ -149,7 +151,7 @@ void main() {
 const MASK_SAMPLES = 4;
 
 /**
- * @typedef {{side: number, slots: number, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
+ * @typedef {{side: number, slots: number, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: Parts, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
  *   lit: WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer,
  *   foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
  *   `slots`: how many lights there is room for, one picture above the other. `within`: the polygon that all of the object is in.
@@ -209,7 +211,7 @@ export function makeSurface(gl, side, slots) {
   const within = { vertices: gl.createVertexArray(), buffer: gl.createBuffer(), corners: 0 };
   gl.bindVertexArray(within.vertices);
   gl.bindBuffer(gl.ARRAY_BUFFER, within.buffer);
-  gl.bufferData(gl.ARRAY_BUFFER, 4 * 2 * SIDES, gl.DYNAMIC_DRAW);
+  gl.bufferData(gl.ARRAY_BUFFER, 4 * 2 * 3 * (SIDES - 2), gl.DYNAMIC_DRAW);
   gl.enableVertexAttribArray(0);
   gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
   gl.bindVertexArray(null);
@@ -217,7 +219,7 @@ export function makeSurface(gl, side, slots) {
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
-  return { side, slots, within, layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
+  return { side, slots, within, parts: makeParts(gl), layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
@@ -226,6 +228,7 @@ export function dropSurface(gl, of) {
   for (const made of [of.framebuffer, of.maskFramebuffer, of.foundFramebuffer, of.litFramebuffer, of.many]) gl.deleteFramebuffer(made);
   gl.deleteVertexArray(of.within.vertices);
   gl.deleteBuffer(of.within.buffer);
+  dropParts(gl, of.parts);
   for (const made of [of.depth, of.manyMask, of.manyDepth]) gl.deleteRenderbuffer(made);
 }
 
@@ -249,7 +252,8 @@ function draw(gl, pen, geometry, view) {
  * @param {View} view
  */
 export function drawSurface(gl, pens, into, geometry, view) {
-  const corners = outline(geometry.positions, view, into.side);
+  forgetParts(gl, into.parts);
+  const corners = triangles(outline(geometry.positions, view, into.side));
   into.within.corners = corners.length / 2;
   gl.bindBuffer(gl.ARRAY_BUFFER, into.within.buffer);
   gl.bufferSubData(gl.ARRAY_BUFFER, 0, corners);
@@ -307,6 +311,6 @@ export function lightSurface(gl, pens, into, lights) {
 /** Draws wherever there may be something of the object. @param {WebGL2RenderingContext} gl @param {Surface} surface */
 export function drawWithin(gl, { within }) {
   gl.bindVertexArray(within.vertices);
-  gl.drawArrays(gl.TRIANGLE_FAN, 0, within.corners);
+  gl.drawArrays(gl.TRIANGLES, 0, within.corners);
   gl.bindVertexArray(null);
 }

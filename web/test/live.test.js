@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { METER_GAIN, autoGain } from "../live/material.js";
 import { readGeometry } from "../live/geometry.js";
-import { SIDES, outline } from "../live/outline.js";
+import { SIDES, outline, triangles } from "../live/outline.js";
 import { Pace } from "../live/stage.js";
 import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "../live/view.js";
 
@@ -72,6 +72,13 @@ test("the outline holds all of the object, with little to spare", () => {
     const n = (k + 1) % SIDES;
     area += 0.5 * (corners[2 * k] * corners[2 * n + 1] - corners[2 * n] * corners[2 * k + 1]);
   }
+  const parts = triangles(corners);
+  let covered = 0;
+  for (let k = 0; k < parts.length; k += 6) {
+    const [ax, ay, bx, by, cx, cy] = parts.subarray(k, k + 6);
+    covered += 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay));
+  }
+  assert.ok(parts.length === 6 * (SIDES - 2) && Math.abs(covered - area) < 1e-5, `${parts.length} ${covered}`);
   // The sphere is a circle in the picture.
   const reach = Math.max(...corners);
   assert.ok(area > 0 && area < 1.03 * Math.PI * reach * reach && area > 0.97 * Math.PI * reach * reach, `${area} ${reach}`);
