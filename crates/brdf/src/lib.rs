@@ -16,10 +16,12 @@
 
 mod direction;
 mod input;
+mod measured;
 mod model;
 
 pub use direction::{DirectionError, DirectionPair};
 pub use input::{Input, InputMask, Parametrisation};
+pub use measured::{Merl, MerlError, Slice, SliceError};
 pub use model::{
     Brdf, Claims, Model, ModelKind, ModelPreset, ModelTextError, Parameter, ParameterError, Scale,
     Shape, UnknownModel, model_presets,

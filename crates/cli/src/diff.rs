@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use crate::diff::picture::Picture;
+pub use crate::diff::picture::Picture;
 use crate::{logging, output};
 
 /// Options of `brood diff`.

@@ -1,12 +1,18 @@
-//! Files of materials: an evolved genome, or a model with its parameters.
+//! Files of materials: an evolved genome, a model with its parameters, or a measured table.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use brood_brdf::Model;
+use brood_brdf::{Brdf, Merl, Model, Slice};
 use brood_genome::Genome;
 
+use crate::diff::Picture;
 use crate::genome_file;
+use crate::output::read_file;
+
+/// A little more than a MERL table takes.
+const MERL_BYTES: u64 = 40 << 20;
+const SLICE_BYTES: u64 = 4 << 20;
 
 /// What a file holds.
 pub enum Material {
@@ -14,10 +20,24 @@ pub enum Material {
     Evolved(Box<Genome>),
     /// A model of reflectance.
     Analytic(Model),
+    /// What was measured, and what kind of file that was.
+    Measured(Box<dyn Brdf>, &'static str),
 }
 
-/// Reads the material that an argument names; `-` is stdin.
+/// Reads the material that an argument names; `-` is stdin. A name that ends in .binary is a MERL table, in .exr an image slice.
 pub fn read(path: &PathBuf) -> Result<Material> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    match extension.to_ascii_lowercase().as_str() {
+        "binary" => {
+            let merl = Merl::read(&read_file(path, MERL_BYTES)?).with_context(|| name(path))?;
+            return Ok(Material::Measured(Box::new(merl), "MERL table"));
+        }
+        "exr" => {
+            let slice = read_slice(path).with_context(|| name(path))?;
+            return Ok(Material::Measured(Box::new(slice), "image slice"));
+        }
+        _ => {}
+    }
     let bytes = genome_file::read_bytes(path)?;
     parse(&bytes).with_context(|| name(path))
 }
@@ -27,7 +47,17 @@ pub fn read_model(path: &PathBuf) -> Result<Model> {
     match read(path)? {
         Material::Analytic(model) => Ok(model),
         Material::Evolved(_) => bail!("{} holds a genome and no model", name(path)),
+        Material::Measured(..) => bail!("{} was measured and is no model", name(path)),
     }
+}
+
+fn read_slice(path: &Path) -> Result<Slice> {
+    // So that no large picture is decoded to be refused.
+    read_file(path, SLICE_BYTES)?;
+    let (width, height, pixels) = Picture::read(path)?.into_linear();
+    #[expect(clippy::cast_possible_truncation, reason = "the file holds f32 or less")]
+    let values = pixels.into_iter().map(|rgb| rgb.map(|value| value as f32)).collect();
+    Ok(Slice::new(width as usize, height as usize, values)?)
 }
 
 fn name(path: &Path) -> String {

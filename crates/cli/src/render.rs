@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use brood_brdf::Model;
+use brood_brdf::Brdf;
 use brood_eval::{encode_exr, encode_png, express};
 use brood_protocol::{Backend, PictureFormat};
 use brood_scene::PixelArea;
@@ -20,7 +20,7 @@ use crate::{logging, output};
 /// Options of `brood render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A `.brood` or JSON file, of a genome or a model; - is stdin
+    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, or an image slice as `.exr`; - is stdin
     pub genome: PathBuf,
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -43,7 +43,10 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     };
     let program = match material_file::read(&args.genome)? {
         Material::Evolved(genome) => express(&genome),
-        Material::Analytic(model) => return run_model(args, &model, format, json),
+        Material::Analytic(model) => {
+            return run_brdf(args, &*model.brdf(), model.kind().name(), (format, json));
+        }
+        Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, (format, json)),
     };
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
@@ -82,11 +85,18 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     ))
 }
 
-/// The same of a model, which the CPU computes in f64.
-fn run_model(args: &RenderArgs, model: &Model, format: PictureFormat, json: bool) -> Result<()> {
+/// The same of a model or what was measured, which the CPU computes in f64.
+fn run_brdf(
+    args: &RenderArgs,
+    brdf: &dyn Brdf,
+    kind: &str,
+    (format, json): (PictureFormat, bool),
+) -> Result<()> {
     let frame = &args.frame;
     if args.area.is_some() || frame.backend == Backend::Gpu {
-        bail!("models are rendered whole and on the CPU: leave --area and --backend gpu out");
+        bail!(
+            "models and measured materials are rendered whole and on the CPU: leave --area and --backend gpu out"
+        );
     }
     let renderer = Renderer::new(Backend::Cpu);
     let (asked, mesh) = frame.load(&renderer, format)?;
@@ -94,7 +104,7 @@ fn run_model(args: &RenderArgs, model: &Model, format: PictureFormat, json: bool
     let start = Instant::now();
     let shot =
         Shot { mesh: mesh.mesh(), scene: &scene, size_px: frame.size, sampling: frame.samples };
-    let picture = shot.take(&*model.brdf());
+    let picture = shot.take(brdf);
     let developed = &picture.developed;
     let bytes = match format {
         PictureFormat::Exr => encode_exr(&picture.radiance)?,
@@ -105,7 +115,7 @@ fn run_model(args: &RenderArgs, model: &Model, format: PictureFormat, json: bool
     if json {
         return output::print_json(&json!({
             "file": args.output,
-            "model": model.kind().name(),
+            "model": kind,
             "size_px": frame.size,
             "exposure_ev": developed.exposure_ev,
             "samples": picture.samples,
@@ -115,7 +125,7 @@ fn run_model(args: &RenderArgs, model: &Model, format: PictureFormat, json: bool
     output::print(&format!(
         "{}: {}, {} samples, exposure {:.3} EV, {milliseconds:.1} ms\n",
         args.output.display(),
-        model.kind(),
+        kind,
         picture.samples,
         developed.exposure_ev,
     ))

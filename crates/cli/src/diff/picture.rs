@@ -37,6 +37,11 @@ impl Picture {
         Ok(Self::from_decoded(&decoded, premultiplied))
     }
 
+    /// Width, height, and linear pixels row by row.
+    pub fn into_linear(self) -> (u32, u32, Vec<[f64; 3]>) {
+        (self.width, self.height, self.linear)
+    }
+
     /// A picture of linear pixels, row by row.
     #[cfg(test)]
     pub fn from_linear(width: u32, height: u32, linear: Vec<[f64; 3]>) -> Self {
