@@ -182,7 +182,7 @@ export const listLineages = () => readAll("/v1/lineages");
 /** @param {string} id @returns {Promise<Lineage>} */
 export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
 
-/** @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, dialect?: Dialect}} json @returns {Promise<Lineage>} */
+/** @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, dialect?: Partial<Dialect>}} json @returns {Promise<Lineage>} */
 export const createLineage = (json) => request("POST", "/v1/lineages", { json });
 
 /**
@@ -276,8 +276,14 @@ export const getMesh = (id) => request("GET", `/v1/meshes/${id}`);
 /** @param {Blob} file @returns {Promise<MeshAnswer>} */
 export const createMesh = (file) => request("POST", "/v1/meshes", { body: file, type: "model/obj" });
 
-/** @param {string} id @param {string} sceneId @param {number} size */
-export const pictureUrl = (id, sceneId, size) => `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}`;
+/** @param {File} file @returns {Promise<{id: string}>} */
+export const createProfile = (file) => request("POST", "/v1/profiles", { body: file, type: "application/x-ies" });
+
+/** @param {File} file @returns {Promise<{id: string}>} */
+export const createEnvironment = (file) => request("POST", "/v1/environments", { body: file, type: /\.exr$/i.test(file.name) ? "image/x-exr" : "image/vnd.radiance" });
+
+/** @param {string} id @param {string} sceneId @param {number} size @param {number} [light_deg] the scene's own unless said */
+export const pictureUrl = (id, sceneId, size, light_deg) => `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}${light_deg === undefined ? "" : `&light_deg=${light_deg}`}`;
 
 /** @param {string} id @param {number} size */
 export const sliceUrl = (id, size) => `/v1/individuals/${id}/slice.png?size=${size}`;

@@ -2,17 +2,19 @@
  * Breeding and what a person does to single individuals: pick, mate, re-roll, start afresh, favourite, note. Owns who the
  * parents are; knows nothing of hands, keys and drawing.
  *
- * @import { Cell, Individual, Place, Problem } from "./types.js"
+ * @import { Cell, Individual, Locks, Place, Problem } from "./types.js"
  */
 import * as api from "./api.js";
 import { flip, flipped } from "./compare.js";
 import { holdBack } from "./events.js";
+import { genomeOf, programsOnly } from "./genomes.js";
+import { locksFor } from "./layers.js";
 import { guarded, putBred, setFirstBreeder, show } from "./lineage.js";
 import { anyLocked } from "./locks.js";
 import { startClock } from "./pictures.js";
 import { sceneSettled } from "./scene.js";
 import {
-  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, knobs, knobsOpen, large, lineage,
+  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, individualOf, knobs, knobsOpen, large, lineage,
   locks, mate, tell,
 } from "./state.js";
 
@@ -29,6 +31,25 @@ function placeOf(problem) {
   return KNOBS.find((knob) => knob === named) ?? "stage";
 }
 
+/** Locks that name positions, which not every genome has. @param {Locks} of */
+const namesPositions = (of) => of.layers.length + of.parameters.length > 0 || (!programsOnly.value && of.instructions.length + of.constants.length > 0);
+
+/**
+ * What of the locks goes with a brood: those that name something in its first parent. Others are undone, and that is told.
+ * @param {string} parent
+ * @returns {Promise<Locks|undefined>} none where nothing is locked
+ */
+async function locksOf(parent) {
+  if (namesPositions(locks.value)) {
+    const { kept, gone } = locksFor(locks.value, await genomeOf(individualOf(parent) ?? (await api.getIndividual(parent))));
+    if (gone.length > 0) {
+      locks.value = kept;
+      tell("locks", { problem: { title: "Unlocked", status: 422, detail: `The parent does not have: ${gone.join(", ")}.` } });
+    }
+  }
+  return anyLocked(locks.value) ? locks.value : undefined;
+}
+
 /**
  * Makes a brood of these parents and shows it. One at a time: a second click while one is made is not a second brood.
  * @param {string[]} parents ids; none for a random start
@@ -41,7 +62,7 @@ export async function breed(parents) {
   forget("stage", ...KNOBS);
   const work = (async () => {
     await sceneSettled();
-    const kept = parents.length > 0 && anyLocked(locks.value) ? locks.value : undefined;
+    const kept = parents.length > 0 ? await locksOf(parents[0]) : undefined;
     const made = await api.breed(of.id, { parents, knobs: knobs.value, locks: kept, count: FRAMES });
     if (lineage.value?.id !== of.id) return;
     putBred(made);

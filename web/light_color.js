@@ -6,7 +6,7 @@
  * and the strength counts stops from the light that a scene has where it says nothing (irradiance pi at the middle of the object).
  *
  * @import { Extent } from "./live/view.js"
- * @import { Light, Vec3 } from "./types.js"
+ * @import { Channels, Light, Vec3 } from "./types.js"
  */
 
 /** Distance in radii of a light that has no place of its own. */
@@ -37,6 +37,44 @@ export function hueOf(color) {
   return strongest > 0 ? [r / strongest, g / strongest, b / strongest] : [1, 1, 1];
 }
 
+/** Fields in which a scene may hold a strength. */
+const STRENGTHS = ["intensity", "intensity_cd", "flux_w", "flux_lm", "irradiance_w_m2", "illuminance_lx", "radiance_w_m2_sr", "luminance_nit", "scale"];
+
+/** The field that the controls turn, by kind; lights with an area are as bright as they are large, and are left alone. */
+const TURNED = /** @type {const} */ ({
+  point: "intensity",
+  spot: "intensity",
+  ies: "intensity",
+  directional: "irradiance_w_m2",
+  ambient: "radiance_w_m2_sr",
+  environment: "scale",
+  sphere: null,
+  disk: null,
+  rectangle: null,
+});
+
+/**
+ * The field in which the strength is that the controls turn; null where there is none, or the scene has it in another one.
+ * @param {Light} light
+ */
+export function strengthField(light) {
+  const field = TURNED[light.kind ?? "point"];
+  const given = Object.entries(light).filter(([name, value]) => value !== null && STRENGTHS.includes(name));
+  return given.every(([name]) => name === field) ? field : null;
+}
+
+/**
+ * The strength that a light has where the scene says nothing: irradiance pi at the middle of the object; of an environment the
+ * picture's own.
+ * @param {Light} light
+ * @param {Extent} extent of the unturned object
+ */
+export function plainStrength(light, extent) {
+  const field = strengthField(light);
+  if (field === "irradiance_w_m2") return Math.PI;
+  return field === "intensity" ? plainIntensity(light, extent) : 1;
+}
+
 /**
  * The intensity that gives irradiance pi at the middle of the object.
  * @param {Light} light
@@ -62,12 +100,13 @@ export function intensityOf({ color, ev }, plain) {
 }
 
 /**
- * @param {Vec3|null|undefined} intensity
+ * @param {Channels|undefined} strength
  * @param {number} plain
  * @returns {Lamp|null} null where the light is dark
  */
-export function lampOf(intensity, plain) {
-  if (!intensity) return PLAIN;
+export function lampOf(strength, plain) {
+  if (strength === null || strength === undefined) return PLAIN;
+  const intensity = typeof strength === "number" ? [strength, strength, strength] : strength;
   const strongest = Math.max(...intensity);
   if (!(strongest > 0 && plain > 0)) return null;
   const color = intensity.map((channel) => encoded(channel / strongest).toString(16).padStart(2, "0")).join("");

@@ -7,7 +7,7 @@
  */
 import { computed, effect, signal } from "./vendor/signals-core.js";
 import { extentOf, extents } from "./extents.js";
-import { PLAIN, intensityOf, lampOf, plainIntensity } from "./light_color.js";
+import { PLAIN, intensityOf, lampOf, plainStrength, strengthField } from "./light_color.js";
 import { guarded } from "./lineage.js";
 import { ready } from "./pictures.js";
 import { changeScene } from "./scene.js";
@@ -22,7 +22,7 @@ const inHand = signal(null);
 function plainOf(scene) {
   const light = scene?.lights?.[0];
   const extent = scene && extents.value.get(scene.mesh);
-  return light && extent ? plainIntensity(light, extent) : null;
+  return light && extent && strengthField(light) ? plainStrength(light, extent) : null;
 }
 
 /** Whether the controls can change anything yet. */
@@ -32,7 +32,9 @@ export const lampKnown = computed(() => plainOf(wishedScene.value) !== null);
 export const lamp = computed(() => {
   if (inHand.value) return inHand.value;
   const plain = plainOf(wishedScene.value);
-  return plain === null ? PLAIN : lampOf(wishedScene.value?.lights?.[0].intensity, plain);
+  const light = wishedScene.value?.lights?.[0];
+  const field = light && strengthField(light);
+  return plain === null || !field ? PLAIN : lampOf(light[field], plain);
 });
 
 /** Turns the light while a hand is on a control; what is drawn live follows. @param {Partial<Lamp>} change */
@@ -42,8 +44,10 @@ export function turnLamp(change) {
   if (!scene?.lights || plain === null) return;
   const wanted = { ...(lamp.value ?? PLAIN), ...change };
   const [first, ...others] = scene.lights;
+  const field = strengthField(first);
+  if (!field) return;
   inHand.value = wanted;
-  held.value = { lights: [{ ...first, intensity: intensityOf(wanted, plain) }, ...others] };
+  held.value = { lights: [{ ...first, [field]: intensityOf(wanted, plain) }, ...others] };
 }
 
 /** Has everything drawn under the light as it was left. */

@@ -13,7 +13,7 @@ import { ready, unready } from "./pictures.js";
 import * as route from "./route.js";
 import {
   DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, locks, mate,
-  putGenerations, scene, shown, system, tell, trail,
+  noLocks, putGenerations, scene, shown, system, tell, trail,
 } from "./state.js";
 
 /** The scene that a generation's picture addresses were read for. @type {Map<string, string>} */
@@ -44,7 +44,7 @@ export async function start() {
 
 /**
  * @param {string} name
- * @param {{dialect?: import("./types.js").Dialect, saturation?: number, begin?: (id: string) => Promise<void>}} [how] what it may
+ * @param {{dialect?: Partial<import("./types.js").Dialect>, saturation?: number, begin?: (id: string) => Promise<void>}} [how] what it may
  *   use, and how it begins where not with a random brood
  */
 export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
@@ -92,7 +92,7 @@ export async function open(id, wanted, begin = breedFirst) {
       energy_limit: target?.energy_limit ?? of.energy_limit,
       ...recall(`knobs.${id}`, {}),
     };
-    locks.value = recall(`locks.${id}`, { instructions: [], constants: [], channels: [] });
+    locks.value = { ...noLocks(), ...recall(`locks.${id}`, {}) };
     lineagesOpen.value = false;
   });
   events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync });

@@ -1,14 +1,15 @@
 /**
- * A genome's text as lines to be looked at: its head, its constants, its instructions. Pure functions on text; the grammar is
- * the server's, and what is no constant and no instruction counts as head.
+ * A genome's text as lines to be looked at: its head, its constants, its models, its instructions. Pure functions on text; the
+ * grammar is the server's, and what is no constant, of no model and no instruction counts as head.
  *
- * @import { Channel, Inspection, Locks } from "./types.js"
+ * @import { Channel, Inspection, Layer, Locks } from "./types.js"
  */
+import { genomeIn, isOfLayer } from "./layers.js";
 
 /**
  * @typedef {{index: number, text: string}} Constant
  * @typedef {{index: number, text: string, live: boolean, channels: string, constants: number[]}} Instruction
- * @typedef {{head: string[], constants: Constant[], instructions: Instruction[]}} Listing
+ * @typedef {{head: string[], constants: Constant[], layers: Layer[], instructions: Instruction[]}} Listing
  */
 
 /** Indices of the constants that an instruction names. @param {string} text */
@@ -25,9 +26,9 @@ export function listingOf({ source, counts, live, channels }) {
   for (const line of lines.slice(0, begin)) {
     const constant = /^\.const C(\d+)\s+(.*)$/.exec(line);
     if (constant) constants.push({ index: Number(constant[1]), text: constant[2] });
-    else head.push(line);
+    else if (!isOfLayer(line)) head.push(line);
   }
-  return { head, constants, instructions };
+  return { head, constants, layers: genomeIn(source).layers, instructions };
 }
 
 /** The constants that live instructions read. @param {Listing} of */

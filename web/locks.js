@@ -1,10 +1,11 @@
 /**
- * What children of the open lineage keep of their parent: instructions and constants by position, and whole channels. Owns
- * the changing of locks and their words; positions stay from parent to child, so locks stay while generations come and go.
+ * What children of the open lineage keep of their parent: instructions and constants by position, models and their parameters,
+ * and whole channels. Owns the changing of locks and their words; positions stay from parent to child, so locks stay while
+ * generations come and go.
  *
  * @import { Channel, Generation, Locks } from "./types.js"
  */
-import { announcement, locks } from "./state.js";
+import { announcement, locks, noLocks } from "./state.js";
 
 /** @type {Channel[]} */
 export const CHANNELS = ["r", "g", "b"];
@@ -12,7 +13,7 @@ export const CHANNELS = ["r", "g", "b"];
 export const CHANNEL_WORDS = { r: "red", g: "green", b: "blue" };
 
 /** @param {Locks} of */
-export const anyLocked = (of) => of.instructions.length + of.constants.length + of.channels.length > 0;
+export const anyLocked = (of) => Object.values(of).some((list) => list.length > 0);
 
 /** @param {number} count @param {string} noun */
 const counted = (count, noun) => (count === 0 ? [] : [`${count} ${noun}${count === 1 ? "" : "s"}`]);
@@ -20,7 +21,8 @@ const counted = (count, noun) => (count === 0 ? [] : [`${count} ${noun}${count =
 /** What is locked, in words; empty where nothing is. @param {Locks} of */
 export function locksInWords(of) {
   const channels = CHANNELS.filter((channel) => of.channels.includes(channel)).map((channel) => CHANNEL_WORDS[channel]);
-  return [...counted(of.instructions.length, "instruction"), ...counted(of.constants.length, "constant"), ...channels].join(", ");
+  const kinds = /** @type {const} */ ([["instructions", "instruction"], ["constants", "constant"], ["layers", "model"], ["parameters", "parameter"]]);
+  return [...kinds.flatMap(([kind, noun]) => counted(of[kind].length, noun)), ...channels].join(", ");
 }
 
 /**
@@ -40,9 +42,20 @@ function tellLocks() {
   announcement.value = words ? `Locked: ${words}.` : "Nothing is locked.";
 }
 
-/** @param {"instructions"|"constants"} kind @param {number} at */
+/** @param {"instructions"|"constants"|"layers"} kind @param {number} at */
 export function toggleLock(kind, at) {
   locks.value = { ...locks.value, [kind]: toggled(locks.value[kind], at, byNumber) };
+  tellLocks();
+}
+
+/** @param {Locks} of @param {number} layer @param {string} name */
+export const hasParameter = (of, layer, name) => of.parameters.some((one) => one.layer === layer && one.name === name);
+
+/** @param {number} layer @param {string} name */
+export function toggleParameter(layer, name) {
+  const { parameters } = locks.value;
+  const others = parameters.filter((one) => one.layer !== layer || one.name !== name);
+  locks.value = { ...locks.value, parameters: others.length < parameters.length ? others : [...others, { layer, name }] };
   tellLocks();
 }
 
@@ -54,7 +67,7 @@ export function toggleChannel(channel) {
 }
 
 export function unlockAll() {
-  locks.value = { instructions: [], constants: [], channels: [] };
+  locks.value = noLocks();
   tellLocks();
 }
 

@@ -2,14 +2,14 @@
  * Materials that come from outside a lineage: presets and `.brood` files. Owns the road from one of them to a brood around it;
  * knows nothing of dialogs and drops.
  *
- * @import { Generation, Preset } from "./types.js"
+ * @import { Dialect, Generation, Genome, Lineage, Preset } from "./types.js"
  */
 import { signal } from "./vendor/signals-core.js";
 import * as api from "./api.js";
 import { breed } from "./breed.js";
 import { create, guarded, open, putBred, show } from "./lineage.js";
 import { unlockAll } from "./locks.js";
-import { announcement, lineage, lineages, presetsOpen, tell } from "./state.js";
+import { announcement, large, lineage, lineages, presetsOpen, tell } from "./state.js";
 
 /** More than any genome of 1024 instructions takes; the server's limit. */
 const TEXT_BYTES = 1024 * 1024;
@@ -37,6 +37,31 @@ export async function startFrom(preset) {
   });
   presetsOpen.value = false;
   announcement.value = `${preset.title}: a new lineage begins with it.`;
+}
+
+/** Crosses what is in the centre with a preset, in the open lineage. @param {Preset} preset */
+export async function crossWith(preset) {
+  const of = lineage.value;
+  const centre = large.value;
+  if (!of || !centre) return;
+  const made = await api.adopt(of.id, { presets: [preset.name] });
+  putBred(made);
+  presetsOpen.value = false;
+  await breed([centre.id, made.individuals[0].id]);
+}
+
+/** What two programs must share to be crossed. @type {("opcodes"|"parametrisation"|"registers")[]} */
+const MACHINE = ["opcodes", "parametrisation", "registers"];
+
+/**
+ * Whether a lineage takes a material, and what is in its centre can be crossed with it: models go with everything, programs with
+ * those of their own machine.
+ * @param {Lineage} of @param {Genome|null} centre null while nobody knows @param {Dialect} dialect
+ */
+export function fits({ dialect: own }, centre, dialect) {
+  if (dialect.length === 0) return true;
+  if (own.length > 0) return dialect.length <= own.length && MACHINE.every((part) => own[part] === dialect[part]);
+  return !centre || centre.instructions === 0 || centre.machine.startsWith(`${dialect.opcodes} ${dialect.parametrisation} registers ${dialect.registers}`);
 }
 
 /** The server's limit, said before it is sent in vain. */
@@ -87,7 +112,7 @@ async function takeGenome(file) {
       return breedFrom(made);
     }
     const { dialect } = await api.getGenome(hash);
-    const length = Math.max(100, dialect.length);
+    const length = dialect.length && Math.max(100, dialect.length);
     await create(file.name.replace(/\.[^.]*$/, ""), {
       dialect: { ...dialect, length },
       saturation: 1,

@@ -79,7 +79,10 @@ async function lightsOn(lights, from, to) {
   if (!lights.some((light) => light.intensity && !light.position)) return lights;
   const [before, after] = await Promise.all([extentOf(from), extentOf(to)]);
   /** @param {Light} light @param {number} factor @returns {Light} */
-  const times = (light, factor) => ({ ...light, intensity: light.intensity && [light.intensity[0] * factor, light.intensity[1] * factor, light.intensity[2] * factor] });
+  const times = (light, factor) => {
+    const intensity = typeof light.intensity === "number" ? /** @type {const} */ ([light.intensity, light.intensity, light.intensity]) : light.intensity;
+    return { ...light, intensity: intensity && [intensity[0] * factor, intensity[1] * factor, intensity[2] * factor] };
+  };
   return lights.map((light) => (light.position ? light : times(light, (after.radius / before.radius) ** 2)));
 }
 
@@ -92,6 +95,47 @@ export async function chooseObject(mesh) {
     await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights }));
   });
 }
+
+/** Kinds that need a file. */
+const FILES = { ies: api.createProfile, environment: api.createEnvironment };
+/** Samples of light from all around: fewer than the server takes by itself, so that a brood is there in seconds. */
+const SKY_SAMPLES = 16;
+/** Kinds that stand somewhere. */
+const PLACED = ["point", "spot", "ies", "sphere", "disk", "rectangle"];
+
+/**
+ * Puts another light in the place of the first; it stays where that stood, as strong as a scene has it that says nothing.
+ * @param {import("./types.js").LightKind} kind
+ * @param {Partial<Light>} [more]
+ */
+const setLight = (kind, more) =>
+  changeScene("light", ({ lights: [first, ...others] = [] }) => {
+    const position = PLACED.includes(kind) && first?.position ? { position: first.position } : {};
+    return { lights: [{ kind, ...position, ...more }, ...others] };
+  });
+
+/** @param {import("./types.js").LightKind} kind one that needs no file */
+export const chooseLight = (kind) => setLight(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
+
+/**
+ * Reads a profile or a picture of an environment, and lights the object by it.
+ * @param {"ies"|"environment"} kind
+ * @param {File} file
+ */
+export function lightByFile(kind, file) {
+  forget("light");
+  announcement.value = `Reading ${file.name}.`;
+  return guarded("light", async () => {
+    const { id } = await FILES[kind](file);
+    await setLight(kind, kind === "ies" ? { profile: id } : { image: id, samples: SKY_SAMPLES });
+  });
+}
+
+/** @param {boolean} shadows */
+export const setShadows = (shadows) => changeScene("light", () => ({ shadows }));
+
+/** @param {import("./types.js").Tone} tone */
+export const setTone = (tone) => changeScene("film", (present) => ({ film: { ...present.film, tone } }));
 
 /** @param {"auto"|number} exposure */
 export const setExposure = (exposure) => changeScene("film", (present) => ({ film: { ...present.film, exposure } }));

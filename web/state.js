@@ -46,8 +46,11 @@ export const knobs = signal({
   saturation: DEFAULT_SATURATION,
   energy_limit: false,
 });
+/** @returns {Locks} */
+export const noLocks = () => ({ instructions: [], constants: [], channels: [], layers: [], parameters: [] });
+
 /** @type {Signal<Locks>} What children keep of their parent. */
-export const locks = signal({ instructions: [], constants: [], channels: [] });
+export const locks = signal(noLocks());
 /** @type {Signal<Partial<Record<Place, Trouble>>>} */
 export const troubles = signal({});
 /** @type {Signal<boolean>} A brood is being made. */
@@ -112,6 +115,9 @@ export function individualIn(cell) {
   if (cell === "centre") return large.value;
   return generation.value?.individuals.find((individual) => individual.slot === cell) ?? null;
 }
+
+/** An individual of the generation that is shown. @param {string} id */
+export const individualOf = (id) => [generation.value?.centre, ...(generation.value?.individuals ?? [])].find((one) => one?.id === id) ?? null;
 
 /** @param {Generation[]} news */
 export function putGenerations(news) {

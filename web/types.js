@@ -12,7 +12,17 @@
  *
  * @typedef {"r"|"g"|"b"} Channel
  *
- * @typedef {{instructions: number[], constants: number[], channels: Channel[]}} Locks
+ * @typedef {{layer: number, name: string}} ParameterLock
+ *
+ * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[], parameters: ParameterLock[]}} Locks
+ *
+ * @typedef {{name: string, value: number[]|string}} Parameter
+ *   One number, three, or a word.
+ *
+ * @typedef {{model: string, parameters: Parameter[]}} Layer
+ *
+ * @typedef {{instructions: number, machine: string, layers: Layer[]}} Genome
+ *   What the page reads of a genome's text; `machine`: that of its program.
  *
  * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,
  *   isotropic?: boolean, homogeneous?: boolean}} Dialect
@@ -26,11 +36,19 @@
  * @typedef {{orbit_deg?: [number, number], distance?: number|null, fov_y_deg?: number, eye?: Vec3, target?: Vec3,
  *   up?: Vec3, orthographic?: number}} Camera
  *
- * @typedef {{exposure: "auto"|number, tone: string}} Film
+ * @typedef {"none"|"reinhard"|"filmic"} Tone
  *
- * @typedef {{position?: Vec3|null, intensity?: Vec3|null}} Light
+ * @typedef {{exposure: "auto"|number, tone: Tone}} Film
  *
- * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, light_deg?: number, lights?: Light[]}} Scene
+ * @typedef {"point"|"directional"|"spot"|"sphere"|"disk"|"rectangle"|"ambient"|"ies"|"environment"} LightKind
+ *
+ * @typedef {number|Vec3|null} Channels one number for all channels, or one each
+ *
+ * @typedef {{kind?: LightKind, position?: Vec3|null, intensity?: Channels, irradiance_w_m2?: Channels, radiance_w_m2_sr?: Channels, scale?: Channels,
+ *   profile?: string, image?: string, samples?: number}} Light
+ *   A light carries more than these fields; what the page does not know it hands back unchanged.
+ *
+ * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, light_deg?: number, lights?: Light[], shadows?: boolean}} Scene
  *   A scene carries more than these fields; what the page does not know it hands back unchanged.
  *
  * @typedef {{line: number, text: string}} MeshWarning

@@ -142,8 +142,9 @@ impl AppState {
             locks: breed.locks.filter(|locks| !locks.is_empty()),
             ..breed
         };
-        if let Some(Err(error)) = breed.locks.as_ref().map(|locks| locks.validate(&lineage.dialect))
-        {
+        let first = parents.first().map(|parent| &parent.material.genome);
+        let locked = breed.locks.as_ref().zip(first);
+        if let Some(Err(error)) = locked.map(|(locks, first)| locks.validate_for(first)) {
             let pointer = format!("/locks{}", error.pointer());
             return Err(ApiError::refused(error.to_string()).at(pointer));
         }
@@ -233,6 +234,13 @@ impl AppState {
                 return Err(ApiError::refused(words).at(pointer));
             }
             found.push(Parent { hash, individual, material });
+        }
+        // Each may fit a lineage of models and still not the other.
+        if let [first, second] = found.as_slice()
+            && !first.material.genome.dialect().is_compatible(second.material.genome.dialect())
+        {
+            let words = "the parents' programs are of different dialects and cannot be crossed";
+            return Err(ApiError::refused(words).at("/parents/1"));
         }
         Ok(found)
     }

@@ -27,6 +27,7 @@ mod extract;
 mod idempotency;
 mod layer;
 mod library;
+mod lighting;
 mod limit;
 mod listen;
 mod metric;

@@ -10,10 +10,11 @@ use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
     decode,
 };
-use brood_scene::{Mesh, MeshRef, PixelArea, SampleSet, Sampling, Scene};
+use brood_scene::{LightAssets, Mesh, MeshRef, PixelArea, Raster, SampleSet, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 
+use crate::lighting;
 use crate::problem::ApiError;
 
 const MATERIALS: u64 = 4096;
@@ -192,7 +193,9 @@ impl Library {
             MeshSource::Builtin => None,
             MeshSource::Uploaded(hash) => Some(self.store.mesh_data(hash).await?),
         };
-        let traced = tokio::task::spawn_blocking(move || circle(&known.scene, data.as_deref()));
+        let assets = lighting::load(&self.store, &known.scene).await?;
+        let traced =
+            tokio::task::spawn_blocking(move || circle(&known.scene, data.as_deref(), &assets));
         let circle = traced.await.map_err(|error| ApiError::internal(error.to_string()))??;
         let circle = Arc::new(circle);
         self.circles.insert(id, circle.clone());
@@ -251,7 +254,11 @@ impl Library {
     }
 }
 
-fn circle(scene: &Scene, mesh: Option<&[u8]>) -> Result<Vec<SampleSet>, ApiError> {
+fn circle(
+    scene: &Scene,
+    mesh: Option<&[u8]>,
+    assets: &LightAssets,
+) -> Result<Vec<SampleSet>, ApiError> {
     let mesh = match (mesh, &scene.mesh) {
         (Some(data), _) => decode::<Mesh>(data).map_err(|error| {
             ApiError::internal(format!("a stored mesh cannot be read: {error}"))
@@ -261,7 +268,9 @@ fn circle(scene: &Scene, mesh: Option<&[u8]>) -> Result<Vec<SampleSet>, ApiError
     };
     let degrees = |place| 360.0 * f64::from(place) / f64::from(CIRCLE_PLACES);
     let places = (0..CIRCLE_PLACES).map(|place| scene.with_light_deg(degrees(place)));
-    let set = |scene| SampleSet::render(&mesh, &scene, CIRCLE_PX, Sampling::Fixed(1));
+    let (size_px, sampling) = (CIRCLE_PX, Sampling::Fixed(1));
+    let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+    let set = |scene| SampleSet::render_lit(&mesh, &scene, assets, raster);
     Ok(places.map(set).collect())
 }
 

@@ -9,6 +9,12 @@ pub const JSON_BYTES: usize = 256 << 10;
 pub const JSON_DEPTH: usize = 64;
 /// Most bytes of an OBJ file.
 pub const OBJ_BYTES: usize = 32 << 20;
+/// Most bytes of an IES file.
+pub const PROFILE_BYTES: usize = 4 << 20;
+/// Most bytes of a picture of an environment.
+pub const ENVIRONMENT_BYTES: usize = 64 << 20;
+/// Most samples that the lights of a scene make at one place.
+pub const LIGHT_SAMPLES: u32 = 256;
 /// Most bytes of a lineage file.
 pub const LINEAGE_FILE_BYTES: usize = 64 << 20;
 /// Most bytes of a worker's message: a sheet of large linear pictures.
@@ -81,6 +87,9 @@ pub fn report() -> BTreeMap<String, u64> {
         ("json_bytes", JSON_BYTES as u64),
         ("json_depth_levels", JSON_DEPTH as u64),
         ("obj_bytes", OBJ_BYTES as u64),
+        ("profile_bytes", PROFILE_BYTES as u64),
+        ("environment_bytes", ENVIRONMENT_BYTES as u64),
+        ("light_samples", u64::from(LIGHT_SAMPLES)),
         ("lineage_file_bytes", LINEAGE_FILE_BYTES as u64),
         ("generation_children", u64::from(CHILDREN)),
         ("page_items", u64::from(PAGE)),

@@ -11,8 +11,8 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
     circle, event, export, generation, genome, geometry, individual, inspection, job, lease,
-    lineage, lineage_file, mesh, operation, page, preset, render, scene, session, sheet, system,
-    thumbnail,
+    light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene, session,
+    sheet, system, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -83,6 +83,8 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
         .routes(routes!(geometry::get))
+        .routes(routes!(light_asset::create_profile))
+        .routes(routes!(light_asset::create_environment))
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))
@@ -92,6 +94,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lease::results))
         .routes(routes!(lease::release))
         .routes(routes!(lease::mesh))
+        .routes(routes!(lease::light_asset))
 }
 
 fn info() -> utoipa::openapi::Info {

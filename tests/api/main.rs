@@ -19,6 +19,7 @@ mod guide;
 mod idempotency;
 mod individual;
 mod job;
+mod light;
 mod lineage;
 mod lock;
 mod mesh;

@@ -31,7 +31,7 @@ async fn scene_is_refused_with_a_pointer_when_a_value_makes_no_sense() {
         (422, json!({"film": {"exposure": 1000}}), "/film/exposure"),
         (400, json!({"rotation_deg": [0, 0]}), "/rotation_deg"),
         (400, json!({"lights": [{"kind": "laser"}]}), "/lights"),
-        (400, json!({"film": {"tone": "filmic"}}), "/film"),
+        (400, json!({"film": {"tone": "loud"}}), "/film"),
         (400, json!({"fog": 1}), "fog"),
     ];
     for (status, body, pointer) in rows {

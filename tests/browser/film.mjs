@@ -129,4 +129,34 @@ export async function film(hand, step, shot) {
     const scene = await hand.reshown(() => hand.id("light-white").click());
     assert.equal(scene.lights[0].intensity, null);
   });
+
+  await step("lights by other kinds, with shadows and a tone curve, in pictures of the server", async () => {
+    const kind = hand.id("light-kind");
+    const far = await hand.reshown(() => kind.selectOption("directional"));
+    assert.equal(far.lights[0].kind, "directional");
+    const strong = await hand.reshown(() => slide(hand, "light-ev", 1));
+    close([strong.lights[0].irradiance_w_m2].flat()[0], 2 * Math.PI);
+    const shadowed = await hand.reshown(() => page.getByRole("switch", { name: "shadows" }).check());
+    assert.equal(shadowed.shadows, true);
+    const curved = await hand.reshown(() => page.getByRole("radio", { name: "filmic" }).check());
+    assert.equal(curved.film.tone, "filmic");
+    assert.match(await hand.id("stills").textContent(), /pictures of the server/);
+    await slide(hand, "light", 90);
+    await noneLit(page);
+    await slide(hand, "light", 0);
+    const lamp = "TILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n100 60 0\n";
+    const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+    const profiled = await hand.reshown(() => hand.id("light-ies").setInputFiles(file("lamp.ies", lamp)));
+    assert.equal(profiled.lights[0].kind, "ies");
+    await hand.id("light-environment").setInputFiles(file("sky.hdr", "no picture"));
+    const said = page.locator("section", { has: page.locator("#light-title") }).getByRole("alert");
+    await said.waitFor();
+    hand.complaints = hand.complaints.filter((text) => !text.includes("422"));
+    await shot("18-lamp");
+    await hand.accessible("kinds of light");
+    await hand.reshown(() => page.getByRole("radio", { name: "no curve" }).check());
+    await hand.reshown(() => page.getByRole("switch", { name: "shadows" }).uncheck());
+    const plain = await hand.reshown(() => kind.selectOption("point"));
+    assert.ok(!plain.shadows && plain.lights[0].kind === "point");
+  });
 }

@@ -13,6 +13,7 @@ import { film } from "./film.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
 import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
+import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
 import { binary, startServer } from "./server.mjs";
 import { visitor } from "./visitor.mjs";
@@ -206,6 +207,7 @@ async function coming(hand) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await materials(hand, step, shot);
   await compare(hand, step, shot);
+  await models(hand, step, shot, binary);
 }
 
 async function looking(hand, base) {
@@ -217,6 +219,7 @@ async function drawn(hand, base) {
   await live(hand, step, shot, base);
   await film(hand, step, shot);
   await limitedLive(hand, step, shot, base);
+  await modelsLive(hand, step, shot);
   await exported(hand, step, binary);
   hand.quiet();
 }

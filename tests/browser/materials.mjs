@@ -28,7 +28,7 @@ export async function materials(hand, step, shot) {
   await step("starts from a preset", async () => {
     await hand.open();
     await page.getByRole("button", { name: "Presets" }).click();
-    const gold = page.getByRole("button", { name: /^Gold/ });
+    const gold = page.getByRole("button", { name: /^Gold Polished/ });
     await gold.locator("img").waitFor();
     await shot("10-presets");
     await hand.accessible("presets");

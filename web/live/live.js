@@ -8,20 +8,23 @@
  * @import { Linked } from "./program.js"
  * @import { Context } from "./stage.js"
  * @import { Pens, Surface } from "./surface.js"
- * @import { PointLight } from "./view.js"
+ * @import { Extent, PointLight } from "./view.js"
  */
-import { effect, signal } from "../vendor/signals-core.js";
+import { computed, effect, signal } from "../vendor/signals-core.js";
 import { flipped, pinned, seenIn } from "../compare.js";
+import { extentOf, extents } from "../extents.js";
+import { genomes, isLayered, layersOf } from "../genomes.js";
 import { ready } from "../pictures.js";
-import { clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
+import { FRAMES, breeding, clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
 import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
 import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeDark, makeMeter } from "./material.js";
 import { learnParts, lightParts } from "./parts.js";
 import { Pace, layOut, openContext } from "./stage.js";
+import { followLight, still } from "./stills.js";
 import { Stock } from "./stock.js";
 import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
-import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./view.js";
+import { evenedOut, isDrawable, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./view.js";
 
 /** @template T @typedef {import("../vendor/signals-core.js").Signal<T>} Signal */
 
@@ -157,6 +160,38 @@ function show(cells) {
   if (cells.size !== before.size || [...cells].some((cell) => !before.has(cell))) liveCells.value = cells;
 }
 
+/** @type {Cell[]} */
+const CELLS = ["centre", ...Array(FRAMES).keys()];
+
+/** Whether the scene is one that frames can be drawn of. */
+export const sceneDrawable = computed(() => wishedScene.value === null || isDrawable(wishedScene.value));
+
+/** Whether it can be drawn here: a program alone, for models have no source code. @param {Individual|null} of */
+const isDrawnHere = (of) => of !== null && sceneDrawable.value && layersOf(of)?.length === 0;
+
+/** Whether it is certainly seen in the server's pictures alone. @param {Individual|null} of */
+export const isPictured = (of) => of !== null && (!sceneDrawable.value || isLayered(of));
+
+/** Where the light is, told to those who show it. @param {Scene} scene @param {Extent} extent @param {number} degrees */
+function tell(scene, extent, degrees) {
+  const pose = turning.value ?? { rotation: rotationOf(scene), scale: scene.scale };
+  const of = seenIn("centre");
+  // The dot is where the picture below it has the light.
+  const pictured = of && !liveCells.value.has("centre") && !isDrawnHere(of) ? (still.value?.degrees ?? 0) : degrees;
+  const [light] = lightsOf(scene, extent, pose, (scene.light_deg ?? 0) + pictured);
+  for (const told of watchers) told(degrees, light ? seenAt(light, viewOf(scene.camera, extent, pose)) : null);
+}
+
+/** Nothing is drawn here, but pictures of the server may follow the light. @param {Scene} scene @param {number} degrees */
+function onlyFollow(scene, degrees) {
+  pace.pause();
+  show(new Set());
+  const extent = extents.peek().get(scene.mesh);
+  if (extent) tell(scene, extent, degrees);
+  else void extentOf(scene.mesh).then(schedule, () => {});
+  if (moving.value) schedule();
+}
+
 /** @param {number} now */
 function frame(now) {
   requested = false;
@@ -164,8 +199,13 @@ function frame(now) {
   const gl = context?.gl;
   if (!gl || gl.isContextLost() || !scene || !generation.value || !wanted()) {
     pace.pause();
+    still.value = null;
     return show(new Set());
   }
+  const degrees = lightAt(now);
+  // A new brood's own pictures come first.
+  if (!breeding.value && ready.value === generation.value.id) followLight(degrees, moving.value);
+  if (!CELLS.some((cell) => isDrawnHere(seenIn(cell)))) return onlyFollow(scene, degrees);
   if (object?.mesh !== scene.mesh) {
     if (loading !== scene.mesh) void load(gl, scene);
     return show(new Set());
@@ -177,7 +217,6 @@ function frame(now) {
   if (!prepared) return;
   const { layout, pens, dark, meter, metering, small, large } = prepared;
   const { geometry } = object;
-  const degrees = lightAt(now);
   const base = scene.light_deg ?? 0;
   const pose = turning.value ?? { rotation: rotationOf(scene), scale: scene.scale };
   const view = viewOf(scene.camera, geometry.extent, pose);
@@ -213,7 +252,7 @@ function frame(now) {
   const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
   // The centre stands last in the document's order of rows, but is looked at first.
   const centre = individualIn("centre");
-  const first = [centre, pinned.value, ...individuals].filter((one) => one !== null);
+  const first = [centre, pinned.value, ...individuals].filter((one) => one !== null).filter(isDrawnHere);
   making = stock.work(gl, first, { meter, look: { surface: metering, lights: all }, within: geometry.within });
   const exposure = scene.film.exposure;
   const materials = layout.squares.flatMap((square) => {
@@ -232,7 +271,7 @@ function frame(now) {
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   show(cells);
-  for (const told of watchers) told(degrees, lights[0] === DARK ? null : seenAt(lights[0], view));
+  tell(scene, geometry.extent, degrees);
   if (making || learning || moving.value) schedule();
 }
 
@@ -243,7 +282,7 @@ export function watchLive() {
   });
   effect(() => {
     // What a drawing depends on; the loop reads it again.
-    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value];
+    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value, genomes.value];
     schedule();
   });
   document.addEventListener("visibilitychange", schedule);

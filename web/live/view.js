@@ -4,6 +4,7 @@
  *
  * @import { Camera, Scene, Vec3 } from "../types.js"
  */
+import { strengthField } from "../light_color.js";
 import { about, axes, fromDegrees } from "../turn.js";
 
 /** Distance of a framing camera over the one at which the bounding sphere touches the picture's edge. */
@@ -79,7 +80,17 @@ export function viewOf(camera, extent, { rotation, scale }) {
 }
 
 /**
- * @param {{lights?: {position?: Vec3|null, intensity?: Vec3|null}[]}} scene
+ * Whether frames can be drawn here: by point lights with an intensity or none said, without shadows and tone curves.
+ * @param {Scene} scene
+ */
+export const isDrawable = (scene) =>
+  !scene.shadows && (scene.film.tone ?? "none") === "none" && (scene.lights ?? []).every((light) => (light.kind ?? "point") === "point" && strengthField(light) !== null);
+
+/** @param {import("../types.js").Channels|undefined} strength @returns {Vec3|null} */
+const channels = (strength) => (typeof strength === "number" ? [strength, strength, strength] : (strength ?? null));
+
+/**
+ * @param {Pick<Scene, "lights">} scene
  * @param {Extent} extent
  * @param {{rotation: number[], scale: number}} pose
  * @param {number} lightDeg how far the lights have gone round
@@ -92,8 +103,9 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
     const from = light.position ? relative(light.position, extent) : scaled(orbit(PLACED.azimuth, PLACED.elevation), PLACED.radii);
     const place = scaled(unturn(rotation, turn(circle, from)), 1 / scale);
     const squared = place[0] ** 2 + place[1] ** 2 + place[2] ** 2;
+    const given = channels(light.intensity);
     /** @type {Vec3} */
-    const intensity = light.intensity ? scaled(light.intensity, 1 / length ** 2) : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
+    const intensity = given ? scaled(given, 1 / length ** 2) : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
     return { place, intensity };
   });
 }

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { heldBy, heldConstants, listingOf, readConstants } from "../listing.js";
 import { anyLocked, locksInWords, toggled, twinsInWords } from "../locks.js";
+import { noLocks } from "../state.js";
 import { axisFor, pathOf, peakOf, pointAt, radiusOf, valuesOf } from "../polar.js";
 import { albedoInWords, amount, decade, reflectsInWords } from "../view/words.js";
 
@@ -18,7 +19,7 @@ ADD R6.x, C1.yxwz, -C1.zxzw
 `;
 const FOUND = { source: SOURCE, counts: /** @type {any} */ ({ instructions: 3 }), live: [true, false, true], channels: ["gb", "", "g"] };
 /** @param {Partial<import("../types.js").Locks>} some @returns {import("../types.js").Locks} */
-const locks = (some) => ({ instructions: [], constants: [], channels: [], ...some });
+const locks = (some) => ({ ...noLocks(), ...some });
 
 test("a genome's text falls into head, constants and instructions", () => {
   const listing = listingOf(FOUND);
@@ -27,6 +28,14 @@ test("a genome's text falls into head, constants and instructions", () => {
   assert.equal(listing.constants[1].text, "-0.5 0 0 1e-7");
   assert.deepEqual(listing.instructions[2], { index: 2, text: "ADD R6.x, C1.yxwz, -C1.zxzw", live: true, channels: "g", constants: [1] });
   assert.deepEqual([...readConstants(listing)], [12, 1]);
+});
+
+test("models are no head, and stand between constants and instructions", () => {
+  const source = SOURCE.replace("SUB", ".model lambert\nalbedo 0.3 0.2 0.1\nSUB");
+  const listing = listingOf({ ...FOUND, source });
+  assert.deepEqual(listing.head, ["brood 1", ".dialect paper smooth registers 7", ".limit on"]);
+  assert.deepEqual(listing.layers, [{ model: "lambert", parameters: [{ name: "albedo", value: [0.3, 0.2, 0.1] }] }]);
+  assert.equal(listing.instructions[0].text, "SUB R3.zw, R1.xxzz, -C12.zyyw");
 });
 
 test("a genome without instructions is all head and constants", () => {
@@ -43,6 +52,7 @@ test("a locked channel keeps what it depends on", () => {
 
 test("locks are told in words", () => {
   assert.equal(locksInWords(locks({ instructions: [1, 2], constants: [7], channels: ["b", "r"] })), "2 instructions, 1 constant, red, blue");
+  assert.equal(locksInWords(locks({ layers: [0], parameters: [{ layer: 1, name: "k" }, { layer: 1, name: "eta" }] })), "1 model, 2 parameters");
   assert.equal(locksInWords(locks({})), "");
   assert.deepEqual([anyLocked(locks({})), anyLocked(locks({ channels: ["g"] }))], [false, true]);
   const by = (/** @type {number} */ a, /** @type {number} */ b) => a - b;

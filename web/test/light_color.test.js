@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { hueOf, intensityOf, lampOf, plainIntensity } from "../light_color.js";
+import { hueOf, intensityOf, lampOf, plainIntensity, plainStrength, strengthField } from "../light_color.js";
 
 const extent = { centre: /** @type {[number, number, number]} */ ([0, 1, 0]), radius: 2 };
 
@@ -33,4 +33,15 @@ test("a dull colour is the hue of its bright one, and black is white", () => {
 
 test("a dark light is neither", () => {
   assert.equal(lampOf([0, 0, 0], 50), null);
+});
+
+test("every kind of light has one field that is turned, unless the scene has its strength in another", () => {
+  assert.equal(strengthField({}), "intensity");
+  assert.equal(strengthField({ kind: "directional", irradiance_w_m2: 2 }), "irradiance_w_m2");
+  assert.equal(strengthField({ kind: "sphere" }), null);
+  assert.equal(strengthField(/** @type {any} */ ({ kind: "point", flux_lm: 800 })), null);
+  assert.equal(plainStrength({ kind: "directional" }, extent), Math.PI);
+  assert.equal(plainStrength({ kind: "ambient" }, extent), 1);
+  assert.equal(plainStrength({ kind: "spot" }, extent), Math.PI * 64);
+  assert.deepEqual(lampOf(2, 1), { color: "#ffffff", ev: 1 });
 });

@@ -61,7 +61,7 @@ export function Bar() {
     <header class="bar">
       <h1>brood</h1>
       <button type="button" class="lineage" data-testid="lineage-menu" aria-haspopup="dialog" onClick=${() => (lineagesOpen.value = true)}>
-        <span class="cut">${lineage.value?.name ?? "lineages"}</span> <span aria-hidden="true">▾</span>
+        <span class="cut">${lineage.value?.name ?? "lineages"}</span> ${lineage.value?.dialect.length === 0 && html`<span class="kind">models</span>`} <span aria-hidden="true">▾</span>
       </button>
       <div class="deeds" role="group" aria-label="History and breeding">
         <${Deed} id="undo" sign="↶" name="Undo" keys="Ctrl+Z" disabled=${!can.undo} does=${undo} />

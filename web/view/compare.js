@@ -6,7 +6,9 @@
  */
 import { pictureUrl } from "../api.js";
 import { choosing, flip, flipped, pin, pinPasted, pinned, unpin } from "../compare.js";
+import { isLayered, layersOf } from "../genomes.js";
 import { html } from "../html.js";
+import { modelsInWords } from "../layers.js";
 import { large, lineage, tell } from "../state.js";
 import { Switch } from "./control.js";
 import { madeBy } from "./words.js";
@@ -34,16 +36,21 @@ const Row = ({ name, a, b }) => html`<tr><th scope="row">${name}</th><td>${a}</t
 const genome = (of) => html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 8)}</a>`;
 
 /** @param {{a: Individual, b: Individual}} props */
-const Facts = ({ a, b }) => html`
-  <table class="both">
-    <thead><tr><th scope="col"><span class="unseen">Fact</span></th><th scope="col">A</th><th scope="col">B</th></tr></thead>
-    <tbody>
-      <${Row} name="instructions" a=${a.live_instructions} b=${b.live_instructions} />
-      <${Row} name="made by" a=${madeBy(a)} b=${madeBy(b)} />
-      <${Row} name="genome" a=${genome(a)} b=${genome(b)} />
-    </tbody>
-  </table>
-`;
+function Facts({ a, b }) {
+  const both = [a, b];
+  const models = (/** @type {Individual} */ of) => modelsInWords(layersOf(of) ?? []) || "none";
+  return html`
+    <table class="both">
+      <thead><tr><th scope="col"><span class="unseen">Fact</span></th><th scope="col">A</th><th scope="col">B</th></tr></thead>
+      <tbody>
+        ${both.some((one) => one.live_instructions > 0) && html`<${Row} name="instructions" a=${a.live_instructions || "none"} b=${b.live_instructions || "none"} />`}
+        ${both.some(isLayered) && html`<${Row} name="models" a=${models(a)} b=${models(b)} />`}
+        <${Row} name="made by" a=${madeBy(a)} b=${madeBy(b)} />
+        <${Row} name="genome" a=${genome(a)} b=${genome(b)} />
+      </tbody>
+    </table>
+  `;
+}
 
 /** @param {SubmitEvent} event */
 async function submit(event) {

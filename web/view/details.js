@@ -7,6 +7,7 @@ import * as api from "../api.js";
 import { nameOf, setNote } from "../breed.js";
 import { pin } from "../compare.js";
 import { html } from "../html.js";
+import { layersOf } from "../genomes.js";
 import { inspect, inspections } from "../inspections.js";
 import { openInspector } from "../inspector.js";
 import { isPlain } from "../keys.js";
@@ -16,6 +17,7 @@ import { effect, signal } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Compare, Pin } from "./compare.js";
 import { Switch } from "./control.js";
+import { Layers } from "./layers.js";
 import { Trouble } from "./trouble.js";
 import { albedoInWords, madeBy, reflectsInWords } from "./words.js";
 
@@ -58,6 +60,22 @@ const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</d
 /** Whether functions are exported under the energy limit: other renderers count on it. */
 const limitedExports = signal(true);
 
+/** Models have no source code, and nobody is to find that out by a download that fails. @param {{of: Individual}} props */
+function SourceCode({ of }) {
+  const layers = layersOf(of);
+  if (layers === null) return null;
+  if (layers.length > 0) {
+    const names = formats.value.map(({ label }) => label.replace(/ functions.*$/, ""));
+    return html`<li class="small" data-testid="no-source">Not as ${names.join(", ")}: models are not written as source code.</li>`;
+  }
+  return html`
+    ${formats.value.map((format) => html`
+      <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
+    `)}
+    <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
+  `;
+}
+
 /** What it and its brood can be taken away as. @param {{of: Individual, within: Generation}} props */
 function Exports({ of, within }) {
   return html`
@@ -65,10 +83,7 @@ function Exports({ of, within }) {
       <summary>Export</summary>
       <ul>
         <li><button type="button" class="link" data-testid="export-brood" onClick=${() => saveText(of)}>.brood, the genome as text</button></li>
-        ${formats.value.map((format) => html`
-          <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
-        `)}
-        <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
+        <${SourceCode} of=${of} />
         <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">APNG, the light going around</a></li>
         <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
         <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>
@@ -85,17 +100,19 @@ function Centre() {
   const within = generation.value;
   if (!of || !within) return null;
   const energy = inspections.value.get(of.hash)?.energy;
+  const layers = layersOf(of);
   return html`
     <section aria-labelledby="centre-title">
       <h2 id="centre-title">Centre</h2>
       <dl>
-        <${Fact} name="live instructions" value=${of.live_instructions} />
+        ${(of.live_instructions > 0 || layers?.length === 0) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
         <${Fact} name="reflects at most" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />
         <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
+      ${layers && layers.length > 0 && html`<${Layers} of=${layers} lockable=${true} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       <${Exports} of=${of} within=${within} />
       <label class="note">Note

@@ -7,10 +7,13 @@ import { signal } from "../vendor/signals-core.js";
 import { pictureUrl } from "../api.js";
 import { nameOf, toggleFavourite } from "../breed.js";
 import { flip, flipped, pinCell, pinned } from "../compare.js";
+import { layersOf } from "../genomes.js";
 import { listenToHands } from "../hands.js";
 import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
-import { attachCanvas, liveCells } from "../live/live.js";
+import { makeupInWords } from "../layers.js";
+import { attachCanvas, isPictured, liveCells, schedule } from "../live/live.js";
+import { still } from "../live/stills.js";
 import { mark } from "../marks.js";
 import { Pin } from "./compare.js";
 import { LightDot } from "./light.js";
@@ -40,7 +43,7 @@ function attach(element) {
 
 /** @param {Cell} cell @param {Individual} of */
 function label(cell, of) {
-  const parts = [nameOf(cell), `${of.live_instructions} live instructions`];
+  const parts = [nameOf(cell), makeupInWords(of.live_instructions, layersOf(of))].filter((part) => part !== "");
   if (of.favourite) parts.push("favourite");
   if (of.twin) parts.push("twin of another");
   if (mate.value?.id === of.id) parts.push("mate");
@@ -93,15 +96,38 @@ function Other({ of }) {
   if (!sceneId) return null;
   const url = pictureUrl(of.id, sceneId, lineage.value?.thumbnail_px ?? 256);
   const large = largeUrl(of);
-  const best = large && loaded.value.has(large) ? large : url;
+  const lit = flipped.value ? stillUrl(of, true) : null;
+  const best = lit ?? (large && loaded.value.has(large) ? large : url);
   return html`
     <div class=${flipped.value ? "other" : "other unflipped"} data-testid="other">
       <img key=${url} src=${url} alt="" draggable=${false} onLoad=${() => pictureLoaded(url)} />
       ${large && html`<${Large} url=${large} />`}
+      ${lit && html`<${Still} key=${`${of.id} ${sceneId}`} url=${lit} />`}
       ${flipped.value && html`<${Marks} url=${best} />`}
     </div>
   `;
 }
+
+/**
+ * Where the picture of what is not drawn live is with the light where it is; null while its other pictures have it there.
+ * @param {Individual} of @param {boolean} centre
+ */
+function stillUrl(of, centre) {
+  const at = still.value;
+  const { scene: sceneId, thumbnail_px: px = 256 } = lineage.value ?? {};
+  if (!at || !sceneId || ready.value !== shown.value || !isPictured(of)) return null;
+  const whole = centre ? Math.max(px, largePx.value) : px;
+  return pictureUrl(of.id, sceneId, at.sharp ? whole : centre ? px : px / 2, (scene.value?.light_deg ?? 0) + at.degrees);
+}
+
+/** @param {string} url */
+function stillLoaded(url) {
+  if (still.value?.sharp) pictureLoaded(url);
+  schedule();
+}
+
+/** The last picture stays to be seen until the next is there. @param {{url: string}} props */
+const Still = ({ url }) => html`<img class="still" src=${url} alt="" draggable=${false} onLoad=${() => stillLoaded(url)} onError=${schedule} />`;
 
 /** @param {HTMLCanvasElement|null} element */
 const marking = (element) => element && void mark(element, element.dataset.url ?? "");
@@ -134,6 +160,7 @@ function Frame({ cell }) {
   const isMate = of !== null && mate.value?.id === of.id;
   const drawnLive = liveCells.value.has(cell);
   const large = centre && of && largeUrl(of);
+  const lit = of && !drawnLive ? stillUrl(of, centre) : null;
   const other = centre ? pinned.value : null;
   const isB = of !== null && pinned.value?.id === of.id;
   const flippedHere = other !== null && flipped.value;
@@ -155,7 +182,8 @@ function Frame({ cell }) {
         <div class=${`pictures ${drawnLive ? "lit" : ""} ${flippedHere ? "flipped" : ""}`} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
           <${Picture} of=${of} cell=${cell} />
           ${large && html`<${Large} url=${large} />`}
-          <${Marks} url=${large && loaded.value.has(large) ? large : of.thumbnail} />
+          ${lit && html`<${Still} key=${`${of.id} ${lineage.value?.scene}`} url=${lit} />`}
+          <${Marks} url=${lit ?? (large && loaded.value.has(large) ? large : of.thumbnail)} />
           ${other && html`<${Other} of=${other} />`}
         </div>
         ${centre && !drawnLive && html`<${Globe} />`}

@@ -7,6 +7,7 @@ import { sliceUrl } from "../api.js";
 import { html } from "../html.js";
 import { inspections } from "../inspections.js";
 import { closeInspector, inspected, isLockable } from "../inspector.js";
+import { genomeIn, modelsInWords } from "../layers.js";
 import { tell } from "../state.js";
 import { Code } from "./listing.js";
 import { Polar } from "./polar.js";
@@ -30,8 +31,18 @@ const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</d
 const dialectInWords = (words) => words.split(/ (?!\d)/).map((part) => part.replace(/^(\w+) (\d+)$/, "$2 $1")).join(", ");
 
 /** @param {{of: Inspection}} props */
+const ProgramFacts = ({ of: { counts, dialect, inputs } }) => html`
+  <${Fact} name="dialect" value=${dialectInWords(dialect)} />
+  <${Fact} name="inputs read" value=${inputs.join(" ") || "none"} title=${`${counts.inputs_read} of ${counts.inputs_known}`} />
+  <${Fact} name="instructions" value=${`${counts.live_instructions} of ${counts.instructions} live`} />
+  <${Fact} name="operations run" value=${counts.operations} title="Scalar operations for each sample, after folding" />
+  <${Fact} name="registers" value=${counts.registers} title="Values that the scalar code keeps at once" />
+`;
+
+/** @param {{of: Inspection}} props */
 function Facts({ of }) {
   const { counts, physics, energy } = of;
+  const { layers } = genomeIn(of.source);
   const reciprocity = physics.not_reciprocal === 0
     ? `all ${physics.swapped_pairs.toLocaleString("en")} pairs the same`
     : `${physics.not_reciprocal.toLocaleString("en")} of ${physics.swapped_pairs.toLocaleString("en")} pairs differ`;
@@ -39,11 +50,8 @@ function Facts({ of }) {
     <section aria-labelledby="facts-title">
       <h3 id="facts-title">Facts</h3>
       <dl>
-        <${Fact} name="dialect" value=${dialectInWords(of.dialect)} />
-        <${Fact} name="inputs read" value=${of.inputs.join(" ") || "none"} title=${`${counts.inputs_read} of ${counts.inputs_known}`} />
-        <${Fact} name="instructions" value=${`${counts.live_instructions} of ${counts.instructions} live`} />
-        <${Fact} name="operations run" value=${counts.operations} title="Scalar operations for each sample, after folding" />
-        <${Fact} name="registers" value=${counts.registers} title="Values that the scalar code keeps at once" />
+        ${layers.length > 0 && html`<${Fact} name="models" value=${modelsInWords(layers)} title=${layers.length > 1 ? "What they reflect is added" : undefined} />`}
+        ${counts.instructions > 0 && html`<${ProgramFacts} of=${of} />`}
       </dl>
     </section>
     <section aria-labelledby="checks-title">

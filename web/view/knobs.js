@@ -6,11 +6,11 @@
 import { keepSaturation, setEnergyLimit } from "../breed.js";
 import { takeFiles } from "../files.js";
 import { html } from "../html.js";
-import { BUILT_IN, chooseObject, setExposure } from "../scene.js";
+import { BUILT_IN, chooseObject, setExposure, setTone } from "../scene.js";
 import { signal } from "../vendor/signals-core.js";
 import { clipped, forget, greySurround, hinting, knobs, knobsOpen, meshes, scene, wishedScene } from "../state.js";
 import { LightKnobs } from "./light.js";
-import { Slider, Switch } from "./control.js";
+import { Choice, Slider, Switch } from "./control.js";
 import { Locks } from "./locks.js";
 import { Trouble } from "./trouble.js";
 
@@ -96,6 +96,12 @@ function ObjectChooser() {
   `;
 }
 
+const TONES = [
+  { value: "none", name: "no curve", title: "What is brighter than white is white" },
+  { value: "reinhard", name: "Reinhard", title: "Highlights are compressed and never burn out" },
+  { value: "filmic", name: "filmic", title: "Deeper shadows and highlights that roll off" },
+];
+
 function Film() {
   const exposure = wishedScene.value?.film.exposure ?? "auto";
   const auto = exposure === "auto" && draggedEv.value === null;
@@ -117,6 +123,7 @@ function Film() {
         <${Switch} id="surround" name="grey surround" on=${greySurround.value} title="18 % grey around the frames" turns=${(/** @type {boolean} */ on) => (greySurround.value = on)} />
         <${Switch} id="hint" name="help line" on=${hinting.value} title="The line of help under the frames" turns=${(/** @type {boolean} */ on) => (hinting.value = on)} />
       </div>
+      <${Choice} id="tone" name="Tone curve" value=${wishedScene.value?.film.tone ?? "none"} options=${TONES} turns=${(/** @type {string} */ to) => setTone(/** @type {import("../types.js").Tone} */ (to))} />
       ${clipped.value && html`<p class="small"><span class="key burnt"></span> burnt out <span class="key black"></span> black</p>`}
       <${Trouble} place="film" />
     </section>

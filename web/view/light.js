@@ -3,13 +3,17 @@
  *
  * @import { Vec3 } from "../types.js"
  */
+import { seenIn } from "../compare.js";
+import { isLayered } from "../genomes.js";
 import { html } from "../html.js";
 import { PLAIN } from "../light_color.js";
 import { lamp, lampKnown, leaveLamp, turnLamp } from "../lighting.js";
 import { letMove, moving, placeLight, rest, speed } from "../live/light.js";
-import { able, liveCells, watchers } from "../live/live.js";
-import { wishedScene } from "../state.js";
-import { Colour, Slider } from "./control.js";
+import { able, isPictured, liveCells, sceneDrawable, watchers } from "../live/live.js";
+import { still } from "../live/stills.js";
+import { chooseLight, lightByFile, setShadows } from "../scene.js";
+import { generation, wishedScene } from "../state.js";
+import { Colour, Slider, Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
 
 /** Stops to either side; a scene may hold more. */
@@ -45,9 +49,12 @@ function follow(degrees, seen) {
 watchers.add(follow);
 
 export function LightDot() {
-  if (!liveCells.value.has("centre")) return null;
+  const of = seenIn("centre");
+  if (!liveCells.value.has("centre") && !((still.value || moving.value) && isPictured(of))) return null;
   return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${(/** @type {HTMLElement|null} */ element) => (dot = element)}></span>`;
 }
+
+const anyLayered = () => [generation.value?.centre ?? null, ...(generation.value?.individuals ?? [])].some(isLayered);
 
 /** Where the light is and how it moves, which only what is drawn live follows. */
 function Circle() {
@@ -61,6 +68,59 @@ function Circle() {
       turns=${(/** @type {number} */ to) => placeLight(to)} />
     <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
       turns=${(/** @type {number} */ to) => (speed.value = to)} />
+    ${!sceneDrawable.value && html`<p class="small" data-testid="stills">Point lights without shadows and tone curve are drawn live. These are pictures of the server, which follow the light in steps.</p>`}
+    ${sceneDrawable.value && anyLayered() && html`<p class="small" data-testid="stills">Only programs are drawn live. Models are pictures of the server, which follow the light in steps.</p>`}
+  `;
+}
+
+/** @type {{kind: import("../types.js").LightKind, name: string}[]} */
+const KINDS = [
+  { kind: "point", name: "point" },
+  { kind: "directional", name: "directional" },
+  { kind: "spot", name: "spot" },
+  { kind: "sphere", name: "sphere" },
+  { kind: "disk", name: "disk" },
+  { kind: "rectangle", name: "rectangle" },
+  { kind: "ambient", name: "ambient" },
+];
+/** Those that are chosen by a file. @type {{kind: "ies"|"environment", name: string, accept: string}[]} */
+const FROM_FILES = [
+  { kind: "ies", name: "IES profile…", accept: ".ies,.IES" },
+  { kind: "environment", name: "environment…", accept: ".hdr,.exr" },
+];
+
+/** @param {"ies"|"environment"} kind @param {Event} event */
+function readFile(kind, event) {
+  const input = /** @type {HTMLInputElement} */ (event.target);
+  const [file] = input.files ?? [];
+  if (file) void lightByFile(kind, file);
+  input.value = "";
+}
+
+/** Which kind of light it is, and whether it casts shadows. */
+function Kind() {
+  const scene = wishedScene.value;
+  const kind = scene?.lights?.[0]?.kind ?? "point";
+  const others = (scene?.lights?.length ?? 1) - 1;
+  const file = FROM_FILES.find((one) => one.kind === kind);
+  return html`
+    <div class="row">
+      <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene}
+        onChange=${(/** @type {Event} */ event) => chooseLight(/** @type {import("../types.js").LightKind} */ (/** @type {HTMLSelectElement} */ (event.target).value))}>
+        ${KINDS.map((one) => html`<option key=${one.kind} value=${one.kind} selected=${one.kind === kind}>${one.name}</option>`)}
+        ${file && html`<option value=${kind} selected>${file.name.replace("…", "")}</option>`}
+      </select>
+      <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} turns=${setShadows} title="What stands in the way of the light darkens what is behind it" />
+    </div>
+    <div class="row">
+      ${FROM_FILES.map((one) => html`
+        <label key=${one.kind} class="button">
+          <input type="file" accept=${one.accept} data-testid=${`light-${one.kind}`} aria-label=${one.name.replace("…", "")} disabled=${!scene} onChange=${(/** @type {Event} */ event) => readFile(one.kind, event)} />
+          <span>${one.name}</span>
+        </label>
+      `)}
+    </div>
+    ${others > 0 && html`<p class="small">${others} more ${others === 1 ? "light stays" : "lights stay"} as the scene has ${others === 1 ? "it" : "them"}.</p>`}
   `;
 }
 
@@ -92,7 +152,7 @@ export function LightKnobs() {
   return html`
     <section aria-labelledby="light-title">
       <h2 id="light-title">Light</h2>
-      <${Circle} /><${Lamp} />
+      <${Kind} /><${Circle} /><${Lamp} />
     </section>
   `;
 }

@@ -10,6 +10,7 @@ import { html } from "../html.js";
 import { create, guarded, hide, open, rename } from "../lineage.js";
 import { forget, lineage, lineages, lineagesOpen } from "../state.js";
 import { forgetToken, given } from "../token.js";
+import { Choice } from "./control.js";
 import { Trouble } from "./trouble.js";
 
 /** Id of the lineage whose name is being written. @type {import("../vendor/signals-core.js").Signal<string|null>} */
@@ -17,10 +18,18 @@ const renaming = signal(null);
 /** Id of the lineage that is about to be hidden. @type {import("../vendor/signals-core.js").Signal<string|null>} */
 const hiding = signal(null);
 
+/** What a new lineage starts with. @type {import("../vendor/signals-core.js").Signal<"programs"|"models">} */
+const start = signal("programs");
+const STARTS = [
+  { value: "programs", name: "programs", title: "Random programs, which become anything" },
+  { value: "models", name: "models", title: "Models of reflectance with random parameters: metals, plastics, cloth" },
+];
+
 /** @param {HTMLDialogElement|null} dialog */
 function opened(dialog) {
   if (!dialog || dialog.open) return;
   dialog.showModal();
+  start.value = "programs";
   void guarded("lineages", async () => {
     lineages.value = await api.listLineages();
   });
@@ -83,7 +92,7 @@ function Row(of) {
     <li key=${of.id}><div class="row">
       <${Cover} of=${of} />
       <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${does(() => open(of.id, null))}>
-        <span class="cut">${of.name}</span> <span class="small">${new Date(of.created_ms).toLocaleDateString()}</span>
+        <span class="cut">${of.name}</span> <span class="small">${of.dialect.length === 0 && "models · "}${new Date(of.created_ms).toLocaleDateString()}</span>
       </button>
       <a class="button" download href=${`/v1/lineages/${of.id}/file`} aria-label=${`Save ${of.name} to a file`} data-testid=${`lineage-save-${of.id}`}>Save</a>
       <button type="button" aria-label=${`Rename ${of.name}`} onClick=${() => (renaming.value = of.id)}>Rename</button>
@@ -102,7 +111,8 @@ function fileChosen(event) {
 /** @param {Event} event */
 function createNamed(event) {
   const name = fieldOf(event, "name");
-  if (name) void guarded("lineages", () => create(name));
+  const dialect = start.value === "models" ? { length: 0 } : undefined;
+  if (name) void guarded("lineages", () => create(name, { dialect }));
 }
 
 export function Lineages() {
@@ -111,8 +121,10 @@ export function Lineages() {
   return html`
     <dialog class="middling" ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
       <h2 id="lineages-title">Lineages</h2>
-      <form class="row" onSubmit=${createNamed}>
+      <form class="new" onSubmit=${createNamed}>
         <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />
+        <span class="row"><span class="small" aria-hidden="true">starts with</span>
+          <${Choice} id="lineage-start" name="What it starts with" value=${start.value} options=${STARTS} turns=${(/** @type {any} */ to) => (start.value = to)} /></span>
         <button type="submit" data-testid="lineage-new">New</button>
       </form>
       <label class="button">

@@ -1,5 +1,5 @@
 /**
- * A genome's text: head, constants, instructions, each with what is known of it and its lock; or the scalar code that runs. Owns
+ * A genome's text: head, models, constants, instructions, each with what is known of it and its lock; or the scalar code that runs. Owns
  * how lines are shown; what lines there are is listing.js's.
  *
  * @import { Channel, Inspection, Locks } from "../types.js"
@@ -9,9 +9,10 @@ import { html } from "../html.js";
 import { listed, liveOnly } from "../inspector.js";
 import { heldBy, heldConstants, listingOf, readConstants } from "../listing.js";
 import { CHANNELS, CHANNEL_WORDS, toggleLock } from "../locks.js";
-import { announcement, locks, tell } from "../state.js";
+import { announcement, locks, noLocks, tell } from "../state.js";
 import { signal } from "../vendor/signals-core.js";
 import { Choice, Switch } from "./control.js";
+import { Layers } from "./layers.js";
 import { ChannelLocks, Lock, LockCount } from "./locks.js";
 
 const copied = signal(false);
@@ -58,7 +59,7 @@ const InstructionLine = ({ of, held, lockable }) => html`
 /** @param {{of: Inspection, lockable: boolean}} props */
 function Assembly({ of, lockable }) {
   const listing = listingOf(of);
-  const kept = lockable ? locks.value : { instructions: [], constants: [], channels: [] };
+  const kept = lockable ? locks.value : noLocks();
   const read = readConstants(listing);
   const held = heldConstants(listing, kept);
   // What is locked is always there, so that it can be unlocked.
@@ -66,28 +67,31 @@ function Assembly({ of, lockable }) {
   const instructions = listing.instructions.filter((one) => !liveOnly.value || one.live || kept.instructions.includes(one.index));
   return html`
     <ul class="lines head">${listing.head.map((line) => html`<li><code>${line}</code></li>`)}</ul>
+    ${listing.layers.length > 0 && listing.instructions.length > 0 && html`<h4>Models, added to the program</h4>`}
+    ${listing.layers.length > 0 && html`<${Layers} of=${listing.layers} lockable=${lockable} />`}
     ${constants.length > 0 && html`<h4>Constants that live code reads</h4>`}
     <ul class="lines">${constants.map((one) => html`<${ConstantLine} key=${one.index} of=${one} dead=${!read.has(one.index)} lockable=${lockable} held=${heldInWords(held.get(one.index) ?? [])} />`)}</ul>
-    <h4>Instructions</h4>
+    ${listing.instructions.length > 0 && html`<h4>Instructions</h4>`}
     <ul class="lines">${instructions.map((one) => html`<${InstructionLine} key=${one.index} of=${one} lockable=${lockable} held=${heldInWords(heldBy(one, kept))} />`)}</ul>
   `;
 }
 
 /** @param {{of: Inspection, lockable: boolean}} props */
 export function Code({ of, lockable }) {
-  const assembly = listed.value === "assembly";
+  const modelsOnly = of.counts.instructions === 0;
+  const assembly = modelsOnly || listed.value === "assembly";
   return html`
     <section class="code" aria-labelledby="code-title">
       <div class="row tools">
-        <h3 id="code-title" class="unseen">Code</h3>
-        <${Choice} id="code-kind" name="Code" value=${listed.value} options=${[{ value: "assembly", name: "assembly" }, { value: "scalar", name: "scalar code", title: "The operations that run for each sample" }]}
-          turns=${(/** @type {any} */ to) => (listed.value = to)} />
-        ${assembly && html`<${Switch} id="live-only" name="live code only" on=${liveOnly.value} title="Leaves out instructions that cannot change the result" turns=${(/** @type {boolean} */ on) => (liveOnly.value = on)} />`}
+        <h3 id="code-title" class=${modelsOnly ? "grow" : "unseen"}>${modelsOnly ? "Models" : "Code"}</h3>
+        ${!modelsOnly && html`<${Choice} id="code-kind" name="Code" value=${listed.value} options=${[{ value: "assembly", name: "assembly" }, { value: "scalar", name: "scalar code", title: "The operations that run for each sample" }]}
+          turns=${(/** @type {any} */ to) => (listed.value = to)} />`}
+        ${assembly && !modelsOnly && html`<${Switch} id="live-only" name="live code only" on=${liveOnly.value} title="Leaves out instructions that cannot change the result" turns=${(/** @type {boolean} */ on) => (liveOnly.value = on)} />`}
         <button type="button" data-testid="copy-code" title=${assembly ? "Copies the whole genome" : "Copies the scalar code"} onClick=${() => copy(assembly ? of.source : of.code)}>${copied.value ? "Copied" : "Copy"}</button>
       </div>
       ${assembly && lockable && html`<div class="row tools"><span class="small">lock</span><${ChannelLocks} prefix="inspector-lock" /><${LockCount} prefix="inspector-locks" /></div>`}
       ${assembly && !lockable && html`<p class="small">It is of another lineage, so nothing of it can be locked here.</p>`}
-      <div class="listing" data-testid="listing" role="region" aria-label=${assembly ? "Assembly" : "Scalar code"} tabindex="0">
+      <div class="listing" data-testid="listing" role="region" aria-label=${modelsOnly ? "Parameters" : assembly ? "Assembly" : "Scalar code"} tabindex="0">
         ${assembly ? html`<${Assembly} of=${of} lockable=${lockable} />` : html`<pre>${of.code}</pre>`}
       </div>
     </section>

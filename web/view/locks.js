@@ -16,7 +16,7 @@ const Padlock = ({ shut }) => html`
 `;
 
 /**
- * The toggle before an instruction or a constant.
+ * The toggle before an instruction, a constant, a model or a parameter.
  * @param {{name: string, on: boolean, held: string, does: () => void}} props `held`: what keeps it besides, in words
  */
 export const Lock = ({ name, on, held, does }) => html`
@@ -47,7 +47,7 @@ export const Locks = () => html`
     <h2 id="locks-title">Locks</h2>
     <${ChannelLocks} prefix="lock" />
     <${LockCount} prefix="locks" />
-    ${!anyLocked(locks.value) && html`<p class="small">Children keep what is locked. Inspect a genome (I) to lock single instructions and constants.</p>`}
+    ${!anyLocked(locks.value) && html`<p class="small">Children keep what is locked. Inspect a genome (I) to lock single parts of it.</p>`}
     <${Trouble} place="locks" />
   </section>
 `;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use brood_program::Program;
 use brood_protocol::Work;
-use brood_scene::{BuiltinMesh, Film, Mesh, MeshRef, PixelArea, SampleSet, Sampling, Scene};
+pub(crate) use brood_scene::Raster;
+use brood_scene::{BuiltinMesh, Film, LightAssets, Mesh, MeshRef, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
 
 use crate::tally::Tally;
@@ -43,24 +44,35 @@ impl LoadedMesh {
     }
 }
 
-/// Which pixels of a scene are sampled, and how.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Raster {
-    pub(crate) size_px: u32,
-    pub(crate) sampling: Sampling,
-    pub(crate) area: PixelArea,
+/// What lights refer to, and its content hash, computed once.
+#[derive(Debug)]
+pub(crate) struct LoadedAssets {
+    assets: LightAssets,
+    hash: blake3::Hash,
 }
 
-/// A scene and its mesh, under one name.
+impl LoadedAssets {
+    pub(crate) fn new(assets: LightAssets) -> Self {
+        let hash = assets.content_hash();
+        Self { assets, hash }
+    }
+
+    pub(crate) fn assets(&self) -> &LightAssets {
+        &self.assets
+    }
+}
+
+/// A scene, its mesh and what its lights refer to, under one name.
 pub(crate) struct View<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
+    assets: &'a LightAssets,
     key: blake3::Hash,
 }
 
 impl<'a> View<'a> {
     /// Film and name of the mesh have no part in what is seen.
-    pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh) -> Self {
+    pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh, loaded: &'a LoadedAssets) -> Self {
         let plain = Scene {
             mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
             film: Film::default(),
@@ -70,12 +82,13 @@ impl<'a> View<'a> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&mesh.hash);
         hasher.update(&json);
-        Self { scene, mesh: &mesh.mesh, key: hasher.finalize() }
+        hasher.update(loaded.hash.as_bytes());
+        let (mesh, assets) = (&mesh.mesh, &loaded.assets);
+        Self { scene, mesh, assets, key: hasher.finalize() }
     }
 
     fn render(&self, raster: Raster) -> SampleSet {
-        let Raster { size_px, sampling, area } = raster;
-        SampleSet::render_area(self.mesh, self.scene, size_px, sampling, area)
+        SampleSet::render_lit(self.mesh, self.scene, self.assets, raster)
     }
 
     fn set_key(&self, raster: Raster) -> blake3::Hash {
@@ -197,7 +210,7 @@ fn kib(bytes: usize) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::Exposure;
+    use brood_scene::{Exposure, PixelArea};
 
     use super::*;
 
@@ -205,20 +218,21 @@ mod tests {
     fn sample_set_is_shared_when_only_the_film_differs() {
         let caches = Caches::new(64 << 20);
         let mesh = caches.builtin(BuiltinMesh::Sphere);
+        let none = LoadedAssets::new(LightAssets::default());
         let scene = Scene::default();
         let whole = PixelArea::whole(16);
         let frame = Raster { size_px: 16, sampling: Sampling::Adaptive, area: whole };
-        let first = caches.sample_set(&View::new(&scene, &mesh), frame);
+        let first = caches.sample_set(&View::new(&scene, &mesh, &none), frame);
         let mut other = scene.clone();
         other.film.exposure = Exposure::Ev(2.0);
-        assert!(Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh), frame)));
+        assert!(Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh, &none), frame)));
         other.scale = 0.5;
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh), frame)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh, &none), frame)));
         let torus = caches.builtin(BuiltinMesh::Torus);
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &torus), frame)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &torus, &none), frame)));
         let fixed = Raster { sampling: Sampling::Fixed(1), ..frame };
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh), fixed)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh, &none), fixed)));
         let part = Raster { area: PixelArea { width: 3, ..whole }, ..frame };
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh), part)));
+        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh, &none), part)));
     }
 }

@@ -13,6 +13,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
 use crate::job::Desk;
+use crate::lamp::Lamps;
 use crate::render_thread;
 use crate::renderer::Renderer;
 
@@ -76,7 +77,8 @@ pub async fn run(config: WorkerConfig, shutdown: CancellationToken) -> Result<()
     }
     // Jobs stop by a token of their own: a refused worker gives its leases back as well.
     let stop = shutdown.child_token();
-    let desk = Desk { client, renderer, orders, shutdown: stop.clone() };
+    let (lamps, shutdown) = (Lamps::default(), stop.clone());
+    let desk = Desk { client, renderer, orders, lamps, shutdown };
     let mut jobs = JoinSet::new();
     let result = claim(&config, &desk, &mut jobs).await;
     stop.cancel();

@@ -105,6 +105,10 @@ impl Evaluators {
         out: &mut Vec<f32>,
     ) -> Result<(), EvalError> {
         let (evaluator, is_gpu) = self.choose(wanted, work(programs, set));
+        if is_gpu && programs.iter().any(|program| !program.layers().is_empty()) {
+            // Models of reflectance have no shaders.
+            return self.canonical.eval(programs, set, out);
+        }
         match evaluator.eval(programs, set, out) {
             Err(error) if is_gpu => {
                 if self.failed.swap(true, Ordering::AcqRel) {

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    ClientError, LeaseGrant, LeaseResults, LeaseTicket, MeshSource, Outcome, RenderJob,
-    WorkerClient,
+    ClientError, LeaseGrant, LeaseResults, LeaseTicket, LightAssetFile, MeshSource, Outcome,
+    RenderJob, WorkerClient,
 };
-use brood_scene::MeshRef;
+use brood_scene::{AssetRef, Light, LightAssets, MeshRef};
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
 use crate::cache::LoadedMesh;
+use crate::lamp::Lamps;
 use crate::render_thread::Order;
 use crate::renderer::Renderer;
 
@@ -26,6 +27,7 @@ pub(crate) struct Desk {
     pub(crate) client: WorkerClient,
     pub(crate) renderer: Arc<Renderer>,
     pub(crate) orders: mpsc::Sender<Order>,
+    pub(crate) lamps: Lamps,
     pub(crate) shutdown: CancellationToken,
 }
 
@@ -84,9 +86,15 @@ impl Desk {
             Ok(mesh) => mesh,
             Err(reason) => return Ok(Outcome::Failed(reason)),
         };
+        let assets = match self.light_assets(&work).await {
+            Ok(Ok(assets)) => assets,
+            Ok(Err(reason)) => return Ok(Outcome::Failed(reason)),
+            Err(ClientError::Stale) => return Err(Abandoned::Stale),
+            Err(error) => return Err(Abandoned::Release(error.to_string())),
+        };
         let (reply, done) = oneshot::channel();
         let gone = || Abandoned::Release("the render thread is gone".to_owned());
-        self.orders.send(Order { work, mesh, reply }).await.map_err(|_| gone())?;
+        self.orders.send(Order { work, mesh, assets, reply }).await.map_err(|_| gone())?;
         done.await.map_err(|_| gone())
     }
 
@@ -115,6 +123,32 @@ impl Desk {
                 })
             }
         }
+    }
+
+    /// What the lights of a job refer to; the inner error is one that trying again would not help.
+    async fn light_assets(
+        &self,
+        work: &RenderJob,
+    ) -> Result<Result<LightAssets, String>, ClientError> {
+        let mut assets = LightAssets::default();
+        // A scene that cannot be read is told where it is rendered.
+        let lights = work.frame.scene().map(|scene| scene.lights).unwrap_or_default();
+        for asset in lights.iter().filter_map(Light::asset) {
+            let (AssetRef::Profile(name) | AssetRef::Environment(name)) = asset;
+            if self.lamps.take(name, &mut assets) {
+                continue;
+            }
+            let LightAssetFile { kind, bytes } = self.client.light_asset(name).await?;
+            let (lamps, own) = (self.lamps.clone(), name.to_owned());
+            let read = move || lamps.keep(own, kind, &bytes);
+            match tokio::task::spawn_blocking(read).await {
+                Ok(Ok(())) => {}
+                Ok(Err(reason)) => return Ok(Err(reason)),
+                Err(error) => return Ok(Err(error.to_string())),
+            }
+            self.lamps.take(name, &mut assets);
+        }
+        Ok(Ok(assets))
     }
 
     /// Renews the lease for ever; ends only when it is lost.

@@ -28,6 +28,7 @@ mod comparison;
 mod evaluator;
 mod gpu;
 mod job;
+mod lamp;
 mod render_thread;
 mod renderer;
 mod shot;

@@ -10,15 +10,17 @@ use std::time::Instant;
 use brood_genome::Input;
 use brood_program::Program;
 use brood_protocol::{Outcome, RenderJob, RenderedPicture, Work};
+use brood_scene::LightAssets;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::cache::LoadedMesh;
 use crate::renderer::{RenderError, Renderer};
 
-/// A job whose mesh is at hand.
+/// A job whose mesh and light files are at hand.
 pub(crate) struct Order {
     pub(crate) work: RenderJob,
     pub(crate) mesh: Arc<LoadedMesh>,
+    pub(crate) assets: LightAssets,
     /// Closed where nobody wants the result any more.
     pub(crate) reply: oneshot::Sender<Outcome>,
 }
@@ -39,6 +41,7 @@ pub(crate) fn start(
             if order.reply.is_closed() {
                 continue;
             }
+            renderer.set_light_assets(order.assets);
             let outcome = pool.install(|| execute(&renderer, &order.work, &order.mesh));
             // A closed channel means that the lease was lost meanwhile.
             let _ = order.reply.send(outcome);

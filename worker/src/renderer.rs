@@ -11,10 +11,12 @@ use brood_protocol::{
     Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderedPicture, WireError, Work,
     WorkerReport,
 };
-use brood_scene::{BuiltinMesh, Exposure, PixelArea, SampleSet, Sampling, SceneError};
+use brood_scene::{
+    BuiltinMesh, Exposure, Film, LightAssets, PixelArea, SampleSet, Sampling, SceneError,
+};
 use rayon::prelude::*;
 
-use crate::cache::{Caches, LoadedMesh, Raster, View};
+use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, View};
 use crate::evaluator::Evaluators;
 use crate::shot::{FineTiles, Refiner, Shot};
 use crate::tally::micros;
@@ -28,6 +30,7 @@ pub struct Renderer {
     pub(crate) evaluators: Evaluators,
     pub(crate) caches: Caches,
     reflectances: Mutex<Vec<f32>>,
+    assets: Mutex<Arc<LoadedAssets>>,
 }
 
 /// Why pictures could not be made.
@@ -70,6 +73,7 @@ impl Renderer {
             evaluators: Evaluators::new(backend),
             caches: Caches::new(cache_bytes),
             reflectances: Mutex::default(),
+            assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
         }
     }
 
@@ -114,6 +118,27 @@ impl Renderer {
         let mesh = Arc::new(mesh);
         self.caches.keep_uploaded(mesh.clone());
         Ok(mesh)
+    }
+
+    /// What the lights of scenes refer to by name, from now on; in place of what was there. A light whose asset is not there
+    /// is dark.
+    pub fn set_light_assets(&self, assets: LightAssets) {
+        if assets.is_same(self.loaded_assets().assets()) {
+            // Hashing large environments again takes longer than most pictures.
+            return;
+        }
+        *self.assets.lock().unwrap_or_else(PoisonError::into_inner) =
+            Arc::new(LoadedAssets::new(assets));
+    }
+
+    /// What was set last, nothing at first.
+    #[must_use]
+    pub fn light_assets(&self) -> LightAssets {
+        self.loaded_assets().assets().clone()
+    }
+
+    fn loaded_assets(&self) -> Arc<LoadedAssets> {
+        self.assets.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The program of packed words, translated once.
@@ -185,14 +210,15 @@ impl Renderer {
         if !area.is_within(size_px) {
             return Err(RenderError::Area(area, size_px));
         }
-        let view = View::new(&scene, mesh);
+        let assets = self.loaded_assets();
+        let view = View::new(&scene, mesh, &assets);
         // Whether a pixel is rough depends on its neighbours.
         let seen = if sampling == Sampling::Adaptive { area.grown(size_px) } else { area };
         let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: seen });
         let gains = if area == whole {
             None
         } else {
-            Some(self.gains(&view, scene.film.exposure, frame, programs)?)
+            Some(self.gains(&view, scene.film, frame, programs)?)
         };
         let tiles = FineTiles::new(size_px);
         let floats = 3 * set.len();
@@ -217,7 +243,7 @@ impl Renderer {
                     let f = &out[index * floats..(index + 1) * floats];
                     let gain = match &gains {
                         Some(gains) => gains[number * batch + index],
-                        None => Gain::new(scene.film.exposure, &set, f),
+                        None => Gain::new(scene.film, &set, f),
                     };
                     let refiner =
                         Refiner { renderer: self, view: &view, frame, program, tiles: &tiles };
@@ -236,12 +262,12 @@ impl Renderer {
     fn gains(
         &self,
         view: &View<'_>,
-        exposure: Exposure,
+        film: Film,
         frame: &Frame,
         programs: &[&Program],
     ) -> Result<Vec<Gain>, RenderError> {
-        if let Exposure::Ev(ev) = exposure {
-            return Ok(vec![Gain::fixed(ev); programs.len()]);
+        if let Exposure::Ev(ev) = film.exposure {
+            return Ok(vec![Gain::fixed(ev).with_tone(film.tone); programs.len()]);
         }
         let (size_px, sampling) = (frame.size_px, Sampling::Fixed(1));
         let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
@@ -250,7 +276,7 @@ impl Renderer {
         let mut gains = Vec::with_capacity(programs.len());
         for program in programs {
             self.evaluators.eval(frame.backend, &[*program], &set, &mut f)?;
-            gains.push(Gain::new(exposure, &set, &f));
+            gains.push(Gain::new(film, &set, &f));
         }
         Ok(gains)
     }

@@ -102,7 +102,7 @@ impl Shot<'_> {
         let with_set = |rough| (rough, tiles.set(renderer, view, rough));
         let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
-        for fine in FineSamples::batches(&rough, program.inputs()) {
+        for fine in FineSamples::batches(&rough, program) {
             renderer.evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
             fine.radiance(&f, &mut put);
             let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);

@@ -3,17 +3,15 @@
 import drjit
 import mitsuba
 
+from reflecting_bsdf import Reflecting
 
 
-class Expression(mitsuba.BSDF):
+class Expression(Reflecting):
     """f = g^2, g three values of a straight-line program over sums and products of the directions."""
 
     def __init__(self, properties, program=()):
         super().__init__(properties)
         self.program = program
-        flags = mitsuba.BSDFFlags.GlossyReflection | mitsuba.BSDFFlags.FrontSide
-        self.m_components = [flags]
-        self.m_flags = flags
 
     @classmethod
     def random(cls, draw, operations):
@@ -44,34 +42,9 @@ class Expression(mitsuba.BSDF):
             }[operation]())
         return [drjit.clip(value, -65504.0, 65504.0) for value in values[-3:]]
 
-    def value(self, si, wo, active):
-        lit = active & (si.wi.z > 0.0) & (wo.z > 0.0)
-        red, green, blue = self.g(si.wi, wo)
-        f = mitsuba.Color3f(red * red, green * green, blue * blue)
-        return drjit.select(lit, f * wo.z, 0.0), lit
-
-    def sample(self, context, si, sample1, sample2, active=True):
-        wo = mitsuba.warp.square_to_cosine_hemisphere(sample2)
-        sampled = mitsuba.BSDFSample3f()
-        sampled.wo = wo
-        sampled.pdf = mitsuba.warp.square_to_cosine_hemisphere_pdf(wo)
-        sampled.eta = 1.0
-        sampled.sampled_type = mitsuba.UInt32(int(self.m_flags))
-        sampled.sampled_component = mitsuba.UInt32(0)
-        value, lit = self.value(si, wo, active)
-        return sampled, drjit.select(lit & (sampled.pdf > 0.0), value / sampled.pdf, 0.0)
-
-    def eval(self, context, si, wo, active=True):
-        return self.value(si, wo, active)[0]
-
-    def pdf(self, context, si, wo, active=True):
-        return drjit.select(active, mitsuba.warp.square_to_cosine_hemisphere_pdf(wo), 0.0)
-
-    def eval_pdf(self, context, si, wo, active=True):
-        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
-
-    def traverse(self, callback):
-        pass
+    def reflected(self, light, eye):
+        red, green, blue = self.g(eye, light)
+        return mitsuba.Color3f(red * red, green * green, blue * blue) * light.z
 
     def to_string(self):
         return f"Expression[{len(self.program)} operations]"

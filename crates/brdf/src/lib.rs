@@ -18,11 +18,16 @@ mod direction;
 mod input;
 mod measured;
 mod model;
+mod swapped;
 
 pub use direction::{DirectionError, DirectionPair};
 pub use input::{Input, InputMask, Parametrisation};
-pub use measured::{Merl, MerlError, Slice, SliceError};
-pub use model::{
-    Brdf, Claims, Model, ModelKind, ModelPreset, ModelTextError, Parameter, ParameterError, Scale,
-    Shape, UnknownModel, model_presets,
+pub use measured::{
+    CsvError, GoniometerError, Merl, MerlError, Rgl, RglError, SampleError, Samples, Scattered,
+    Slice, SliceError, TensorError,
 };
+pub use model::{
+    Brdf, Claims, Model, ModelKind, ModelPreset, NumbersError, Parameter, ParameterError,
+    ParameterTextError, Scale, Shape, UnknownModel, model_presets,
+};
+pub use swapped::Swapped;

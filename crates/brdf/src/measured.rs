@@ -3,8 +3,22 @@
 //! It refuses to know files and pictures: whoever has the bytes of one, or the pixels, hands them over.
 
 mod angle;
+mod csv;
+mod goniometer;
 mod merl;
+mod rgl;
+mod sample;
+mod scatter;
 mod slice;
+mod spectrum;
+mod tensor;
+mod warp;
 
+pub use csv::CsvError;
+pub use goniometer::GoniometerError;
 pub use merl::{Merl, MerlError};
+pub use rgl::{Rgl, RglError};
+pub use sample::{SampleError, Samples};
+pub use scatter::Scattered;
 pub use slice::{Slice, SliceError};
+pub use tensor::TensorError;

@@ -28,7 +28,7 @@ pub use kind::{ModelKind, UnknownModel};
 use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
 pub use preset::{ModelPreset, model_presets};
-pub use text::ModelTextError;
+pub use text::ParameterTextError;
 
 /// What reflects light.
 pub trait Brdf: Send + Sync {
@@ -109,12 +109,45 @@ pub enum ParameterError {
     },
 }
 
+/// Why numbers are no model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NumbersError {
+    /// More or fewer than its parameters have.
+    #[error("{kind} has {wanted} numbers, not {found}")]
+    Count {
+        /// The model.
+        kind: ModelKind,
+        /// How many its parameters have.
+        wanted: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// One that its parameter cannot be.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
 impl Model {
     /// The model with its defaults.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
         let numbers = kind.parameters().iter().flat_map(Parameter::default).collect();
         Self { kind, numbers }
+    }
+
+    /// The model of numbers as [`Model::numbers`] has them.
+    pub fn from_numbers(kind: ModelKind, numbers: &[f64]) -> Result<Self, NumbersError> {
+        let model = Self::new(kind);
+        if numbers.len() != model.numbers.len() {
+            let (wanted, found) = (model.numbers.len(), numbers.len());
+            return Err(NumbersError::Count { kind, wanted, found });
+        }
+        let mut at = 0;
+        kind.parameters().iter().try_fold(model, |model, parameter| {
+            let values = &numbers[at..at + parameter.count()];
+            at += parameter.count();
+            Ok(model.with(parameter.name, values)?)
+        })
     }
 
     /// Which model it is.
@@ -127,6 +160,16 @@ impl Model {
     #[must_use]
     pub fn numbers(&self) -> &[f64] {
         &self.numbers
+    }
+
+    /// Its parameters with their numbers, in the order of the kind's table.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &[f64])> {
+        let mut rest = self.numbers.as_slice();
+        self.kind.parameters().iter().map(move |parameter| {
+            let (numbers, others) = rest.split_at(parameter.count());
+            rest = others;
+            (parameter, numbers)
+        })
     }
 
     /// The numbers of a parameter; none where there is no such.
@@ -154,7 +197,10 @@ impl Model {
                 return Err(ParameterError::Range { name: parameter.name, low, high, value });
             }
         }
-        self.numbers[at..at + values.len()].copy_from_slice(values);
+        for (number, value) in self.numbers[at..].iter_mut().zip(values) {
+            // Adding +0 turns -0 into 0, so that equal models have equal bits.
+            *number = value + 0.0;
+        }
         Ok(self)
     }
 
@@ -165,12 +211,36 @@ impl Model {
             let wanted = if parameter.count() == 1 { "one number" } else { "three numbers" };
             return Err(ParameterError::Count { name: parameter.name, wanted, found: 0 });
         };
+        if word.is_empty() {
+            return Err(ParameterError::Count {
+                name: parameter.name,
+                wanted: "one word",
+                found: 0,
+            });
+        }
         let number = words.iter().zip(0_u32..).find(|(known, _)| **known == word);
         let Some((_, number)) = number else {
             let (known, word) = (words.join(", "), word.to_owned());
             return Err(ParameterError::Word { name: parameter.name, known, word });
         };
         self.with(name, &[f64::from(number)])
+    }
+
+    /// The same all around the normal: what draws highlights out along u or v does not.
+    #[must_use]
+    pub fn isotropic(&self) -> Self {
+        let mut model = self.clone();
+        for (of_v, of_u) in [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")] {
+            if let (Some((_, v)), Some((_, u))) = (self.kind.place(of_v), self.kind.place(of_u)) {
+                model.numbers[v] = self.numbers[u];
+            }
+        }
+        for name in ["stretch", "anisotropic"] {
+            if let Some((_, at)) = self.kind.place(name) {
+                model.numbers[at] = 0.0;
+            }
+        }
+        model
     }
 
     /// Prepared to be evaluated.

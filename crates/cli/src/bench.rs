@@ -10,6 +10,7 @@ mod fitness;
 mod flip;
 mod frame;
 mod measure;
+mod model;
 mod ops;
 mod own_server;
 mod pareto;
@@ -41,6 +42,8 @@ pub enum BenchCommand {
     Fitness(fitness::BenchFitnessArgs),
     /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
     Frame(frame::BenchFrameArgs),
+    /// Models of reflectance: time a sample, and what breaks on hard parameters and directions
+    Model(model::BenchModelArgs),
     /// Scalar operations a second on one core, at every level of vector instructions
     Ops(ops::BenchOpsArgs),
     /// Run time against error: each choice of the product swept, with charts
@@ -62,6 +65,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Export(args) => export::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),
         BenchCommand::Frame(args) => frame::run(args, json),
+        BenchCommand::Model(args) => model::run(args, json),
         BenchCommand::Ops(args) => ops::run(args, json),
         BenchCommand::Pareto(args) => pareto::run(args, json),
         BenchCommand::Skip(args) => skip::run(args, json),

@@ -48,12 +48,16 @@ pub struct BreedArgs {
     /// Divide what children reflect by their largest albedo where it is above 1; absent: as the first parent
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub limit: Option<bool>,
-    /// What children keep of the first parent: instructions by number from 0, constants as C5, channels as r, g, b
+    /// What children keep of the first parent: instructions by number from 0, constants as C5, channels as r, g, b, layers
+    /// as L0, their parameters as L0.roughness
     #[arg(long, value_name = "LIST")]
     pub lock: Option<LockWords>,
     /// What random genomes may use, as in 'smooth registers 7' or 'extended registers 12 length 60'
     #[arg(long, value_name = "WORDS")]
     pub dialect: Option<DialectWords>,
+    /// Random genomes are models of reflectance: the dialect of length 0
+    #[arg(long, conflicts_with = "dialect")]
+    pub models: bool,
     /// Children are unchanged by rotations about the normal
     #[arg(long)]
     pub isotropic: bool,
@@ -133,7 +137,9 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
 fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
     let variation = match parents {
         [] => {
-            let dialect = args.dialect.map_or_else(Dialect::default, |words| words.0);
+            let length = if args.models { 0 } else { Dialect::default().length };
+            let usual = Dialect { length, ..Dialect::default() };
+            let dialect = args.dialect.map_or(usual, |words| words.0);
             Variation::random(dialect)
         }
         [parent] => {
@@ -164,7 +170,7 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
         let Some(parent) = parents.first() else {
             bail!("a random start has no parent to keep anything of");
         };
-        locks.validate(parent.dialect())?;
+        locks.validate_for(parent)?;
     }
     let locks = args.lock.as_ref().map(|words| &words.0);
     let variation = variation.with_constraints(constraints).with_output(output);

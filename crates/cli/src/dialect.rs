@@ -68,6 +68,7 @@ mod tests {
         assert_eq!(parse("paper paper length 30").map(|d| (d.parametrisation, d.length)), {
             Ok((Parametrisation::Paper, 30))
         });
+        assert_eq!(parse("length 0").map(|d| d.length), Ok(0), "models alone");
         let wide = Dialect { isotropic: true, ..extended(default) };
         assert_eq!(parse("extended isotropic"), Ok(wide));
         assert_eq!(parse("extended paper registers 12").map(|d| d.registers), Ok(12));
@@ -76,7 +77,7 @@ mod tests {
     #[test]
     fn words_are_refused_when_they_are_no_dialect() {
         for text in
-            ["registers", "registers x", "smooth extended", "registers 3", "length 0", "foo"]
+            ["registers", "registers x", "smooth extended", "registers 3", "length 1025", "foo"]
         {
             assert!(parse(text).is_err(), "{text}");
         }

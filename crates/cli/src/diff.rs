@@ -70,10 +70,18 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
     output::print(&format!("{value}\n"))
 }
 
-fn rmse(a: &Picture, b: &Picture) -> f64 {
+/// Root mean square error of linear RGB.
+pub fn rmse(a: &Picture, b: &Picture) -> f64 {
     let pairs = a.linear().iter().zip(b.linear());
     let squares: f64 = pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]) * (a[c] - b[c]))).sum();
     (squares / (3.0 * a.linear().len().max(1) as f64)).sqrt()
+}
+
+/// The absolute difference of two pictures of one size.
+pub fn absolute(a: &Picture, b: &Picture) -> Picture {
+    let (width, height) = a.size();
+    let apart = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
+    Picture::from_linear(width, height, a.linear().iter().zip(b.linear()).map(apart).collect())
 }
 
 fn ssim(a: &Picture, b: &Picture) -> Result<f64> {
@@ -82,7 +90,8 @@ fn ssim(a: &Picture, b: &Picture) -> Result<f64> {
     Ok(image_compare::rgb_similarity_structure(&algorithm, &a, &b)?.score)
 }
 
-fn flip(a: &Picture, b: &Picture) -> f64 {
+/// Mean error of the FLIP difference evaluator.
+pub fn flip(a: &Picture, b: &Picture) -> f64 {
     let (width, height) = a.size();
     let image = |picture: &Picture| {
         nv_flip::FlipImageRgb8::with_data(width, height, picture.encoded().as_raw())

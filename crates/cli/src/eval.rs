@@ -25,7 +25,8 @@ const BATCH: usize = 1 << 18;
 /// Options of `brood eval`.
 #[derive(Debug, Args)]
 pub struct EvalArgs {
-    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, or an image slice as `.exr`; - is stdin
+    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
+    /// `.brdf`, or an image slice as `.exr`; - is stdin
     pub genome: PathBuf,
     /// CSV with the columns wix, wiy, wiz, wox, woy, woz, and u, v where wanted; - is stdin
     pub pairs: PathBuf,
@@ -43,10 +44,7 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     let stdin = Path::new("-");
     ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
     let genome = match material_file::read(&args.genome)? {
-        Material::Evolved(genome) => *genome,
-        Material::Analytic(model) => {
-            return run_brdf(args, &*model.brdf(), model.kind().name(), json);
-        }
+        Material::Bred(genome) => *genome,
         Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, json),
     };
     let limited = args.limit || genome.is_limited();
@@ -83,14 +81,17 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     output::print(&table(&values))
 }
 
-/// The same of a model or what was measured, in f64.
+/// The same of what was measured, in f64.
 fn run_brdf(args: &EvalArgs, brdf: &dyn Brdf, kind: &str, json: bool) -> Result<()> {
-    ensure!(!args.limit, "the energy limit is for genomes; brood model albedo measures a model");
+    ensure!(
+        !args.limit,
+        "the energy limit is for genomes; brood model albedo measures how much is reflected"
+    );
     let text = read_text(&args.pairs)?;
     let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
     let values: Vec<[f64; 3]> = rows.iter().map(|row| brdf.f(&row.pair).to_array()).collect();
     if json {
-        return output::print_json(&json!({ "model": kind, "f": values }));
+        return output::print_json(&json!({ "measured": kind, "f": values }));
     }
     output::print(&table(&values))
 }

@@ -4,17 +4,22 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Sampling, Scene, parse_obj};
+use brood_scene::{
+    BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Sampling, Scene, Tone, parse_obj,
+};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
+use crate::light_file;
 use crate::output::read_file;
 
 const SCENE_LIMIT_BYTES: u64 = 256 << 10;
 /// Most samples in every pixel.
 const SAMPLES_MOST: u32 = 1024;
+/// Most samples of a picture, were it all covered and lit; each takes about a hundred bytes.
+const SAMPLES_IN_ALL: u64 = 1 << 32;
 const OBJ_LIMIT_BYTES: u64 = 32 << 20;
 
 /// Options that `render` and `breed` share.
@@ -29,7 +34,7 @@ pub struct FrameArgs {
     /// An OBJ file, or sphere, torus, cube or knob
     #[arg(long, value_name = "OBJ")]
     pub mesh: Option<String>,
-    /// A scene as JSON
+    /// A scene as JSON; IES profiles and pictures of environments are named from its folder
     #[arg(long, value_name = "JSON")]
     pub scene: Option<PathBuf>,
     /// One point light at this position, as bright as the default light
@@ -41,6 +46,9 @@ pub struct FrameArgs {
     /// `auto`, or exposure in EV
     #[arg(long, value_name = "auto|EV", allow_hyphen_values = true)]
     pub exposure: Option<ExposureWord>,
+    /// Tone curve: none, reinhard or filmic
+    #[arg(long, value_name = "CURVE", value_parser = tone)]
+    pub tone: Option<Tone>,
     /// auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     pub backend: Backend,
@@ -57,6 +65,11 @@ pub struct ExposureWord(pub Exposure);
 fn sampling(text: &str) -> Result<Sampling, String> {
     let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= SAMPLES_MOST);
     known.ok_or_else(|| format!("samples are adaptive or a number from 1 to {SAMPLES_MOST}"))
+}
+
+fn tone(text: &str) -> Result<Tone, String> {
+    let known = Tone::ALL.into_iter().find(|tone| tone.name() == text);
+    known.ok_or_else(|| "a tone curve is none, reinhard or filmic".to_owned())
 }
 
 impl FromStr for Position {
@@ -92,6 +105,9 @@ impl FrameArgs {
         format: PictureFormat,
     ) -> Result<(Frame, Arc<LoadedMesh>)> {
         let mut scene = self.read_scene()?;
+        let folder = self.scene.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        renderer.set_light_assets(light_file::read(&scene, folder)?);
+        self.check_memory(&scene)?;
         let (mesh, source) = match (&self.mesh, &scene.mesh) {
             (Some(name), _) => match BuiltinMesh::from_name(name) {
                 Some(mesh) => {
@@ -114,6 +130,18 @@ impl FrameArgs {
         Ok((Frame::new(&scene, source, self.size, self.samples, how), mesh))
     }
 
+    /// Refuses what would take more memory than machines have.
+    fn check_memory(&self, scene: &Scene) -> Result<()> {
+        let pixels = u64::from(self.size) * u64::from(self.size);
+        let most = pixels * u64::from(self.samples.least()) * u64::from(scene.light_samples());
+        ensure!(
+            most <= SAMPLES_IN_ALL,
+            "this may take {most} samples, over {SAMPLES_IN_ALL}: ask for a smaller picture, fewer samples a pixel or \
+             fewer of each light"
+        );
+        Ok(())
+    }
+
     fn read_scene(&self) -> Result<Scene> {
         let mut scene = match &self.scene {
             None => Scene::default(),
@@ -123,13 +151,16 @@ impl FrameArgs {
             }
         };
         if let Some(Position(position)) = self.light {
-            scene.lights = vec![Light::Point { position: Some(position), intensity: None }];
+            scene.lights = vec![Light::point_at(position)];
         }
         if let Some(degrees) = self.light_deg {
             scene = scene.with_light_deg(degrees);
         }
         if let Some(ExposureWord(exposure)) = self.exposure {
             scene.film.exposure = exposure;
+        }
+        if let Some(tone) = self.tone {
+            scene.film.tone = tone;
         }
         scene.validate().context("the scene is refused")?;
         Ok(scene)

@@ -21,11 +21,6 @@ pub fn read(path: &PathBuf) -> Result<Genome> {
             path.display().to_string()
         }
     };
-    ensure!(
-        !holds_model(&bytes),
-        "{} holds a model, which only render, eval and model take as yet",
-        name()
-    );
     parse(&bytes).with_context(name)
 }
 
@@ -39,13 +34,6 @@ pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
     stdin.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).context("read the genome from stdin")?;
     ensure!(bytes.len() as u64 <= LIMIT_BYTES, "a genome has at most {LIMIT_BYTES} bytes");
     Ok(bytes)
-}
-
-/// Whether a file is about a model instead of a program: its second line of any content names one.
-pub fn holds_model(bytes: &[u8]) -> bool {
-    let lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with(b"#"));
-    lines.nth(1).is_some_and(|line| line.starts_with(b".model"))
 }
 
 /// A genome as text or JSON.

@@ -1,10 +1,10 @@
-//! LIST arguments of locks: numbers of instructions, constants and channels in one list.
+//! LIST arguments of locks: numbers of instructions, constants, channels, layers and their parameters in one list.
 
 use std::str::FromStr;
 
-use brood_genome::{Channel, Locks};
+use brood_genome::{Channel, Locks, ParameterLock};
 
-/// Locks as they are written on the command line: `12,30,C5,r`.
+/// Locks as they are written on the command line: `12,30,C5,r,L0,L1.roughness`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LockWords(pub Locks);
 
@@ -18,21 +18,35 @@ impl FromStr for LockWords {
                 "r" => locks.channels.push(Channel::Red),
                 "g" => locks.channels.push(Channel::Green),
                 "b" => locks.channels.push(Channel::Blue),
-                _ => match word.strip_prefix('C').map_or_else(
-                    || word.parse().map(|index| locks.instructions.push(index)),
-                    |digits| digits.parse().map(|index| locks.constants.push(index)),
-                ) {
-                    Ok(()) => {}
-                    Err(_) => {
-                        return Err(format!(
-                            "`{word}` is neither the number of an instruction, nor a constant as C5, nor r, g or b"
-                        ));
-                    }
-                },
+                _ => put(word, &mut locks).ok_or_else(|| {
+                    format!(
+                        "`{word}` is neither the number of an instruction, nor a constant as C5, nor r, g or b, nor a \
+                         layer as L0, nor a parameter as L0.roughness"
+                    )
+                })?,
             }
         }
         Ok(Self(locks))
     }
+}
+
+/// One word that is no channel; none where it names nothing.
+fn put(word: &str, locks: &mut Locks) -> Option<()> {
+    if let Some(layer) = word.strip_prefix('L') {
+        match layer.split_once('.') {
+            None => locks.layers.push(layer.parse().ok()?),
+            Some((_, "")) => return None,
+            Some((layer, name)) => {
+                let lock = ParameterLock { layer: layer.parse().ok()?, name: name.to_owned() };
+                locks.parameters.push(lock);
+            }
+        }
+    } else if let Some(digits) = word.strip_prefix('C') {
+        locks.constants.push(digits.parse().ok()?);
+    } else {
+        locks.instructions.push(word.parse().ok()?);
+    }
+    Some(())
 }
 
 #[cfg(test)]
@@ -45,9 +59,11 @@ mod tests {
             instructions: vec![12, 0],
             constants: vec![5],
             channels: vec![Channel::Red, Channel::Blue],
+            layers: vec![1],
+            parameters: vec![ParameterLock { layer: 0, name: "f0".to_owned() }],
         };
-        assert_eq!("12, C5,r,0,b".parse(), Ok(LockWords(locks)));
-        for text in ["", "x", "C", "C300", "-1", "12,,r"] {
+        assert_eq!("12, C5,r,0,b,L1,L0.f0".parse(), Ok(LockWords(locks)));
+        for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0."] {
             let error = text.parse::<LockWords>().unwrap_err();
             assert!(error.contains("neither the number of an instruction"), "{text}: {error}");
         }

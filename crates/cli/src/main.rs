@@ -7,6 +7,7 @@ mod backup;
 mod bench;
 mod breed;
 mod chart;
+mod compare;
 mod dialect;
 mod diff;
 mod eval;
@@ -14,6 +15,7 @@ mod export;
 mod frame;
 mod genome_file;
 mod inspect;
+mod light_file;
 mod lock;
 mod logging;
 mod material_file;
@@ -72,6 +74,8 @@ enum Command {
     /// Models of reflectance: list them, print one, measure what it sends back
     #[command(subcommand)]
     Model(model::ModelCommand),
+    /// Show materials side by side in one scene, their differences and what physics makes of them
+    Compare(compare::CompareArgs),
     /// Compare two pictures
     Diff(diff::DiffArgs),
     /// Measure
@@ -94,6 +98,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Preset(args) => preset::run(&args, cli.json),
         Command::Model(command) => model::run(&command, cli.json),
+        Command::Compare(args) => compare::run(&args, cli.json),
         Command::Diff(args) => diff::run(&args, cli.json),
         Command::Bench(command) => bench::run(&command, cli.json),
     };

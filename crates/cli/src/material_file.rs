@@ -1,9 +1,9 @@
-//! Files of materials: an evolved genome, a model with its parameters, or a measured table.
+//! Files of materials: a genome of programs and models, or a measured table.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
-use brood_brdf::{Brdf, Merl, Model, Slice};
+use anyhow::{Context, Result};
+use brood_brdf::{Brdf, Merl, Rgl, Samples, Scattered, Slice};
 use brood_genome::Genome;
 
 use crate::diff::Picture;
@@ -12,48 +12,62 @@ use crate::output::read_file;
 
 /// A little more than a MERL table takes.
 const MERL_BYTES: u64 = 40 << 20;
-const SLICE_BYTES: u64 = 4 << 20;
+/// A hundred times what RGL's isotropic materials take in RGB; azimuths multiply it.
+const RGL_BYTES: u64 = 128 << 20;
+/// As many samples as are read, with some thirty wavelengths each.
+const SAMPLES_BYTES: u64 = 128 << 20;
 
 /// What a file holds.
 pub enum Material {
-    /// A program that was bred or written.
-    Evolved(Box<Genome>),
-    /// A model of reflectance.
-    Analytic(Model),
-    /// What was measured, and what kind of file that was.
+    /// A program, models, or both, bred or written.
+    Bred(Box<Genome>),
+    /// What was measured, and which kind of table it is.
     Measured(Box<dyn Brdf>, &'static str),
 }
 
-/// Reads the material that an argument names; `-` is stdin. A name that ends in .binary is a MERL table, in .exr an image slice.
+/// Reads the material that an argument names; `-` is stdin. What was measured is told by the ending of its name.
 pub fn read(path: &PathBuf) -> Result<Material> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    match extension.to_ascii_lowercase().as_str() {
-        "binary" => {
-            let merl = Merl::read(&read_file(path, MERL_BYTES)?).with_context(|| name(path))?;
-            return Ok(Material::Measured(Box::new(merl), "MERL table"));
+    let (brdf, kind) = match extension.to_ascii_lowercase().as_str() {
+        "binary" => (measured(path, MERL_BYTES, |bytes| Ok(Merl::read(bytes)?))?, "MERL table"),
+        "bsdf" => (measured(path, RGL_BYTES, |bytes| Ok(Rgl::read(bytes)?))?, "RGL material"),
+        "csv" => {
+            let read = |bytes: &[u8]| Ok(scattered(path, &Samples::from_csv(bytes)?));
+            (measured(path, SAMPLES_BYTES, read)?, "scattered samples")
+        }
+        "brdf" => {
+            let read = |bytes: &[u8]| Ok(scattered(path, &Samples::from_goniometer(bytes)?));
+            (measured(path, SAMPLES_BYTES, read)?, "goniometer measurements")
         }
         "exr" => {
             let slice = read_slice(path).with_context(|| name(path))?;
-            return Ok(Material::Measured(Box::new(slice), "image slice"));
+            (Box::new(slice) as Box<dyn Brdf>, "image slice")
         }
-        _ => {}
-    }
-    let bytes = genome_file::read_bytes(path)?;
-    parse(&bytes).with_context(|| name(path))
+        _ => return Ok(Material::Bred(Box::new(genome_file::read(path)?))),
+    };
+    Ok(Material::Measured(brdf, kind))
 }
 
-/// Reads a model; `-` is stdin.
-pub fn read_model(path: &PathBuf) -> Result<Model> {
-    match read(path)? {
-        Material::Analytic(model) => Ok(model),
-        Material::Evolved(_) => bail!("{} holds a genome and no model", name(path)),
-        Material::Measured(..) => bail!("{} was measured and is no model", name(path)),
+fn measured<B: Brdf + 'static>(
+    path: &Path,
+    limit_bytes: u64,
+    read: impl Fn(&[u8]) -> Result<B>,
+) -> Result<Box<dyn Brdf>> {
+    let bytes = read_file(path, limit_bytes)?;
+    Ok(Box::new(read(&bytes).with_context(|| name(path))?))
+}
+
+/// Interpolates samples, and says on stderr if some could not be used.
+fn scattered(path: &Path, samples: &Samples) -> Scattered {
+    let skipped = samples.skipped();
+    if skipped > 0 {
+        let all = samples.rows().len() + skipped;
+        eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
     }
+    Scattered::new(samples)
 }
 
 fn read_slice(path: &Path) -> Result<Slice> {
-    // So that no large picture is decoded to be refused.
-    read_file(path, SLICE_BYTES)?;
     let (width, height, pixels) = Picture::read(path)?.into_linear();
     #[expect(clippy::cast_possible_truncation, reason = "the file holds f32 or less")]
     let values = pixels.into_iter().map(|rgb| rgb.map(|value| value as f32)).collect();
@@ -64,28 +78,28 @@ fn name(path: &Path) -> String {
     if path == Path::new("-") { "stdin".to_owned() } else { path.display().to_string() }
 }
 
-fn parse(bytes: &[u8]) -> Result<Material> {
-    if genome_file::holds_model(bytes) {
-        let text = std::str::from_utf8(bytes).context("a material is UTF-8 text")?;
-        return Ok(Material::Analytic(text.parse()?));
-    }
-    Ok(Material::Evolved(Box::new(genome_file::parse(bytes)?)))
-}
-
 #[cfg(test)]
 mod tests {
-    use brood_brdf::ModelKind;
-
     use super::*;
 
     #[test]
-    fn files_hold_genomes_or_models() {
-        let model = Model::new(ModelKind::Ward);
-        let read = parse(model.to_string().as_bytes()).unwrap();
-        assert!(matches!(read, Material::Analytic(read) if read == model));
-        let genome = b"brood 1\n.dialect paper smooth registers 7\nMOV R0, R1\n";
-        assert!(matches!(parse(genome).unwrap(), Material::Evolved(_)));
-        let error = parse(b"brood 1\n.model ward\nalpha 1\n").err().unwrap().to_string();
-        assert!(error.starts_with("line 3: ward has no parameter alpha"), "{error}");
+    fn measurements_are_told_by_the_ending_of_the_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let csv = write("a.CSV", "wix,wiy,wiz,wox,woy,woz,r,g,b\n0,0,1,0,0,1,1,1,1\n");
+        assert!(matches!(read(&csv).unwrap(), Material::Measured(_, "scattered samples")));
+        let text = write("a.brdf", "1 550 0 0 0 0 0.5");
+        assert!(matches!(read(&text).unwrap(), Material::Measured(_, "goniometer measurements")));
+        let refused = |path: &PathBuf| format!("{:#}", read(path).err().unwrap());
+        assert!(
+            refused(&write("b.brdf", "analytic\n"))
+                .contains("b.brdf: this .brdf file is a formula")
+        );
+        assert!(refused(&write("b.bsdf", "tensor")).contains("it ends within its head"));
+        assert!(refused(&write("b.csv", "r,g,b\n")).contains("column wix"));
     }
 }

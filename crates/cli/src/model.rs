@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use brood_brdf::{Brdf, Claims, Model, ModelKind, Parameter, Scale, Shape, model_presets};
-use brood_eval::{Quadrature, around, pair};
+use brood_eval::{Quadrature, around, channel_albedos, express, pair};
+use brood_genome::{Genome, Output};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
-use crate::{material_file, output};
+use crate::material_file::{self, Material};
+use crate::output;
 
 /// Subcommands of `brood model`.
 #[derive(Debug, Subcommand)]
@@ -21,14 +23,15 @@ pub enum ModelCommand {
         /// A name that `brood model list` has
         name: String,
     },
-    /// Print how much of the light a model sends back, by the angle of incidence
+    /// Print how much of the light a material sends back, by the angle of incidence
     Albedo(AlbedoArgs),
 }
 
 /// Options of `brood model albedo`.
 #[derive(Debug, Args)]
 pub struct AlbedoArgs {
-    /// A file with a model; - is stdin
+    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
+    /// `.brdf`, or an image slice as `.exr`; - is stdin
     file: PathBuf,
     /// Rings of directions; twice as many azimuths
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u16).range(2..=1024))]
@@ -75,14 +78,14 @@ fn show(name: &str, json: bool) -> Result<()> {
         Some(preset) => preset.model,
         None => Model::new(name.parse().context("brood model list has all names")?),
     };
+    let kind = model.kind();
+    let plain = Genome::of_models(vec![model])?.to_string();
     if json {
-        let mut found = described(model.kind());
-        found["text"] = json!(model.to_string());
+        let mut found = described(kind);
+        found["text"] = json!(plain);
         return output::print_json(&found);
     }
-    let kind = model.kind();
     let mut text = String::new();
-    let plain = model.to_string();
     let mut lines = plain.lines();
     for line in lines.by_ref().take(2) {
         writeln!(text, "{line}")?;
@@ -129,17 +132,26 @@ fn parameter(parameter: &Parameter) -> Value {
 }
 
 fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
-    let model = material_file::read_model(&args.file)?;
-    let brdf = model.brdf();
+    let material = material_file::read(&args.file)?;
+    let program = match &material {
+        Material::Bred(genome) => Some(express(genome)),
+        Material::Measured(..) => None,
+    };
     let order = usize::from(args.order);
-    let (fine, coarse) = (Quadrature::new(order), Quadrature::new(order.div_ceil(2)));
+    let reflected = |theta: f64, order: usize| match (&material, &program) {
+        (Material::Measured(brdf, _), _) => reflected(&**brdf, theta, &Quadrature::new(order)),
+        (Material::Bred(_), program) => {
+            let program = program.as_ref().expect("what was bred has been expressed");
+            channel_albedos(program, theta, order)
+        }
+    };
     let rows = THETA_DEG.map(|theta| {
-        let found = reflected(&*brdf, theta, &fine);
-        let other = reflected(&*brdf, theta, &coarse);
+        let found = reflected(theta, order);
+        let other = reflected(theta, order.div_ceil(2));
         let error = found.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         (theta, found, error)
     });
-    let Claims { reciprocal, conserving } = brdf.claims();
+    let Claims { reciprocal, conserving } = claims(&material);
     if json {
         let rows: Vec<Value> = rows
             .iter()
@@ -154,6 +166,23 @@ fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
         writeln!(text, "{theta},{r:.6},{g:.6},{b:.6},{error:.1e}")?;
     }
     output::print(&text)
+}
+
+/// Laws that hold whatever is measured: of a program that it is reciprocal, of a model what its source promises.
+fn claims(material: &Material) -> Claims {
+    match material {
+        Material::Measured(brdf, _) => brdf.claims(),
+        Material::Bred(genome) => {
+            let of_layers: Vec<Claims> =
+                genome.layers().iter().map(|model| model.brdf().claims()).collect();
+            let alone = genome.instructions().is_empty() && *genome.output() == Output::IDENTITY;
+            let conserving = matches!(of_layers.as_slice(), [only] if alone && only.conserving);
+            Claims {
+                reciprocal: of_layers.iter().all(|claims| claims.reciprocal),
+                conserving: conserving || genome.is_limited(),
+            }
+        }
+    }
 }
 
 /// Directional albedo of the channels.

@@ -1,16 +1,30 @@
-//! Pictures of models: as a program's are made, with rough pixels sampled again, by the models' own arithmetic.
+//! Pictures outside the road of programs: of measured materials, and of whatever is compared; rough pixels are sampled again
+//! as there.
 
 use brood_brdf::Brdf;
 use brood_eval::{
     Developed, Gain, RadianceImage, RoughTile, develop_samples, model_reflectance, rough_tiles,
     shade,
 };
-use brood_scene::{Mesh, SampleSet, Sampling, Scene};
+use brood_scene::{LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene};
+
+/// What gives the reflectance of samples.
+pub trait Shade {
+    /// `out` is made `3 * set.len()` long: red, green, blue, in each the samples in order.
+    fn shade(&self, set: &SampleSet, out: &mut Vec<f32>);
+}
+
+impl Shade for dyn Brdf + '_ {
+    fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
+        model_reflectance(self, set, out);
+    }
+}
 
 /// How a picture is made.
 pub struct Shot<'a> {
     pub mesh: &'a Mesh,
     pub scene: &'a Scene,
+    pub assets: &'a LightAssets,
     pub size_px: u32,
     pub sampling: Sampling,
 }
@@ -25,19 +39,18 @@ pub struct Picture {
 
 impl Shot<'_> {
     /// Takes the picture.
-    pub fn take(&self, brdf: &dyn Brdf) -> Picture {
-        let set = SampleSet::render(self.mesh, self.scene, self.size_px, self.sampling);
+    pub fn take(&self, material: &(impl Shade + ?Sized)) -> Picture {
+        let set = self.samples(self.sampling, PixelArea::whole(self.size_px));
         let mut f = Vec::new();
-        model_reflectance(brdf, &set, &mut f);
-        let gain = Gain::new(self.scene.film.exposure, &set, &f);
+        material.shade(&set, &mut f);
+        let gain = Gain::new(self.scene.film, &set, &f);
         let mut developed = develop_samples(&set, &f, gain);
         let mut radiance = shade(&set, &f);
         let mut samples = set.len();
         for rough in rough_tiles(&set, &developed) {
             let RoughTile { tile, pixels, .. } = rough;
-            let (mesh, scene) = (self.mesh, self.scene);
-            let fine = SampleSet::render_area(mesh, scene, self.size_px, RoughTile::SAMPLING, tile);
-            model_reflectance(brdf, &fine, &mut f);
+            let fine = self.samples(RoughTile::SAMPLING, tile);
+            material.shade(&fine, &mut f);
             samples += fine.len();
             let image = shade(&fine, &f);
             for (pixel, within) in pixels {
@@ -52,5 +65,10 @@ impl Shot<'_> {
             }
         }
         Picture { developed, radiance, samples }
+    }
+
+    fn samples(&self, sampling: Sampling, area: PixelArea) -> SampleSet {
+        let raster = Raster { size_px: self.size_px, sampling, area };
+        SampleSet::render_lit(self.mesh, self.scene, self.assets, raster)
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use brood_brdf::Brdf;
+use brood_brdf::{Brdf, Swapped};
 use brood_eval::{encode_exr, encode_png, express};
 use brood_protocol::{Backend, PictureFormat};
 use brood_scene::PixelArea;
@@ -20,13 +20,18 @@ use crate::{logging, output};
 /// Options of `brood render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, or an image slice as `.exr`; - is stdin
+    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
+    /// `.brdf`, or an image slice as `.exr`; - is stdin
     pub genome: PathBuf,
     #[command(flatten)]
     pub frame: FrameArgs,
     /// Only this part of the picture, in its pixels from the upper left
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", allow_hyphen_values = true)]
     pub area: Option<PixelArea>,
+    /// Exchange the directions to the light and to the eye, as renderers do that follow light from the eye; it shows how far a
+    /// measured material is from reciprocal
+    #[arg(long)]
+    pub swap: bool,
     /// The picture: .png is developed, .exr is linear
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -42,9 +47,10 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         _ => bail!("the output's name must end in .png or .exr"),
     };
     let program = match material_file::read(&args.genome)? {
-        Material::Evolved(genome) => express(&genome),
-        Material::Analytic(model) => {
-            return run_brdf(args, &*model.brdf(), model.kind().name(), (format, json));
+        Material::Bred(_) if args.swap => bail!("--swap is for what was measured"),
+        Material::Bred(genome) => express(&genome),
+        Material::Measured(brdf, kind) if args.swap => {
+            return run_brdf(args, &Swapped(&*brdf), kind, (format, json));
         }
         Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, (format, json)),
     };
@@ -85,7 +91,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     ))
 }
 
-/// The same of a model or what was measured, which the CPU computes in f64.
+/// The same of what was measured, which the CPU computes in f64.
 fn run_brdf(
     args: &RenderArgs,
     brdf: &dyn Brdf,
@@ -95,15 +101,20 @@ fn run_brdf(
     let frame = &args.frame;
     if args.area.is_some() || frame.backend == Backend::Gpu {
         bail!(
-            "models and measured materials are rendered whole and on the CPU: leave --area and --backend gpu out"
+            "measured materials are rendered whole and on the CPU: leave --area and --backend gpu out"
         );
     }
     let renderer = Renderer::new(Backend::Cpu);
     let (asked, mesh) = frame.load(&renderer, format)?;
     let scene = asked.scene()?;
     let start = Instant::now();
-    let shot =
-        Shot { mesh: mesh.mesh(), scene: &scene, size_px: frame.size, sampling: frame.samples };
+    let shot = Shot {
+        mesh: mesh.mesh(),
+        scene: &scene,
+        assets: &renderer.light_assets(),
+        size_px: frame.size,
+        sampling: frame.samples,
+    };
     let picture = shot.take(brdf);
     let developed = &picture.developed;
     let bytes = match format {
@@ -115,7 +126,7 @@ fn run_brdf(
     if json {
         return output::print_json(&json!({
             "file": args.output,
-            "model": kind,
+            "measured": kind,
             "size_px": frame.size,
             "exposure_ev": developed.exposure_ev,
             "samples": picture.samples,

@@ -12,7 +12,8 @@ use brood_eval::{
 use brood_genome::{BirthKey, Dialect, Genome, Variation};
 use brood_program::Program;
 use brood_scene::{
-    BuiltinMesh, Camera, Exposure, Light, Mesh, PixelArea, SampleSet, Sampling, Scene,
+    BuiltinMesh, Camera, DirectionalLight, Exposure, Light, Mesh, PixelArea, SampleSet, Sampling,
+    Scene,
 };
 
 const MODES: [Sampling; 5] = [
@@ -51,14 +52,12 @@ fn main() {
     table(&sphere, &lambert_scene(), size_px, reference, &programs);
 }
 
-/// The unit sphere over [-1.05, 1.05]^2 in light from (1, 1, sqrt 2) that is far away, of irradiance pi.
+/// The unit sphere over [-1.05, 1.05]^2 in parallel light of irradiance pi from (1, 1, sqrt 2).
 fn lambert_scene() -> Scene {
-    let far = 1e4;
-    let position = [0.5 * far, 0.5 * far, std::f64::consts::FRAC_1_SQRT_2 * far];
-    let intensity = Some([std::f64::consts::PI * far * far; 3]);
+    let direction = Some([-0.5, -0.5, -std::f64::consts::FRAC_1_SQRT_2]);
     let mut scene = Scene {
         camera: Camera::Orthographic { orthographic: 1.05 },
-        lights: vec![Light::Point { position: Some(position), intensity }],
+        lights: vec![Light::Directional(DirectionalLight { direction, strength: None })],
         ..Scene::default()
     };
     scene.film.exposure = Exposure::Ev(0.0);

@@ -128,7 +128,8 @@ impl Work for Reflectance<'_> {
             span.start += start;
             let results = bound.block(span);
             for (quarter, at) in (offset..offset + span.length).step_by(LANES).enumerate() {
-                reflectance(code.program(), results.quarter(quarter), &mut f);
+                let g = results.quarter(quarter);
+                reflectance(code.program(), g, code.layers(start + at), &mut f);
                 for (out, f) in out.iter_mut().zip(&f) {
                     let out = &mut out[at..];
                     match out.first_chunk_mut() {
@@ -141,12 +142,24 @@ impl Work for Reflectance<'_> {
     }
 }
 
-/// f of one quarter of a block: the squares of the results, through the output stage.
+/// f of one quarter of a block: the squares of the results and what layers add to them, through the output stage.
 #[inline(always)]
-pub(crate) fn reflectance(program: &Program, g: [&[f32; LANES]; 3], f: &mut [Quarter; 3]) {
+pub(crate) fn reflectance(
+    program: &Program,
+    g: [&[f32; LANES]; 3],
+    layers: Option<[&[f32]; 3]>,
+    f: &mut [Quarter; 3],
+) {
     for (f, g) in f.iter_mut().zip(g) {
         for (f, g) in f.0.iter_mut().zip(g) {
             *f = g.square();
+        }
+    }
+    if let Some(layers) = layers {
+        for (f, layer) in f.iter_mut().zip(layers) {
+            for (f, layer) in f.0.iter_mut().zip(layer) {
+                *f += layer;
+            }
         }
     }
     let output = program.output();

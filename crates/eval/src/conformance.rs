@@ -6,13 +6,14 @@
 mod cases;
 mod tolerance;
 
-pub use cases::{hard_samples, programs, sample_sets, wild_program};
+pub use cases::{hard_samples, layered_programs, programs, sample_sets, wild_program};
 pub use tolerance::{TOLERANCES, Tolerance};
 
-use brood_program::{Program, execute};
+use brood_program::{Program, execute_layered};
 use brood_scene::SampleSet;
 
-use crate::Evaluator;
+use crate::layer::Layers;
+use crate::{EvalError, Evaluator};
 
 /// Runs the whole suite.
 ///
@@ -21,7 +22,8 @@ use crate::Evaluator;
 pub fn check(evaluator: &dyn Evaluator) {
     check_shapes(evaluator);
     if evaluator.is_exact() {
-        check_bits(evaluator);
+        check_bits(evaluator, &programs(24));
+        check_layers(evaluator);
     }
     tolerance::check(evaluator);
 }
@@ -42,8 +44,7 @@ fn check_shapes(evaluator: &dyn Evaluator) {
 }
 
 /// Every bit, over programs of all dialects and every sample set.
-fn check_bits(evaluator: &dyn Evaluator) {
-    let programs = programs(24);
+fn check_bits(evaluator: &dyn Evaluator, programs: &[Program]) {
     let batch: Vec<&Program> = programs.iter().collect();
     for set in sample_sets() {
         let mut out = Vec::new();
@@ -63,6 +64,17 @@ fn check_bits(evaluator: &dyn Evaluator) {
     }
 }
 
+/// Programs with layers: every bit, or a plain refusal.
+fn check_layers(evaluator: &dyn Evaluator) {
+    let programs = layered_programs();
+    let set = &sample_sets()[1];
+    match evaluator.eval(&[&programs[0]], set, &mut Vec::new()) {
+        Err(EvalError::Unsupported(_)) => {}
+        Ok(()) => check_bits(evaluator, &programs),
+        Err(error) => panic!("{}: layers are refused as a failure: {error}", evaluator.name()),
+    }
+}
+
 /// The first sample on which an evaluator's output for one program differs in any bit from the canonical value, with
 /// both values.
 #[must_use]
@@ -71,13 +83,27 @@ pub fn first_difference(
     set: &SampleSet,
     f: &[f32],
 ) -> Option<(usize, [f32; 3], [f32; 3])> {
+    let layers = Layers::of(program);
     (0..set.len()).find_map(|sample| {
-        let expected = canonical(program, set, sample);
+        let expected = canonical(program, layers.as_ref(), set, sample);
         let got = [0, 1, 2].map(|channel| f[channel * set.len() + sample]);
         (got.map(f32::to_bits) != expected.map(f32::to_bits)).then_some((sample, got, expected))
     })
 }
 
-fn canonical(program: &Program, set: &SampleSet, sample: usize) -> [f32; 3] {
-    execute(program, |input| set.input(input)[sample], |constant| constant.canonical)
+fn canonical(
+    program: &Program,
+    layers: Option<&Layers>,
+    set: &SampleSet,
+    sample: usize,
+) -> [f32; 3] {
+    let add = |squares: [f32; 3]| match layers {
+        Some(layers) => {
+            let more = layers.rounded(&set.pair(sample).0);
+            [0, 1, 2].map(|channel| squares[channel] + more[channel])
+        }
+        None => squares,
+    };
+    let inputs = |input| set.input(input)[sample];
+    execute_layered(program, inputs, |constant| constant.canonical, add)
 }

@@ -76,7 +76,7 @@ pub fn normal_equations(
     target: &FitnessTarget,
     direction: Direction,
 ) -> NormalEquations {
-    let (plan, level) = (Plan::new(program), Level::best());
+    let (plan, level) = (Plan::new(program, target.set()), Level::best());
     let walks = match direction {
         Direction::Forward => Walks::Forward(plan.tangents()),
         Direction::Reverse => Walks::Reverse(plan.adjoints()),

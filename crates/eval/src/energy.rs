@@ -2,10 +2,13 @@
 //!
 //! The largest directional albedo is found on a grid of incident directions and texture positions, then by a pattern search
 //! around the best of them, then measured at growing orders until it changes little. What a program does not read is not
-//! searched: an isotropic one has no azimuths, a homogeneous one no texture positions. docs/maths/energy.md.
+//! searched: an isotropic one has no azimuths, a homogeneous one no texture positions. Layers are integrated by a rule of their
+//! own. docs/maths/energy.md.
 
 mod hemisphere;
+mod lobe;
 mod search;
+mod subject;
 
 use std::sync::LazyLock;
 
@@ -17,7 +20,7 @@ use rayon::prelude::*;
 pub use hemisphere::{Quadrature, around, pair};
 pub use search::{ALBEDO_ORDER, Effort, LimitSearch, turns_with_surface};
 
-use search::albedos_at;
+use subject::Subject;
 
 static USUAL: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
 
@@ -92,7 +95,14 @@ pub fn energy_limit(program: &Program) -> EnergyLimit {
 /// The largest albedo of the channels at a place, by a quadrature of that order.
 #[must_use]
 pub fn directional_albedo(program: &Program, place: &Place, order: usize) -> f64 {
-    albedos_at(program, &[*place], &Quadrature::new(order))[0]
+    Subject::new(program).albedos_at(&[*place], &Quadrature::new(order))[0]
+}
+
+/// The albedo of each channel for light from that angle, along u, at texture position 0.
+#[must_use]
+pub fn channel_albedos(program: &Program, theta_deg: f64, order: usize) -> [f64; 3] {
+    let place = Place { theta_deg, turn: 0.0, uv: DVec2::ZERO };
+    Subject::new(program).channels_at(&[place], &Quadrature::new(order))[0]
 }
 
 #[cfg(test)]

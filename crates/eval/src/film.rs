@@ -1,16 +1,18 @@
-//! Film: exposure and the sRGB transfer curve, to 8 bits.
+//! Film: exposure, tone curve and the sRGB transfer curve, to 8 bits.
 
 mod exposure;
 mod rough;
 mod srgb;
+mod tone;
 
 use std::ops::Range;
 
-use brood_scene::{Exposure, PixelArea, SampleSet};
+use brood_scene::{Film, PixelArea, SampleSet};
 pub use exposure::Gain;
 pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
 pub use srgb::encode_srgb;
 
+use self::tone::{Curve, WithCurve, with_curve};
 use crate::canonical::Work;
 use crate::radiance::ReflectedLight;
 use crate::{Level, RadianceImage};
@@ -34,7 +36,8 @@ impl Developed {
     /// # Panics
     /// Where there is no such pixel.
     pub fn put(&mut self, pixel: usize, radiance: [f32; 3], gain: Gain) {
-        let codes = radiance.map(|channel| srgb::curve().encode(channel * gain.factor));
+        let codes = radiance
+            .map(|channel| srgb::curve().encode(tone::apply(gain.tone, channel * gain.factor)));
         self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&codes);
     }
 
@@ -59,17 +62,33 @@ impl Developed {
 /// Automatic exposure: the 97th percentile of the largest channel at the pixels' centres becomes linear 0.9
 /// (docs/maths/film.md).
 #[must_use]
-pub fn develop(image: &RadianceImage, exposure: Exposure) -> Developed {
-    let gain = Gain::of(exposure, || image.centres().to_vec());
-    let curve = srgb::curve();
-    let mut rgba = vec![0; 4 * image.coverage().len()];
-    let pixels = image.premultiplied().iter().zip(image.coverage());
-    for (place, (radiance, coverage)) in rgba.chunks_exact_mut(4).zip(pixels) {
-        if *coverage > 0.0 {
-            place.copy_from_slice(&pixel(curve, *radiance, *coverage, gain.factor));
-        }
-    }
+pub fn develop(image: &RadianceImage, film: impl Into<Film>) -> Developed {
+    let gain = Gain::of(film.into(), || image.centres().to_vec());
+    let rgba = with_curve(gain.tone, Pixels { image, factor: gain.factor });
     Developed { width: image.width(), height: image.height(), rgba, exposure_ev: gain.ev }
+}
+
+/// The pixels of a radiance image.
+struct Pixels<'a> {
+    image: &'a RadianceImage,
+    factor: f32,
+}
+
+impl WithCurve for Pixels<'_> {
+    type Done = Vec<u8>;
+
+    fn with<T: Curve>(self, tone: T) -> Vec<u8> {
+        let Self { image, factor } = self;
+        let shown = Shown { curve: srgb::curve(), tone, factor };
+        let mut rgba = vec![0; 4 * image.coverage().len()];
+        let pixels = image.premultiplied().iter().zip(image.coverage());
+        for (place, (radiance, coverage)) in rgba.chunks_exact_mut(4).zip(pixels) {
+            if *coverage > 0.0 {
+                place.copy_from_slice(&shown.pixel(*radiance, *coverage));
+            }
+        }
+        rgba
+    }
 }
 
 /// Develops a picture straight from its samples: what [`crate::shade`] and [`develop`] make of them one after the other,
@@ -85,23 +104,46 @@ pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
     let light = ReflectedLight::new(set, f);
     let (width, height) = (light.layout.width, light.layout.height);
     let mut rgba = vec![0; 4 * light.layout.coverage.len()];
-    let (curve, factor) = (srgb::curve(), gain.factor);
-    Level::best().run(Development { light, curve, factor, pixels: rgba.as_chunks_mut().0 });
+    with_curve(gain.tone, Samples { light, factor: gain.factor, pixels: rgba.as_chunks_mut().0 });
     Developed { width, height, rgba, exposure_ev: gain.ev }
 }
 
 /// Pixels that are encoded together.
 const TOGETHER: usize = 32;
 
-/// The pixels of a picture in the making.
-struct Development<'a> {
+/// What pixels are made of, before it is known by which curve.
+struct Samples<'a> {
     light: ReflectedLight<'a>,
-    curve: &'a srgb::Curve,
     factor: f32,
     pixels: &'a mut [[u8; 4]],
 }
 
-impl Work for Development<'_> {
+impl WithCurve for Samples<'_> {
+    type Done = ();
+
+    fn with<T: Curve>(self, tone: T) {
+        let Self { light, factor, pixels } = self;
+        let shown = Shown { curve: srgb::curve(), tone, factor };
+        Level::best().run(Development { light, shown, pixels });
+    }
+}
+
+/// How radiance is shown.
+#[derive(Clone, Copy)]
+struct Shown<'a, T> {
+    curve: &'a srgb::Curve,
+    tone: T,
+    factor: f32,
+}
+
+/// The pixels of a picture in the making.
+struct Development<'a, T> {
+    light: ReflectedLight<'a>,
+    shown: Shown<'a, T>,
+    pixels: &'a mut [[u8; 4]],
+}
+
+impl<T: Curve> Work for Development<'_, T> {
     type Done = ();
 
     #[inline(always)]
@@ -123,20 +165,19 @@ impl Work for Development<'_> {
                 continue;
             }
             let coverage = &layout.coverage[first..last];
-            let Self { light, curve, factor, pixels } = &mut self;
+            let Self { light, shown, pixels } = &mut self;
             let pixels = &mut pixels[first..last];
-            light.each_pixel(run, |k, radiance| {
-                pixels[k] = pixel(curve, radiance, coverage[k], *factor);
-            });
+            light.each_pixel(run, |k, radiance| pixels[k] = shown.pixel(radiance, coverage[k]));
         }
     }
 }
 
-impl Development<'_> {
+impl<T: Curve> Development<'_, T> {
     /// Opaque pixels of one sample each, at most [`TOGETHER`] of them.
     #[inline(always)]
     fn opaque(&mut self, pixels: Range<usize>, samples: Range<usize>) {
-        let (scale, factor) = (self.light.layout.scale, self.factor);
+        let Shown { curve, tone, factor } = self.shown;
+        let scale = self.light.layout.scale;
         let mut codes = [[0; TOGETHER]; 3];
         for (channel, codes) in codes.iter_mut().enumerate() {
             let (f, irradiance) = self.light.channel(channel, samples.clone());
@@ -145,7 +186,10 @@ impl Development<'_> {
                 (Some(f), Some(irradiance)) => expose(&mut exposed, f, irradiance, scale, factor),
                 _ => expose(&mut exposed, f, irradiance, scale, factor),
             }
-            *codes = self.curve.encode_each(&exposed);
+            for value in &mut exposed {
+                *value = tone.apply(*value);
+            }
+            *codes = curve.encode_each(&exposed);
         }
         let [red, green, blue] = &codes;
         let pixels = &mut self.pixels[pixels];
@@ -167,22 +211,25 @@ fn alpha(coverage: f32) -> u8 {
     (coverage * 255.0 + 0.5) as u8
 }
 
-#[inline(always)]
-fn pixel(curve: &srgb::Curve, radiance: [f32; 3], coverage: f32, factor: f32) -> [u8; 4] {
-    let mut code = [0, 0, 0, alpha(coverage)];
-    for (code, channel) in code.iter_mut().zip(radiance) {
-        let exposed = channel * factor;
-        // Most pixels are covered whole, and a division by 1 changes nothing.
-        *code = curve.encode(if coverage < 1.0 { exposed / coverage } else { exposed });
+impl<T: Curve> Shown<'_, T> {
+    #[inline(always)]
+    fn pixel(&self, radiance: [f32; 3], coverage: f32) -> [u8; 4] {
+        let mut code = [0, 0, 0, alpha(coverage)];
+        for (code, channel) in code.iter_mut().zip(radiance) {
+            let exposed = channel * self.factor;
+            // Most pixels are covered whole, and a division by 1 changes nothing.
+            let exposed = if coverage < 1.0 { exposed / coverage } else { exposed };
+            *code = self.curve.encode(self.tone.apply(exposed));
+        }
+        code
     }
-    code
 }
 
 #[cfg(test)]
 mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
     use brood_program::Program;
-    use brood_scene::{BuiltinMesh, Light, Mesh, Sampling, Scene};
+    use brood_scene::{BuiltinMesh, Exposure, Light, Mesh, Sampling, Scene, Tone};
 
     use super::*;
     use crate::{CanonicalEvaluator, Evaluator, shade};
@@ -202,18 +249,27 @@ mod tests {
                 let mut f = Vec::new();
                 CanonicalEvaluator::default().eval(&programs, &set, &mut f).unwrap();
                 for f in f.chunks(3 * set.len()) {
-                    for exposure in [Exposure::Auto, Exposure::Ev(-1.5)] {
-                        let gain = Gain::new(exposure, &set, f);
+                    let exposures = [Exposure::Auto, Exposure::Ev(-1.5)];
+                    let films = exposures
+                        .into_iter()
+                        .flat_map(|exposure| Tone::ALL.map(|tone| Film { exposure, tone }));
+                    for film in films {
+                        let gain = Gain::new(film, &set, f);
                         let developed = develop_samples(&set, f, gain);
-                        assert_eq!(developed, develop(&shade(&set, f), exposure));
+                        let image = shade(&set, f);
+                        assert_eq!(developed, develop(&image, film));
                         assert!(developed.rgba.chunks(4).any(|p| p[3] == 255 && p[..3] != [0; 3]));
+                        let mut put = developed.clone();
+                        for (pixel, coverage) in image.coverage().iter().enumerate() {
+                            if *coverage == 1.0 {
+                                put.put(pixel, image.premultiplied()[pixel], gain);
+                            }
+                        }
+                        assert_eq!(put, developed, "putting a pixel again changes nothing");
                     }
                 }
             }
-            scene.lights.push(Light::Point {
-                position: Some([-4.0, 1.0, f64::from(lights)]),
-                intensity: None,
-            });
+            scene.lights.push(Light::point_at([-4.0, 1.0, f64::from(lights)]));
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! This crate owns the evaluator trait, the canonical f32 evaluator, the f64 reference, development of pictures, and
 //! the conformance suite that every evaluator anywhere passes. It refuses to know genomes as genotypes, meshes,
-//! cameras, files and networks: it sees a `Program` and a `SampleSet`.
+//! cameras, files and networks: it sees a `Program` or a `Brdf`, and a `SampleSet`.
 
 mod canonical;
 pub mod conformance;
@@ -11,6 +11,7 @@ mod energy;
 mod evaluator;
 mod film;
 mod fitness;
+mod layer;
 mod level;
 mod model;
 mod picture;
@@ -21,8 +22,8 @@ mod reference;
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
-    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, directional_albedo,
-    energy_limit, express, express_brood, limited, pair, turns_with_surface,
+    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, channel_albedos,
+    directional_albedo, energy_limit, express, express_brood, limited, pair, turns_with_surface,
 };
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{
@@ -36,7 +37,8 @@ pub use fitness::{
 pub use level::Level;
 pub use model::model_reflectance;
 pub use picture::{
-    PictureError, SheetCell, centre_px, decode_png, encode_apng, encode_exr, encode_png, sheet,
+    EnvironmentFileError, PictureError, SheetCell, centre_px, decode_environment, decode_png,
+    encode_apng, encode_exr, encode_png, sheet,
 };
 pub use preview::{Look, Previewer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};

@@ -3,5 +3,8 @@
 mod codec;
 mod sheet;
 
-pub use codec::{PictureError, decode_png, encode_apng, encode_exr, encode_png};
+pub use codec::{
+    EnvironmentFileError, PictureError, decode_environment, decode_png, encode_apng, encode_exr,
+    encode_png,
+};
 pub use sheet::{SheetCell, centre_px, sheet};

@@ -191,3 +191,63 @@ fn largest([red, green, blue]: [f32; 3]) -> f32 {
     let more = if red > green { red } else { green };
     if more > blue { more } else { blue }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::sync::Arc;
+
+    use brood_brdf::{Brdf, DirectionPair, Model, ModelKind};
+    use brood_scene::{BuiltinMesh, EnvironmentMap, LightAssets, Mesh, Raster, Sampling, Scene};
+    use glam::DVec3;
+
+    use super::*;
+    use crate::model_reflectance;
+
+    /// The share of an even sky's light that goes towards the eye: the mean of pi f over directions by their cosine.
+    fn albedo(brdf: &dyn Brdf, wo: DVec3) -> f64 {
+        let steps = 96;
+        let mut sum = 0.0;
+        for k in 0..steps * steps {
+            let at = |k: u32| (f64::from(k) + 0.5) / f64::from(steps);
+            let (across, (sin, cos)) = (at(k % steps), (2.0 * PI * at(k / steps)).sin_cos());
+            let level = across.sqrt();
+            let wi = DVec3::new(level * cos, level * sin, (1.0 - across).sqrt());
+            sum += PI * brdf.f(&DirectionPair::new(wi, wo).unwrap()).x;
+        }
+        sum / f64::from(steps * steps)
+    }
+
+    #[test]
+    fn even_light_shows_the_directional_albedo() {
+        let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.4, 0.2, 0.1]).unwrap();
+        let brdf = model.with("roughness", &[0.5]).unwrap().brdf();
+        let mut assets = LightAssets::default();
+        let map = EnvironmentMap::new(8, 4, vec![[1.0; 3]; 32]).unwrap();
+        assets.insert_environment("even", Arc::new(map));
+        for (light, bound) in [(r#""ambient""#, 0.02), (r#""environment", "image": "even""#, 0.05)]
+        {
+            let json = format!(r#"{{"lights": [{{"kind": {light}, "samples": 1024}}]}}"#);
+            let scene: Scene = serde_json::from_str(&json).unwrap();
+            let (size_px, sampling) = (12, Sampling::Fixed(1));
+            let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+            let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+            let set = SampleSet::render_lit(&mesh, &scene, &assets, raster);
+            let mut f = Vec::new();
+            model_reflectance(&*brdf, &set, &mut f);
+            let image = shade(&set, &f);
+            let mut seen = 0;
+            for span in set.image().unwrap().spans() {
+                let wo = set.pair(span.start as usize).0.wo();
+                if wo.z < 0.3 {
+                    continue;
+                }
+                seen += 1;
+                let found = f64::from(image.premultiplied()[span.pixel as usize][0]);
+                let expected = albedo(&*brdf, wo);
+                assert!((found / expected - 1.0).abs() < bound, "{light} {found} {expected}");
+            }
+            assert!(seen > 50, "{seen}");
+        }
+    }
+}

@@ -1,9 +1,11 @@
 //! The reference evaluator: the same operations and clamps in f64. It measures error and nothing else.
 
-use brood_program::{Program, execute};
+use brood_program::{Program, execute_layered};
 use brood_scene::SampleSet;
+use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::layer::Layers;
 use crate::{EvalError, Evaluator};
 
 /// f64 on the CPU, sample by sample.
@@ -20,12 +22,17 @@ impl ReferenceEvaluator {
         let mask = program.inputs();
         let inputs: Vec<(usize, &[f32])> =
             mask.iter().map(|input| (input.index(), set.input(input))).collect();
+        let layers = Layers::of(program);
         let sample = |index: usize| {
             let value = |input: brood_brdf::Input| {
                 let column = inputs.iter().find(|(other, _)| *other == input.index());
                 f64::from(column.expect("the mask names every input read").1[index])
             };
-            execute(program, value, |constant| constant.reference)
+            let add = |squares: [f64; 3]| match &layers {
+                Some(layers) => (DVec3::from(squares) + layers.f(&set.pair(index).0)).to_array(),
+                None => squares,
+            };
+            execute_layered(program, value, |constant| constant.reference, add)
         };
         (0..set.len()).into_par_iter().map(sample).collect()
     }

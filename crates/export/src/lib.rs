@@ -11,7 +11,7 @@
 //!
 //! let text = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n";
 //! let genome: Genome = text.parse().unwrap();
-//! let module = export(&Program::lower(&genome), Format::GlslEs300);
+//! let module = export(&Program::lower(&genome), Format::GlslEs300).unwrap();
 //! assert!(module.contains("vec3 evolved(vec3 wi, vec3 wo, vec3 n, vec3 x, vec3 y, vec2 uv)"));
 //! ```
 
@@ -23,4 +23,4 @@ mod library;
 mod module;
 
 pub use format::{Format, FormatError};
-pub use module::{export, export_within};
+pub use module::{ExportError, export, export_within};

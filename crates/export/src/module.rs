@@ -2,12 +2,20 @@
 
 use std::fmt::Write;
 
-use brood_genome::RANGE;
+use brood_genome::{ModelKind, RANGE};
 use brood_program::Program;
 
 use crate::format::Format;
 use crate::language::{Language, Type};
 use crate::{body, input, library};
+
+/// Why a program has no source code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum ExportError {
+    /// A layer of it is a model.
+    #[error("the material has a layer of the model {0}, and models are not written as source code")]
+    Layer(ModelKind),
+}
 
 /// The source of a module with these functions:
 ///
@@ -18,15 +26,16 @@ use crate::{body, input, library};
 /// # Error
 /// `evolved_program` has the bits of the canonical evaluator where the compiler keeps to IEEE rounding; `evolved`
 /// differs by what inputs in f32 differ from inputs in f64.
-#[must_use]
-pub fn export(program: &Program, format: Format) -> String {
+pub fn export(program: &Program, format: Format) -> Result<String, ExportError> {
     export_within(program, format, RANGE)
 }
 
 /// The same for texture positions from -`uv` to `uv`: what cannot leave the range of numbers there is not clamped, which
 /// for most programs spares most of the clamps. `uv`: 0 to 65504.
-#[must_use]
-pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
+pub fn export_within(program: &Program, format: Format, uv: f32) -> Result<String, ExportError> {
+    if let Some(model) = program.layers().first() {
+        return Err(ExportError::Layer(model.kind()));
+    }
     let language = format.language();
     let inputs = program.inputs();
     let names: Vec<&str> = inputs.iter().map(input::name).collect();
@@ -46,7 +55,7 @@ pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
     text += &input::lines(inputs, language);
     writeln!(text, "  return evolved_program({});\n}}", names.join(", "))
         .expect("a string takes everything");
-    text
+    Ok(text)
 }
 
 fn head(program: &Program, format: Format, uv: f32) -> String {
@@ -93,7 +102,7 @@ mod tests {
     #[test]
     fn wgsl_modules_are_valid_whatever_the_program() {
         for program in programs() {
-            let text = export(&program, Format::Wgsl);
+            let text = export(&program, Format::Wgsl).unwrap();
             let module = naga::front::wgsl::parse_str(&text);
             let module = module.unwrap_or_else(|e| panic!("{}\n{text}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(
@@ -108,11 +117,11 @@ mod tests {
     fn module_carries_the_output_stage_and_only_the_functions_it_calls() {
         let text = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n";
         let genome: Genome = text.parse().unwrap();
-        let plain = export(&Program::lower(&genome), Format::GlslEs300);
+        let plain = export(&Program::lower(&genome), Format::GlslEs300).unwrap();
         assert!(plain.contains("brood_sine(") && !plain.contains("brood_ex2("));
         assert!(plain.contains("return vec3(f0, f1, f2);"));
         let grey = genome.with_output(Output::saturation(0.25).unwrap());
-        let grey = export(&Program::lower(&grey), Format::GlslEs300);
+        let grey = export(&Program::lower(&grey), Format::GlslEs300).unwrap();
         assert!(
             grey.contains("brood_product(f1, 0.5364") && grey.contains("return vec3(o0, o1, o2);")
         );

@@ -56,7 +56,8 @@ fn exports_are_accepted_by_the_reference_compiler() {
     let main = format!("out vec4 color;\nvoid main() {{ color = vec4({call}, 1.0); }}\n");
     for program in programs() {
         for (format, version) in [(Format::GlslEs300, "300 es"), (Format::Glsl410, "410 core")] {
-            let source = format!("#version {version}\n{}\n{main}", export(&program, format));
+            let source =
+                format!("#version {version}\n{}\n{main}", export(&program, format).unwrap());
             if let Some(said) = refusal(&compiler, &source) {
                 panic!("{said}\n{source}");
             }

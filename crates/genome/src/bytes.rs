@@ -4,8 +4,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::{
-    CONSTANTS, Dialect, Genome, GenomeError, Instruction, InstructionError, Opcode, OpcodeSet,
-    Operand, Output, OutputError, Parametrisation, Register, Swizzle, WriteMask,
+    CONSTANTS, Dialect, Genome, GenomeError, Instruction, InstructionError, LAYERS_MAX, Model,
+    ModelKind, Opcode, OpcodeSet, Operand, Output, OutputError, Parameter, Parametrisation,
+    Register, Swizzle, WriteMask,
 };
 
 const HEAD: &[u8] = b"brood genome 1\n";
@@ -38,6 +39,12 @@ pub enum BytesError {
         index: usize,
         /// What is wrong.
         error: InstructionError,
+    },
+    /// A model with a number that its parameter cannot be.
+    #[error("the model at {at} has a number that it cannot have")]
+    Model {
+        /// Where it begins.
+        at: usize,
     },
     /// The output stage.
     #[error(transparent)]
@@ -82,8 +89,9 @@ impl FromStr for GenomeHash {
 }
 
 impl Genome {
-    /// Every fact of the genome in a fixed order: dialect, instructions, constants, output stage; numbers as
-    /// little-endian bits. The energy limit is one of the switches, so that genomes without it have the bytes they always had.
+    /// Every fact of the genome in a fixed order: dialect, instructions, constants, output stage, layers; numbers as
+    /// little-endian bits. The energy limit is one of the switches, and that there are layers another, so that genomes without
+    /// them have the bytes they always had.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
         let mut bytes = HEAD.to_vec();
@@ -98,7 +106,8 @@ impl Genome {
         });
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
-        let switches = [dialect.isotropic, dialect.homogeneous, self.is_limited()];
+        let has_layers = !self.layers().is_empty();
+        let switches = [dialect.isotropic, dialect.homogeneous, self.is_limited(), has_layers];
         bytes.push((0..).zip(switches).map(|(bit, on)| u8::from(on) << bit).sum());
         for instruction in self.instructions() {
             bytes.extend([instruction.opcode().number(), instruction.dst()]);
@@ -110,6 +119,13 @@ impl Genome {
         for number in numbers.chain(output.scale()).chain(output.offset()) {
             bytes.extend(number.to_bits().to_le_bytes());
         }
+        if has_layers {
+            bytes.push(u8::try_from(self.layers().len()).expect("there are few layers"));
+        }
+        for model in self.layers() {
+            bytes.push(model.kind().number());
+            bytes.extend(model.numbers().iter().flat_map(|number| number.to_bits().to_le_bytes()));
+        }
         bytes
     }
 
@@ -117,7 +133,7 @@ impl Genome {
     pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
-        let (dialect, limited) = reader.dialect()?;
+        let (dialect, limited, has_layers) = reader.dialect()?;
         dialect.validate().map_err(GenomeError::from)?;
         let instructions = (0..usize::from(dialect.length))
             .map(|index| reader.instruction(index, &dialect))
@@ -131,11 +147,13 @@ impl Genome {
             *number = reader.number()?;
         }
         let [red, green, blue, scale, offset] = numbers;
+        let layers = if has_layers { reader.layers()? } else { Vec::new() };
         if !reader.rest.is_empty() {
             return Err(BytesError::Length(reader.at()));
         }
         let output = Output::new([red, green, blue], scale, offset)?;
-        Ok(Self::new(dialect, instructions, constants, output)?.with_limit(limited))
+        let genome = Self::layered(dialect, instructions, constants, output, layers)?;
+        Ok(genome.with_limit(limited))
     }
 
     /// The content hash.
@@ -175,8 +193,8 @@ impl Reader<'_> {
         Ok(f32::from_le_bytes(self.take()?))
     }
 
-    /// The dialect, and whether the genome is limited.
-    fn dialect(&mut self) -> Result<(Dialect, bool), BytesError> {
+    /// The dialect, whether the genome is limited, and whether it has layers.
+    fn dialect(&mut self) -> Result<(Dialect, bool, bool), BytesError> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
             1 => Some(OpcodeSet::Extended),
@@ -189,11 +207,30 @@ impl Reader<'_> {
         })?;
         let registers = self.byte(Some)?;
         let length = u16::from_le_bytes(self.take()?);
-        let [isotropic, homogeneous, limited] =
-            self.byte(|byte| (byte < 8).then_some([1, 2, 4].map(|bit| byte & bit != 0)))?;
+        let [isotropic, homogeneous, limited, has_layers] =
+            self.byte(|byte| (byte < 16).then_some([1, 2, 4, 8].map(|bit| byte & bit != 0)))?;
         let dialect =
             Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous };
-        Ok((dialect, limited))
+        Ok((dialect, limited, has_layers))
+    }
+
+    /// Models, at least one.
+    fn layers(&mut self) -> Result<Vec<Model>, BytesError> {
+        let count = self.byte(|count| (1..=LAYERS_MAX).contains(&count.into()).then_some(count))?;
+        (0..count).map(|_| self.model()).collect()
+    }
+
+    fn model(&mut self) -> Result<Model, BytesError> {
+        let at = self.at();
+        let kind = self.byte(ModelKind::from_number)?;
+        let numbers = (0..kind.parameters().iter().map(Parameter::count).sum())
+            .map(|_| self.take().map(f64::from_le_bytes))
+            .collect::<Result<Vec<_>, _>>()?;
+        let has_bits = |model: &Model| {
+            model.numbers().iter().zip(&numbers).all(|(a, b)| a.to_bits() == b.to_bits())
+        };
+        let model = Model::from_numbers(kind, &numbers).ok().filter(has_bits);
+        model.ok_or(BytesError::Model { at })
     }
 
     fn instruction(&mut self, index: usize, dialect: &Dialect) -> Result<Instruction, BytesError> {

@@ -25,7 +25,7 @@ pub struct Dialect {
     pub parametrisation: Parametrisation,
     /// Temporary registers, 4 to 16 (extended: 10 to 16).
     pub registers: u8,
-    /// Instructions, 1 to 1024.
+    /// Instructions, 1 to 1024; 0 where there is no program and models are all there is.
     pub length: u16,
     /// p5 and p6 read as 0: unchanged by rotations about the normal.
     pub isotropic: bool,
@@ -57,8 +57,8 @@ pub enum DialectError {
         /// What was asked for.
         given: u8,
     },
-    /// Length outside 1..=1024.
-    #[error("length must be 1 to 1024, not {0}")]
+    /// Length outside 0..=1024.
+    #[error("length must be 0 to 1024, not {0}")]
     Length(u16),
 }
 
@@ -109,15 +109,19 @@ impl Dialect {
         if !(min..=16).contains(&self.registers) {
             return Err(DialectError::Registers { min, given: self.registers });
         }
-        if !(1..=1024).contains(&self.length) {
+        if self.length > 1024 {
             return Err(DialectError::Length(self.length));
         }
         Ok(())
     }
 
-    /// Whether genomes of both dialects can be crossed: the same but for `isotropic` and `homogeneous`.
+    /// Whether genomes of both dialects can be crossed: the same but for `isotropic` and `homogeneous`, or one of them has no
+    /// program.
     #[must_use]
     pub fn is_compatible(&self, other: &Self) -> bool {
+        if self.length == 0 || other.length == 0 {
+            return true;
+        }
         let free = |dialect: &Self| Self { isotropic: false, homogeneous: false, ..*dialect };
         free(self) == free(other)
     }
@@ -194,7 +198,8 @@ mod tests {
         let dialect = Dialect::default();
         assert!(Dialect { registers: 3, ..dialect }.validate().is_err());
         assert!(Dialect { registers: 17, ..dialect }.validate().is_err());
-        assert!(Dialect { length: 0, ..dialect }.validate().is_err());
+        assert!(Dialect { length: 0, ..dialect }.validate().is_ok());
+        assert_eq!(Dialect { length: 1025, ..dialect }.validate(), Err(DialectError::Length(1025)));
         let extended = Dialect { opcodes: OpcodeSet::Extended, ..dialect };
         assert_eq!(extended.validate(), Err(DialectError::Registers { min: 10, given: 7 }));
         assert!(Dialect { registers: 10, ..extended }.validate().is_ok());

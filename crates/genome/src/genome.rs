@@ -1,14 +1,20 @@
-//! The genome: instructions, constants, dialect and the output stage, valid by construction.
+//! The genome: instructions, constants, dialect, layers of models and the output stage, valid by construction.
 
 use crate::{
-    Dialect, DialectError, Instruction, InstructionError, Opcode, Operand, RANGE, Register,
+    Dialect, DialectError, Instruction, InstructionError, Model, Opcode, Operand, RANGE, Register,
     Swizzle, WriteMask,
 };
 
 /// Number of constant registers.
 pub const CONSTANTS: usize = 128;
 
-/// A fixed-length program that computes a BRDF.
+/// Most models that lie over a program.
+pub const LAYERS_MAX: usize = 4;
+
+/// What computes a BRDF: a fixed-length program, layers of models, or both.
+///
+/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the program's. A genome without a program has the length 0
+/// and at least one layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,
@@ -16,9 +22,11 @@ pub struct Genome {
     constants: Box<[[f32; 4]; CONSTANTS]>,
     output: Output,
     limited: bool,
+    layers: Vec<Model>,
 }
 
-/// What turns the squares of the result registers into reflectance: f = scale (matrix g^2) + offset.
+/// What turns the squares of the result registers into reflectance: f = scale (matrix g^2) + offset, the
+/// layers added to g^2.
 ///
 /// All numbers are finite and in [0, 65504], so that f stays non-negative and finite whatever the program does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +61,12 @@ pub enum GenomeError {
         /// As given.
         given: usize,
     },
+    /// Neither a program nor a model.
+    #[error("a genome has at least one instruction or one model")]
+    Empty,
+    /// More models than there may be.
+    #[error("a genome has at most {LAYERS_MAX} models, not {0}")]
+    Layers(usize),
     /// An instruction that is not valid in the dialect.
     #[error("instruction {index}: {error}")]
     Instruction {
@@ -72,17 +86,41 @@ pub enum GenomeError {
 }
 
 impl Genome {
-    /// Puts a genome together, checking everything.
+    /// Puts a genome without layers together, checking everything.
     pub fn new(
         dialect: Dialect,
         instructions: Vec<Instruction>,
         constants: Box<[[f32; 4]; CONSTANTS]>,
         output: Output,
     ) -> Result<Self, GenomeError> {
+        Self::layered(dialect, instructions, constants, output, Vec::new())
+    }
+
+    /// Models alone, one over the other.
+    pub fn of_models(layers: Vec<Model>) -> Result<Self, GenomeError> {
+        let dialect = Dialect { length: 0, ..Dialect::default() };
+        let constants = Box::new([[0.0; 4]; CONSTANTS]);
+        Self::layered(dialect, Vec::new(), constants, Output::IDENTITY, layers)
+    }
+
+    /// Puts a genome together, checking everything.
+    pub fn layered(
+        dialect: Dialect,
+        instructions: Vec<Instruction>,
+        constants: Box<[[f32; 4]; CONSTANTS]>,
+        output: Output,
+        layers: Vec<Model>,
+    ) -> Result<Self, GenomeError> {
         dialect.validate()?;
+        if layers.len() > LAYERS_MAX {
+            return Err(GenomeError::Layers(layers.len()));
+        }
         if instructions.len() != usize::from(dialect.length) {
             let given = instructions.len();
             return Err(GenomeError::Length { expected: dialect.length, given });
+        }
+        if instructions.is_empty() && layers.is_empty() {
+            return Err(GenomeError::Empty);
         }
         for (index, instruction) in instructions.iter().enumerate() {
             let operands: Vec<_> = instruction.operands().collect();
@@ -95,7 +133,7 @@ impl Genome {
                 return Err(GenomeError::Constant { index, value: *value });
             }
         }
-        Ok(Self { dialect, instructions, constants, output, limited: false })
+        Ok(Self { dialect, instructions, constants, output, limited: false, layers })
     }
 
     /// What it may use.
@@ -110,6 +148,13 @@ impl Genome {
     #[must_use]
     pub fn instructions(&self) -> &[Instruction] {
         &self.instructions
+    }
+
+    /// Models that are added to the square of the program's results.
+    #[inline]
+    #[must_use]
+    pub fn layers(&self) -> &[Model] {
+        &self.layers
     }
 
     /// C0..C127.
@@ -134,11 +179,15 @@ impl Genome {
     }
 
     /// The same program in a longer genome: moves of a register to itself come before it, which change nothing and which
-    /// mutation may turn into something. A genome that has the length already stays as it is.
+    /// mutation may turn into something. A genome that has the length already stays as it is, and so does one without a
+    /// program.
     ///
     /// # Error
     /// Where the genome is longer, or the length is none of a dialect.
     pub fn padded(self, length: u16) -> Result<Self, GenomeError> {
+        if self.instructions.is_empty() {
+            return Ok(self);
+        }
         let dialect = Dialect { length, ..self.dialect };
         let missing = usize::from(length).saturating_sub(self.instructions.len());
         let last = dialect.registers.saturating_sub(1);
@@ -148,8 +197,9 @@ impl Genome {
             .map_err(|error| GenomeError::Instruction { index: 0, error })?;
         let idle = std::iter::repeat_n(idle, missing);
         let instructions = idle.chain(self.instructions).collect();
-        let limited = self.limited;
-        Ok(Self::new(dialect, instructions, self.constants, self.output)?.with_limit(limited))
+        let Self { constants, output, limited, layers, .. } = self;
+        let padded = Self::layered(dialect, instructions, constants, output, layers)?;
+        Ok(padded.with_limit(limited))
     }
 
     /// The same program with another output stage.

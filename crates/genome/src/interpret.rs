@@ -8,7 +8,7 @@ use crate::{Arithmetic, Genome, Input, Instruction, Opcode, Operand, Output, Reg
 /// `inputs` gives the value of an input; the result is (red, green, blue).
 ///
 /// # Domain
-/// Inputs within `[-65504, 65504]`. The result is finite and not negative.
+/// Inputs within `[-65504, 65504]`. The result is finite and not negative. Layers are left out.
 pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) -> [T; 3] {
     let mut registers = [[T::from_f32(0.0); 4]; 16];
     for (register, values) in (0..genome.dialect().registers).zip(&mut registers) {
@@ -29,7 +29,10 @@ pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) ->
             }
         }
     }
-    let [r, g, b, _] = registers[0];
+    let [r, g, b, _] = match genome.instructions() {
+        [] => [T::from_f32(0.0); 4],
+        _ => registers[0],
+    };
     genome.output().apply([r.square(), g.square(), b.square()])
 }
 

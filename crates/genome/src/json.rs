@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::text::{parse_destination, parse_operand};
-use crate::{CONSTANTS, Dialect, Genome, Instruction, Opcode, Output};
+use crate::{
+    CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, Output,
+};
 
 /// What is wrong with a genome in JSON, and where.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +34,28 @@ struct GenomeJson {
     limit: bool,
     #[serde(default)]
     constants: BTreeMap<String, [f32; 4]>,
+    #[serde(default)]
     instructions: Vec<InstructionJson>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    layers: Vec<LayerJson>,
+}
+
+/// A model and its parameters; those that are not named have their defaults.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LayerJson {
+    model: String,
+    #[serde(default)]
+    parameters: BTreeMap<String, ValueJson>,
+}
+
+/// The value of a parameter: a number, three, or a word.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number, three numbers or a word")]
+enum ValueJson {
+    Number(f64),
+    Color([f64; 3]),
+    Word(String),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -61,6 +84,7 @@ impl Genome {
             limit: self.is_limited(),
             constants: given.map(|(index, constant)| (format!("C{index}"), *constant)).collect(),
             instructions: self.instructions().iter().map(instruction_json).collect(),
+            layers: self.layers().iter().map(layer_json).collect(),
         };
         serde_json::to_value(json).expect("a genome holds finite numbers and strings only")
     }
@@ -94,6 +118,16 @@ impl Genome {
                 .map_err(|(at, reason)| error(format!("/instructions/{index}{at}"), reason))?;
             instructions.push(parsed);
         }
+        if json.layers.len() > LAYERS_MAX {
+            let reason = format!("a genome has at most {LAYERS_MAX} models");
+            return Err(error(format!("/layers/{LAYERS_MAX}"), reason));
+        }
+        let mut layers = Vec::with_capacity(json.layers.len());
+        for (index, layer) in json.layers.iter().enumerate() {
+            let parsed = parse_layer(layer)
+                .map_err(|(at, reason)| error(format!("/layers/{index}{at}"), reason))?;
+            layers.push(parsed);
+        }
         let identity = Output::IDENTITY;
         let output = Output::new(
             json.matrix.unwrap_or(*identity.matrix()),
@@ -101,7 +135,7 @@ impl Genome {
             json.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error("/matrix".into(), e.to_string()))?;
-        Self::new(json.dialect, instructions, constants, output)
+        Self::layered(json.dialect, instructions, constants, output, layers)
             .map(|genome| genome.with_limit(json.limit))
             .map_err(|e| error(String::new(), e.to_string()))
     }
@@ -113,6 +147,36 @@ fn instruction_json(instruction: &Instruction) -> InstructionJson {
         dst: format!("R{}{}", instruction.dst(), instruction.write_mask()),
         src: instruction.operands().map(|operand| operand.to_string()).collect(),
     }
+}
+
+fn layer_json(model: &Model) -> LayerJson {
+    let parameters = model.parameters().map(|(parameter, numbers)| {
+        let value = match (parameter.word(numbers), numbers) {
+            (Some(word), _) => ValueJson::Word(word.to_owned()),
+            (None, &[red, green, blue]) => ValueJson::Color([red, green, blue]),
+            (None, numbers) => ValueJson::Number(numbers[0]),
+        };
+        (parameter.name.to_owned(), value)
+    });
+    LayerJson { model: model.kind().name().to_owned(), parameters: parameters.collect() }
+}
+
+fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
+    let kind: ModelKind = json
+        .model
+        .parse()
+        .map_err(|_| ("/model".to_owned(), "there is no such model".to_owned()))?;
+    json.parameters.iter().try_fold(Model::new(kind), |model, (name, value)| {
+        let set = match value {
+            ValueJson::Number(number) => model.with(name, &[*number]),
+            ValueJson::Color(numbers) => model.with(name, numbers),
+            ValueJson::Word(word) => model.choose(name, word),
+        };
+        set.map_err(|error| {
+            let name = name.replace('~', "~0").replace('/', "~1");
+            (format!("/parameters/{name}"), error.to_string())
+        })
+    })
 }
 
 fn parse_instruction(

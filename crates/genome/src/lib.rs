@@ -1,4 +1,5 @@
-//! Genomes: fixed-length programs over four-component registers, and everything that happens to them as genotypes.
+//! Genomes: fixed-length programs over four-component registers, models of reflectance that lie over them as layers, and
+//! everything that happens to both as genotypes.
 //!
 //! This crate owns the instruction set, the dialects, the text and JSON forms, the content hash, the canonical
 //! arithmetic that gives every opcode its bits, and the genetic operators with their counter-based random streams. It
@@ -36,16 +37,16 @@ pub use arithmetic::{Arithmetic, RANGE};
 pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, OpcodeSet, Source};
 pub use functions::Functions;
-pub use genome::{CONSTANTS, Genome, GenomeError, Output, OutputError};
+pub use genome::{CONSTANTS, Genome, GenomeError, LAYERS_MAX, Output, OutputError};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;
 pub use json::JsonError;
 pub use liveness::{Liveness, REGISTERS, channels_of_instructions, live_instructions};
-pub use locks::{Channel, Locks, LocksError};
+pub use locks::{Channel, Locks, LocksError, ParameterLock};
 pub use opcode::Opcode;
 pub use operand::{Operand, Register, Swizzle, WriteMask};
 pub use random::{BirthKey, Operator, Stream, philox4x32};
 pub use text::TextError;
 pub use variation::{Constraints, Variation};
 
-pub use brood_brdf::{Input, InputMask, Parametrisation};
+pub use brood_brdf::{Input, InputMask, Model, ModelKind, Parameter, Parametrisation};

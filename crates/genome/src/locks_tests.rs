@@ -53,7 +53,7 @@ proptest! {
         constants in prop::collection::vec(0u8..128, 0..60),
     ) {
         let (first, second) = (parent(seed), parent(seed ^ 1));
-        let locks = Locks { instructions, constants, channels: Vec::new() };
+        let locks = Locks { instructions, constants, ..Locks::default() };
         let key = BirthKey { seed, slot: 3, attempt: 0 };
         for variation in [
             Variation::mutate(&first, mutation),

@@ -30,6 +30,12 @@ pub enum Operator {
     Recombine = 5,
     /// The order of the samples of a target.
     Shuffle = 6,
+    /// A genome from nothing: its models.
+    RandomLayers = 7,
+    /// Mutation of models.
+    MutateLayers = 8,
+    /// What of the second parent's models is taken.
+    RecombineLayers = 9,
 }
 
 /// One block of Philox4x32-10.

@@ -114,5 +114,5 @@ fn errors_carry_line_and_column() {
         assert_eq!(text.parse::<Genome>().unwrap_err().to_string(), error, "{line}");
     }
     let none = head.parse::<Genome>().unwrap_err();
-    assert_eq!(none.reason, "a genome has at least one instruction");
+    assert_eq!(none.reason, "a genome has at least one instruction or one `.model`");
 }

@@ -1,11 +1,12 @@
 //! Genetic operators: a key first, parents in, one child out. Pure functions of both.
 
+mod layer;
 mod mutate;
 mod random;
 mod recombine;
 
 use crate::locks::Held;
-use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Locks, Output};
+use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Locks, Model, Output};
 
 /// Overrides of the dialect's switches that a brood may carry; the child's genome holds the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,10 +41,11 @@ struct Draft {
     constants: Box<[[f32; 4]; CONSTANTS]>,
     output: Output,
     limited: bool,
+    layers: Vec<Model>,
 }
 
 impl<'a> Variation<'a> {
-    /// Genomes from nothing.
+    /// Genomes from nothing: programs, or models where the dialect has the length 0.
     ///
     /// # Panics
     /// Where the dialect is not valid ([`Dialect::validate`]).
@@ -66,7 +68,7 @@ impl<'a> Variation<'a> {
         Self::of(Origin::Mutate { parent, mutation })
     }
 
-    /// Children of two parents: blocks of `second` in `first`, then mutation.
+    /// Children of two parents: blocks of `second` in `first`, parameters and layers of its models, then mutation.
     ///
     /// # Domain
     /// Amounts in 0..=1; `recombination` is the expected share of the second parent. Dialects must be compatible.
@@ -113,11 +115,11 @@ impl<'a> Variation<'a> {
     /// Keeps parts of the first parent; random children have nothing to keep.
     ///
     /// # Panics
-    /// Where the locks are not valid in the parent's dialect ([`Locks::validate`]).
+    /// Where the locks name what the parent has not ([`Locks::validate_for`]).
     #[must_use]
     pub fn with_locks(self, locks: Option<&'a Locks>) -> Self {
         if let (Some(locks), Some(first)) = (locks, self.parents().next()) {
-            locks.validate(first.dialect()).expect("locks name what is there");
+            locks.validate_for(first).expect("locks name what is there");
         }
         Self { locks, ..self }
     }
@@ -186,9 +188,10 @@ impl<'a> Variation<'a> {
             draft.dialect.homogeneous = homogeneous;
         }
         draft.output = self.output.unwrap_or(draft.output);
-        Genome::new(draft.dialect, draft.instructions, draft.constants, draft.output)
+        let Draft { dialect, instructions, constants, output, limited, layers } = draft;
+        Genome::layered(dialect, instructions, constants, output, layers)
             .expect("operators keep to the dialect")
-            .with_limit(self.limited.unwrap_or(draft.limited))
+            .with_limit(self.limited.unwrap_or(limited))
     }
 
     fn of(origin: Origin<'a>) -> Self {
@@ -210,6 +213,7 @@ impl Draft {
             constants: Box::new(*parent.constants()),
             output: *parent.output(),
             limited: parent.is_limited(),
+            layers: parent.layers().to_vec(),
         }
     }
 }

@@ -24,6 +24,9 @@ pub enum GpuError {
         /// The bound that passed.
         timeout_ms: u64,
     },
+    /// A program with layers, which the CPU evaluates.
+    #[error("models of reflectance are evaluated on the CPU")]
+    Layers,
     /// A program beyond what the shader holds; other evaluators may take it.
     #[error("a program has {given} {what}; the shader holds {most}")]
     TooLarge {
@@ -42,7 +45,7 @@ impl GpuError {
         match self {
             Self::Lost(_) | Self::Timeout { .. } => true,
             Self::NoAdapter | Self::NoDevice(_) | Self::Rejected(_) => false,
-            Self::OutOfMemory(_) | Self::TooLarge { .. } => false,
+            Self::OutOfMemory(_) | Self::TooLarge { .. } | Self::Layers => false,
         }
     }
 }

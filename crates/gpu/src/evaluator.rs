@@ -108,6 +108,7 @@ impl GpuEvaluator {
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<BatchTiming, EvalError> {
+        refuse_layers(programs).map_err(eval_error)?;
         out.clear();
         out.resize(programs.len() * 3 * set.len(), 0.0);
         let row = |input| set.input(input);
@@ -204,9 +205,17 @@ fn rows<'a>(
     Rows { set: Some(set.id()), mask, len: set.len(), row }
 }
 
+/// Layers have no shader.
+pub(crate) fn refuse_layers(programs: &[&Program]) -> Result<(), GpuError> {
+    match programs.iter().any(|program| !program.layers().is_empty()) {
+        true => Err(GpuError::Layers),
+        false => Ok(()),
+    }
+}
+
 pub(crate) fn eval_error(error: GpuError) -> EvalError {
     match error {
-        GpuError::TooLarge { .. } => EvalError::Unsupported(error.to_string()),
+        GpuError::TooLarge { .. } | GpuError::Layers => EvalError::Unsupported(error.to_string()),
         other => EvalError::Device(other.to_string()),
     }
 }

@@ -7,7 +7,7 @@ use brood_brdf::InputMask;
 use brood_eval::{EvalError, Fitness, FitnessEvaluator, FitnessTarget, Loss, Population};
 use brood_program::Program;
 
-use crate::evaluator::eval_error;
+use crate::evaluator::{eval_error, refuse_layers};
 use crate::residency::Rows;
 use crate::sums::Targets;
 use crate::{BatchTiming, GpuEvaluator};
@@ -56,6 +56,7 @@ impl<'a> GpuPopulation<'a> {
             logarithmic: target.loss() == Loss::Logarithmic,
         };
         let batch: Vec<&Program> = going.iter().map(|index| programs[*index]).collect();
+        refuse_layers(&batch).map_err(eval_error)?;
         let before = *timing;
         gpu.with_engine(|engine| {
             engine.timing = before;

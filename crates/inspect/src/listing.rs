@@ -21,11 +21,13 @@ pub fn scalar_code(program: &Program) -> String {
     }
     let [r, g, b] = program.results().map(name);
     line(&mut text, &format!("g = ({r}, {g}, {b})"));
+    let layers = program.layers().iter().map(|model| format!(" + {}", model.kind()));
+    let sum = format!("g^2{}", layers.collect::<String>());
     let output = program.output();
     if *output == Output::IDENTITY {
-        line(&mut text, "f = g^2");
+        line(&mut text, &format!("f = {sum}"));
     } else {
-        line(&mut text, "f = scale (matrix g^2) + offset");
+        line(&mut text, &format!("f = scale (matrix ({sum})) + offset"));
         line(&mut text, &format!("matrix = {:?}", output.matrix()));
         line(&mut text, &format!("scale = {:?}", output.scale()));
         line(&mut text, &format!("offset = {:?}", output.offset()));

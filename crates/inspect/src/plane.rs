@@ -36,7 +36,7 @@ pub struct Curve {
 /// The planes along and across u; one where the program is isotropic.
 #[must_use]
 pub fn planes(program: &Program) -> Vec<Plane> {
-    let turns = turns_with_surface(program.inputs());
+    let turns = turns_with_surface(program);
     let azimuths: &[f64] = if turns { &[0.0, 90.0] } else { &[0.0] };
     azimuths.iter().map(|azimuth_deg| plane(program, *azimuth_deg)).collect()
 }

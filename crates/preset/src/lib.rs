@@ -1,4 +1,5 @@
-//! Presets: hand-written materials, readable examples of what a genome is and starting points for breeding.
+//! Presets: hand-written materials, readable examples of what a genome is and starting points for breeding; programs first,
+//! then models.
 //!
 //! Owns the texts and their order. Refuses to know what is done with them; that they look as they say is seen in the
 //! pictures of the page, which `preset` among the tests renders anew.
@@ -36,7 +37,7 @@ macro_rules! preset {
 }
 
 /// All of them, the simplest first.
-pub static PRESETS: [Preset; 14] = [
+pub static PRESETS: [Preset; 22] = [
     preset!("matt-clay", "Matt clay", "Unglazed terracotta, nearly the same from everywhere."),
     preset!(
         "red-plastic",
@@ -83,6 +84,46 @@ pub static PRESETS: [Preset; 14] = [
         "Rainbow grooves",
         "Fine grooves that split white light into bands of pure colour."
     ),
+    preset!(
+        "model-gold",
+        "Gold, by its constants",
+        "Real gold: a rough conductor with the metal's refractive index and extinction."
+    ),
+    preset!(
+        "model-copper",
+        "Copper, brushed",
+        "Copper by its reflectance at normal incidence, its highlight drawn out along u."
+    ),
+    preset!(
+        "model-plastic",
+        "Plastic, physical",
+        "A blue body under a coat that sends light back and forth."
+    ),
+    preset!(
+        "model-car-paint",
+        "Car paint, principled",
+        "A dark red metallic body under a clear coat."
+    ),
+    preset!(
+        "model-velvet",
+        "Cloth, principled",
+        "Green cloth with the principled model's sheen at its edges."
+    ),
+    preset!(
+        "model-clay",
+        "Clay, Oren-Nayar",
+        "Rough clay that is as bright at its edges as in the middle."
+    ),
+    preset!(
+        "model-two-layers",
+        "Varnished wood",
+        "A warm diffuse base and two highlights, one wide and one narrow: three models, added."
+    ),
+    preset!(
+        "model-phong",
+        "Phong, 1975",
+        "The first highlight of computer graphics, over a teal body."
+    ),
 ];
 
 impl Preset {
@@ -98,10 +139,13 @@ impl Preset {
         &self.genome
     }
 
-    /// The dialect of a lineage that is to breed it: its own, at the length that lineages have unless asked otherwise.
+    /// The dialect of a lineage that is to breed it: its own, of a program at the length that lineages have unless asked
+    /// otherwise.
     #[must_use]
     pub fn dialect(&self) -> Dialect {
-        Dialect { length: Dialect::default().length, ..*self.genome.dialect() }
+        let own = *self.genome.dialect();
+        let length = if own.length == 0 { 0 } else { Dialect::default().length };
+        Dialect { length, ..own }
     }
 }
 

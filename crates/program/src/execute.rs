@@ -17,6 +17,17 @@ pub fn execute<T: Arithmetic>(
     inputs: impl Fn(Input) -> T,
     constant: impl Fn(&Constant) -> T,
 ) -> [T; 3] {
+    execute_layered(program, inputs, constant, |squares| squares)
+}
+
+/// [`execute`] with something done to the squares of the results before the output stage: where layers are added, which
+/// `execute` leaves out.
+pub fn execute_layered<T: Arithmetic>(
+    program: &Program,
+    inputs: impl Fn(Input) -> T,
+    constant: impl Fn(&Constant) -> T,
+    layers: impl FnOnce([T; 3]) -> [T; 3],
+) -> [T; 3] {
     let mut values: Vec<T> = Vec::with_capacity(program.steps().len());
     for step in program.steps() {
         let read = |operand| match operand {
@@ -35,7 +46,7 @@ pub fn execute<T: Arithmetic>(
         }
         .square()
     });
-    program.output().apply(squares)
+    program.output().apply(layers(squares))
 }
 
 impl Operation {

@@ -30,7 +30,7 @@ pub use brood::{
     settle_judged,
 };
 pub use counts::{Counts, written_operations};
-pub use execute::execute;
+pub use execute::{execute, execute_layered};
 pub use hash::ProgramHash;
 pub use program::{Constant, Operand, Operation, Program, Step};
 pub use range::{Range, StepRange, step_ranges};

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use brood_genome::{Genome, Instruction, Liveness, Opcode, REGISTERS, Register, Source};
+use brood_genome::{Genome, Instruction, Liveness, Model, Opcode, REGISTERS, Register, Source};
 
 use crate::build::{Builder, Node, Reference};
 use crate::{Constant, Operand, Program, Step};
@@ -24,7 +24,8 @@ thread_local! {
 }
 
 impl Program {
-    /// The live scalar code of a genome: bit-equal to it in canonical f32 and in the f64 reference.
+    /// The live scalar code of a genome: bit-equal to it in canonical f32 and in the f64 reference. Under an isotropic dialect
+    /// the layers are what [`Model::isotropic`] makes of them.
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
@@ -43,6 +44,10 @@ pub(crate) fn scalarise(
     builder: &mut Builder,
 ) -> [Reference; 3] {
     let zero = builder.constant(0.0);
+    if genome.instructions().is_empty() {
+        // There is no program, not one that returns its inputs.
+        return [zero; 3];
+    }
     let mut registers = [[zero; 4]; REGISTERS];
     let dialect = genome.dialect();
     for register in 0..dialect.registers {
@@ -212,11 +217,14 @@ impl Collected {
         self.steps.clear();
         self.constants.clear();
         let results = results.map(|result| self.visit(builder, result.node()));
+        let is_isotropic = genome.dialect().isotropic;
+        let seen = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
         Program {
             steps: self.steps.clone(),
             constants: self.constants.clone(),
             results,
             output: *genome.output(),
+            layers: genome.layers().iter().map(seen).collect(),
         }
     }
 

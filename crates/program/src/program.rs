@@ -1,6 +1,6 @@
-//! The program: scalar operations in single-assignment form, in a canonical order.
+//! The program: scalar operations in single-assignment form, in a canonical order, and the models that lie over it.
 
-use brood_genome::{Input, InputMask, Output};
+use brood_genome::{Input, InputMask, Model, Output};
 
 /// A scalar operation. Signs are part of the operation, never of an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -123,17 +123,19 @@ pub struct Step {
     pub b: Operand,
 }
 
-/// Live scalar code: steps that read only earlier steps, three results, and the output stage.
+/// Live scalar code: steps that read only earlier steps, three results, layers of models, and the output stage.
 ///
 /// # Invariants
 /// Every step is reachable from a result; steps are in post-order from the red, the green, the blue result, so that
-/// equal programs have equal words whatever genome they came from. Results are g up to sign: f squares them.
+/// equal programs have equal words whatever genome they came from. Results are g up to sign: f squares them, and adds what
+/// the layers reflect before the output stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
     pub(crate) constants: Vec<Constant>,
     pub(crate) results: [Operand; 3],
     pub(crate) output: Output,
+    pub(crate) layers: Vec<Model>,
 }
 
 impl Program {
@@ -159,6 +161,18 @@ impl Program {
     #[must_use]
     pub fn output(&self) -> &Output {
         &self.output
+    }
+
+    /// Models whose reflectance is added to g^2; they read directions, not inputs.
+    #[must_use]
+    pub fn layers(&self) -> &[Model] {
+        &self.layers
+    }
+
+    /// The same code without its layers and with no output stage: g^2 alone.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        Self { output: Output::IDENTITY, layers: Vec::new(), ..self.clone() }
     }
 
     /// Scalar operations per sample, the squares and the output stage not counted.

@@ -3,12 +3,16 @@
 //! Layout: version; number of constants; number of steps; three result operands; fifteen words of the output stage;
 //! three words a constant (f32 bits, low and high half of the f64 bits); two words a step. An operand is its kind in
 //! bits 22..24 and its index below; a step is the operation in the top byte and its first operand, then the second.
+//!
+//! Programs with layers are of a version of their own, so that others have the words they always had: their number follows,
+//! and for each the number of its kind and two words for each of its numbers.
 
-use brood_genome::{Input, Output, RANGE};
+use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
 
 use crate::{Constant, Operand, Operation, Program, Step};
 
 const VERSION: u32 = 0x4252_4401;
+const LAYERED_VERSION: u32 = 0x4252_4402;
 const HEADER: usize = 6;
 const OUTPUT: usize = 15;
 const STEP_KIND: u32 = 0;
@@ -34,26 +38,35 @@ pub enum WordsError {
     /// A constant or an output number beyond its range.
     #[error("the number at word {0} is beyond the range")]
     Number(usize),
+    /// A model that there is not, or with a number that it cannot have.
+    #[error("the words from {0} on are no model")]
+    Model(usize),
 }
 
 impl Program {
     /// The packed words.
     #[must_use]
     pub fn to_words(&self) -> Vec<u32> {
-        let mut words = vec![VERSION, length(self.constants.len()), length(self.steps.len())];
+        let version = if self.layers.is_empty() { VERSION } else { LAYERED_VERSION };
+        let mut words = vec![version, length(self.constants.len()), length(self.steps.len())];
         words.extend(self.results.map(operand_word));
         let output = &self.output;
         let numbers = output.matrix().as_flattened().iter().chain(output.scale());
         words.extend(numbers.chain(output.offset()).map(|number| number.to_bits()));
         for constant in &self.constants {
-            let bits = constant.reference.to_bits();
-            let (low, high) = (bits & u64::from(u32::MAX), bits >> 32);
             words.push(constant.canonical.to_bits());
-            words.extend([low, high].map(|half| u32::try_from(half).expect("half of 64 bits")));
+            words.extend(halves(constant.reference));
         }
         for step in &self.steps {
             words.push(u32::from(step.operation.number()) << 24 | operand_word(step.a));
             words.push(operand_word(step.b));
+        }
+        if !self.layers.is_empty() {
+            words.push(length(self.layers.len()));
+        }
+        for model in &self.layers {
+            words.push(u32::from(model.kind().number()));
+            words.extend(model.numbers().iter().copied().flat_map(halves));
         }
         words
     }
@@ -61,13 +74,17 @@ impl Program {
     /// The program in packed words, everything checked: they may come from outside.
     pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
         let header = words.get(..HEADER).ok_or(WordsError::Length)?;
-        if header[0] != VERSION {
-            return Err(WordsError::Version);
-        }
+        let has_layers = match header[0] {
+            VERSION => false,
+            LAYERED_VERSION => true,
+            _ => return Err(WordsError::Version),
+        };
         let (constants, steps) = (header[1] as usize, header[2] as usize);
         let first_constant = HEADER + OUTPUT;
         let first_step = first_constant + 3 * constants.min(1 << 16);
-        if words.len() != first_step + 2 * steps.min(1 << 16) || constants.max(steps) >= 1 << 16 {
+        let first_layer = first_step + 2 * steps.min(1 << 16);
+        let ends = if has_layers { words.len() > first_layer } else { words.len() == first_layer };
+        if !ends || constants.max(steps) >= 1 << 16 {
             return Err(WordsError::Length);
         }
         let reader = Reader { words, constants };
@@ -76,6 +93,7 @@ impl Program {
             constants: Vec::with_capacity(constants),
             results: [Operand::Constant(0); 3],
             output: reader.output()?,
+            layers: if has_layers { reader.layers(first_layer)? } else { Vec::new() },
         };
         for index in 0..constants {
             program.constants.push(reader.constant(first_constant + 3 * index)?);
@@ -94,12 +112,23 @@ fn length(length: usize) -> u32 {
     u32::try_from(length).expect("a program has fewer than 65536 steps")
 }
 
+/// The low and the high half of a number's bits.
+fn halves(number: f64) -> [u32; 2] {
+    let bits = number.to_bits();
+    [bits & u64::from(u32::MAX), bits >> 32]
+        .map(|half| u32::try_from(half).expect("half of 64 bits"))
+}
+
 fn operand_word(operand: Operand) -> u32 {
     match operand {
         Operand::Step(index) => STEP_KIND << INDEX_BITS | u32::from(index),
         Operand::Input(input) => INPUT_KIND << INDEX_BITS | length(input.index()),
         Operand::Constant(index) => CONSTANT_KIND << INDEX_BITS | u32::from(index),
     }
+}
+
+fn joined(low: u32, high: u32) -> f64 {
+    f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
 struct Reader<'a> {
@@ -117,10 +146,33 @@ impl Reader<'_> {
 
     fn constant(&self, at: usize) -> Result<Constant, WordsError> {
         let canonical = f32::from_bits(self.words[at]);
-        let bits = u64::from(self.words[at + 1]) | u64::from(self.words[at + 2]) << 32;
-        let reference = f64::from_bits(bits);
+        let reference = joined(self.words[at + 1], self.words[at + 2]);
         let fits = canonical.abs() <= RANGE && reference.abs() <= f64::from(RANGE);
         if fits { Ok(Constant { canonical, reference }) } else { Err(WordsError::Number(at)) }
+    }
+
+    /// The layers, which end where the words do.
+    fn layers(&self, start: usize) -> Result<Vec<Model>, WordsError> {
+        let count = self.words[start] as usize;
+        if !(1..=LAYERS_MAX).contains(&count) {
+            return Err(WordsError::Model(start));
+        }
+        let mut at = start + 1;
+        let mut layers = Vec::with_capacity(count);
+        for _ in 0..count {
+            let number = *self.words.get(at).ok_or(WordsError::Length)?;
+            let kind = u8::try_from(number).ok().and_then(ModelKind::from_number);
+            let kind = kind.ok_or(WordsError::Model(at))?;
+            let length: usize = kind.parameters().iter().map(Parameter::count).sum();
+            let end = at + 1 + 2 * length;
+            let words = self.words.get(at + 1..end).ok_or(WordsError::Length)?;
+            let numbers: Vec<f64> =
+                words.as_chunks().0.iter().map(|[low, high]| joined(*low, *high)).collect();
+            let model = Model::from_numbers(kind, &numbers).map_err(|_| WordsError::Model(at))?;
+            layers.push(model);
+            at = end;
+        }
+        if at == self.words.len() { Ok(layers) } else { Err(WordsError::Length) }
     }
 
     fn step(&self, at: usize, index: usize) -> Result<Step, WordsError> {

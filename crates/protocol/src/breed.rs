@@ -119,7 +119,7 @@ pub struct Breed {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
     /// Parts of the first parent that its children keep: `instructions` by position, `constants` by number, `channels` of
-    /// `r`, `g` and `b`.
+    /// `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and `name`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,

@@ -6,6 +6,7 @@ use brood_scene::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::LightAssetFile;
 use crate::lease::{
     CONTENT_TYPE, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, WireError, decode, encode,
 };
@@ -90,6 +91,12 @@ impl WorkerClient {
     pub async fn mesh(&self, hash: &[u8; 32]) -> Result<Mesh, ClientError> {
         let path = format!("/v1/leases/meshes/{}", blake3::Hash::from_bytes(*hash).to_hex());
         read(self.send::<()>(Method::GET, &path, None).await?).await
+    }
+
+    /// A file that a light refers to.
+    pub async fn light_asset(&self, id: &str) -> Result<LightAssetFile, ClientError> {
+        read(self.send::<()>(Method::GET, &format!("/v1/leases/light-assets/{id}"), None).await?)
+            .await
     }
 
     async fn send<T: Serialize>(

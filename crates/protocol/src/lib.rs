@@ -8,6 +8,7 @@ mod id;
 mod individual;
 mod job;
 mod lease;
+mod light_asset;
 mod lineage;
 mod mesh;
 mod page;
@@ -29,6 +30,7 @@ pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource, Outcome,
     RenderItem, RenderJob, RenderedPicture, WireError, WorkerReport, decode, encode,
 };
+pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};
 pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;

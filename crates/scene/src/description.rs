@@ -13,16 +13,21 @@ mod schema;
 mod tests;
 mod validate;
 
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 
 pub use camera::Camera;
 pub use film::{Exposure, Film, Tone};
-pub use light::Light;
+pub(crate) use light::Measure;
+pub use light::{
+    AREA_SAMPLES, AmbientLight, DirectionalLight, DiskLight, ENVIRONMENT_SAMPLES, EnvironmentLight,
+    IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
+};
 pub use mesh_ref::{BuiltinMesh, MeshRef};
-pub use validate::{EV_MAX, LIGHTS_MAX, SceneError};
+pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX, SceneError};
 
 /// What is rendered: a mesh, a camera, lights and a film. World right-handed, y up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
@@ -38,9 +43,11 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What becomes of radiance.
     pub film: Film,
-    /// Position on the light circle, in degrees: every point light is turned by this angle about the vertical axis
+    /// Position on the light circle, in degrees: every light is turned by this angle about the vertical axis
     /// through the centre of the mesh, from +z towards +x. 0 leaves the lights where they are said to be.
     pub light_deg: f64,
+    /// Whether what is between a light and a place keeps its light off.
+    pub shadows: bool,
 }
 
 impl Default for Scene {
@@ -53,6 +60,7 @@ impl Default for Scene {
             lights: vec![Light::default()],
             film: Film::default(),
             light_deg: 0.0,
+            shadows: false,
         }
     }
 }
@@ -65,5 +73,35 @@ impl Scene {
     #[must_use]
     pub fn with_light_deg(&self, degrees: f64) -> Self {
         Self { light_deg: degrees, ..self.clone() }
+    }
+}
+
+impl Scene {
+    /// Samples that all its lights make at each place at most: by so much a picture takes longer than in the light of one
+    /// point.
+    #[must_use]
+    pub fn light_samples(&self) -> u32 {
+        self.lights.iter().map(Light::samples).sum()
+    }
+}
+
+impl Serialize for Scene {
+    /// Pictures are found again by the JSON of their scene: what came later is only written where it says something.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let later = self.shadows || !serializer.is_human_readable();
+        let mut out = serializer.serialize_struct("Scene", 7 + usize::from(later))?;
+        out.serialize_field("mesh", &self.mesh)?;
+        out.serialize_field("rotation_deg", &self.rotation_deg)?;
+        out.serialize_field("scale", &self.scale)?;
+        out.serialize_field("camera", &self.camera)?;
+        out.serialize_field("lights", &self.lights)?;
+        out.serialize_field("film", &self.film)?;
+        out.serialize_field("light_deg", &self.light_deg)?;
+        if later {
+            out.serialize_field("shadows", &self.shadows)?;
+        } else {
+            out.skip_field("shadows")?;
+        }
+        out.end()
     }
 }

@@ -17,18 +17,28 @@
 
 mod angle;
 mod description;
+mod environment;
+mod ies;
+mod light_assets;
 mod mesh;
 mod obj;
 mod sample_set;
 mod trace;
+pub mod units;
 
+pub(crate) use description::Measure;
 pub use description::{
-    BuiltinMesh, Camera, EV_MAX, Exposure, Film, LIGHTS_MAX, Light, MeshRef, Scene, SceneError,
-    Tone,
+    AREA_SAMPLES, AmbientLight, BuiltinMesh, Camera, DirectionalLight, DiskLight,
+    ENVIRONMENT_SAMPLES, EV_MAX, EnvironmentLight, Exposure, Film, IesLight, LIGHT_SAMPLES_MAX,
+    LIGHTS_MAX, Light, MeshRef, PointLight, Quantity, RectangleLight, Scene, SceneError,
+    SphereLight, SpotLight, Strength, Tone,
 };
+pub use environment::{EnvironmentError, EnvironmentMap};
+pub use ies::{IesError, IesErrorKind, IesProfile, Photometry};
+pub use light_assets::{AssetRef, LightAssets};
 pub use mesh::{Mesh, MeshError, MeshParts};
 pub use obj::{ObjError, ObjErrorKind, ObjFile, ObjLimits, ObjWarning, parse_obj};
 pub use sample_set::{
-    ImageLayout, PixelArea, PixelAreaError, PixelRun, PixelSpan, SampleCounts, SampleSet, Sampling,
-    SamplingError,
+    ImageLayout, PixelArea, PixelAreaError, PixelRun, PixelSpan, Raster, SampleCounts, SampleSet,
+    Sampling, SamplingError,
 };

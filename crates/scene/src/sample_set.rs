@@ -8,6 +8,8 @@ mod adaptive_tests;
 mod cluster;
 mod frame;
 mod layout;
+#[cfg(test)]
+mod light_tests;
 mod lighting;
 mod pick;
 mod point;
@@ -15,6 +17,7 @@ mod quadrature;
 mod render;
 mod sampling;
 mod select;
+mod sequence;
 #[cfg(test)]
 mod tests;
 mod values;
@@ -28,9 +31,9 @@ use glam::DVec2;
 
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 
-pub use sampling::{PixelArea, PixelAreaError, Sampling, SamplingError};
+pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 
-use crate::{Mesh, Scene};
+use crate::{LightAssets, Mesh, Scene};
 use values::Values;
 
 /// Shading samples as a structure of arrays.
@@ -42,7 +45,7 @@ use values::Values;
 pub struct SampleSet {
     id: u64,
     len: usize,
-    /// As many as samples; none in a set of picked pixels.
+    /// As many as samples; none in a set of pixels that were picked without them.
     pairs: Vec<DirectionPair>,
     uvs: Vec<DVec2>,
     irradiance: [Vec<f32>; 3],
@@ -55,7 +58,7 @@ impl SampleSet {
     /// The samples of a square picture of `mesh` in `scene`, whose own mesh reference is not looked at.
     ///
     /// # Domain
-    /// A scene that [`Scene::validate`] accepts; another one gives a meaningless set. No shadows.
+    /// A scene that [`Scene::validate`] accepts; another one gives a meaningless set. Lights that refer to assets are dark.
     ///
     /// # Panics
     /// Where `size_px` is not in 1..=65535, a fixed number of samples is 0, or the set would have 2^32 samples.
@@ -79,17 +82,28 @@ impl SampleSet {
         sampling: impl Into<Sampling>,
         area: PixelArea,
     ) -> Self {
-        render::render(mesh, scene, size_px, sampling.into(), area)
+        let raster = Raster { size_px, sampling: sampling.into(), area };
+        Self::render_lit(mesh, scene, &LightAssets::default(), raster)
     }
 
-    /// The samples of some pixels of images that were sampled alike, as an image of one row, part after part. It has no
-    /// directions, and of the inputs only those asked for; their ranges are those of the whole parts.
+    /// The same for scenes whose lights refer to assets. A light whose asset is not there is dark ([`LightAssets::check`]
+    /// tells).
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_area`].
+    #[must_use]
+    pub fn render_lit(mesh: &Mesh, scene: &Scene, assets: &LightAssets, raster: Raster) -> Self {
+        render::render(mesh, scene, assets, raster)
+    }
+
+    /// The samples of some pixels of images that were sampled alike, as an image of one row, part after part. Of the inputs it
+    /// has only those asked for, and directions only where `directions` says so; ranges of inputs are those of the whole parts.
     ///
     /// # Panics
     /// Where a part has no image, or its pixels do not ascend or are not in it.
     #[must_use]
-    pub fn pick(parts: &[(&Self, &[u32])], inputs: InputMask) -> Self {
-        pick::pick(parts, inputs)
+    pub fn pick(parts: &[(&Self, &[u32])], inputs: InputMask, directions: bool) -> Self {
+        pick::pick(parts, inputs, directions)
     }
 
     /// One sample per pair of directions with irradiance 1 and no image; no `uvs` at all stand for zeros.
@@ -104,7 +118,8 @@ impl SampleSet {
         let count = pairs.len();
         assert!(uvs.is_empty() || uvs.len() == count, "{} uvs for {count} pairs", uvs.len());
         let uvs = if uvs.is_empty() { vec![DVec2::ZERO; count] } else { uvs.to_vec() };
-        let counts = SampleCounts { rays: 0, covered: count as u64, lit: count as u64 };
+        let counts =
+            SampleCounts { covered: count as u64, lit: count as u64, ..SampleCounts::default() };
         let irradiance = [(); 3].map(|()| vec![1.0; count]);
         Self::new(pairs.to_vec(), uvs, irradiance, None, counts)
     }
@@ -185,7 +200,7 @@ impl SampleSet {
     /// The directions and the texture position of a sample.
     ///
     /// # Panics
-    /// Where there is no such sample, and in a set of picked pixels.
+    /// Where there is no such sample, and in a set of pixels that were picked without directions.
     #[must_use]
     pub fn pair(&self, index: usize) -> (DirectionPair, DVec2) {
         (self.pairs[index], self.uvs[index])

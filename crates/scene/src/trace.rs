@@ -85,13 +85,7 @@ impl Tracer {
     pub fn trace(&self, ray: Ray, stack: &mut Stack) -> Option<Hit> {
         let (sheared, origin) = approach(ray)?;
         let origin = origin.as_vec3a();
-        let inverse = ray.direction.as_vec3a();
-        // An infinity would make NaN of a box side that the origin lies on.
-        let inverse = Vec3A::select(
-            inverse.abs().cmplt(Vec3A::splat(1e-30)),
-            Vec3A::splat(1e30),
-            inverse.recip(),
-        );
+        let inverse = inverse(ray.direction);
         let mut best: Option<Hit> = None;
         let mut reach = f32::INFINITY;
         let stack = &mut stack.0;
@@ -132,6 +126,43 @@ impl Tracer {
             }
         }
         best
+    }
+
+    /// Whether anything is hit at a positive distance below `reach`.
+    ///
+    /// # Domain
+    /// Any ray with finite numbers; another one hits nothing. An infinite reach is allowed.
+    pub fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
+        let Some((sheared, origin)) = approach(ray) else { return false };
+        // Hits count from where the ray came within reach of the mesh.
+        let reach = reach - (origin - ray.origin).dot(ray.direction);
+        let origin = origin.as_vec3a();
+        let inverse = inverse(ray.direction);
+        let stack = &mut stack.0;
+        stack.clear();
+        if !self.nodes.is_empty() {
+            stack.push((0.0, 0));
+        }
+        while let Some((_, index)) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            // Infinite where the ray passes by; the margin of the boxes allows for what is rounded.
+            let entry = entry_distance(&node.bounds, origin, inverse);
+            if entry == f32::INFINITY || f64::from(entry) > reach {
+                continue;
+            }
+            if node.count == 0 {
+                stack.push((0.0, node.first));
+                stack.push((0.0, node.first + 1));
+                continue;
+            }
+            let hit = |triangle: &Triangle| {
+                sheared.intersect(&triangle.corners).is_some_and(|(distance, _)| distance < reach)
+            };
+            if self.triangles[node.range()].iter().any(hit) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Looks up every triangle that a ray within the beam may hit; `false` where they are so many that rays are better
@@ -208,6 +239,15 @@ fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
     }
     let origin = ray.origin + ray.direction * (ahead - 1.5).max(0.0);
     Some((ShearedRay::new(origin, ray.direction)?, origin))
+}
+
+/// One over a direction, for boxes.
+#[inline]
+fn inverse(direction: DVec3) -> Vec3A {
+    let direction = direction.as_vec3a();
+    // An infinity would make NaN of a box side that the origin lies on.
+    let tiny = direction.abs().cmplt(Vec3A::splat(1e-30));
+    Vec3A::select(tiny, Vec3A::splat(1e30), direction.recip())
 }
 
 #[inline]

@@ -30,6 +30,7 @@ mod idempotency;
 mod import;
 mod individual;
 mod job;
+mod light_asset;
 mod lineage;
 mod lock;
 mod mesh;

@@ -52,6 +52,8 @@ pub struct StoreCounts {
     pub scenes: u64,
     /// Uploaded meshes.
     pub meshes: u64,
+    /// Uploaded profiles and environments.
+    pub light_assets: u64,
     /// Picture keys.
     pub pictures: u64,
     /// Jobs in any state.
@@ -189,6 +191,7 @@ impl Store {
             genomes: row.whole("genomes")?,
             scenes: row.whole("scenes")?,
             meshes: row.whole("meshes")?,
+            light_assets: row.whole("light_assets")?,
             pictures: row.whole("pictures")?,
             jobs: row.whole("jobs")?,
             idempotency: row.whole("answers")?,
@@ -255,6 +258,7 @@ const COUNTS: &str = "SELECT
     (SELECT count(*) FROM genome) AS genomes,
     (SELECT count(*) FROM scene) AS scenes,
     (SELECT count(*) FROM mesh) AS meshes,
+    (SELECT count(*) FROM light_asset) AS light_assets,
     (SELECT count(*) FROM picture) AS pictures,
     (SELECT count(*) FROM job) AS jobs,
     (SELECT count(*) FROM idempotency) AS answers,

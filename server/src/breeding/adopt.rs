@@ -68,9 +68,13 @@ impl AppState {
     }
 }
 
-/// The genome at the lineage's length: a shorter one is padded with what changes nothing.
+/// The genome at the lineage's length: a shorter one is padded with what changes nothing. Models have no length to fit, and
+/// a lineage of models takes programs as they are.
 fn fitted(genome: Genome, dialect: &Dialect, pointer: String) -> Result<Genome, ApiError> {
     let own = *genome.dialect();
+    if own.length == 0 || dialect.length == 0 {
+        return Ok(genome);
+    }
     let as_long = Dialect { length: dialect.length, ..own };
     if own.length > dialect.length || !as_long.is_compatible(dialect) {
         let words = format!(

@@ -249,7 +249,7 @@ async fn exposed(
     }
     // What lies beyond what a scene may have is black or burnt out either way.
     let ev = circle_ev(app, id, individual).await?.clamp(-EV_MAX, EV_MAX);
-    let film = Film { exposure: Exposure::Ev(ev), ..known.scene.film.clone() };
+    let film = Film { exposure: Exposure::Ev(ev), ..known.scene.film };
     super::scene::store(app, &Scene { film, ..known.scene.clone() }).await
 }
 

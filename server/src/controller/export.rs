@@ -83,6 +83,7 @@ pub async fn get(
         };
         app.on_processor(other).await?
     };
+    let text = text.map_err(|error| ApiError::refused(error.to_string()))?;
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let mut response = file(&headers, &etag, format.media_type(), CACHE, text);
     let name = format!("attachment; filename=\"brood-{id}.{}\"", format.extension());

@@ -4,7 +4,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{
-    CONTENT_TYPE, LeaseId, LeaseRequest, LeaseResults, LeaseTicket, decode, encode,
+    CONTENT_TYPE, LeaseId, LeaseRequest, LeaseResults, LeaseTicket, LightAssetFile, decode, encode,
 };
 use http::{Request, StatusCode, header};
 use serde::de::DeserializeOwned;
@@ -99,6 +99,22 @@ pub async fn mesh(
     // Stored as it is sent.
     let data = app.store.mesh_data(*hash.as_bytes()).await?;
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], data).into_response())
+}
+
+/// A file that a light refers to, by its hash.
+#[utoipa::path(get, path = "/v1/leases/light-assets/{hash}", tag = "workers",
+    params(("hash" = String, Path)),
+    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+pub async fn light_asset(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(hash): Path<String>,
+) -> Result<Response, ApiError> {
+    let hash = blake3::Hash::from_hex(&hash)
+        .map_err(|_| ApiError::not_found("a file's hash is 64 hexadecimal digits"))?;
+    let (kind, bytes) = app.store.light_asset(*hash.as_bytes()).await?;
+    let file = encode(&LightAssetFile { kind, bytes });
+    Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], file).into_response())
 }
 
 async fn read<T: DeserializeOwned>(request: Request<Body>, max: usize) -> Result<T, ApiError> {

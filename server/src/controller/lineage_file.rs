@@ -17,12 +17,13 @@ use brood_storage::{StoredGeneration, StoredGenome};
 use http::{Request, StatusCode, header};
 
 pub use form::LineageFile;
-use form::{FileGeneration, FileIndividual};
+use form::{FileGeneration, FileIndividual, FileLightAsset};
 
 use super::created;
 use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::library::read_genome;
+use crate::lighting;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -46,6 +47,11 @@ pub async fn export(
             Some(BASE64_STANDARD.encode(app.store.mesh_data(hash).await?))
         }
     };
+    let mut light_assets = Vec::new();
+    for hash in lighting::files(&known.scene) {
+        let (kind, bytes) = app.store.light_asset(hash).await?;
+        light_assets.push(FileLightAsset { kind, bytes: BASE64_STANDARD.encode(bytes) });
+    }
     let stored = generations(&app, id).await?;
     let own: HashSet<IndividualId> =
         stored.iter().flat_map(|one| &one.individuals).map(|one| one.id).collect();
@@ -68,6 +74,7 @@ pub async fn export(
         energy_limit: lineage.energy_limit,
         scene: known.scene.clone(),
         mesh,
+        light_assets,
         genomes: texts(&app, &hashes).await?,
         generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
     };
@@ -92,7 +99,7 @@ pub async fn import(
         Begun::Fresh(attempt) => attempt,
     };
     let checked = app.on_processor(move || import::check(parse_json(&bytes)?)).await??;
-    let import::Checked { file, genomes, mesh } = checked;
+    let import::Checked { file, genomes, mesh, light_assets } = checked;
     let scene = match mesh {
         Some(mesh) => {
             let id = app.store.put_mesh(mesh).await?;
@@ -102,6 +109,10 @@ pub async fn import(
         None => file.scene.clone(),
     };
     app.library.mesh(&scene).await.map_err(|error| error.at("/scene/mesh"))?;
+    for (kind, bytes) in light_assets {
+        app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
+    }
+    lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
     let scene = super::scene::store(&app, &scene).await?;
     let mut new = import::assemble(file, genomes, scene)?;
     let answer = Lineage {

@@ -10,6 +10,7 @@ pub mod individual;
 pub mod inspection;
 pub mod job;
 pub mod lease;
+pub mod light_asset;
 pub mod lineage;
 pub mod lineage_file;
 pub mod mesh;

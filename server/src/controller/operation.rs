@@ -41,6 +41,7 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
         ("genome", counts.genomes),
         ("scene", counts.scenes),
         ("mesh", counts.meshes),
+        ("light_asset", counts.light_assets),
         ("picture", counts.pictures),
         ("idempotency", counts.idempotency),
         ("token", counts.tokens),

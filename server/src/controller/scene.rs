@@ -10,6 +10,7 @@ use http::StatusCode;
 use super::created;
 use crate::extract::{Json as JsonBody, NoQuery, Path};
 use crate::idempotency::{Begun, IdempotencyKey};
+use crate::lighting;
 use crate::problem::ApiError;
 use crate::state::{App, now_ms};
 
@@ -31,6 +32,7 @@ pub async fn create(
     let scene = body.value;
     scene.validate()?;
     app.library.mesh(&scene).await?;
+    lighting::check(&app.store, &scene).await?;
     let id = store(&app, &scene).await?;
     let answer = SceneAnswer { id, scene };
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {

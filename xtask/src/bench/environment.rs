@@ -56,7 +56,7 @@ pub struct Environment {
 
 impl Environment {
     /// Builds brood and installs the peers; only the first is a failure.
-    pub(super) fn prepare(options: &Options) -> Result<Self> {
+    pub(super) fn prepare(options: &Options, peers: &[Peer]) -> Result<Self> {
         let target = suite::target_directory()?;
         let (brood, profile) = brood(options, &target)?;
         let place = target.join("peers");
@@ -70,17 +70,17 @@ impl Environment {
             missing: Vec::new(),
         };
         std::fs::create_dir_all(&environment.home).context("make a folder for the peers")?;
-        environment.install(&place.join("venv"));
+        environment.install(&place.join("venv"), peers);
         Ok(environment)
     }
 
-    fn install(&mut self, venv: &Path) {
+    fn install(&mut self, venv: &Path, peers: &[Peer]) {
         if let Err(error) = make_venv(venv, &self.python) {
             let why = format!("no Python environment ({error:#}); on Debian: python3-venv");
-            self.missing.extend(Peer::ALL.map(|peer| format!("{}: {why}", peer.package())));
+            self.missing.extend(peers.iter().map(|peer| format!("{}: {why}", peer.package())));
             return;
         }
-        for peer in Peer::ALL {
+        for &peer in peers {
             if let Err(error) = self.install_peer(peer) {
                 eprintln!("{} is left out: {error:#}", peer.package());
                 self.missing.push(format!("{}: {error:#}", peer.package()));

@@ -1,4 +1,5 @@
-//! `cargo xtask bench peers`: other programs and brood on the same work, in turn, in one run.
+//! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), and picture by picture
+//! (`pictures`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is named and left out; the run fails for
 //! that only when asked to. How peers come here is the environment's business, what they are held against the
@@ -7,15 +8,37 @@
 mod compare;
 mod environment;
 mod measure;
+mod picture;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::shell;
-use environment::Environment;
+use environment::{Environment, Peer};
+
+pub use picture::run as pictures;
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Task {
+    /// Speed.
+    Peers,
+    /// Pictures.
+    Pictures,
+}
+
+impl Task {
+    /// The word of the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Peers => "peers",
+            Self::Pictures => "pictures",
+        }
+    }
+}
 
 /// What the command line says.
 #[derive(Debug, PartialEq)]
@@ -28,18 +51,21 @@ struct Options {
     release: bool,
     /// A brood that is there already, instead of one that is built.
     brood: Option<PathBuf>,
-    /// How often everything is run; the best of each counts.
+    /// How often everything is run; the best of each counts. Of speed.
     rounds: u32,
+    /// Where meshes and recorded pictures are. Of pictures.
+    data: Option<PathBuf>,
 }
 
 impl Options {
-    fn parse(words: &[&str]) -> Result<Self> {
+    fn parse(task: Task, words: &[&str]) -> Result<Self> {
         let mut options = Self {
-            out: PathBuf::from("target/bench/peers"),
+            out: PathBuf::from("target/bench").join(task.name()),
             require: false,
             release: false,
             brood: None,
             rounds: 2,
+            data: None,
         };
         let mut words = words.iter();
         while let Some(word) = words.next() {
@@ -51,13 +77,16 @@ impl Options {
                     let file = words.next().context("--brood needs a file")?;
                     options.brood = Some(std::path::absolute(file).context("find brood")?);
                 }
-                "--rounds" => {
+                "--data" if task == Task::Pictures => {
+                    options.data = Some(words.next().context("--data needs a folder")?.into());
+                }
+                "--rounds" if task == Task::Peers => {
                     let count = words.next().and_then(|word| word.parse().ok());
                     options.rounds = count
                         .filter(|count| (1..=100).contains(count))
                         .context("--rounds needs a number from 1 to 100")?;
                 }
-                word => bail!("unknown option {word} of bench peers"),
+                word => bail!("unknown option {word} of bench {}", task.name()),
             }
         }
         Ok(options)
@@ -66,8 +95,8 @@ impl Options {
 
 /// Runs the comparison with peers.
 pub fn peers(words: &[&str]) -> Result<()> {
-    let options = Options::parse(words)?;
-    let environment = Environment::prepare(&options)?;
+    let options = Options::parse(Task::Peers, words)?;
+    let environment = Environment::prepare(&options, &Peer::ALL)?;
     let mut findings = measure::Findings::new(&environment);
     for round in 1..=options.rounds {
         println!("\n== round {round} of {}", options.rounds);
@@ -83,37 +112,51 @@ pub fn peers(words: &[&str]) -> Result<()> {
         "missing": findings.missing,
         "raw": findings.raw(),
     });
-    let folder = shell::root().join(&options.out);
-    std::fs::create_dir_all(&folder).with_context(|| format!("make {}", folder.display()))?;
-    let write = |name: &str, text: &str| {
-        std::fs::write(folder.join(name), text).with_context(|| format!("write {name}"))
-    };
-    write("peers.json", &format!("{report:#}\n"))?;
-    write("peers.md", &text)?;
-    println!("\n{text}\nwritten to {}", folder.display());
+    write_report(&options.out, "peers", &report, &text)?;
     if options.require && !findings.missing.is_empty() {
         bail!("not everything could be compared: {}", findings.missing.join("; "));
     }
     Ok(())
 }
 
+/// Writes what was found as JSON and as a page, and shows the page.
+fn write_report(out: &Path, name: &str, report: &Value, text: &str) -> Result<()> {
+    let folder = shell::root().join(out);
+    std::fs::create_dir_all(&folder).with_context(|| format!("make {}", folder.display()))?;
+    let write = |name: String, text: &str| {
+        std::fs::write(folder.join(&name), text).with_context(|| format!("write {name}"))
+    };
+    write(format!("{name}.json"), &format!("{report:#}\n"))?;
+    write(format!("{name}.md"), text)?;
+    println!("\n{text}\nwritten to {}", folder.display());
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Options;
+    use super::{Options, Task};
 
     #[test]
     fn options_are_refused_when_a_word_is_unknown_or_a_value_is_missing() {
         for words in
             [&["--fast"][..], &["--out"], &["--brood"], &["--rounds", "0"], &["--rounds", "many"]]
         {
-            assert!(Options::parse(words).is_err(), "{words:?}");
+            assert!(Options::parse(Task::Peers, words).is_err(), "{words:?}");
         }
     }
 
     #[test]
     fn options_are_read_when_given() {
-        let options = Options::parse(&["--require", "--out", "x/y", "--rounds", "3"]).unwrap();
+        let options = Options::parse(Task::Peers, &["--require", "--out", "x/y", "--rounds", "3"]);
+        let options = options.unwrap();
         assert!(options.require && !options.release);
         assert_eq!((options.out.to_str(), options.rounds), (Some("x/y"), 3));
+    }
+    #[test]
+    fn each_task_has_options_of_its_own() {
+        let options = Options::parse(Task::Pictures, &["--data", "d"]).unwrap();
+        assert_eq!(options.data.as_deref(), Some(std::path::Path::new("d")));
+        assert!(Options::parse(Task::Peers, &["--data", "d"]).is_err());
+        assert!(Options::parse(Task::Pictures, &["--rounds", "3"]).is_err());
     }
 }

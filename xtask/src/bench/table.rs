@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use serde_json::Value;
+
 use super::compare::Row;
 use super::environment::Environment;
 use super::measure::Findings;
@@ -30,22 +32,7 @@ costs; Mitsuba traces its rays each time, which the second row grants it by addi
 pub fn markdown(rows: &[Row], findings: &Findings, environment: &Environment) -> String {
     let machine = environment.machine();
     let mut page = String::from("# brood and its peers\n\n");
-    let field = |key: &str| machine[key].as_str().unwrap_or("not known").to_owned();
-    let peers = machine["peers"].as_object().into_iter().flatten();
-    let versions: Vec<String> = peers
-        .map(|(name, version)| format!("{name} {}", version.as_str().unwrap_or("?")))
-        .collect();
-    let _ = writeln!(
-        page,
-        "{}, {} cores; {}, profile {}, {}; {}; {}. One run, in turn.\n",
-        field("processor"),
-        machine["cores"],
-        field("brood_version"),
-        field("brood_profile"),
-        field("rustc"),
-        if versions.is_empty() { "no peer".to_owned() } else { versions.join(", ") },
-        field("libllvm"),
-    );
+    page.push_str(&heading(&machine));
     page.push_str(&table(rows));
     if !findings.missing.is_empty() {
         page.push_str("\nNot compared:\n");
@@ -55,6 +42,25 @@ pub fn markdown(rows: &[Row], findings: &Findings, environment: &Environment) ->
     }
     let _ = write!(page, "\n{NOTES}");
     page
+}
+
+/// What the figures depend on, in a line.
+pub fn heading(machine: &Value) -> String {
+    let field = |key: &str| machine[key].as_str().unwrap_or("not known").to_owned();
+    let peers = machine["peers"].as_object().into_iter().flatten();
+    let versions: Vec<String> = peers
+        .map(|(name, version)| format!("{name} {}", version.as_str().unwrap_or("?")))
+        .collect();
+    format!(
+        "{}, {} cores; {}, profile {}, {}; {}; {}. One run, in turn.\n\n",
+        field("processor"),
+        machine["cores"],
+        field("brood_version"),
+        field("brood_profile"),
+        field("rustc"),
+        if versions.is_empty() { "no peer".to_owned() } else { versions.join(", ") },
+        field("libllvm"),
+    )
 }
 
 fn table(rows: &[Row]) -> String {

@@ -10,6 +10,7 @@ use super::{
 
 /// Which model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
 pub enum ModelKind {
     /// Scatters evenly.
     Lambert,
@@ -53,7 +54,7 @@ fn names() -> String {
 }
 
 impl ModelKind {
-    /// All of them, plain ones first.
+    /// All of them in the order of their numbers, plain ones first.
     pub const ALL: [Self; 15] = [
         Self::Lambert,
         Self::OrenNayar,
@@ -71,6 +72,18 @@ impl ModelKind {
         Self::Abc,
         Self::Sgd,
     ];
+
+    /// Its place in [`ModelKind::ALL`], which stored bytes carry.
+    #[must_use]
+    pub fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The kind of that number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
 
     /// What texts call it.
     #[must_use]

@@ -107,6 +107,43 @@ impl Parameter {
         }
     }
 
+    /// The words of a choice; none where it is a number or a colour.
+    #[must_use]
+    pub fn words(&self) -> Option<&'static [&'static str]> {
+        match self.shape {
+            Shape::Choice { words } => Some(words),
+            Shape::Scalar { .. } | Shape::Color { .. } => None,
+        }
+    }
+
+    /// The word that its number stands for; none where it is no choice.
+    #[must_use]
+    pub fn word(&self, numbers: &[f64]) -> Option<&'static str> {
+        let found = self.words()?.iter().zip(0_u32..).find(|(_, at)| f64::from(*at) >= numbers[0]);
+        Some(found.expect("values are within their range").0)
+    }
+
+    /// Where a value lies in the range, by the parameter's scale: 0 at its least, 1 at its largest.
+    #[must_use]
+    pub fn share(&self, value: f64) -> f64 {
+        let (low, high) = self.range;
+        match self.scale {
+            Scale::Linear => (value - low) / (high - low),
+            Scale::Logarithmic => libm::log(value / low) / libm::log(high / low),
+        }
+    }
+
+    /// The value at a share of the range; shares beyond 0 and 1 stand for these.
+    #[must_use]
+    pub fn at_share(&self, share: f64) -> f64 {
+        let (low, high) = self.range;
+        let value = match self.scale {
+            Scale::Linear => low + (high - low) * share,
+            Scale::Logarithmic => low * libm::exp(libm::log(high / low) * share),
+        };
+        value.clamp(low, high)
+    }
+
     /// Its default, as long as [`Self::count`].
     #[must_use]
     pub fn default(&self) -> Vec<f64> {
@@ -156,8 +193,6 @@ impl Values<'_> {
     /// Where the table has no such choice.
     pub(super) fn choice(&self, name: &str) -> &'static str {
         let (parameter, numbers) = self.find(name);
-        let Shape::Choice { words } = parameter.shape else { panic!("{name} is no choice") };
-        let at = words.iter().zip(0_u32..).find(|(_, at)| f64::from(*at) >= numbers[0]);
-        at.expect("values are within their range").0
+        parameter.word(numbers).unwrap_or_else(|| panic!("{name} is no choice"))
     }
 }

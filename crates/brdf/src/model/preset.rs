@@ -17,7 +17,7 @@ pub struct ModelPreset {
 /// over what lies below, which is the diffuse part.
 ///
 /// # Source
-/// Hoffman 2010, Background: Physically-based shading, tables 1 and 2.
+/// The lecture "Appearance: Local Shading", tables of normal-incidence Fresnel for metals and for insulators.
 const F0: [(&str, &str, [f64; 3], f64); 11] = [
     ("gold", "gold", [1.00, 0.71, 0.29], 0.0),
     ("silver", "silver", [0.95, 0.93, 0.88], 0.0),

@@ -228,45 +228,83 @@ fn cook_and_torrance_need_a_quarter_and_not_one_over_pi() {
     assert!((1.2..1.28).contains(&(quarter * 4.0 / PI)), "{quarter}");
 }
 
+/// The model of the lines that [`Model`] writes.
+fn read(text: &str) -> Model {
+    let mut lines = text.lines();
+    let kind = lines.next().unwrap().strip_prefix(".model ").unwrap().parse().unwrap();
+    lines.fold(Model::new(kind), |model, line| {
+        let (name, values) = line.split_once(' ').unwrap();
+        model.with_text(name, values).unwrap()
+    })
+}
+
 #[test]
-fn texts_are_read_back_to_the_bit() {
+fn texts_and_numbers_are_read_back_to_the_bit() {
     let mut numbers = Numbers(4);
     for kind in ModelKind::ALL {
         assert_eq!(kind.name().parse(), Ok(kind));
+        assert_eq!(ModelKind::from_number(kind.number()), Some(kind));
         for _ in 0..20 {
             let model = numbers.model(kind);
-            assert_eq!(model.to_string().parse(), Ok(model));
+            assert_eq!(read(&model.to_string()), model);
+            assert_eq!(Model::from_numbers(kind, model.numbers()), Ok(model.clone()));
+            let all: Vec<f64> =
+                model.parameters().flat_map(|(_, numbers)| numbers).copied().collect();
+            assert_eq!(all, model.numbers());
         }
+        assert!(Model::from_numbers(kind, &[]).is_err());
+    }
+    assert_eq!(ModelKind::from_number(15), None);
+}
+
+#[test]
+fn texts_are_refused_with_what_there_is() {
+    let error = "gold".parse::<ModelKind>().unwrap_err().to_string();
+    assert!(error.starts_with("there is no model \"gold\"; there are lambert,"), "{error}");
+    let metal = || Model::new(ModelKind::CookTorrance);
+    let error = |name: &str, values: &str| metal().with_text(name, values).unwrap_err().to_string();
+    assert_eq!(
+        error("f1", "1"),
+        "cook-torrance has no parameter f1; it has diffuse, f0, roughness, stretch, distribution, shadowing"
+    );
+    assert_eq!(error("f0", "1"), "f0 takes three values, not 1");
+    assert_eq!(error("roughness", "2"), "roughness is from 0.0001 to 1, not 2");
+    assert_eq!(error("roughness", "nan"), "roughness is from 0.0001 to 1, not NaN");
+    assert_eq!(error("roughness", "x"), "\"x\" is not a number");
+    assert_eq!(
+        error("distribution", "phong"),
+        "distribution is one of ggx, beckmann, gaussian, blinn-phong, not phong"
+    );
+    assert_eq!(error("distribution", ""), "distribution takes one word, not 0");
+}
+
+#[test]
+fn shares_of_the_range_go_both_ways() {
+    for parameter in ModelKind::ALL.into_iter().flat_map(ModelKind::parameters) {
+        let (low, high) = parameter.range;
+        for share in [0.0, 0.25, 0.5, 1.0] {
+            let value = parameter.at_share(share);
+            assert!((low..=high).contains(&value), "{parameter:?}");
+            assert!((parameter.share(value) - share).abs() < 1e-12, "{parameter:?}");
+        }
+        assert_eq!((parameter.at_share(-1.0), parameter.at_share(2.0)), (low, high));
     }
 }
 
 #[test]
-fn texts_are_refused_with_the_line_and_what_there_is() {
-    let error = |text: &str| text.parse::<Model>().unwrap_err().to_string();
-    assert_eq!(error(""), "line 1: a material begins with `brood 1`");
-    assert_eq!(error("brood 1\nADD R0, R1, R2\n"), "line 2: `.model` and a name are missing");
-    assert!(
-        error("brood 1\n\n.model gold")
-            .starts_with("line 3: there is no model \"gold\"; there are lambert,")
-    );
-    let head = "brood 1\n.model cook-torrance # a metal\n";
-    assert_eq!(
-        error(&format!("{head}f1 1")),
-        "line 3: cook-torrance has no parameter f1; it has diffuse, f0, roughness, stretch, distribution, shadowing"
-    );
-    assert_eq!(error(&format!("{head}f0 1")), "line 3: f0 takes three values, not 1");
-    assert_eq!(
-        error(&format!("{head}roughness 2")),
-        "line 3: roughness is from 0.0001 to 1, not 2"
-    );
-    assert_eq!(
-        error(&format!("{head}roughness nan")),
-        "line 3: roughness is from 0.0001 to 1, not NaN"
-    );
-    assert_eq!(error(&format!("{head}roughness x")), "line 3: \"x\" is not a number");
-    assert_eq!(
-        error(&format!("{head}distribution phong")),
-        "line 3: distribution is one of ggx, beckmann, gaussian, blinn-phong, not phong"
-    );
-    assert_eq!(error(&format!("{head}f0 1 1 1\nf0 1 1 1")), "line 4: f0 stands there twice");
+fn isotropic_models_look_alike_from_all_around() {
+    let mut numbers = Numbers(9);
+    for kind in ModelKind::ALL {
+        let brdf = numbers.model(kind).isotropic().brdf();
+        for _ in 0..50 {
+            let pair = numbers.pair();
+            let turn = glam::DQuat::from_rotation_z(1.0);
+            let turned = DirectionPair::new(turn * pair.wi(), turn * pair.wo()).unwrap();
+            let (a, b) = (brdf.f(&pair), brdf.f(&turned));
+            assert!(
+                (a - b).abs().max_element() <= 1e-6 * (1e-3 + a.max_element()),
+                "{kind} {a} {b}"
+            );
+        }
+    }
 }

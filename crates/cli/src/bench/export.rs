@@ -53,8 +53,8 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         let inputs: Vec<f32> =
             program.inputs().iter().flat_map(|i| set.input(i).to_vec()).collect();
         tests.push(json!({
-            "source": export(program, Format::GlslEs300),
-            "within": export_within(program, Format::GlslEs300, TEXTURE_LIMIT),
+            "source": export(program, Format::GlslEs300)?,
+            "within": export_within(program, Format::GlslEs300, TEXTURE_LIMIT)?,
             "operations": program.operations(),
             "rows": program.inputs().len(),
             "inputs": base64(&inputs),

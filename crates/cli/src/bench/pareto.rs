@@ -6,6 +6,7 @@
 mod albedo;
 mod backend;
 mod lambert;
+mod lights;
 mod limit;
 mod precision;
 mod prefix;
@@ -62,6 +63,8 @@ enum Sweep {
     Limit,
     /// Samples by which candidates are ranked
     Prefix,
+    /// Samples of lights that have extent
+    Lights,
     /// What evaluates
     Backend,
 }
@@ -99,6 +102,7 @@ fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
         Sweep::Albedo => vec![albedo::measure(short, seed)?],
         Sweep::Limit => vec![limit::measure(short, seed)?],
         Sweep::Prefix => vec![prefix::measure(short, seed)?],
+        Sweep::Lights => lights::measure(short)?,
         Sweep::Backend => vec![backend::measure(short, seed, args.gpu)?],
     })
 }

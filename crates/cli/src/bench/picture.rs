@@ -95,7 +95,7 @@ impl<'a> Studio<'a> {
             });
         }
         let rough: Vec<_> = rough.iter().map(|rough| (rough, &tiles[&rough.number])).collect();
-        for fine in FineSamples::batches(&rough, program.inputs()) {
+        for fine in FineSamples::batches(&rough, program) {
             CanonicalEvaluator::default().eval(&[program], &fine.set, f)?;
             fine.radiance(f, |pixel, radiance| pixels[pixel] = radiance);
         }

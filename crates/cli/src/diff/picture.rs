@@ -43,7 +43,6 @@ impl Picture {
     }
 
     /// A picture of linear pixels, row by row.
-    #[cfg(test)]
     pub fn from_linear(width: u32, height: u32, linear: Vec<[f64; 3]>) -> Self {
         Self { width, height, linear }
     }

@@ -11,6 +11,7 @@ use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::Level;
+use crate::layer::{LayerValues, Layers};
 
 /// Slots from here on are inputs and constants, until the registers are counted.
 const FIRST_INPUT: u16 = 1 << 15;
@@ -35,6 +36,7 @@ pub(crate) struct Code<'a> {
     pub(super) registers: usize,
     pub(super) inputs: InputMask,
     pub(super) set: &'a SampleSet,
+    layers: Option<LayerValues>,
 }
 
 thread_local! {
@@ -47,8 +49,17 @@ impl<'a> Code<'a> {
         self.program
     }
 
+    /// What the layers add on the samples of a quarter, the first of them `start`.
+    #[inline(always)]
+    pub(crate) fn layers(&self, start: usize) -> Option<[&[f32]; 3]> {
+        self.layers.as_ref().map(|layers| layers.quarter(start))
+    }
+
     pub(crate) fn new(program: &'a Program, set: &'a SampleSet, level: Level) -> Self {
-        TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level))
+        // Before the thread's own translation is taken: what runs on all threads may bring other work to this one.
+        let layers = Layers::of(program).map(|layers| layers.on(set));
+        let code = TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level));
+        Self { layers, ..code }
     }
 }
 
@@ -114,6 +125,7 @@ impl Translation {
             registers: usize::from(registers),
             inputs,
             set,
+            layers: None,
         }
     }
 

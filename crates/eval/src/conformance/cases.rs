@@ -2,7 +2,8 @@
 
 use brood_brdf::DirectionPair;
 use brood_genome::{
-    BirthKey, Dialect, Genome, OpcodeSet, Output, Parametrisation, Stream, Variation,
+    BirthKey, Dialect, Genome, Model, ModelKind, OpcodeSet, Output, Parametrisation, Stream,
+    Variation,
 };
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -29,6 +30,26 @@ pub fn programs(count: u64) -> Vec<Program> {
             programs.push(Program::lower(&genome));
         }
     }
+    programs
+}
+
+/// A model of every kind alone, and some over programs and behind output stages.
+#[must_use]
+pub fn layered_programs() -> Vec<Program> {
+    let mut programs: Vec<Program> = ModelKind::ALL
+        .into_iter()
+        .map(|kind| Genome::of_models(vec![Model::new(kind)]).expect("one model is enough"))
+        .map(|genome| Program::lower(&genome))
+        .collect();
+    let texts = [
+        ".model conductor\nroughness 0.0001\n.model lambert",
+        ".scale 0.5 2 0\n.offset 0 0 0.25\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n.model ward\nalpha_y 0.5",
+        ".dialect paper smooth registers 7 isotropic\nMOV R0, R1\n.model ward\nalpha_y 0.5\n.model phong",
+    ];
+    programs.extend(texts.iter().map(|text| {
+        let genome: Genome = format!("brood 1\n{text}\n").parse().expect("the cases are valid");
+        Program::lower(&genome)
+    }));
     programs
 }
 

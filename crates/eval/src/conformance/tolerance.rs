@@ -63,7 +63,7 @@ fn measure(evaluator: &dyn Evaluator, opcode: Opcode) -> f64 {
 }
 
 fn difference(program: &Program, set: &SampleSet, out: &[f32], sample: usize) -> f64 {
-    let expected = canonical(program, set, sample);
+    let expected = canonical(program, None, set, sample);
     (0..3)
         .map(|channel| {
             let got = f64::from(out[channel * set.len() + sample]).sqrt();

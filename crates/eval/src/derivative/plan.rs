@@ -2,6 +2,9 @@
 
 use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
+use brood_scene::SampleSet;
+
+use crate::layer::{LayerValues, Layers};
 
 /// A program as its sweeps walk through it. Rows of values: constants, then the inputs read, then steps.
 pub(super) struct Plan<'a> {
@@ -13,6 +16,7 @@ pub(super) struct Plan<'a> {
     pub(super) results: [usize; 3],
     /// `coefficients[channel][k]`: what the output stage takes of the square of g of channel k.
     pub(super) coefficients: [[f32; 3]; 3],
+    layers: Option<LayerValues>,
 }
 
 /// A step with the rows of its operands.
@@ -60,7 +64,7 @@ pub(super) struct AdjointStep {
 }
 
 impl<'a> Plan<'a> {
-    pub(super) fn new(program: &'a Program) -> Self {
+    pub(super) fn new(program: &'a Program, set: &SampleSet) -> Self {
         let constants = program.constants().len();
         let inputs: Vec<Input> = program.inputs().iter().collect();
         let first_step = constants + inputs.len();
@@ -93,7 +97,13 @@ impl<'a> Plan<'a> {
         };
         let coefficients = [0, 1, 2].map(|channel| [0, 1, 2].map(|k| coefficient(channel, k)));
         let results = program.results().map(row);
-        Self { program, constants, inputs, steps, results, coefficients }
+        let layers = Layers::of(program).map(|layers| layers.on(set));
+        Self { program, constants, inputs, steps, results, coefficients, layers }
+    }
+
+    /// What the layers add on the samples of a quarter, the first of them `start`.
+    pub(super) fn layers(&self, start: usize) -> Option<[&[f32]; 3]> {
+        self.layers.as_ref().map(|layers| layers.quarter(start))
     }
 
     /// The row of the first step.

@@ -170,7 +170,8 @@ impl Sweep<'_> {
         let rows = target.quarter(*block * QUARTERS + quarter);
         let g = plan.results.map(|row| &values[row]);
         let mut f = [ZERO; 3];
-        reflectance(plan.program, g.map(|g| &g.0), &mut f);
+        let layers = plan.layers(*block * BLOCK + quarter * LANES);
+        reflectance(plan.program, g.map(|g| &g.0), layers, &mut f);
         for channel in 0..3 {
             let (f, wanted, weight) = (&f[channel].0, &rows[channel].0, &rows[3 + channel].0);
             let residual = &mut residuals[3 * quarter + channel].0;

@@ -48,6 +48,11 @@ impl Quadrature {
         &self.directions
     }
 
+    /// Its number of rings.
+    pub(super) fn order(&self) -> usize {
+        self.weights.len()
+    }
+
     /// The integral of f cos_o from f at the directions. Sums are f64 in one order.
     ///
     /// # Panics
@@ -65,7 +70,7 @@ impl Quadrature {
 ///
 /// # Error
 /// Below 1e-14 for orders up to 1024: Newton's method on the recurrence of the Legendre polynomials.
-fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
+pub(super) fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
     assert!(order > 0, "a rule has a node");
     let n = order as f64;
     let node = |index: usize| {

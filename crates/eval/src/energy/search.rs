@@ -2,13 +2,13 @@
 
 use std::sync::OnceLock;
 
-use brood_brdf::{Input, InputMask};
+use brood_brdf::Input;
 use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::DVec2;
 
-use super::{EnergyLimit, Place, Quadrature, pair};
-use crate::{CanonicalEvaluator, Evaluator};
+use super::subject::{self, Subject};
+use super::{EnergyLimit, Place, Quadrature};
 
 /// Inputs that turn with the surface; without them a program is isotropic.
 const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
@@ -88,11 +88,12 @@ impl LimitSearch {
     /// The limit, and the place where the albedo is largest.
     #[must_use]
     pub fn run(&self, program: &Program) -> (EnergyLimit, Place) {
-        let axes = Axes::of(program.inputs());
+        let axes = Axes::of(program);
+        let subject = Subject::new(program);
         let mut samples = 0;
-        let starts = self.best_of_grid(program, axes, &mut samples);
-        let (place, gain) = self.climb(program, starts, axes, &mut samples);
-        let (albedo, change) = self.measure(program, place, &mut samples);
+        let starts = self.best_of_grid(&subject, axes, &mut samples);
+        let (place, gain) = self.climb(&subject, starts, axes, &mut samples);
+        let (albedo, change) = self.measure(&subject, place, &mut samples);
         // What the last step still gained is as much as the next ones may.
         let error_bound = if albedo > 0.0 { (change + gain) / albedo + ROUNDING } else { 0.0 };
         let divisor = (albedo * (1.0 + error_bound)).max(1.0);
@@ -100,11 +101,11 @@ impl LimitSearch {
         (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
     }
 
-    fn best_of_grid(&self, program: &Program, axes: Axes, samples: &mut usize) -> Vec<Place> {
+    fn best_of_grid(&self, subject: &Subject<'_>, axes: Axes, samples: &mut usize) -> Vec<Place> {
         let mut ranked: Vec<(Place, f64)> = Vec::new();
         for (places, set) in self.grid(axes) {
-            *samples += set.len();
-            let found = albedos(program, set, &self.grid_rule);
+            *samples += places.len() * subject.samples(&self.grid_rule);
+            let found = subject.albedos(places, set, &self.grid_rule);
             ranked.extend(places.iter().copied().zip(found));
         }
         // A stable sort: of equals the first one stays first.
@@ -115,14 +116,14 @@ impl LimitSearch {
     /// A pattern search from each start; the best place, and what the last step still gained.
     fn climb(
         &self,
-        program: &Program,
+        subject: &Subject<'_>,
         starts: Vec<Place>,
         axes: Axes,
         samples: &mut usize,
     ) -> (Place, f64) {
         let mut look = |places: &[Place]| {
-            *samples += places.len() * self.search_rule.directions().len();
-            albedos_at(program, places, &self.search_rule)
+            *samples += places.len() * subject.samples(&self.search_rule);
+            subject.albedos_at(places, &self.search_rule)
         };
         let at_start = look(&starts);
         let mut ranked: Vec<(Place, f64)> = starts.into_iter().zip(at_start).collect();
@@ -150,11 +151,11 @@ impl LimitSearch {
     }
 
     /// The albedo at a place by growing orders, and by how much it may still be off.
-    fn measure(&self, program: &Program, place: Place, samples: &mut usize) -> (f64, f64) {
+    fn measure(&self, subject: &Subject<'_>, place: Place, samples: &mut usize) -> (f64, f64) {
         let mut look = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
             let rule = rule.get_or_init(|| Quadrature::new(*order));
-            *samples += rule.directions().len();
-            albedos_at(program, &[place], rule)[0]
+            *samples += subject.samples(rule);
+            subject.albedos_at(&[place], rule)[0]
         };
         let mut rules = ORDERS.iter().zip(&self.measuring);
         let mut albedo = rules.next().map_or(0.0, &mut look);
@@ -207,15 +208,17 @@ impl LimitSearch {
             (0..azimuths).map(move |step| Place { theta_deg, turn: turn(step), uv })
         };
         let places: Vec<Place> = angles.flat_map(turns).collect();
-        let set = samples(&places, &self.grid_rule);
+        let set = subject::samples(&places, &self.grid_rule);
         (places, set)
     }
 }
 
-/// Whether any of the inputs changes when the surface turns about its normal; a program that reads none of those is isotropic.
+/// Whether anything that the program reads changes when the surface turns about its normal; another one is isotropic.
 #[must_use]
-pub fn turns_with_surface(inputs: InputMask) -> bool {
+pub fn turns_with_surface(program: &Program) -> bool {
+    let inputs = program.inputs();
     AZIMUTHAL.into_iter().any(|input| inputs.contains(input))
+        || program.layers().iter().any(|model| *model != model.isotropic())
 }
 
 /// Which coordinates of a place can matter to a program.
@@ -227,44 +230,11 @@ struct Axes {
 }
 
 impl Axes {
-    fn of(inputs: InputMask) -> Self {
+    fn of(program: &Program) -> Self {
+        let inputs = program.inputs();
         let reads = |input| inputs.contains(input);
-        Self { azimuth: turns_with_surface(inputs), u: reads(Input::U), v: reads(Input::V) }
+        Self { azimuth: turns_with_surface(program), u: reads(Input::U), v: reads(Input::V) }
     }
-}
-
-/// Every direction of the rule for every place.
-fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
-    let mut pairs = Vec::with_capacity(places.len() * rule.directions().len());
-    let mut uvs = Vec::with_capacity(pairs.capacity());
-    for place in places {
-        let wi = place.direction();
-        pairs.extend(rule.directions().iter().map(|wo| pair(wi, *wo)));
-        uvs.resize(pairs.len(), place.uv);
-    }
-    SampleSet::from_pairs(&pairs, &uvs)
-}
-
-/// The largest albedo of the channels at each place of such samples.
-fn albedos(program: &Program, set: &SampleSet, rule: &Quadrature) -> Vec<f64> {
-    let mut f = Vec::new();
-    CanonicalEvaluator::default()
-        .eval(&[program], set, &mut f)
-        .expect("the CPU runs every program");
-    let count = rule.directions().len();
-    let albedo = |place: usize| {
-        let channel = |channel: usize| {
-            let start = channel * set.len() + place * count;
-            rule.integrate(f[start..start + count].iter().map(|f| f64::from(*f)))
-        };
-        (0..3).map(channel).fold(0.0, f64::max)
-    };
-    (0..set.len() / count).map(albedo).collect()
-}
-
-/// The largest albedo of the channels at each place.
-pub(super) fn albedos_at(program: &Program, places: &[Place], rule: &Quadrature) -> Vec<f64> {
-    albedos(program, &samples(places, rule), rule)
 }
 
 fn neighbours(place: &Place, step: &Place, axes: Axes) -> Vec<Place> {

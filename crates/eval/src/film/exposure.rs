@@ -1,7 +1,7 @@
-//! Exposure: what radiance is multiplied by, given or measured.
+//! Exposure: what radiance is multiplied by, given or measured; and the tone curve that follows.
 
 use brood_program::Program;
-use brood_scene::{Exposure, SampleSet};
+use brood_scene::{Exposure, Film, SampleSet, Tone};
 
 use crate::radiance::ReflectedLight;
 use crate::{CanonicalEvaluator, Evaluator};
@@ -11,23 +11,25 @@ const AUTO_TARGET: f32 = 0.9;
 /// Below this there is nothing to expose for.
 const AUTO_FLOOR: f32 = 1e-8;
 
-/// What radiance is multiplied by.
+/// What radiance is multiplied by, and the tone curve after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
     /// The factor, 2^`ev`.
     pub(crate) factor: f32,
     /// The same as an exposure.
     pub ev: f64,
+    /// The curve between exposed radiance and what is shown.
+    pub tone: Tone,
 }
 
 impl Gain {
-    /// The gain that an exposure has for a picture.
+    /// The gain that a film has for a picture. An exposure is a film without a tone curve.
     ///
     /// # Shapes
     /// As [`crate::shade`].
     #[must_use]
-    pub fn new(exposure: Exposure, set: &SampleSet, f: &[f32]) -> Self {
-        Self::of(exposure, || ReflectedLight::new(set, f).centres())
+    pub fn new(film: impl Into<Film>, set: &SampleSet, f: &[f32]) -> Self {
+        Self::of(film.into(), || ReflectedLight::new(set, f).centres())
     }
 
     /// The automatic gain of a program for several pictures at once, as of places of a moving light: the percentile is taken over
@@ -48,18 +50,25 @@ impl Gain {
     /// The gain of a given exposure.
     #[must_use]
     pub fn fixed(ev: f64) -> Self {
-        Self { factor: nearest(libm::exp2(ev)), ev }
+        Self { factor: nearest(libm::exp2(ev)), ev, tone: Tone::None }
     }
 
-    pub(crate) fn of(exposure: Exposure, centres: impl FnOnce() -> Vec<f32>) -> Self {
-        match exposure {
+    /// The same with a tone curve.
+    #[must_use]
+    pub fn with_tone(self, tone: Tone) -> Self {
+        Self { tone, ..self }
+    }
+
+    pub(crate) fn of(film: Film, centres: impl FnOnce() -> Vec<f32>) -> Self {
+        let gain = match film.exposure {
             Exposure::Auto => Self::automatic(centres()),
             Exposure::Ev(ev) => Self::fixed(ev),
-        }
+        };
+        gain.with_tone(film.tone)
     }
 
     fn automatic(values: Vec<f32>) -> Self {
-        let none = Self { factor: 1.0, ev: 0.0 };
+        let none = Self { factor: 1.0, ev: 0.0, tone: Tone::None };
         let count = values.len();
         if count == 0 {
             return none;
@@ -69,7 +78,7 @@ impl Gain {
             return none;
         }
         let factor = AUTO_TARGET / value;
-        Self { factor, ev: libm::log2(f64::from(factor)) }
+        Self { factor, ev: libm::log2(f64::from(factor)), tone: Tone::None }
     }
 }
 
@@ -113,7 +122,7 @@ mod tests {
         assert_eq!(Gain::automatic(values).factor, 0.9 / 194.0);
         assert_eq!(Gain::automatic(vec![2.0]).factor, 0.45);
         assert_eq!(Gain::automatic(vec![2.0]).ev, libm::log2(f64::from(0.45f32)));
-        let none = Gain { factor: 1.0, ev: 0.0 };
+        let none = Gain { factor: 1.0, ev: 0.0, tone: Tone::None };
         assert_eq!(Gain::automatic(Vec::new()), none);
         assert_eq!(Gain::automatic(vec![1e-9; 50]), none);
     }

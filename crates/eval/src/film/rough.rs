@@ -5,6 +5,7 @@
 //! picture alone: it is the same whatever else is rendered, on every machine and by every exact evaluator.
 
 use brood_brdf::InputMask;
+use brood_program::Program;
 use brood_scene::{PixelArea, SampleSet, Sampling};
 
 use super::Developed;
@@ -55,28 +56,29 @@ pub struct FineSamples {
 }
 
 impl FineSamples {
-    /// Takes the samples of rough pixels out of the sets of whole tiles, the inputs too where they are named. There are as
+    /// Takes the samples of rough pixels out of the sets of whole tiles, with what the program reads of them. There are as
     /// many batches as keep what is copied in a near cache.
     pub fn batches<'a>(
         rough: &'a [(&'a RoughTile, &'a SampleSet)],
-        inputs: InputMask,
+        program: &Program,
     ) -> impl Iterator<Item = Self> + 'a {
+        let (inputs, directions) = (program.inputs(), !program.layers().is_empty());
         let mut pixels = 0;
         let together = rough.chunk_by(move |(tile, _), _| {
             pixels = if pixels >= BATCH_PIXELS { 0 } else { pixels } + tile.pixels.len();
             pixels < BATCH_PIXELS
         });
-        together.map(move |rough| Self::pick(rough, inputs))
+        together.map(move |rough| Self::pick(rough, inputs, directions))
     }
 
-    fn pick(rough: &[(&RoughTile, &SampleSet)], inputs: InputMask) -> Self {
+    fn pick(rough: &[(&RoughTile, &SampleSet)], inputs: InputMask, directions: bool) -> Self {
         let of_tile = |tile: &RoughTile| tile.pixels.iter().map(|pixel| pixel.1).collect();
         let wanted: Vec<Vec<u32>> = rough.iter().map(|(tile, _)| of_tile(tile)).collect();
         let parts = rough.iter().zip(&wanted);
         let parts: Vec<(&SampleSet, &[u32])> =
             parts.map(|((_, set), wanted)| (*set, wanted.as_slice())).collect();
         let pixels = rough.iter().flat_map(|(tile, _)| &tile.pixels).map(|pixel| pixel.0);
-        Self { set: SampleSet::pick(&parts, inputs), pixels: pixels.collect() }
+        Self { set: SampleSet::pick(&parts, inputs, directions), pixels: pixels.collect() }
     }
 
     /// How many pixels.
@@ -325,8 +327,7 @@ mod tests {
     #[test]
     fn fine_samples_are_those_of_the_tiles_however_they_are_batched_and_dark_pixels_stay_dark() {
         let (mesh, size_px) = (Mesh::builtin(BuiltinMesh::Sphere), 77);
-        let position = Some([5.0, 0.0, 0.0]);
-        let lights = vec![Light::Point { position, intensity: None }];
+        let lights = vec![Light::point_at([5.0, 0.0, 0.0])];
         let scene = Scene { lights, ..Scene::default() };
         let all = |tile: PixelArea| {
             let own = (0..tile.width * tile.height).map(move |own| {
@@ -354,7 +355,9 @@ mod tests {
         let white = |set: &SampleSet| vec![1.0; 3 * set.len()];
         let mut found = Vec::new();
         let mut batches = 0;
-        for batch in FineSamples::batches(&parts, InputMask::default()) {
+        let program =
+            Program::lower(&"brood 1\n.model lambert\n".parse::<brood_genome::Genome>().unwrap());
+        for batch in FineSamples::batches(&parts, &program) {
             batches += 1;
             assert!(batch.pixels() < (BATCH_PIXELS + 32 * 32) as u64);
             batch.radiance(&white(&batch.set), |pixel, radiance| found.push((pixel, radiance)));

@@ -90,7 +90,8 @@ impl Work for Sum<'_> {
             let mut sums = [0.0f32; PARTIAL_SUMS];
             // Quarters without samples would add zeros.
             for quarter in 0..span.length.div_ceil(LANES) {
-                reflectance(code.program(), results.quarter(quarter), &mut f);
+                let layers = code.layers(span.start + quarter * LANES);
+                reflectance(code.program(), results.quarter(quarter), layers, &mut f);
                 let rows = target.quarter(block * (BLOCK / LANES) + quarter);
                 match target.loss() {
                     Loss::Logarithmic => add(&mut sums, &f, rows, |x| functions.log2(1.0 + x)),

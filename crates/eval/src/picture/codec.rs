@@ -1,8 +1,9 @@
-//! PNG and EXR as bytes.
+//! PNG and EXR as bytes; pictures of environments from them.
 
 use std::io::Cursor;
 
-use image::{ImageBuffer, ImageFormat, Rgba};
+use brood_scene::{EnvironmentError, EnvironmentMap};
+use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Rgba};
 
 use crate::RadianceImage;
 
@@ -18,6 +19,47 @@ pub enum PictureError {
     /// The EXR writer failed.
     #[error("the picture could not be written as EXR: {0}")]
     Exr(#[from] image::ImageError),
+}
+
+/// Why bytes are no picture of an environment.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentFileError {
+    /// Neither a Radiance HDR nor an EXR file.
+    #[error("a picture of an environment is a Radiance HDR or an EXR file")]
+    Kind,
+    /// Broken, or too large.
+    #[error("the picture cannot be read: {0}")]
+    Image(#[from] image::ImageError),
+    /// Its pixels are no environment.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+}
+
+/// The environment in the bytes of a Radiance HDR or an EXR file.
+///
+/// # Units
+/// The file's own: linear red, green and blue with the primaries of sRGB.
+///
+/// # Domain
+/// At most 8192 x 8192 pixels; what is negative or not a number becomes 0, what is infinite the largest number.
+///
+/// # Error
+/// Other formats and broken files.
+pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, EnvironmentFileError> {
+    let format = image::guess_format(bytes).map_err(|_| EnvironmentFileError::Kind)?;
+    if !matches!(format, ImageFormat::Hdr | ImageFormat::OpenExr) {
+        return Err(EnvironmentFileError::Kind);
+    }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(8192), Some(8192));
+    reader.limits(limits);
+    let picture = reader.decode()?.into_rgb32f();
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    // NaN is not above 0.
+    let radiance = |value: f32| if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
+    let pixels = picture.pixels().map(|pixel| pixel.0.map(radiance)).collect();
+    Ok(EnvironmentMap::new(width, height, pixels)?)
 }
 
 /// An 8-bit sRGB PNG with alpha. The same pixels give the same bytes.
@@ -119,5 +161,23 @@ mod tests {
             let control = reader.info().frame_control().unwrap();
             assert_eq!((control.delay_num, control.delay_den), (125, 1000));
         }
+    }
+
+    #[test]
+    fn environment_is_read_from_exr_and_hdr_and_from_nothing_else() {
+        let pixels = vec![0.5f32, 1.0, 2.0, 4.0, 8.0, 16.0];
+        let picture = image::Rgb32FImage::from_raw(2, 1, pixels).unwrap();
+        for format in [ImageFormat::OpenExr, ImageFormat::Hdr] {
+            let mut bytes = Vec::new();
+            picture.write_to(&mut Cursor::new(&mut bytes), format).unwrap();
+            let map = decode_environment(&bytes).unwrap();
+            // The left half of the picture is on the left of who looks along -z.
+            assert_eq!(map.radiance(glam::DVec3::NEG_X), [0.5, 1.0, 2.0]);
+            assert_eq!(map.radiance(glam::DVec3::X), [4.0, 8.0, 16.0]);
+            assert!(decode_environment(&bytes[..bytes.len() / 2]).is_err());
+        }
+        let png = encode_png(1, 1, &[0; 4]);
+        assert!(matches!(decode_environment(&png), Err(EnvironmentFileError::Kind)));
+        assert!(matches!(decode_environment(b""), Err(EnvironmentFileError::Kind)));
     }
 }

@@ -6,8 +6,8 @@ use super::TextError;
 use super::cursor::{Cursor, Word, quote};
 use crate::operand::LETTERS;
 use crate::{
-    CONSTANTS, Dialect, Genome, Instruction, Opcode, OpcodeSet, Operand, Output, Parametrisation,
-    RANGE, Register, Swizzle, WriteMask,
+    CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet,
+    Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
 };
 
 /// Most instructions a dialect allows; reading stops there whatever the text holds.
@@ -58,6 +58,9 @@ struct Reader {
     scale: Option<[f32; 3]>,
     offset: Option<[f32; 3]>,
     limit: Option<bool>,
+    layers: Vec<Model>,
+    /// Parameters of the last layer that have been given.
+    parameters: Vec<String>,
 }
 
 impl Default for Reader {
@@ -71,6 +74,8 @@ impl Default for Reader {
             scale: None,
             offset: None,
             limit: None,
+            layers: Vec::new(),
+            parameters: Vec::new(),
         }
     }
 }
@@ -84,6 +89,7 @@ impl Reader {
                 once(&mut self.dialect, word, dialect)
             }
             ".const" => self.constant(cursor),
+            ".model" => self.model(cursor, word),
             ".matrix" => {
                 let rows = [triple(cursor)?, triple(cursor)?, triple(cursor)?];
                 once(&mut self.matrix, word, rows)
@@ -107,8 +113,51 @@ impl Reader {
             directive if directive.starts_with('.') => {
                 Err(word.error(format!("there is no directive {}", quote(directive))))
             }
+            name if !self.layers.is_empty()
+                && name.starts_with(|c: char| c.is_ascii_lowercase()) =>
+            {
+                self.parameter(cursor, word)
+            }
             _ => self.instruction(cursor, word),
         }
+    }
+
+    fn model(&mut self, cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<(), TextError> {
+        let word = cursor.word("the name of a model")?;
+        let kind: ModelKind = word.text.parse().map_err(|_| {
+            let known = ModelKind::ALL.map(ModelKind::name).join(", ");
+            word.error(format!("there is no model {}; there are {known}", quote(word.text)))
+        })?;
+        if self.layers.len() == LAYERS_MAX {
+            return Err(directive.error(format!("a genome has at most {LAYERS_MAX} models")));
+        }
+        self.layers.push(Model::new(kind));
+        self.parameters.clear();
+        Ok(())
+    }
+
+    /// A parameter of the last model.
+    fn parameter(&mut self, cursor: &mut Cursor<'_>, word: Word<'_>) -> Result<(), TextError> {
+        let model = self.layers.last_mut().expect("a model has been named");
+        let known = model.kind().parameters();
+        if !known.iter().any(|parameter| parameter.name == word.text) {
+            let known: Vec<&str> = known.iter().map(|parameter| parameter.name).collect();
+            let (kind, name, known) = (model.kind(), quote(word.text), known.join(", "));
+            return Err(word.error(format!("{kind} has no parameter {name}; it has {known}")));
+        }
+        if self.parameters.iter().any(|given| given == word.text) {
+            return Err(word.error(format!("{} is given twice", word.text)));
+        }
+        self.parameters.push(word.text.to_owned());
+        let mut values = Vec::new();
+        while !cursor.is_at_end() {
+            values.push(cursor.word("a value")?);
+        }
+        let at = *values.first().unwrap_or(&word);
+        let text: Vec<&str> = values.iter().map(|value| value.text).collect();
+        let read = model.clone().with_text(word.text, &text.join(" "));
+        *model = read.map_err(|error| at.error(shortened(&error.to_string())))?;
+        Ok(())
     }
 
     fn constant(&mut self, cursor: &mut Cursor<'_>) -> Result<(), TextError> {
@@ -158,11 +207,13 @@ impl Reader {
 
     fn finish(self, last: u32) -> Result<Genome, TextError> {
         let error = |reason: String| TextError { line: last, column: 1, reason };
-        let Some(mut dialect) = self.dialect else {
-            return Err(error("there is no `.dialect` line".into()));
+        let limited = self.limit.unwrap_or(false);
+        let Some(mut dialect) = self.dialect.or((!self.layers.is_empty()).then(Dialect::default))
+        else {
+            return Err(error("there is no `.dialect` line, and no `.model`".into()));
         };
-        if self.instructions.is_empty() {
-            return Err(error("a genome has at least one instruction".into()));
+        if self.instructions.is_empty() && self.layers.is_empty() {
+            return Err(error("a genome has at least one instruction or one `.model`".into()));
         }
         dialect.length = u16::try_from(self.instructions.len()).expect("at most 1024");
         let identity = Output::IDENTITY;
@@ -172,9 +223,18 @@ impl Reader {
             self.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error(e.to_string()))?;
-        let genome = Genome::new(dialect, self.instructions, self.constants, output);
-        let limited = self.limit.unwrap_or(false);
+        let Self { instructions, constants, layers, .. } = self;
+        let genome = Genome::layered(dialect, instructions, constants, output, layers);
         genome.map(|genome| genome.with_limit(limited)).map_err(|e| error(e.to_string()))
+    }
+}
+
+/// At most so much of a reason as a line of a terminal or two shows.
+fn shortened(reason: &str) -> String {
+    const LONGEST: usize = 240;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &reason[..end]),
+        None => reason.to_owned(),
     }
 }
 

@@ -7,7 +7,10 @@ use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "brood 1")?;
-        writeln!(f, ".dialect {}", self.dialect())?;
+        // Models need no dialect; it is written where breeding would not get back to it otherwise.
+        if *self.dialect() != (Dialect { length: 0, ..Dialect::default() }) {
+            writeln!(f, ".dialect {}", self.dialect())?;
+        }
         write_output(f, self.output())?;
         if self.is_limited() {
             writeln!(f, ".limit on")?;
@@ -18,6 +21,8 @@ impl fmt::Display for Genome {
                 writeln!(f, ".const C{index} {x} {y} {z} {w}")?;
             }
         }
+        self.layers().iter().try_for_each(|model| write!(f, "{model}"))?;
+        // The last lines: who shows a genome marks them one by one.
         self.instructions().iter().try_for_each(|instruction| writeln!(f, "{instruction}"))
     }
 }

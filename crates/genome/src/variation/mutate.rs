@@ -2,7 +2,7 @@
 //! constant is pushed a little with a probability that grows with the amount; what cannot change the result does so four
 //! times less often. docs/maths/variation.md has the table.
 
-use super::{Draft, random};
+use super::{Draft, layer, random};
 use crate::liveness::{RESULT, walk_back};
 use crate::locks::Held;
 use crate::random::{Operator, Stream};
@@ -75,6 +75,15 @@ fn rate(of_live: f32, live: bool) -> f32 {
 
 /// Mutates in place what is not held. With `force`, something live changes at any amount above 0 as far as it can be had.
 pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
+    if !draft.instructions.is_empty() {
+        program(draft, mutation, key, force, held);
+    }
+    // A program has changed already where something must.
+    let force = force && draft.instructions.is_empty();
+    layer::mutate(&mut draft.layers, mutation, key, force, held.layers());
+}
+
+fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
     let of_live = INSTRUCTION_RATE * mutation * mutation;

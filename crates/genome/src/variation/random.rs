@@ -1,6 +1,6 @@
-//! Genomes from nothing: every field of every instruction drawn independently.
+//! Genomes from nothing: every field of every instruction drawn independently, or a model where there is no program.
 
-use super::Draft;
+use super::{Draft, layer};
 use crate::random::{Operator, Stream};
 use crate::{
     BirthKey, CONSTANTS, Dialect, Instruction, Opcode, OpcodeSet, Operand, Output, Register,
@@ -13,6 +13,16 @@ const CONSTANT_SHARE: f32 = 1.0 / 6.0;
 const CONSTANT_RANGE: f32 = 2.0;
 
 pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
+    if dialect.length == 0 {
+        return Draft {
+            dialect,
+            instructions: Vec::new(),
+            constants: Box::new([[0.0; 4]; CONSTANTS]),
+            output: Output::IDENTITY,
+            limited: false,
+            layers: layer::random(key),
+        };
+    }
     let mut stream = Stream::new(key, Operator::RandomInstructions);
     let instructions = (0..dialect.length).map(|_| instruction(&dialect, &mut stream)).collect();
     let mut stream = Stream::new(key, Operator::RandomConstants);
@@ -20,7 +30,14 @@ pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
     for component in constants.iter_mut().flatten() {
         *component = constant(&mut stream);
     }
-    Draft { dialect, instructions, constants, output: Output::IDENTITY, limited: false }
+    Draft {
+        dialect,
+        instructions,
+        constants,
+        output: Output::IDENTITY,
+        limited: false,
+        layers: Vec::new(),
+    }
 }
 
 fn instruction(dialect: &Dialect, stream: &mut Stream) -> Instruction {

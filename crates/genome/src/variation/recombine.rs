@@ -1,9 +1,9 @@
 //! Recombination: blocks of the second parent replace those of the first at corresponding positions.
 
-use super::Draft;
+use super::{Draft, layer};
 use crate::locks::Held;
 use crate::random::{Operator, Stream};
-use crate::{BirthKey, Genome};
+use crate::{BirthKey, Dialect, Genome};
 
 /// Inverse of the mean length of a block where both parents have equal shares.
 const SWITCH_RATE: f32 = 1.0 / 24.0;
@@ -12,6 +12,7 @@ const SWITCH_RATE: f32 = 1.0 / 24.0;
 ///
 /// A constant comes from the parent whose instructions read it; where both do, it is drawn with the same share; where
 /// neither does, it stays the first's. The child's dialect, output stage and limit are the first's, and so is what is held.
+/// Layers are crossed for themselves.
 pub(super) fn draft(
     first: &Genome,
     second: &Genome,
@@ -19,7 +20,35 @@ pub(super) fn draft(
     key: BirthKey,
     held: &Held,
 ) -> Draft {
+    let mut draft = program(first, second, recombination, key, held);
+    let may_lose = !draft.instructions.is_empty();
+    let parents = (first.layers(), second.layers());
+    draft.layers = layer::recombine(parents, recombination, key, (held.layers(), may_lose));
+    draft
+}
+
+/// The first parent's program with blocks of the second's; where one has none, the other's or none.
+fn program(
+    first: &Genome,
+    second: &Genome,
+    recombination: f32,
+    key: BirthKey,
+    held: &Held,
+) -> Draft {
     let mut stream = Stream::new(key, Operator::Recombine);
+    if second.instructions().is_empty() {
+        return Draft::copy(first);
+    }
+    if first.instructions().is_empty() {
+        let mut draft = Draft::copy(first);
+        if !held.layers().is_closed() && stream.chance(recombination) {
+            let Dialect { isotropic, homogeneous, .. } = draft.dialect;
+            draft.dialect = Dialect { isotropic, homogeneous, ..*second.dialect() };
+            draft.instructions = second.instructions().to_vec();
+            draft.constants = Box::new(*second.constants());
+        }
+        return draft;
+    }
     let mut from_second = choose_blocks(first.instructions().len(), recombination, &mut stream);
     force_exchange(&mut from_second, recombination, &mut stream);
     let mut draft = Draft::copy(first);

@@ -6,7 +6,7 @@ use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Exposure and tone curve.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Film {
@@ -34,6 +34,32 @@ pub enum Tone {
     /// Clipped, nothing else.
     #[default]
     None,
+    /// x / (1 + x) for each channel (Reinhard et al. 2002).
+    Reinhard,
+    /// A fit of the ACES curve for each channel (Narkowicz 2015).
+    Filmic,
+}
+
+impl Tone {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Reinhard, Self::Filmic];
+
+    /// Its name in JSON.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Reinhard => "reinhard",
+            Self::Filmic => "filmic",
+        }
+    }
+}
+
+/// With no tone curve.
+impl From<Exposure> for Film {
+    fn from(exposure: Exposure) -> Self {
+        Self { exposure, tone: Tone::None }
+    }
 }
 
 impl Serialize for Exposure {

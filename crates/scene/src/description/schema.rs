@@ -3,13 +3,15 @@
 #![expect(dead_code, reason = "the types here are only described, never made")]
 #![expect(unused_qualifications, reason = "the derive macro writes paths in full")]
 
+mod light;
+
 use std::borrow::Cow;
 
 use utoipa::openapi::schema::{AdditionalProperties, Object, OneOf, Schema, SchemaType, Type};
 use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::{Camera, EV_MAX, Exposure, Light, MeshRef};
+use super::{Camera, EV_MAX, Exposure, MeshRef};
 
 /// On a sphere about the centre of the mesh, looking at it.
 #[derive(ToSchema)]
@@ -47,23 +49,6 @@ struct OrthographicCamera {
     orthographic: f64,
 }
 
-#[derive(ToSchema)]
-#[serde(rename_all = "lowercase")]
-enum LightKind {
-    Point,
-}
-
-/// A point light.
-#[derive(ToSchema)]
-struct PointLight {
-    #[schema(inline, required = false)]
-    kind: LightKind,
-    /// Position; null places it relative to the mesh.
-    position: Option<[f64; 3]>,
-    /// Radiant intensity per channel; null gives irradiance pi at the centre of the mesh.
-    intensity: Option<[f64; 3]>,
-}
-
 /// The object schema of `T`, with all other fields refused.
 fn closed<T: PartialSchema>() -> Schema {
     match T::schema() {
@@ -95,18 +80,6 @@ impl PartialSchema for Camera {
 impl ToSchema for Camera {
     fn name() -> Cow<'static, str> {
         Cow::Borrowed("Camera")
-    }
-}
-
-impl PartialSchema for Light {
-    fn schema() -> RefOr<Schema> {
-        RefOr::T(closed::<PointLight>())
-    }
-}
-
-impl ToSchema for Light {
-    fn name() -> Cow<'static, str> {
-        Cow::Borrowed("Light")
     }
 }
 
@@ -166,11 +139,6 @@ mod tests {
             assert_eq!(form["additionalProperties"], false, "{form}");
         }
         assert_eq!(forms[1]["required"], serde_json::json!(["eye"]));
-        let light = serde_json::to_value(Light::schema()).unwrap();
-        assert!(light["properties"]["position"].is_object(), "{light}");
-        assert_eq!(light["additionalProperties"], false);
-        assert_eq!(light["properties"]["kind"]["type"], "string", "{light}");
-        assert!(light["required"].is_null(), "{light}");
         let scene = serde_json::to_value(Scene::schema()).unwrap();
         let written = serde_json::to_value(Scene::default()).unwrap();
         for field in written.as_object().unwrap().keys() {

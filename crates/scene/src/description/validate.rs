@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-use super::{Camera, Exposure, Light, MeshRef, Scene};
+use super::{Camera, Exposure, MeshRef, Scene};
 
 /// Most lights of a scene.
 pub const LIGHTS_MAX: usize = 16;
+/// Most samples of all lights together at one place.
+pub const LIGHT_SAMPLES_MAX: u32 = 4096;
 /// Largest size of an object.
 const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view, degrees, both excluded.
@@ -46,17 +48,10 @@ impl Scene {
         let count = self.lights.len();
         require((1..=LIGHTS_MAX).contains(&count), "/lights", "must have 1 to 16 lights")?;
         for (index, light) in self.lights.iter().enumerate() {
-            let Light::Point { position, intensity } = light;
-            if let Some(position) = position {
-                finite(position, &format!("/lights/{index}/position"))?;
-            }
-            if let Some(intensity) = intensity {
-                let pointer = format!("/lights/{index}/intensity");
-                finite(intensity, &pointer)?;
-                let lit = intensity.iter().all(|channel| *channel >= 0.0);
-                require(lit, &pointer, "must not be negative")?;
-            }
+            light.validate(&format!("/lights/{index}"))?;
         }
+        let reason = "have more than 4096 samples together";
+        require(self.light_samples() <= LIGHT_SAMPLES_MAX, "/lights", reason)?;
         if let Exposure::Ev(ev) = self.film.exposure {
             require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 64 EV of 0")?;
         }
@@ -94,20 +89,20 @@ impl Camera {
     }
 }
 
-fn require(holds: bool, pointer: &str, reason: &str) -> Result<(), SceneError> {
+pub(super) fn require(holds: bool, pointer: &str, reason: &str) -> Result<(), SceneError> {
     if holds {
         return Ok(());
     }
     Err(SceneError { pointer: pointer.to_owned(), reason: reason.to_owned() })
 }
 
-fn finite(numbers: &[f64], pointer: &str) -> Result<(), SceneError> {
+pub(super) fn finite(numbers: &[f64], pointer: &str) -> Result<(), SceneError> {
     let holds = numbers.iter().all(|number| number.abs() <= MAGNITUDE_MAX);
     require(holds, pointer, "must be finite and within the range of 32-bit floats")
 }
 
 /// Above 0 by enough that ratios of such numbers stay finite.
-fn positive(number: f64, pointer: &str) -> Result<(), SceneError> {
+pub(super) fn positive(number: f64, pointer: &str) -> Result<(), SceneError> {
     let holds = number >= f64::from(f32::MIN_POSITIVE) && number <= MAGNITUDE_MAX;
     require(holds, pointer, "must be above 0 and within the range of 32-bit floats")
 }

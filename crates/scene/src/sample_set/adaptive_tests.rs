@@ -53,7 +53,7 @@ fn coverage_of_the_sphere_is_the_area_of_its_disc() {
 #[test]
 fn adaptive_samples_come_nearer_to_many_than_sixteen_do() {
     let mut scene = Scene::default();
-    scene.lights.push(Light::Point { position: Some([-4.0, 1.0, 2.0]), intensity: None });
+    scene.lights.push(Light::point_at([-4.0, 1.0, 2.0]));
     for name in BuiltinMesh::ALL {
         let mesh = Mesh::builtin(name);
         let picture =
@@ -68,7 +68,7 @@ fn adaptive_samples_come_nearer_to_many_than_sixteen_do() {
 #[test]
 fn adaptive_set_has_the_centres_of_one_sample_a_pixel() {
     let mut scene = Scene::default();
-    scene.lights.push(Light::Point { position: Some([-4.0, 1.0, 2.0]), intensity: None });
+    scene.lights.push(Light::point_at([-4.0, 1.0, 2.0]));
     let mesh = Mesh::builtin(BuiltinMesh::Knob);
     let (one, own) = (
         SampleSet::render(&mesh, &scene, 50, 1),
@@ -99,7 +99,7 @@ fn set_of_an_area_is_that_part_of_the_whole_to_the_bit() {
                 .flat_map(|y| (area.x..area.x + area.width).map(move |x| y * 48 + x))
                 .collect();
             let mask: InputMask = [Input::P1, Input::U].into_iter().collect();
-            let picked = SampleSet::pick(&[(&whole, &numbers)], mask);
+            let picked = SampleSet::pick(&[(&whole, &numbers)], mask, false);
             assert_eq!(part.len(), picked.len(), "{area} {sampling}");
             assert_eq!(part.irradiance(), picked.irradiance(), "{area} {sampling}");
             let (own, other) = (part.image().unwrap(), picked.image().unwrap());
@@ -124,7 +124,7 @@ fn pixels_of_several_sets_are_picked_part_after_part() {
     // The first is not hit.
     let (of_left, of_right) = ([0, 41, 42, 90], [3, 60]);
     let mask: InputMask = [Input::P1].into_iter().collect();
-    let picked = SampleSet::pick(&[(&left, &of_left), (&right, &of_right)], mask);
+    let picked = SampleSet::pick(&[(&left, &of_left), (&right, &of_right)], mask, true);
     let each = of_left.map(|pixel| (&left, pixel)).into_iter();
     let each = each.chain(of_right.map(|pixel| (&right, pixel)));
     let samples = |set: &SampleSet, pixel: u32| -> Vec<f32> {
@@ -148,7 +148,7 @@ fn input_that_was_not_picked_is_refused() {
         16,
         Sampling::Fixed(1),
     );
-    let _ = SampleSet::pick(&[(&set, &[120])], InputMask::default()).input(Input::P1);
+    let _ = SampleSet::pick(&[(&set, &[120])], InputMask::default(), false).input(Input::P1);
 }
 
 #[test]

@@ -8,13 +8,12 @@ use super::point::{Gathered, Point};
 const SPREAD: f64 = 0.15;
 /// So are texture positions; also keeps apart the two sides of a seam.
 const UV_SPREAD: f64 = 0.05;
-/// Groups of one light at most; what comes later gives its light to the nearest and leaves that one's directions alone.
+/// Groups of one sample of a light at most; what comes later gives its light to the nearest and leaves that one's directions alone.
 const MOST: usize = 6;
 
-/// Points in the light of one lamp.
+/// Points in the light of one sample of a lamp.
 #[derive(Debug, Clone, Copy)]
 struct Group {
-    light: usize,
     first: (DVec3, DVec3, DVec2),
     wi: DVec3,
     wo: DVec3,
@@ -23,9 +22,9 @@ struct Group {
     irradiance: [f64; 3],
 }
 
-/// The groups of one pixel.
+/// The groups of one pixel: of each sample of each light, in the order of first appearance.
 #[derive(Default)]
-pub(super) struct Groups(Vec<Group>);
+pub(super) struct Groups(Vec<Vec<Group>>);
 
 impl Groups {
     /// Adds the samples that stand for weighted points; their irradiance is integrated over the pixel.
@@ -36,7 +35,7 @@ impl Groups {
         points: impl Iterator<Item = (&'a Point, f64)>,
         out: &mut Gathered,
     ) -> f64 {
-        self.0.clear();
+        self.0.iter_mut().for_each(Vec::clear);
         let mut coverage = 0.0;
         for (point, weight) in points {
             if point.mark.covered {
@@ -44,9 +43,7 @@ impl Groups {
                 self.take(point, weight);
             }
         }
-        // In the order of lights, then of first appearance; a stable sort, few elements.
-        self.0.sort_by_key(|group| group.light);
-        for group in &self.0 {
+        for group in self.0.iter().flatten() {
             out.push(
                 group.wi.normalize(),
                 group.wo.normalize(),
@@ -59,10 +56,13 @@ impl Groups {
 
     fn take(&mut self, point: &Point, weight: f64) {
         for lit in &point.lit {
-            let found = self.find(lit.light, lit.wi, point.wo, point.uv);
+            if self.0.len() <= lit.slot {
+                self.0.resize_with(lit.slot + 1, Vec::new);
+            }
+            let groups = &mut self.0[lit.slot];
+            let found = find(groups, lit.wi, point.wo, point.uv);
             let (index, alike) = found.unwrap_or_else(|| {
-                self.0.push(Group {
-                    light: lit.light,
+                groups.push(Group {
                     first: (lit.wi, point.wo, point.uv),
                     wi: DVec3::ZERO,
                     wo: DVec3::ZERO,
@@ -70,9 +70,9 @@ impl Groups {
                     weight: 0.0,
                     irradiance: [0.0; 3],
                 });
-                (self.0.len() - 1, true)
+                (groups.len() - 1, true)
             });
-            let group = &mut self.0[index];
+            let group = &mut groups[index];
             for (sum, e) in group.irradiance.iter_mut().zip(lit.irradiance) {
                 *sum += weight * e;
             }
@@ -88,27 +88,22 @@ impl Groups {
             group.weight += share;
         }
     }
+}
 
-    /// The group that a point joins, if it need not open a new one, and whether it is like that group.
-    fn find(&self, light: usize, wi: DVec3, wo: DVec3, uv: DVec2) -> Option<(usize, bool)> {
-        let mut nearest: Option<(usize, f64)> = None;
-        let mut count = 0;
-        for (index, group) in self.0.iter().enumerate() {
-            if group.light != light {
-                continue;
-            }
-            count += 1;
-            let (first_wi, first_wo, first_uv) = group.first;
-            let directions = (first_wi - wi).length_squared() + (first_wo - wo).length_squared();
-            let texture = (first_uv - uv).abs().max_element();
-            if directions <= SPREAD * SPREAD && texture <= UV_SPREAD {
-                return Some((index, true));
-            }
-            let distance = directions / (SPREAD * SPREAD) + texture / UV_SPREAD;
-            if nearest.is_none_or(|nearest| distance < nearest.1) {
-                nearest = Some((index, distance));
-            }
+/// The group that a point joins, if it need not open a new one, and whether it is like that group.
+fn find(groups: &[Group], wi: DVec3, wo: DVec3, uv: DVec2) -> Option<(usize, bool)> {
+    let mut nearest: Option<(usize, f64)> = None;
+    for (index, group) in groups.iter().enumerate() {
+        let (first_wi, first_wo, first_uv) = group.first;
+        let directions = (first_wi - wi).length_squared() + (first_wo - wo).length_squared();
+        let texture = (first_uv - uv).abs().max_element();
+        if directions <= SPREAD * SPREAD && texture <= UV_SPREAD {
+            return Some((index, true));
         }
-        nearest.filter(|_| count >= MOST).map(|nearest| (nearest.0, false))
+        let distance = directions / (SPREAD * SPREAD) + texture / UV_SPREAD;
+        if nearest.is_none_or(|nearest| distance < nearest.1) {
+            nearest = Some((index, distance));
+        }
     }
+    nearest.filter(|_| groups.len() >= MOST).map(|nearest| (nearest.0, false))
 }

@@ -23,6 +23,16 @@ pub(super) struct ShadedPoint {
     b: DVec3,
     /// The normal, on the side that the eye sees.
     pub n: DVec3,
+    side: Side,
+}
+
+/// The side of a triangle that the eye sees.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    /// Normal of the triangle itself; not finite where it is a sliver beyond all measure.
+    face: DVec3,
+    /// 1 where the given normals are on this side, else -1.
+    sign: f64,
 }
 
 impl ShadedPoint {
@@ -36,15 +46,52 @@ impl ShadedPoint {
         let weighted = |values: &[DVec3]| -> DVec3 {
             corners.iter().zip(hit.weights).map(|(corner, weight)| values[*corner] * weight).sum()
         };
-        let n = surface_normal(parts, corners, weighted(&parts.normals), eye);
+        let (n, side) = surface_normal(parts, corners, weighted(&parts.normals), eye);
         let u = weighted(&parts.tangents);
         let u = u - n * u.dot(n);
         let u = if u.length() > CANCELLED { u.normalize() } else { fixed_tangent(n) };
         let b = n.cross(u);
         let uv = corners.iter().zip(hit.weights).map(|(corner, w)| parts.uvs[*corner] * w).sum();
-        let mut point = Self { place: weighted(&parts.positions), uv, wo: DVec3::Z, u, b, n };
+        let mut point = Self { place: weighted(&parts.positions), uv, wo: DVec3::Z, u, b, n, side };
         point.wo = above_horizon(point.local(eye));
         point
+    }
+
+    /// Where rays to the lights start, relative to the mesh's own origin: above the flat triangle, on the curved surface that
+    /// its normals tell of, so that a convex surface never shades itself where its normals see the light.
+    ///
+    /// # Source
+    /// Hanika 2021, *Hacking the Shadow Terminator*, in Ray Tracing Gems II: the place, projected onto the tangent plane of
+    /// each corner where that is above it, and interpolated as the corners are.
+    pub fn shadow_start(&self, parts: &MeshParts, hit: &Hit) -> DVec3 {
+        let corners = parts.triangles[hit.triangle].map(|corner| corner as usize);
+        let lift = |(corner, weight): (usize, f64)| {
+            let n = parts.normals[corner] * self.side.sign;
+            let below = (parts.positions[corner] - self.place).dot(n);
+            // A normal that leaves its triangle tells of no curved surface.
+            let tells = below > 0.0 && n.dot(self.side.face) > 0.5;
+            if tells { n * (below * weight) } else { DVec3::ZERO }
+        };
+        self.place + corners.into_iter().zip(hit.weights).map(lift).sum::<DVec3>()
+    }
+
+    /// The normal of the triangle itself, on the side that the eye sees.
+    pub fn face(&self) -> DVec3 {
+        if self.side.face.is_finite() { self.side.face } else { self.n }
+    }
+
+    /// A local direction in the frame of the mesh.
+    pub fn global(&self, w: DVec3) -> DVec3 {
+        self.u * w.x + self.b * w.y + self.n * w.z
+    }
+
+    /// A place whose normal is that, for tests.
+    #[cfg(test)]
+    pub fn facing(n: DVec3) -> Self {
+        let u = fixed_tangent(n);
+        let side = Side { face: n, sign: 1.0 };
+        let (place, uv, wo) = (DVec3::ZERO, DVec2::ZERO, DVec3::Z);
+        Self { place, uv, wo, u, b: n.cross(u), n, side }
     }
 
     /// A direction in the local frame.
@@ -54,7 +101,7 @@ impl ShadedPoint {
 }
 
 /// The interpolated normal, on the side of the surface that the eye sees.
-fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) -> DVec3 {
+fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) -> (DVec3, Side) {
     let [a, b, c] = corners.map(|corner| parts.positions[corner]);
     let face = (b - a).cross(c - a);
     let face = face / face.length();
@@ -62,7 +109,10 @@ fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) 
     let given: DVec3 = corners.iter().map(|corner| parts.normals[*corner]).sum();
     let outwards = if face.dot(given) < 0.0 { -face } else { face };
     let n = if n.length() > CANCELLED { n.normalize() } else { outwards };
-    if outwards.dot(eye) < 0.0 { -n } else { n }
+    if outwards.dot(eye) < 0.0 {
+        return (-n, Side { face: -outwards, sign: -1.0 });
+    }
+    (n, Side { face: outwards, sign: 1.0 })
 }
 
 /// The direction itself where its cosine is positive, else the one of its azimuth just above the horizon.

@@ -37,7 +37,7 @@ pub struct PixelRun {
     /// Samples of each pixel.
     pub samples: u32,
     /// How many of them, from the first on, belong to the ray through the pixel's centre: one per light that reaches its
-    /// hit. Automatic exposure looks at nothing else; none where that ray misses or meets shadow.
+    /// hit, several of lights that have extent. Automatic exposure looks at nothing else; none where that ray misses or meets shadow.
     pub centre: u32,
     /// Which is the first that counts for radiance: 0, or `centre` where the others stand for the whole pixel.
     pub counted: u32,
@@ -65,8 +65,20 @@ pub struct SampleCounts {
     pub rays: u64,
     /// Rays that hit the mesh (in sets of pairs: pairs).
     pub covered: u64,
-    /// Samples kept: pairs of a hit and a light that is in front of its surface, groups of similar ones counted once.
+    /// Samples kept: pairs of a hit and a sample of a light that reaches it, groups of similar ones counted once.
     pub lit: u64,
+    /// Samples of lights that were never made, because nothing arrives: the light is behind the surface, the surface is out
+    /// of its cone, or it has no power.
+    pub skipped: u64,
+    /// Samples of lights that were not made because something is in the way.
+    pub shadowed: u64,
+}
+
+impl SampleCounts {
+    pub(super) fn add_unlit(&mut self, (skipped, shadowed): (u64, u64)) {
+        self.skipped += skipped;
+        self.shadowed += shadowed;
+    }
 }
 
 impl ImageLayout {

@@ -10,7 +10,11 @@ use super::{ImageLayout, PixelArea, PixelRun, SampleCounts, SampleSet};
 /// Samples that follow one another in one of the parts.
 type Piece<'a> = (&'a SampleSet, Range<usize>);
 
-pub(super) fn pick(parts: &[(&SampleSet, &[u32])], inputs: InputMask) -> SampleSet {
+pub(super) fn pick(
+    parts: &[(&SampleSet, &[u32])],
+    inputs: InputMask,
+    directions: bool,
+) -> SampleSet {
     let pixels = parts.iter().map(|(_, pixels)| pixels.len()).sum();
     let mut runs: Vec<PixelRun> = Vec::new();
     let mut pieces: Vec<Piece<'_>> = Vec::new();
@@ -61,8 +65,15 @@ pub(super) fn pick(parts: &[(&SampleSet, &[u32])], inputs: InputMask) -> SampleS
         );
         all
     });
-    let counts = SampleCounts { rays: 0, covered: len as u64, lit: len as u64 };
-    let mut picked = SampleSet::new(Vec::new(), Vec::new(), irradiance, image, counts);
+    let counts = SampleCounts { covered: len as u64, lit: len as u64, ..SampleCounts::default() };
+    let (mut pairs, mut uvs) = (Vec::new(), Vec::new());
+    if directions {
+        for (set, range) in &pieces {
+            pairs.extend_from_slice(&set.pairs[range.clone()]);
+            uvs.extend_from_slice(&set.uvs[range.clone()]);
+        }
+    }
+    let mut picked = SampleSet::new(pairs, uvs, irradiance, image, counts);
     picked.len = len;
     for input in inputs.iter() {
         let of = parts.iter().map(|(set, _)| set.input_range(input));

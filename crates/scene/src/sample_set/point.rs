@@ -6,25 +6,38 @@ use brood_brdf::DirectionPair;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::ShadedPoint;
-use super::lighting::PointLight;
+use super::lighting::{Lamp, Receiver};
 use super::round_to_f32;
 use crate::Mesh;
 use crate::mesh::MeshParts;
-use crate::trace::{Hit, Ray};
+use crate::trace::{Hit, Ray, Stack, Tracer};
 
 /// What hits are made into points with.
 pub(super) struct Surface<'a> {
     parts: &'a MeshParts,
     mesh: &'a Mesh,
-    lights: Vec<PointLight>,
+    lamps: Vec<Lamp>,
+    /// What is in the way of light; `None` where nothing is.
+    obstacles: Option<&'a Tracer>,
     /// 1 over the sum of the lights' irradiance at the centre of the mesh, so that shades are about 1 at most.
     shade_scale: f64,
 }
 
-/// One light on one point.
+/// A ray of the camera, and what the samples of lights are drawn by where it hits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sight {
+    pub ray: Ray,
+    pub seed: u64,
+}
+
+/// How far above the surface rays to the lights start, in the unit frame: far more than rounding, far less than is seen.
+const START_ABOVE: f64 = 1e-6;
+
+/// One sample of a light on one point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lit {
-    pub light: usize,
+    /// Number of the sample among those of all lights.
+    pub slot: usize,
     pub wi: DVec3,
     /// Irradiance times cosine.
     pub irradiance: [f64; 3],
@@ -37,6 +50,10 @@ pub(super) struct Point {
     pub uv: DVec2,
     pub wo: DVec3,
     pub lit: Vec<Lit>,
+    /// Samples of lights that were not made because nothing arrives.
+    pub skipped: u64,
+    /// Samples of lights that were not made because something is in the way.
+    pub shadowed: u64,
 }
 
 /// What neighbours compare. Default: nothing is seen.
@@ -46,6 +63,8 @@ pub(super) struct Mark {
     pub covered: bool,
     /// Which lights reach it, a bit each.
     pub lights: u32,
+    /// Which of them are on their way to nothing there, a bit each.
+    pub fading: u32,
     /// Normal and place, in the unit frame.
     pub n: Vec3,
     pub place: Vec3,
@@ -61,7 +80,9 @@ const STEP_SIN: f32 = 0.4;
 impl Mark {
     /// Whether both see one smooth piece of surface in the same light.
     pub fn is_like(&self, other: &Self) -> bool {
-        if self.covered != other.covered || self.lights != other.lights {
+        // From light to half-light and from there to the dark is no edge.
+        let differ = (self.lights ^ other.lights) & !(self.fading | other.fading);
+        if self.covered != other.covered || differ != 0 {
             return false;
         }
         if !self.covered {
@@ -74,30 +95,57 @@ impl Mark {
 }
 
 impl<'a> Surface<'a> {
-    pub fn new(mesh: &'a Mesh, lights: Vec<PointLight>) -> Self {
-        let brightest = |light: &PointLight| {
-            light.at(DVec3::ZERO).map_or(0.0, |(_, [r, g, b])| r.max(g).max(b))
-        };
-        let all: f64 = lights.iter().map(brightest).sum();
+    pub fn new(mesh: &'a Mesh, lamps: Vec<Lamp>, shadows: bool) -> Self {
+        let all: f64 = lamps.iter().map(Lamp::usual).sum();
         let shade_scale = if all > 0.0 && all.is_finite() { 1.0 / all } else { 0.0 };
-        Self { parts: mesh.parts(), mesh, lights, shade_scale }
+        let obstacles = shadows.then(|| mesh.tracer());
+        Self { parts: mesh.parts(), mesh, lamps, obstacles, shade_scale }
     }
 
     /// Makes `point` the point of a hit. Reuses its memory.
-    pub fn look(&self, hit: &Hit, ray: Ray, point: &mut Point) {
+    pub fn look(&self, hit: &Hit, sight: Sight, stack: &mut Stack, point: &mut Point) {
+        let Sight { ray, seed } = sight;
         let shaded = ShadedPoint::new(self.parts, hit, -ray.direction);
-        let place = (shaded.place - self.mesh.centre()) / self.mesh.radius();
-        point.lit.clear();
-        let (mut mask, mut shade) = (0, 0.0);
-        for (index, light) in self.lights.iter().enumerate() {
-            let Some((towards, irradiance)) = light.at(place) else { continue };
-            let wi = shaded.local(towards);
-            // NaN, which a light beyond all reason could make, is unlit.
-            if wi.z > 0.0 {
-                mask |= 1 << index;
-                let irradiance = irradiance.map(|e| e * wi.z);
-                shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
-                point.lit.push(Lit { light: index, wi, irradiance });
+        let place = self.in_unit_frame(shaded.place);
+        let start = self.obstacles.map(|tracer| {
+            let start = self.in_unit_frame(shaded.shadow_start(self.parts, hit));
+            (tracer, start + shaded.face() * START_ABOVE)
+        });
+        let Point { lit, skipped, shadowed, .. } = point;
+        lit.clear();
+        let (mut mask, mut fading, mut shade) = (0, 0, 0.0);
+        (*skipped, *shadowed) = (0, 0);
+        for (index, lamp) in self.lamps.iter().enumerate() {
+            let (before, shadowed_before) = (lit.len(), *shadowed);
+            let (mut fades, soft) = (false, lamp.is_soft());
+            lamp.arrivals(&Receiver { place, shaded: &shaded, seed }, |sample, arrival| {
+                let wi = shaded.local(arrival.towards);
+                // NaN, which a light beyond all reason could make, is unlit.
+                if wi.z > 0.0 {
+                    if let Some((tracer, start)) = start {
+                        let ray = Ray { origin: start, direction: arrival.towards };
+                        if tracer.is_occluded(ray, arrival.distance, stack) {
+                            *shadowed += 1;
+                            return;
+                        }
+                    }
+                    fades |= arrival.fading;
+                    let irradiance = arrival.irradiance.map(|e| e * wi.z);
+                    if !soft {
+                        shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
+                    }
+                    lit.push(Lit { slot: lamp.first_slot + sample as usize, wi, irradiance });
+                }
+            });
+            let made = u64::try_from(lit.len() - before).expect("lights have few samples");
+            let all = u64::from(lamp.samples);
+            *skipped += all - made - (*shadowed - shadowed_before);
+            mask |= u32::from(made > 0) << index;
+            // Partly in the light of a lamp that has extent: there is no edge. One sample alone cannot tell.
+            let partly = soft && (made < all || all == 1);
+            fading |= u32::from(fades || (made > 0 && partly)) << index;
+            if soft {
+                shade += lamp.outline(place, shaded.n);
             }
         }
         point.uv = shaded.uv;
@@ -105,10 +153,15 @@ impl<'a> Surface<'a> {
         point.mark = Mark {
             covered: true,
             lights: mask,
+            fading,
             n: shaded.n.as_vec3(),
             place: place.as_vec3(),
             shade: round_to_f32(shade * self.shade_scale),
         };
+    }
+
+    fn in_unit_frame(&self, place: DVec3) -> DVec3 {
+        (place - self.mesh.centre()) / self.mesh.radius()
     }
 }
 

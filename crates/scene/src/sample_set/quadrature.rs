@@ -7,7 +7,8 @@
 
 use glam::DVec2;
 
-use super::point::{Mark, Point, Surface};
+use super::point::{Mark, Point, Sight, Surface};
+use super::sequence::ray_seed;
 use super::view::View;
 use crate::trace::{Beam, Candidates, Hit, Ray, Stack, Tracer};
 
@@ -50,6 +51,11 @@ impl Camera<'_> {
         self.view.ray(DVec2::new(at.x, -at.y))
     }
 
+    /// The same for the ray of that number in the pixel.
+    pub fn sight(&self, (x, y): (u32, u32), place: DVec2, number: usize) -> Sight {
+        Sight { ray: self.ray(x, y, place), seed: ray_seed(x, y, number) }
+    }
+
     /// The place of a pixel that is at a place of the picture.
     fn in_pixel(&self, x: u32, y: u32, at: DVec2) -> DVec2 {
         let half = 0.5 * f64::from(self.size_px);
@@ -57,9 +63,9 @@ impl Camera<'_> {
     }
 
     /// Makes `point` what the ray sees; says whether it sees anything.
-    pub fn see(&self, ray: Ray, stack: &mut Stack, point: &mut Point) -> bool {
-        let hit = self.tracer.trace(ray, stack);
-        self.take(hit.as_ref(), ray, point)
+    pub fn see(&self, sight: Sight, stack: &mut Stack, point: &mut Point) -> bool {
+        let hit = self.tracer.trace(sight.ray, stack);
+        self.take(hit.as_ref(), sight, stack, point)
     }
 
     /// Looks up the triangles that matter to a pixel, before [`Camera::see_in_pixel`].
@@ -74,18 +80,16 @@ impl Camera<'_> {
     /// The same as [`Camera::see`] for a ray of the pixel that was entered.
     pub fn see_in_pixel(
         &self,
-        (x, y): (u32, u32),
-        place: DVec2,
+        (sight, place): (Sight, DVec2),
         scratch: &mut Scratch,
         point: &mut Point,
     ) -> bool {
-        let ray = self.ray(x, y, place);
         let hit = if scratch.use_candidates {
-            scratch.candidates.trace(ray, place)
+            scratch.candidates.trace(sight.ray, place)
         } else {
-            self.tracer.trace(ray, &mut scratch.stack)
+            self.tracer.trace(sight.ray, &mut scratch.stack)
         };
-        self.take(hit.as_ref(), ray, point)
+        self.take(hit.as_ref(), sight, &mut scratch.stack, point)
     }
 
     /// Follows one more ray of the pixel that was entered, and keeps its point.
@@ -95,18 +99,19 @@ impl Camera<'_> {
             scratch.points.push(Point::default());
         }
         let mut point = std::mem::take(&mut scratch.points[index]);
-        self.see_in_pixel(pixel, place, scratch, &mut point);
+        self.see_in_pixel((self.sight(pixel, place, 0), place), scratch, &mut point);
         scratch.points[index] = point;
         scratch.weights.push(weight);
         index
     }
 
-    fn take(&self, hit: Option<&Hit>, ray: Ray, point: &mut Point) -> bool {
+    fn take(&self, hit: Option<&Hit>, sight: Sight, stack: &mut Stack, point: &mut Point) -> bool {
         match hit {
-            Some(hit) => self.surface.look(hit, ray, point),
+            Some(hit) => self.surface.look(hit, sight, stack, point),
             None => {
                 point.mark = Mark::default();
                 point.lit.clear();
+                (point.skipped, point.shadowed) = (0, 0);
             }
         }
         hit.is_some()
@@ -144,7 +149,7 @@ impl Camera<'_> {
     fn corners_are_like(&self, pixel: (u32, u32), own: &Mark, scratch: &mut Scratch) -> bool {
         let mut point = std::mem::take(&mut scratch.corner);
         let alike = CORNERS.iter().all(|place| {
-            self.see_in_pixel(pixel, *place, scratch, &mut point);
+            self.see_in_pixel((self.sight(pixel, *place, 0), *place), scratch, &mut point);
             point.mark.is_like(own)
         });
         scratch.corner = point;
@@ -225,6 +230,12 @@ impl Scratch {
     /// Rays of the pixel that hit the mesh.
     pub fn covered(&self) -> u64 {
         self.weighted().map(|(point, _)| u64::from(point.mark.covered)).sum()
+    }
+
+    /// Samples of lights that were not made: for want of light, and in shadow.
+    pub fn unlit(&self) -> (u64, u64) {
+        let unlit = self.weighted().map(|(point, _)| (point.skipped, point.shadowed));
+        unlit.fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
     fn is_like(&self, a: usize, b: usize) -> bool {

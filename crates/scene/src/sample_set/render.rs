@@ -4,13 +4,13 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cluster::Groups;
-use super::lighting::PointLight;
+use super::lighting::Lamp;
 use super::point::{Gathered, Mark, Point, Surface};
 use super::quadrature::{Camera, Scratch};
 use super::view::{UnitFrame, View, subsample_places};
-use super::{ImageLayout, PixelArea, PixelRun, SampleCounts, SampleSet, Sampling};
+use super::{ImageLayout, PixelArea, PixelRun, Raster, SampleCounts, SampleSet, Sampling};
 use crate::trace::Stack;
-use crate::{Mesh, Scene};
+use crate::{LightAssets, Mesh, Scene};
 
 /// From so many rays a pixel on, its triangles are looked up once for all of them.
 const SHARED_RAYS: usize = 4;
@@ -31,23 +31,24 @@ struct CentreRow {
     marks: Vec<Mark>,
     /// Samples of the area's own pixels, and how many each has.
     gathered: Gathered,
-    lit: Vec<u8>,
+    lit: Vec<u32>,
+    unlit: (u64, u64),
 }
 
 pub(super) fn render(
     mesh: &Mesh,
     scene: &Scene,
-    size_px: u32,
-    sampling: Sampling,
-    area: PixelArea,
+    assets: &LightAssets,
+    raster: Raster,
 ) -> SampleSet {
+    let Raster { size_px, sampling, area } = raster;
     assert!(size_px <= u32::from(u16::MAX), "size_px {size_px} is not in 1..=65535");
     assert!(area.is_within(size_px), "the area {area} is not within {size_px} pixels");
     let frame = UnitFrame::new(mesh, scene);
     let camera = Camera {
         view: View::new(&scene.camera, &frame),
         tracer: mesh.tracer(),
-        surface: Surface::new(mesh, PointLight::all(scene, &frame)),
+        surface: Surface::new(mesh, Lamp::all(scene, assets, &frame), scene.shadows),
         size_px,
     };
     let rows = match sampling {
@@ -99,13 +100,15 @@ fn fixed_row(
             camera.enter_pixel(x, y, scratch);
         }
         for (k, place) in places.iter().enumerate() {
+            let sight = camera.sight((x, y), *place, k);
             let hit = if places.len() >= SHARED_RAYS {
-                camera.see_in_pixel((x, y), *place, scratch, &mut point)
+                camera.see_in_pixel((sight, *place), scratch, &mut point)
             } else {
-                camera.see(camera.ray(x, y, *place), &mut scratch.stack, &mut point)
+                camera.see(sight, &mut scratch.stack, &mut point)
             };
             if hit {
                 covered += 1;
+                out.counts.add_unlit((point.skipped, point.shadowed));
                 out.gathered.push_point(&point);
             }
             if k == 0 {
@@ -154,15 +157,17 @@ fn centre_row(
         marks: Vec::with_capacity(border.width as usize),
         gathered: Gathered::default(),
         lit: Vec::with_capacity(area.width as usize),
+        unlit: (0, 0),
     };
     let own_row = (area.y..area.y + area.height).contains(&y);
     let mut point = Point::default();
     for x in border.x..border.x + border.width {
-        camera.see(camera.ray(x, y, DVec2::splat(0.5)), stack, &mut point);
+        camera.see(camera.sight((x, y), DVec2::splat(0.5), 0), stack, &mut point);
         row.marks.push(point.mark);
         if own_row && (area.x..area.x + area.width).contains(&x) {
             row.gathered.push_point(&point);
-            row.lit.push(u8::try_from(point.lit.len()).expect("a scene has few lights"));
+            row.lit.push(u32::try_from(point.lit.len()).expect("lights have few samples"));
+            row.unlit = (row.unlit.0 + point.skipped, row.unlit.1 + point.shadowed);
         }
     }
     row
@@ -201,6 +206,7 @@ fn adaptive_row(
     (scratch, groups): &mut (Scratch, Groups),
 ) -> Row {
     let mut out = Row::default();
+    out.counts.add_unlit(centre.unlit);
     let (mut from, mut copied) = (0, 0);
     for column in 0..area.width {
         let x = area.x + column;
@@ -211,9 +217,8 @@ fn adaptive_row(
         let need = need(neighbours, at);
         out.counts.rays += 1;
         out.counts.covered += u64::from(own.covered);
-        from += usize::from(lit);
+        from += lit as usize;
         if need == Need::Nothing {
-            let lit = u32::from(lit);
             out.finish(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
             continue;
         }
@@ -229,7 +234,7 @@ fn adaptive_row(
         let added = out.gathered.count() - start;
         out.counts.rays += scratch.rays() as u64;
         out.counts.covered += scratch.covered();
-        let lit = u32::from(lit);
+        out.counts.add_unlit(scratch.unlit());
         // Weights sum to 1 but for rounding.
         let coverage = if coverage > 1.0 - 1e-9 { 1.0 } else { coverage as f32 };
         out.finish(pixel, (lit + added, lit, lit), coverage);
@@ -271,6 +276,7 @@ fn put_together(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
         coverage.extend(row.coverage);
         counts.rays += row.counts.rays;
         counts.covered += row.counts.covered;
+        counts.add_unlit((row.counts.skipped, row.counts.shadowed));
     }
     image.coverage = coverage.into();
     counts.lit = u64::from(all.count());

@@ -129,6 +129,17 @@ pub struct PixelArea {
     pub height: u32,
 }
 
+/// Which pixels of a picture are sampled, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Raster {
+    /// Side of the whole square picture.
+    pub size_px: u32,
+    /// Rays of a pixel.
+    pub sampling: Sampling,
+    /// The part of the picture.
+    pub area: PixelArea,
+}
+
 /// Text that names no area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("an area is four whole numbers, as in x,y,width,height, and not empty")]

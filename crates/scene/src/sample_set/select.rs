@@ -17,7 +17,7 @@ impl SampleSet {
             indices.iter().map(|k| self.uvs[*k as usize]).collect(),
             [0, 1, 2].map(|channel| pick(&self.irradiance[channel])),
             None,
-            SampleCounts { rays: 0, covered: count, lit: count },
+            SampleCounts { covered: count, lit: count, ..SampleCounts::default() },
         )
     }
 }

@@ -3,7 +3,9 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::{SampleSet, Sampling};
-use crate::{BuiltinMesh, Camera, Light, Mesh, MeshParts, Scene, parse_obj};
+use crate::{
+    BuiltinMesh, Camera, Light, Mesh, MeshParts, PointLight, Quantity, Scene, Strength, parse_obj,
+};
 
 fn sphere() -> Mesh {
     Mesh::builtin(BuiltinMesh::Sphere)
@@ -17,6 +19,11 @@ fn with_camera(camera: Camera) -> Scene {
     Scene { camera, ..Scene::default() }
 }
 
+fn point(position: Option<[f64; 3]>, intensity: Option<[f64; 3]>) -> Light {
+    let strength = intensity.map(|channels| Strength::new(Quantity::Intensity, channels));
+    Light::Point(PointLight { position, strength })
+}
+
 fn orbit(azimuth: f64, elevation: f64) -> Camera {
     Camera::Orbit { orbit_deg: [azimuth, elevation], distance: None, fov_y_deg: 30.0 }
 }
@@ -24,7 +31,7 @@ fn orbit(azimuth: f64, elevation: f64) -> Camera {
 /// Light at the eye, so that everything seen is lit.
 fn headlight(azimuth: f64, elevation: f64) -> Scene {
     let eye = crate::angle::orbit_direction(azimuth, elevation) * 100.0;
-    let light = Light::Point { position: Some(eye.to_array()), intensity: None };
+    let light = Light::point_at(eye.to_array());
     Scene { lights: vec![light], ..with_camera(orbit(azimuth, elevation)) }
 }
 
@@ -159,7 +166,7 @@ fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
         (Some([50.0, 0.0, 25.0]), [0.0, 0.0, 5.0], 2.0),
         (Some([50.0, 0.0, 25.0]), [3.0, 0.0, 4.0], 2.0 * 0.8),
     ] {
-        let lights = vec![Light::Point { position: Some(position), intensity }];
+        let lights = vec![point(Some(position), intensity)];
         let scene = Scene { lights, ..with_camera(orbit(0.0, 0.0)) };
         let samples = SampleSet::render(&square, &scene, 65, 1);
         let image = samples.image().unwrap();
@@ -175,7 +182,7 @@ fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
 #[test]
 fn scene_turned_as_a_whole_gives_the_same_picture() {
     let mesh = Mesh::builtin(BuiltinMesh::Knob);
-    let light = Light::Point { position: Some([3.0, 2.0, 4.0]), intensity: None };
+    let light = Light::point_at([3.0, 2.0, 4.0]);
     let base = Scene { lights: vec![light], ..with_camera(orbit(10.0, 20.0)) };
     let turned = Scene {
         rotation_deg: [0.0, 75.0, 0.0],
@@ -233,7 +240,7 @@ fn direction_to_the_eye_is_lifted_when_the_interpolated_normal_turns_away() {
     // The face looks at the eye, its normals lean beyond the horizon to +x.
     let leaning = obj("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvn 1 0 .001\nf 1//1 2//1 3//1\n");
     let scene = Scene {
-        lights: vec![Light::Point { position: Some([9.0, 0.0, 9.0]), intensity: None }],
+        lights: vec![Light::point_at([9.0, 0.0, 9.0])],
         camera: Camera::Orbit { orbit_deg: [-3.0, 0.0], distance: None, fov_y_deg: 1.0 },
         ..Scene::default()
     };
@@ -271,7 +278,7 @@ fn set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
 #[test]
 fn subsamples_are_counted_per_pixel_and_their_first_is_the_centre() {
     let mut scene = Scene::default();
-    scene.lights.push(Light::Point { position: Some([-4.0, 0.0, 2.0]), intensity: None });
+    scene.lights.push(Light::point_at([-4.0, 0.0, 2.0]));
     let mesh = sphere();
     let (single, many) =
         (SampleSet::render(&mesh, &scene, 40, 1), SampleSet::render(&mesh, &scene, 40, 8));
@@ -343,7 +350,7 @@ proptest! {
         let scene = Scene {
             rotation_deg: rotation,
             scale,
-            lights: vec![Light::default(), Light::Point { position: light, intensity }],
+            lights: vec![Light::default(), point(light, intensity)],
             ..with_camera(orbit(angles.0, angles.1))
         };
         prop_assert_eq!(scene.validate(), Ok(()));

@@ -40,6 +40,13 @@ proptest! {
             prop_assert!(hit.weights.iter().all(|w| *w >= 0.0));
             prop_assert!((hit.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
+        // What is hit is in the way of whatever is behind it, and of nothing before it.
+        let start = super::approach(ray).map_or(0.0, |(_, start)| (start - origin).length());
+        let distance = hit.map_or(f64::INFINITY, |hit| hit.distance + start);
+        let blocked = |reach: f64| tracer.is_occluded(ray, reach, &mut Stack::default());
+        prop_assert_eq!(blocked(f64::INFINITY), hit.is_some());
+        prop_assert_eq!(blocked(distance + 1e-6), hit.is_some());
+        prop_assert!(!blocked(distance - 1e-6));
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use brood_genome::{Dialect, Locks};
-use brood_protocol::{Curation, DialectConstraints, IndividualId, ParentRef, Seed};
+use brood_protocol::{Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed};
 use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -36,10 +36,23 @@ pub struct LineageFile {
     /// The scene's mesh where it was uploaded: binary, base64.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,
+    /// The files that the scene's lights refer to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light_assets: Vec<FileLightAsset>,
     /// Texts of all genomes by content hash.
     pub genomes: BTreeMap<String, String>,
     /// Its generations, oldest first.
     pub generations: Vec<FileGeneration>,
+}
+
+/// A file that a light of the scene refers to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileLightAsset {
+    /// What it is.
+    pub kind: LightAssetKind,
+    /// As it was uploaded, base64.
+    pub bytes: String,
 }
 
 /// One brood.

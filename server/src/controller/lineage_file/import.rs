@@ -7,15 +7,16 @@ use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_protocol::{
-    GenerationId, IndividualId, LineageId, MeshId, ParentRef, PatchIndividual, SceneId, decode,
+    GenerationId, IndividualId, LightAssetKind, LineageId, MeshId, ParentRef, PatchIndividual,
+    SceneId, decode,
 };
 use brood_scene::{Mesh, MeshRef};
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::ADOPT;
-use crate::controller::check_length;
 use crate::controller::lineage::{check_name, check_saturation};
+use crate::controller::{check_length, light_asset};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::now_ms;
@@ -28,6 +29,8 @@ pub struct Checked {
     pub genomes: BTreeMap<GenomeHash, NewGenome>,
     /// Its mesh.
     pub mesh: Option<NewMesh>,
+    /// The files of its lights.
+    pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
 
 /// Checks what is costly to check.
@@ -57,6 +60,15 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
             return Err(refuse("/mesh", "the scene's mesh is an uploaded one and has to be here"));
         }
     };
+    let mut light_assets = Vec::with_capacity(file.light_assets.len());
+    for (index, asset) in file.light_assets.iter().enumerate() {
+        let pointer = format!("/light_assets/{index}/bytes");
+        let bytes = BASE64_STANDARD
+            .decode(&asset.bytes)
+            .map_err(|error| refuse(&pointer, &error.to_string()))?;
+        light_asset::answer(asset.kind, &bytes).map_err(|error| error.at(pointer))?;
+        light_assets.push((asset.kind, bytes));
+    }
     let mut genomes = BTreeMap::new();
     for (hash, text) in &file.genomes {
         let pointer = format!("/genomes/{}", quote(hash));
@@ -77,7 +89,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         };
         genomes.insert(found, new);
     }
-    Ok(Checked { file, genomes, mesh })
+    Ok(Checked { file, genomes, mesh, light_assets })
 }
 
 fn mesh(data: &str) -> Result<NewMesh, ApiError> {

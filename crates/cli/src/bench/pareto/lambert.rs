@@ -118,7 +118,7 @@ fn scene() -> Scene {
     let position = DVec3::new(1.0, 1.0, 2f64.sqrt()).normalize() * LIGHT_DISTANCE;
     Scene {
         camera: Camera::Orthographic { orthographic: HALF },
-        lights: vec![Light::Point { position: Some(position.to_array()), intensity: None }],
+        lights: vec![Light::point_at(position.to_array())],
         ..Scene::default()
     }
 }

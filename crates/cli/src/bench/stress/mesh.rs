@@ -158,10 +158,8 @@ impl Meshes {
 
 /// The default view; lights at grazing positions, at the surface and inside; from close by; scaled.
 fn scenes(at: f64, size: f64) -> Vec<Scene> {
-    let light = |x: f64, y: f64, z: f64| Light::Point {
-        position: Some([at + size * x, at + size * y, at + size * z]),
-        intensity: None,
-    };
+    let light =
+        |x: f64, y: f64, z: f64| Light::point_at([at + size * x, at + size * y, at + size * z]);
     let close = Camera::LookAt {
         eye: [at + 1.2 * size, at, at],
         target: [at, at, at],

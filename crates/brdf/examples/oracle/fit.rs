@@ -1,18 +1,12 @@
-//! The ABC and SGD models against values by another program: `cargo run --release -p brood-brdf --example oracle -- DATA`.
-//!
-//! DATA holds the published fits (`tables/`) and, for some of their materials, pairs of directions with f as another
-//! implementation has it (`oracle/merl_{abc,sgd}_*.csv`). Ends with 1 where less than 99.9 % of the values agree to 1e-6
-//! or one is off by more than 5e-6, relative.
+//! The ABC and SGD models with published fits of MERL's materials, against values by another program.
 
 use std::collections::HashMap;
 use std::fs::{read_dir, read_to_string};
 use std::path::Path;
-use std::process::ExitCode;
 
-use brood_brdf::{DirectionPair, Model, ModelKind};
-use glam::DVec3;
+use brood_brdf::{Model, ModelKind};
 
-type Failure = Box<dyn std::error::Error>;
+use crate::{Failure, pairs};
 
 /// Of a published value that is nearly 0, relative errors say nothing.
 const FLOOR: f64 = 1e-12;
@@ -20,22 +14,8 @@ const CLOSE: f64 = 1e-6;
 const CLOSE_SHARE: f64 = 0.999;
 const WORST: f64 = 5e-6;
 
-fn main() -> ExitCode {
-    let Some(data) = std::env::args().nth(1) else {
-        eprintln!("oracle: name the folder of the data");
-        return ExitCode::from(2);
-    };
-    match run(Path::new(&data)) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("oracle: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run(data: &Path) -> Result<bool, Failure> {
+/// Both models; true where they agree.
+pub fn check(data: &Path) -> Result<bool, Failure> {
     let abc = compare(data, "abc", "abc_low2012_microfacet.csv", ModelKind::Abc, &ABC_COLUMNS)?;
     let sgd = compare(data, "sgd", "sgd_bagher2012.csv", ModelKind::Sgd, &SGD_COLUMNS)?;
     Ok(abc && sgd)
@@ -138,17 +118,4 @@ fn table_rows(path: &Path) -> Result<HashMap<String, HashMap<String, f64>>, Fail
         (cells[0].to_owned(), numbers.collect())
     });
     Ok(rows.collect())
-}
-
-/// Pairs of directions and f.
-fn pairs(path: &Path) -> Result<Vec<(DirectionPair, [f64; 3])>, Failure> {
-    let text = read_to_string(path)?;
-    let row = |line: &str| {
-        let cells: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
-        let [a, b, c, d, e, f, red, green, blue] =
-            cells?.try_into().map_err(|_| "no nine cells")?;
-        let pair = DirectionPair::new(DVec3::new(a, b, c), DVec3::new(d, e, f))?;
-        Ok((pair, [red, green, blue]))
-    };
-    text.lines().skip(1).filter(|line| !line.is_empty()).map(row).collect()
 }

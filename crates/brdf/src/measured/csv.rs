@@ -1,0 +1,130 @@
+//! Samples as a table of text: the columns wix, wiy, wiz, wox, woy, woz, r, g, b, found by their names.
+
+use glam::DVec3;
+
+use super::sample::{SampleError, Samples};
+use crate::{DirectionError, DirectionPair};
+
+const COLUMNS: [&str; 9] = ["wix", "wiy", "wiz", "wox", "woy", "woz", "r", "g", "b"];
+
+/// What is wrong with a table. Rows count from 1 after the header.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CsvError {
+    /// A column is missing or there twice.
+    #[error("the header must have the column {0} once")]
+    Column(&'static str),
+    /// A row has no such field, or it is no number.
+    #[error("row {0}: {1} is not a finite number")]
+    Number(usize, &'static str),
+    /// A row's vector is no direction.
+    #[error("row {0}: {1}: {2}")]
+    Direction(usize, &'static str, DirectionError),
+    /// No material.
+    #[error(transparent)]
+    Samples(#[from] SampleError),
+}
+
+impl Samples {
+    /// Reads a table: a header, then a row a sample; other columns, empty lines and lines that begin with `#` are left out.
+    pub fn from_csv(bytes: &[u8]) -> Result<Self, CsvError> {
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.trim_start_matches('\u{feff}');
+        let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
+        let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(field).collect();
+        let mut places = [0; COLUMNS.len()];
+        for (place, name) in places.iter_mut().zip(COLUMNS) {
+            *place = find(&header, name)?;
+        }
+        let rows: Result<Vec<_>, CsvError> =
+            lines.zip(1..).map(|(line, number)| row(line, number, &places)).collect();
+        Ok(Self::new(rows?)?)
+    }
+}
+
+/// Also a name as `wi_x`.
+fn find(header: &[&str], name: &'static str) -> Result<usize, CsvError> {
+    let same = |column: &str| column.chars().filter(|c| *c != '_').eq(name.chars());
+    let mut found = header.iter().enumerate().filter(|(_, column)| same(column));
+    match (found.next(), found.next()) {
+        (Some((place, _)), None) => Ok(place),
+        _ => Err(CsvError::Column(name)),
+    }
+}
+
+fn row(line: &str, number: usize, places: &[usize; 9]) -> Result<(DirectionPair, DVec3), CsvError> {
+    let fields: Vec<&str> = line.split(',').map(field).collect();
+    let mut values = [0.0; COLUMNS.len()];
+    for ((value, place), name) in values.iter_mut().zip(places).zip(COLUMNS) {
+        let read = fields.get(*place).and_then(|text| text.parse::<f64>().ok());
+        *value = read.filter(|v| v.is_finite()).ok_or(CsvError::Number(number, name))?;
+    }
+    let [wix, wiy, wiz, wox, woy, woz, r, g, b] = values;
+    let (wi, wo) = (DVec3::new(wix, wiy, wiz), DVec3::new(wox, woy, woz));
+    let refused = |name| move |error| CsvError::Direction(number, name, error);
+    // Each against itself first, so that the message can say which of the two it is.
+    DirectionPair::new(wi, wi).map_err(refused("wi"))?;
+    let pair = DirectionPair::new(wi, wo).map_err(refused("wo"))?;
+    Ok((pair, DVec3::new(r, g, b)))
+}
+
+fn field(text: &str) -> &str {
+    let text = text.trim();
+    text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const HEADER: &str = "wix,wiy,wiz,wox,woy,woz,r,g,b\n";
+
+    #[test]
+    fn columns_are_found_by_name_and_others_ignored() {
+        let text = "# from a goniometer\nid,b,g,r,wo_z,wo_y,wo_x,\"wiz\",wiy,wix\n\
+                    7,3,2,-1,1,0,0,0.8,0,0.6\n\n8,3,2,1,-1,0,0,0.8,0,0.6\n";
+        let samples = Samples::from_csv(text.as_bytes()).unwrap();
+        assert_eq!((samples.rows().len(), samples.skipped()), (1, 1));
+        let (pair, rgb) = samples.rows()[0];
+        assert!((pair.wi() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
+        assert_eq!((pair.wo(), rgb), (DVec3::Z, DVec3::new(-1.0, 2.0, 3.0)));
+    }
+
+    #[test]
+    fn bad_tables_are_refused_with_the_row_and_the_column() {
+        let refused = |text: &str| Samples::from_csv(text.as_bytes()).unwrap_err().to_string();
+        let row = |row: &str| refused(&format!("{HEADER}0,0,1,0,0,1,1,1,1\n{row}\n"));
+        assert_eq!(refused(""), "the header must have the column wix once");
+        assert_eq!(
+            refused("wix,wiy,wiz,wox,woy,woz,r,g\n"),
+            "the header must have the column b once"
+        );
+        assert_eq!(refused("wix,wi_x"), "the header must have the column wix once");
+        assert_eq!(row("0,0,1,0,0,1,1,1"), "row 2: b is not a finite number");
+        assert_eq!(row("0,0,1,0,0,1,1,inf,1"), "row 2: g is not a finite number");
+        assert_eq!(row("0,0,1,0,0,x,1,1,1"), "row 2: woz is not a finite number");
+        assert!(row("0,0,1,0,0,1.0011,1,1,1").starts_with("row 2: wo: the direction has length"));
+        assert!(row("0,0.1,1,0,0,1,1,1,1").starts_with("row 2: wi: the direction has length"));
+        assert!(refused(HEADER).starts_with("there is no sample"));
+        assert!(refused(&format!("{HEADER}0,0,-1,0,0,1,1,1,1")).contains("(1 are not)"));
+    }
+
+    #[test]
+    fn tables_that_were_cut_off_are_read_or_refused() {
+        let text = format!("{HEADER}0,0,1,0.6,0,0.8,1,1,1\n0.6,0,0.8,0,0,1,0.25,0.5,1e-3\n");
+        for length in 0..text.len() {
+            if let Ok(samples) = Samples::from_csv(&text.as_bytes()[..length]) {
+                assert!((1..=2).contains(&samples.rows().len()));
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = Samples::from_csv(&bytes);
+            let _ = Samples::from_csv(&[HEADER.as_bytes(), &bytes].concat());
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Models of reflectance: time a sample on one core, beside random programs in the same run, and what breaks when parameters
+//! and directions are drawn to break them.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use brood_eval::conformance::hard_samples;
+use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_genome::{BirthKey, Dialect, Genome, Model, ModelKind, Variation};
+use brood_program::Program;
+use brood_scene::SampleSet;
+use clap::Args;
+
+use super::record::Folder;
+use super::target::random_pairs;
+use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table};
+use crate::{logging, output};
+
+/// Samples of a set, as programs are measured.
+const SAMPLES: usize = 4096;
+/// Random programs that models are held against.
+const PROGRAMS: u32 = 100;
+/// Samples of the stress test for each model.
+const HARD_SAMPLES: usize = 2000;
+
+/// Options of `brood bench model`.
+#[derive(Debug, Args)]
+pub struct BenchModelArgs {
+    /// Random models of each kind in the stress test
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    models: u32,
+    /// Passes; the fastest counts, the slowest is shown beside it
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    passes: u32,
+    /// Seed of models and samples
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for model.json, model.csv and model.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+struct Row {
+    kind: ModelKind,
+    ns: f64,
+    slowest_ns: f64,
+    prepare_us: f64,
+    stress: Stress,
+}
+
+/// What random models of a kind did on hard samples.
+#[derive(Default)]
+struct Stress {
+    values: u64,
+    not_finite: u64,
+    negative: u64,
+    /// Of models that claim to be reciprocal: pairs of other bits when they are swapped.
+    not_reciprocal: u64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let one_thread = one_thread.context("make a pool of one thread")?;
+    let programs: Vec<Program> = (0..PROGRAMS)
+        .map(|slot| BirthKey { seed: args.seed, slot, attempt: 0 })
+        .map(|key| Program::lower(&Variation::random(Dialect::default()).birth(key)))
+        .collect();
+    let programs: Vec<&Program> = programs.iter().collect();
+    let (of_programs, _) = one_thread.install(|| time(&programs, &set, args.passes))?;
+    let bar = output::bar(ModelKind::ALL.len() as u64, "models");
+    let mut rows = Vec::new();
+    for kind in ModelKind::ALL {
+        let model = Model::new(kind);
+        let started = Instant::now();
+        let brdf = model.brdf();
+        let prepare_us = started.elapsed().as_secs_f64() * 1e6;
+        drop(brdf);
+        let program = Program::lower(&Genome::of_models(vec![model])?);
+        let (ns, slowest_ns) = one_thread.install(|| time(&[&program], &set, args.passes))?;
+        rows.push(Row { kind, ns, slowest_ns, prepare_us, stress: stress(kind, args) });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let table = table(&rows, of_programs);
+    folder.write("model.csv", &table.csv())?;
+    folder.write("model.svg", &chart(&rows, of_programs).svg())?;
+    folder.add_json("model", &table)?;
+    if json {
+        return output::print(&(serde_json::to_string_pretty(&table)? + "\n"));
+    }
+    let head = format!(
+        "one thread, {SAMPLES} samples, preparation included; a random program takes {of_programs:.2} ns a sample\n"
+    );
+    output::print(&(head + &table.text()))
+}
+
+/// Nanoseconds a program and sample: fastest and slowest pass.
+fn time(programs: &[&Program], set: &SampleSet, passes: u32) -> Result<(f64, f64)> {
+    let evaluator = CanonicalEvaluator::default();
+    let (mut out, mut times) = (Vec::new(), Vec::new());
+    // The first pass fills the inputs and is not counted.
+    for pass in 0..=passes {
+        let started = Instant::now();
+        for program in programs {
+            evaluator.eval(&[program], set, &mut out)?;
+        }
+        if pass > 0 {
+            times.push(started.elapsed().as_secs_f64());
+        }
+    }
+    let samples = (programs.len() * set.len()) as f64;
+    let least = times.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = times.iter().copied().fold(0.0, f64::max);
+    Ok((least * 1e9 / samples, most * 1e9 / samples))
+}
+
+/// Random models of one kind; the last ones have every number at an end of its range.
+fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
+    let mut found = Stress::default();
+    for slot in 0..args.models {
+        let model = drawn(kind, args.seed, slot);
+        let brdf = model.brdf();
+        let reciprocal = brdf.claims().reciprocal;
+        let set = hard_samples(args.seed.wrapping_add(u64::from(slot)), HARD_SAMPLES);
+        for index in 0..set.len() {
+            let (pair, _) = set.pair(index);
+            let (f, back) = (brdf.f(&pair).to_array(), brdf.f(&pair.swapped()).to_array());
+            found.values += 3;
+            for (f, back) in f.into_iter().zip(back) {
+                found.not_finite += u64::from(!f.is_finite());
+                found.negative += u64::from(f < 0.0);
+                found.not_reciprocal += u64::from(reciprocal && f.to_bits() != back.to_bits());
+            }
+        }
+    }
+    found
+}
+
+fn drawn(kind: ModelKind, seed: u64, slot: u32) -> Model {
+    let key = BirthKey { seed, slot, attempt: 0 };
+    let mut stream = brood_genome::Stream::new(key, brood_genome::Operator::RandomLayers);
+    kind.parameters().iter().fold(Model::new(kind), |model, parameter| {
+        let values: Vec<f64> = (0..parameter.count())
+            .map(|_| match parameter.words() {
+                Some(words) => f64::from(
+                    stream.below(u32::try_from(words.len()).expect("there are few words")),
+                ),
+                None => parameter.at_share(match stream.below(8) {
+                    0 => 0.0,
+                    1 => 1.0,
+                    _ => f64::from(stream.unit()),
+                }),
+            })
+            .collect();
+        model.with(parameter.name, &values).expect("values are drawn from the range")
+    })
+}
+
+fn table(rows: &[Row], of_programs: f64) -> Table {
+    let mut table = Table::new(&[
+        "model",
+        "ns_per_sample",
+        "slowest_ns_per_sample",
+        "times_a_random_program",
+        "prepare_us",
+        "stress_values",
+        "not_finite",
+        "negative",
+        "not_reciprocal",
+    ]);
+    for row in rows {
+        table.push([
+            row.kind.name().into(),
+            row.ns.into(),
+            row.slowest_ns.into(),
+            (row.ns / of_programs).into(),
+            row.prepare_us.into(),
+            row.stress.values.into(),
+            row.stress.not_finite.into(),
+            row.stress.negative.into(),
+            row.stress.not_reciprocal.into(),
+        ]);
+    }
+    table
+}
+
+fn chart(rows: &[Row], of_programs: f64) -> BarChart {
+    let group = |row: &Row| Group {
+        name: row.kind.name().to_owned(),
+        bars: vec![Bar { series: 0, value: row.ns, label: format!("{:.1} ns", row.ns) }],
+    };
+    BarChart {
+        title: "Models of reflectance, time a sample on one core".to_owned(),
+        subtitle: format!(
+            "defaults, {SAMPLES} samples, f64, preparation included; a random program of a hundred instructions: {of_programs:.1} ns"
+        ),
+        axis: Axis { title: "nanoseconds a sample", scale: Scale::Linear },
+        groups: rows.iter().map(group).collect(),
+    }
+}

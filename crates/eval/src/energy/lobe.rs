@@ -1,0 +1,141 @@
+//! Quadrature for layers: directional albedos of models whose lobes may be narrower than any even rule resolves.
+//!
+//! The integral is split by a smooth weight of theta_h. Where half vectors are far from the normal, the even rule of
+//! [`Quadrature`] takes it; where they are near, nodes stand around the half vector, evenly in ln tan theta_h: a lobe of any
+//! width is a bump of about the same shape there.
+
+use brood_brdf::DirectionPair;
+use glam::DVec3;
+
+use super::hemisphere::gauss_legendre;
+use super::{Quadrature, around};
+use crate::layer::Layers;
+
+/// ln tan theta_h of the narrowest lobe looked at, and of where the even rule has all but taken over.
+const SPAN: (f64, f64) = (-14.0, 1.0);
+/// tan theta_h where either rule has half of the weight.
+const BORDER: f64 = 0.25;
+
+/// A rule for integrals of f cos_o over wo.
+#[derive(Debug, Clone)]
+pub(super) struct LobeRule {
+    even: Quadrature,
+    /// Half vectors, the solid angle that each stands for, times its share of the weight.
+    nodes: Vec<(DVec3, f64)>,
+}
+
+/// The share that the nodes around the half vector have, by tan^2 theta_h.
+fn near(tan2: f64) -> f64 {
+    let ratio = tan2 / (BORDER * BORDER);
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl LobeRule {
+    /// The even rule of that order; twice as many widths of lobes, each with twice as many azimuths.
+    pub(super) fn new(order: usize) -> Self {
+        let turns = 2 * order;
+        let (low, high) = SPAN;
+        let mut nodes = Vec::with_capacity(turns * turns);
+        for (share, weight) in gauss_legendre(turns) {
+            let tan = libm::exp(low + (high - low) * share);
+            let cos = 1.0 / (1.0 + tan * tan).sqrt();
+            let sin = tan * cos;
+            // d omega = sin theta d theta d phi, and d theta = sin theta cos theta d ln tan theta.
+            let ring = sin * sin * cos * weight * (high - low) * near(tan * tan);
+            let step = std::f64::consts::TAU / turns as f64;
+            let node =
+                |turn: usize| (around(sin, cos, (turn as f64 + 0.5) / turns as f64), ring * step);
+            nodes.extend((0..turns).map(node));
+        }
+        Self { even: Quadrature::new(order), nodes }
+    }
+
+    /// How many values an albedo takes.
+    pub(super) fn len(&self) -> usize {
+        self.nodes.len() + self.even.directions().len()
+    }
+
+    /// The directional albedo of each channel. Sums are f64 in one order.
+    pub(super) fn albedo(&self, layers: &Layers, wi: DVec3) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        for (half, weight) in &self.nodes {
+            let cos_d = wi.dot(*half);
+            let wo = 2.0 * cos_d * *half - wi;
+            if cos_d <= 0.0 || wo.z <= 0.0 {
+                continue;
+            }
+            // d omega_o = 4 (wi . h) d omega_h.
+            sum += f(layers, wi, wo) * (4.0 * cos_d * wo.z * weight);
+        }
+        let far: Vec<DVec3> = self
+            .even
+            .directions()
+            .iter()
+            .map(|wo| {
+                let half = wi + *wo;
+                let tan2 = (half.x * half.x + half.y * half.y) / (half.z * half.z);
+                f(layers, wi, *wo) * (1.0 - near(tan2))
+            })
+            .collect();
+        let channel = |channel: usize| self.even.integrate(far.iter().map(|f| f[channel]));
+        sum + DVec3::new(channel(0), channel(1), channel(2))
+    }
+}
+
+/// f of two directions; 0 where rounding has left one that is none.
+fn f(layers: &Layers, wi: DVec3, wo: DVec3) -> DVec3 {
+    DirectionPair::new(wi, wo.normalize_or_zero()).map_or(DVec3::ZERO, |pair| layers.f(&pair))
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::{Genome, Model, ModelKind};
+    use brood_program::Program;
+
+    use super::*;
+
+    fn layers(model: Model) -> Layers {
+        let genome = Genome::of_models(vec![model]).unwrap();
+        Layers::of(&Program::lower(&genome)).unwrap()
+    }
+
+    #[test]
+    fn lambert_reflects_its_albedo_at_every_angle() {
+        let layers = layers(Model::new(ModelKind::Lambert));
+        for theta in [0.0, 0.5, 1.2, 1.55] {
+            let wi = around(libm::sin(theta), libm::cos(theta), 0.1);
+            let found = LobeRule::new(32).albedo(&layers, wi);
+            assert!((found - DVec3::splat(0.5)).abs().max_element() < 2e-3, "{theta} {found}");
+        }
+    }
+
+    fn metal(roughness: f64) -> Layers {
+        let model = Model::new(ModelKind::CookTorrance)
+            .with("f0", &[1.0; 3])
+            .and_then(|model| model.with("roughness", &[roughness]))
+            .unwrap();
+        layers(model)
+    }
+
+    #[test]
+    fn wide_lobes_are_those_of_the_even_rule() {
+        let even = Quadrature::new(300);
+        for (roughness, theta) in [(0.1, 0.6), (0.1, 1.4), (0.3, 0.1), (0.6, 1.2), (1.0, 0.8)] {
+            let (layers, wi) = (metal(roughness), around(libm::sin(theta), libm::cos(theta), 0.3));
+            let expected = even.integrate(even.directions().iter().map(|wo| f(&layers, wi, *wo).x));
+            let found = LobeRule::new(32).albedo(&layers, wi).x;
+            assert!(
+                (found - expected).abs() < 2e-3 * expected,
+                "{roughness} {theta}: {found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn narrow_lobes_reflect_nearly_everything() {
+        for roughness in [0.02, 1e-3, 1e-4] {
+            let found = LobeRule::new(32).albedo(&metal(roughness), around(0.6, 0.8, 0.0)).x;
+            assert!((0.995..1.002).contains(&found), "{roughness}: {found}");
+        }
+    }
+}

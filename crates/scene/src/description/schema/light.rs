@@ -1,0 +1,315 @@
+//! OpenAPI schemas of the kinds of light.
+
+use std::borrow::Cow;
+
+use utoipa::openapi::schema::{Object, SchemaType, Type};
+use utoipa::openapi::{ArrayBuilder, ObjectBuilder, OneOfBuilder, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::{closed, one_of};
+use crate::Light;
+
+/// One number a channel, or one for all.
+struct Channels;
+
+impl PartialSchema for Channels {
+    fn schema() -> RefOr<Schema> {
+        let number = || {
+            let object = ObjectBuilder::new().schema_type(SchemaType::new(Type::Number));
+            object.minimum(Some(0)).build()
+        };
+        let object: Object = number();
+        let three = ArrayBuilder::new().items(number()).min_items(Some(3)).max_items(Some(3));
+        let items = OneOfBuilder::new()
+            .description(Some("For red, green and blue, or one number for all."))
+            .item(object)
+            .item(three);
+        one_of(items)
+    }
+}
+
+impl ToSchema for Channels {}
+
+/// The word that tells one kind from the others.
+macro_rules! word {
+    ($kind:ident, $variant:ident) => {
+        #[derive(ToSchema)]
+        #[serde(rename_all = "lowercase")]
+        enum $kind {
+            $variant,
+        }
+    };
+}
+
+word!(PointKind, Point);
+word!(DirectionalKind, Directional);
+word!(SpotKind, Spot);
+word!(IesKind, Ies);
+word!(SphereKind, Sphere);
+word!(DiskKind, Disk);
+word!(RectangleKind, Rectangle);
+word!(EnvironmentKind, Environment);
+word!(AmbientKind, Ambient);
+
+/// Shines from a point alike in all directions. Its strength is at most one of intensity, intensity_cd, flux_w and flux_lm.
+#[derive(ToSchema)]
+struct PointLight {
+    #[schema(inline, required = false)]
+    kind: PointKind,
+    /// Position; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Radiant intensity, W/sr; null gives irradiance pi at the centre of the mesh.
+    #[schema(inline)]
+    intensity: Option<Channels>,
+    /// Luminous intensity, cd.
+    #[schema(inline)]
+    intensity_cd: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+}
+
+/// Shines along one direction everywhere.
+#[derive(ToSchema)]
+struct DirectionalLight {
+    #[schema(inline)]
+    kind: DirectionalKind,
+    /// Where the light goes; null is from where a point light without a position would be.
+    direction: Option<[f64; 3]>,
+    /// Irradiance at normal incidence, W/m2; null is pi.
+    #[schema(inline)]
+    irradiance_w_m2: Option<Channels>,
+    /// Illuminance at normal incidence, lx.
+    #[schema(inline)]
+    illuminance_lx: Option<Channels>,
+}
+
+/// Shines from a point into a cone.
+#[derive(ToSchema)]
+struct SpotLight {
+    #[schema(inline)]
+    kind: SpotKind,
+    /// Position; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Where it shines; null is towards the centre of the mesh.
+    axis: Option<[f64; 3]>,
+    /// Half angle of the cone of full intensity, degrees.
+    #[schema(default = 10)]
+    hotspot_deg: Option<f64>,
+    /// Half angle of the cone out of which nothing shines, degrees.
+    #[schema(default = 15)]
+    falloff_deg: Option<f64>,
+    /// Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the centre of the mesh.
+    #[schema(inline)]
+    intensity: Option<Channels>,
+    /// Luminous intensity on the axis, cd.
+    #[schema(inline)]
+    intensity_cd: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+}
+
+/// Shines from a point as an IES file says.
+#[derive(ToSchema)]
+struct IesLight {
+    #[schema(inline)]
+    kind: IesKind,
+    /// Position; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Where its straight down points, or where it is aimed; null is towards the centre of the mesh.
+    axis: Option<[f64; 3]>,
+    /// Towards which side its 90 degrees are, or its upwards.
+    up: Option<[f64; 3]>,
+    /// Name of the profile.
+    #[schema(min_length = 1, max_length = 255)]
+    profile: String,
+    /// Radiant intensity where it is brightest, W/sr; null is what the file says.
+    #[schema(inline)]
+    intensity: Option<Channels>,
+    /// Luminous intensity where it is brightest, cd.
+    #[schema(inline)]
+    intensity_cd: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+}
+
+/// A ball that shines outwards.
+#[derive(ToSchema)]
+struct SphereLight {
+    #[schema(inline)]
+    kind: SphereKind,
+    /// The centre; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Null is half the radius of the mesh.
+    radius: Option<f64>,
+    /// Radiance, W/(m2 sr); null gives irradiance pi at the centre of the mesh.
+    #[schema(inline)]
+    radiance_w_m2_sr: Option<Channels>,
+    /// Luminance, cd/m2.
+    #[schema(inline)]
+    luminance_nit: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+    /// Samples at each place.
+    #[schema(minimum = 1, maximum = 1024, default = 16)]
+    samples: Option<u32>,
+}
+
+/// A disk that shines to one side.
+#[derive(ToSchema)]
+struct DiskLight {
+    #[schema(inline)]
+    kind: DiskKind,
+    /// The middle; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Where it faces; null is towards the centre of the mesh.
+    axis: Option<[f64; 3]>,
+    /// Null is half the radius of the mesh.
+    radius: Option<f64>,
+    /// Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh.
+    #[schema(inline)]
+    radiance_w_m2_sr: Option<Channels>,
+    /// Luminance, cd/m2.
+    #[schema(inline)]
+    luminance_nit: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+    /// Samples at each place.
+    #[schema(minimum = 1, maximum = 1024, default = 16)]
+    samples: Option<u32>,
+}
+
+/// A rectangle that shines to one side.
+#[derive(ToSchema)]
+struct RectangleLight {
+    #[schema(inline)]
+    kind: RectangleKind,
+    /// The middle; null places it relative to the mesh.
+    position: Option<[f64; 3]>,
+    /// Where it faces; null is towards the centre of the mesh.
+    axis: Option<[f64; 3]>,
+    /// Towards which side its height goes.
+    up: Option<[f64; 3]>,
+    /// Null is the radius of the mesh.
+    width: Option<f64>,
+    /// Null is the radius of the mesh.
+    height: Option<f64>,
+    /// Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh.
+    #[schema(inline)]
+    radiance_w_m2_sr: Option<Channels>,
+    /// Luminance, cd/m2.
+    #[schema(inline)]
+    luminance_nit: Option<Channels>,
+    /// Radiant flux, W.
+    #[schema(inline)]
+    flux_w: Option<Channels>,
+    /// Luminous flux, lm.
+    #[schema(inline)]
+    flux_lm: Option<Channels>,
+    /// Samples at each place.
+    #[schema(minimum = 1, maximum = 1024, default = 16)]
+    samples: Option<u32>,
+}
+
+/// A picture of all that is around.
+#[derive(ToSchema)]
+struct EnvironmentLight {
+    #[schema(inline)]
+    kind: EnvironmentKind,
+    /// Name of the picture: equirectangular, its middle towards -z.
+    #[schema(min_length = 1, max_length = 255)]
+    image: String,
+    /// Rotation about the vertical axis, from +z towards +x, degrees.
+    #[schema(default = 0)]
+    rotation_deg: Option<f64>,
+    /// From the picture's numbers to radiance, W/(m2 sr); 1 where nothing is said.
+    #[schema(inline)]
+    scale: Option<Channels>,
+    /// Samples at each place.
+    #[schema(minimum = 1, maximum = 1024, default = 64)]
+    samples: Option<u32>,
+}
+
+/// The same radiance from everywhere.
+#[derive(ToSchema)]
+struct AmbientLight {
+    #[schema(inline)]
+    kind: AmbientKind,
+    /// Radiance, W/(m2 sr); null is 1.
+    #[schema(inline)]
+    radiance_w_m2_sr: Option<Channels>,
+    /// Luminance, cd/m2.
+    #[schema(inline)]
+    luminance_nit: Option<Channels>,
+    /// Samples at each place.
+    #[schema(minimum = 1, maximum = 1024, default = 64)]
+    samples: Option<u32>,
+}
+
+impl PartialSchema for Light {
+    fn schema() -> RefOr<Schema> {
+        let items = OneOfBuilder::new()
+            .description(Some("A light; the kind tells which fields it has. Lengths are metres."))
+            .item(closed::<PointLight>())
+            .item(closed::<DirectionalLight>())
+            .item(closed::<SpotLight>())
+            .item(closed::<IesLight>())
+            .item(closed::<SphereLight>())
+            .item(closed::<DiskLight>())
+            .item(closed::<RectangleLight>())
+            .item(closed::<EnvironmentLight>())
+            .item(closed::<AmbientLight>());
+        one_of(items)
+    }
+}
+
+impl ToSchema for Light {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Light")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::tests::LIGHTS;
+
+    #[test]
+    fn schema_has_every_field_that_a_light_is_written_with() {
+        let schema = serde_json::to_value(Light::schema()).unwrap();
+        let forms = schema["oneOf"].as_array().unwrap();
+        for form in forms {
+            assert_eq!(form["additionalProperties"], false, "{form}");
+        }
+        assert!(forms[0]["required"].is_null(), "{schema}");
+        for json in LIGHTS {
+            let written: serde_json::Value = serde_json::from_str(json).unwrap();
+            let of_kind = |form: &&serde_json::Value| {
+                form["properties"]["kind"]["enum"][0] == written["kind"]
+            };
+            let form = forms.iter().find(of_kind).unwrap();
+            for field in written.as_object().unwrap().keys() {
+                assert!(form["properties"][field].is_object(), "{field}: {form}");
+            }
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! The text of a photometric file: lines up to `TILT=`, then numbers.
+
+use super::error::{IesError, IesErrorKind};
+use super::profile::{IesProfile, Photometry, Tilt};
+
+/// Most angles of one kind; real files have a few hundred.
+const ANGLES_MAX: f64 = 10_000.0;
+/// Numbers beyond this are no measurement.
+const NUMBER_MAX: f64 = 1e12;
+const METRES_PER_FOOT: f64 = 0.3048;
+
+/// The numbers that follow one another, wherever lines end.
+struct Numbers<'a> {
+    words: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
+    /// The line of the last number.
+    line: usize,
+    /// Whether the edition of the standard has a factor of ballast and lamp together.
+    has_lamp_factor: bool,
+}
+
+impl Numbers<'_> {
+    fn next(&mut self, what: &'static str) -> Result<f64, IesError> {
+        let Some((line, word)) = self.words.next() else {
+            return Err(IesError { line: self.line, kind: IesErrorKind::Ends(what) });
+        };
+        self.line = line;
+        let number = word.parse().ok().filter(|number: &f64| number.abs() <= NUMBER_MAX);
+        number.ok_or_else(|| {
+            let text = word.chars().take(32).collect();
+            IesError { line, kind: IesErrorKind::Number { what, text } }
+        })
+    }
+
+    /// A number that must be such.
+    fn valid(
+        &mut self,
+        what: &'static str,
+        holds: impl FnOnce(f64) -> bool,
+    ) -> Result<f64, IesError> {
+        let value = self.next(what)?;
+        let error = IesError { line: self.line, kind: IesErrorKind::Value { what, value } };
+        if holds(value) { Ok(value) } else { Err(error) }
+    }
+
+    fn not_negative(&mut self, what: &'static str) -> Result<f64, IesError> {
+        self.valid(what, |value| value >= 0.0)
+    }
+
+    fn count(&mut self, what: &'static str) -> Result<usize, IesError> {
+        let whole = |value: f64| (1.0..=ANGLES_MAX).contains(&value) && value.fract() == 0.0;
+        // Truncation has nothing to cut off.
+        Ok(self.valid(what, whole)? as usize)
+    }
+
+    fn list(&mut self, what: &'static str, count: usize) -> Result<Vec<f64>, IesError> {
+        (0..count).map(|_| self.next(what)).collect()
+    }
+
+    fn ascending(&mut self, what: &'static str, count: usize) -> Result<Vec<f64>, IesError> {
+        let angles = self.list(what, count)?;
+        if !angles.is_sorted_by(|a, b| a < b) {
+            return Err(IesError { line: self.line, kind: IesErrorKind::Angles(what) });
+        }
+        Ok(angles)
+    }
+}
+
+/// Reads a profile.
+pub(super) fn read(bytes: &[u8]) -> Result<IesProfile, IesError> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = (1usize..).zip(text.lines());
+    let tilt = lines.by_ref().find_map(|(line, text)| {
+        let word = text.trim_start_matches('\u{feff}').trim().strip_prefix("TILT=");
+        word.map(|word| (line, word.trim()))
+    });
+    let Some((line, tilt)) = tilt else {
+        let line = text.lines().count().max(1);
+        return Err(IesError { line, kind: IesErrorKind::NoTilt });
+    };
+    let words = lines.flat_map(|(line, text)| {
+        let words = text.split(|c: char| c == ',' || c.is_whitespace());
+        words.filter(|word| !word.is_empty()).map(move |word| (line, word))
+    });
+    let first = text.lines().next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
+    // That of 1986 has no such line.
+    let edition = first.starts_with("IES");
+    let has_lamp_factor = !edition || first == "IESNA91" || first.ends_with("1995");
+    let mut numbers = Numbers { words: Box::new(words), line, has_lamp_factor };
+    let tilt = match tilt {
+        "NONE" => None,
+        "INCLUDE" => Some(read_tilt(&mut numbers)?),
+        _ => return Err(IesError { line, kind: IesErrorKind::TiltFile }),
+    };
+    read_body(&mut numbers, tilt)
+}
+
+fn read_tilt(numbers: &mut Numbers<'_>) -> Result<Tilt, IesError> {
+    let known = |value| [1.0, 2.0, 3.0].contains(&value);
+    let geometry = numbers.valid("the lamp-to-luminaire geometry", known)?;
+    let count = numbers.count("the number of tilt angles")?;
+    let angles = numbers.ascending("tilt", count)?;
+    let factors: Result<Vec<f64>, _> =
+        (0..count).map(|_| numbers.not_negative("a tilt factor")).collect();
+    // A lamp of geometry 2 stays level however the luminaire is turned.
+    Ok(Tilt { follows: geometry != 2.0, angles, factors: factors? })
+}
+
+fn read_body(numbers: &mut Numbers<'_>, tilt: Option<Tilt>) -> Result<IesProfile, IesError> {
+    let lamps = numbers.not_negative("the number of lamps")?;
+    let lumens_per_lamp = numbers.next("the lumens of a lamp")?;
+    let multiplier = numbers.not_negative("the candela multiplier")?;
+    let vertical_count = numbers.count("the number of vertical angles")?;
+    let horizontal_count = numbers.count("the number of horizontal angles")?;
+    let known = |value| [1.0, 2.0, 3.0].contains(&value);
+    let photometry = match numbers.valid("the photometric type", known)? {
+        1.0 => Photometry::C,
+        2.0 => Photometry::B,
+        _ => Photometry::A,
+    };
+    let feet = numbers.valid("the type of units", |value| [1.0, 2.0].contains(&value))? == 1.0;
+    let metres = if feet { METRES_PER_FOOT } else { 1.0 };
+    let mut size_m = [0.0; 3];
+    for length in &mut size_m {
+        *length = numbers.next("a length of the luminaire")? * metres;
+    }
+    let ballast = numbers.not_negative("the ballast factor")?;
+    // Since 2002 reserved, and since 2019 a code for how the file was made, of which 1.1 is one.
+    let lamp_factor = numbers.not_negative("the ballast-lamp photometric factor")?;
+    let lamp_factor = if numbers.has_lamp_factor { lamp_factor } else { 1.0 };
+    let input_watts = numbers.next("the input watts")?;
+    let vertical = numbers.ascending("vertical", vertical_count)?;
+    photometry.check_vertical(&vertical).map_err(|kind| IesError { line: numbers.line, kind })?;
+    let horizontal = numbers.ascending("horizontal", horizontal_count)?;
+    let fold =
+        photometry.fold(&horizontal).map_err(|kind| IesError { line: numbers.line, kind })?;
+    let factor = multiplier * ballast * lamp_factor;
+    let mut candela = Vec::new();
+    for _ in 0..horizontal_count {
+        for _ in 0..vertical_count {
+            candela.push(numbers.not_negative("a candela value")? * factor);
+        }
+    }
+    Ok(IesProfile {
+        photometry,
+        fold,
+        vertical,
+        horizontal,
+        candela,
+        tilt,
+        rated_lumens: (lumens_per_lamp >= 0.0).then_some(lamps * lumens_per_lamp),
+        size_m,
+        input_watts,
+    })
+}

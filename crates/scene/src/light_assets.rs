@@ -1,0 +1,141 @@
+//! What lights refer to by name: photometric profiles and pictures of environments.
+//!
+//! Owns nothing but the names; who reads files, uploads or a database fills it in.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::description::Light;
+use crate::{EnvironmentMap, IesProfile, Scene, SceneError};
+
+/// Profiles and environments by the names that scenes have for them.
+#[derive(Debug, Clone, Default)]
+pub struct LightAssets {
+    profiles: BTreeMap<String, Arc<IesProfile>>,
+    environments: BTreeMap<String, Arc<EnvironmentMap>>,
+}
+
+/// What a light refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssetRef<'a> {
+    /// An IES file.
+    Profile(&'a str),
+    /// A picture of an environment.
+    Environment(&'a str),
+}
+
+impl LightAssets {
+    /// Adds a profile, or takes the place of the one of that name.
+    pub fn insert_profile(&mut self, name: impl Into<String>, profile: Arc<IesProfile>) {
+        self.profiles.insert(name.into(), profile);
+    }
+
+    /// The profile of that name.
+    #[must_use]
+    pub fn profile(&self, name: &str) -> Option<&Arc<IesProfile>> {
+        self.profiles.get(name)
+    }
+
+    /// Adds an environment, or takes the place of the one of that name.
+    pub fn insert_environment(&mut self, name: impl Into<String>, map: Arc<EnvironmentMap>) {
+        self.environments.insert(name.into(), map);
+    }
+
+    /// The environment of that name.
+    #[must_use]
+    pub fn environment(&self, name: &str) -> Option<&Arc<EnvironmentMap>> {
+        self.environments.get(name)
+    }
+
+    /// Whether everything that a scene refers to is here.
+    ///
+    /// # Error
+    /// The first light whose asset is not; such a light is dark.
+    pub fn check(&self, scene: &Scene) -> Result<(), SceneError> {
+        for (index, light) in scene.lights.iter().enumerate() {
+            let Some(asset) = light.asset() else { continue };
+            let (field, known) = match asset {
+                AssetRef::Profile(name) => ("profile", self.profiles.contains_key(name)),
+                AssetRef::Environment(name) => ("image", self.environments.contains_key(name)),
+            };
+            if !known {
+                let pointer = format!("/lights/{index}/{field}");
+                return Err(SceneError {
+                    pointer,
+                    reason: "there is none of that name".to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether both hold the same files in memory under the same names: then they have one hash.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let profiles = self.profiles.iter().zip(&other.profiles);
+        let environments = self.environments.iter().zip(&other.environments);
+        self.profiles.len() == other.profiles.len()
+            && self.environments.len() == other.environments.len()
+            && profiles.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+            && environments.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+    }
+
+    /// Whether nothing is here.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.profiles.is_empty() && self.environments.is_empty()
+    }
+
+    /// Hash of all names and contents: what caches of sample sets depend on besides scene and mesh.
+    #[must_use]
+    pub fn content_hash(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        let profiles = self.profiles.iter().map(|(name, own)| (b'p', name, own.content_hash()));
+        let environments =
+            self.environments.iter().map(|(name, own)| (b'e', name, own.content_hash()));
+        for (kind, name, hash) in profiles.chain(environments) {
+            hasher.update(&[kind]);
+            hasher.update(&(name.len() as u64).to_le_bytes());
+            hasher.update(name.as_bytes());
+            hasher.update(hash.as_bytes());
+        }
+        hasher.finalize()
+    }
+}
+
+impl Light {
+    /// What it refers to besides itself.
+    #[must_use]
+    pub fn asset(&self) -> Option<AssetRef<'_>> {
+        match self {
+            Self::Ies(light) => Some(AssetRef::Profile(&light.profile)),
+            Self::Environment(light) => Some(AssetRef::Environment(&light.image)),
+            Self::Point(_)
+            | Self::Directional(_)
+            | Self::Spot(_)
+            | Self::Sphere(_)
+            | Self::Disk(_)
+            | Self::Rectangle(_)
+            | Self::Ambient(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_asset_is_told_with_its_pointer() {
+        let json = r#"{"lights": [{}, {"kind": "ies", "profile": "a.ies"}]}"#;
+        let scene: Scene = serde_json::from_str(json).unwrap();
+        let mut assets = LightAssets::default();
+        assert_eq!(assets.check(&scene).unwrap_err().pointer, "/lights/1/profile");
+        assert_eq!(assets.check(&Scene::default()), Ok(()));
+        let empty = assets.content_hash();
+        let text = b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
+        assets.insert_profile("a.ies", Arc::new(IesProfile::parse(text).unwrap()));
+        assert_eq!(assets.check(&scene), Ok(()));
+        assert_ne!(assets.content_hash(), empty);
+    }
+}

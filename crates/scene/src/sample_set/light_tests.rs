@@ -1,0 +1,276 @@
+//! Lights seen on meshes: shadows, skipped samples, and pictures known in closed form.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use brood_brdf::DirectionPair;
+use glam::DVec2;
+
+use super::{PixelArea, Raster, SampleSet, Sampling};
+use crate::{
+    BuiltinMesh, EnvironmentMap, LightAssets, Mesh, MeshParts, ObjLimits, Scene, parse_obj,
+};
+
+fn scene(json: &str) -> Scene {
+    let scene: Scene = serde_json::from_str(json).unwrap();
+    assert_eq!(scene.validate(), Ok(()), "{json}");
+    scene
+}
+
+/// Red irradiance times cosine of each pixel.
+fn received(set: &SampleSet) -> Vec<f64> {
+    let layout = set.image().unwrap();
+    let mut pixels = vec![0.0; layout.coverage.len()];
+    for span in layout.spans() {
+        let samples = span.counted as usize..span.end as usize;
+        let sum: f64 = set.irradiance()[0][samples].iter().map(|e| f64::from(*e)).sum();
+        pixels[span.pixel as usize] = sum * f64::from(layout.scale);
+    }
+    pixels
+}
+
+#[test]
+fn lambert_sphere_in_directional_light_has_the_mean_of_its_closed_form() {
+    // Lambert 1760: the mean over the disc, with a the angle between light and view.
+    for angle in [0.0f64, 45.0, 90.0, 120.0] {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let scene = scene(&format!(
+            r#"{{"camera": {{"orthographic": 1.05}}, "lights": [
+                {{"kind": "directional", "direction": [{}, 0, {}], "irradiance_w_m2": 3}}]}}"#,
+            -sin, -cos
+        ));
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &scene, 200, Sampling::Adaptive);
+        let covered: f64 = set.image().unwrap().coverage.iter().map(|c| f64::from(*c)).sum();
+        let mean = received(&set).iter().sum::<f64>() / covered;
+        let a = angle.to_radians();
+        let expected = 3.0 * 2.0 / (3.0 * PI) * (sin + (PI - a) * cos);
+        assert!((mean - expected).abs() < 1e-3, "{angle}: {mean} {expected}");
+    }
+}
+
+#[test]
+fn even_environment_and_ambient_light_give_pi_everywhere() {
+    let mut assets = LightAssets::default();
+    let map = EnvironmentMap::new(16, 8, vec![[1.0; 3]; 128]).unwrap();
+    assets.insert_environment("even", Arc::new(map));
+    for (light, bound) in [
+        (r#"{"kind": "ambient"}"#, 1e-5),
+        (r#"{"kind": "environment", "image": "even", "samples": 1024}"#, 2e-2),
+    ] {
+        let scene = scene(&format!(r#"{{"lights": [{light}]}}"#));
+        for sampling in [Sampling::Adaptive, Sampling::Fixed(2)] {
+            let raster = Raster { size_px: 24, sampling, area: PixelArea::whole(24) };
+            let mesh = Mesh::builtin(BuiltinMesh::Knob);
+            let set = SampleSet::render_lit(&mesh, &scene, &assets, raster);
+            let coverage = &set.image().unwrap().coverage;
+            for (pixel, received) in received(&set).into_iter().enumerate() {
+                let expected = PI * f64::from(coverage[pixel]);
+                assert!((received - expected).abs() <= bound * PI, "{light} {received} {expected}");
+            }
+        }
+    }
+}
+
+/// The counts of a picture of a mesh in parallel light from a direction.
+fn lit_and_shadowed(mesh: &Mesh, towards: [f64; 3]) -> (u64, u64) {
+    let [x, y, z] = towards.map(|v| -v);
+    let scene = scene(&format!(
+        r#"{{"shadows": true, "lights": [{{"kind": "directional", "direction": [{x}, {y}, {z}]}}]}}"#
+    ));
+    let counts = SampleSet::render(mesh, &scene, 150, 1).counts();
+    (counts.lit, counts.shadowed)
+}
+
+const TOWARDS: [[f64; 3]; 6] = [
+    [1.0, 0.3, 0.2],
+    [0.2, 1.0, 0.1],
+    [-1.0, 0.1, 0.4],
+    [0.3, 0.2, -1.0],
+    [0.1, -1.0, 0.3],
+    [1.0, 1.0, 1.0],
+];
+
+#[test]
+fn convex_surface_never_shades_itself() {
+    // Coarse and fine, far from the origin, tiny and huge: its triangles are flat, its normals are not.
+    let mut meshes = vec![Mesh::builtin(BuiltinMesh::Sphere), Mesh::builtin(BuiltinMesh::Cube)];
+    for (rows, size, offset) in [(5u32, 1.0, 0.0), (12, 1e-3, 5.0), (40, 1e4, -1e6)] {
+        meshes.push(ball(rows, size, offset));
+    }
+    for (number, mesh) in meshes.iter().enumerate() {
+        for towards in TOWARDS {
+            let (lit, shadowed) = lit_and_shadowed(mesh, towards);
+            assert!(lit > 0 && shadowed == 0, "{number} {towards:?}: {shadowed} of {lit}");
+        }
+    }
+}
+
+/// A ball of that many rows and twice as many columns.
+fn ball(rows: u32, size: f64, offset: f64) -> Mesh {
+    let columns = 2 * rows;
+    let mut parts = MeshParts { has_uv: true, ..MeshParts::default() };
+    for row in 0..=rows {
+        let polar = PI * f64::from(row) / f64::from(rows);
+        for column in 0..=columns {
+            let turn = 2.0 * PI * f64::from(column) / f64::from(columns);
+            let n =
+                glam::DVec3::new(polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin())
+                    .normalize();
+            parts.positions.push(n * size + offset);
+            parts.normals.push(n);
+            parts.tangents.push(crate::mesh::fixed_tangent(n));
+            parts.uvs.push(DVec2::ZERO);
+        }
+    }
+    let at = |row: u32, column: u32| row * (columns + 1) + column;
+    for row in 0..rows {
+        for column in 0..columns {
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            parts.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    Mesh::from_parts(parts).unwrap()
+}
+
+#[test]
+fn shadows_of_hollow_surfaces_are_whole_and_have_no_stray_pixels() {
+    for name in [BuiltinMesh::Torus, BuiltinMesh::Knob] {
+        let mesh = Mesh::builtin(name);
+        let mut all = 0;
+        for [x, y, z] in TOWARDS {
+            let light = format!(
+                r#""lights": [{{"kind": "directional", "direction": [{}, {}, {}]}}]}}"#,
+                -x, -y, -z
+            );
+            let lit = |shadows: bool| {
+                let scene = scene(&format!(r#"{{"shadows": {shadows}, {light}"#));
+                let set = SampleSet::render(&mesh, &scene, 150, 1);
+                received(&set).into_iter().map(|e| e > 0.0).collect::<Vec<_>>()
+            };
+            let (open, shaded) = (lit(false), lit(true));
+            assert!(open.iter().zip(&shaded).all(|(open, shaded)| *open || !*shaded));
+            let dark = |pixel: usize| open[pixel] && !shaded[pixel];
+            let alone = |pixel: &usize| {
+                let around = [pixel - 151, pixel - 150, pixel - 149, pixel - 1];
+                let others = [pixel + 1, pixel + 149, pixel + 150, pixel + 151];
+                let lit = |k: &usize| shaded[*k];
+                dark(*pixel) && around.iter().chain(&others).all(lit)
+            };
+            let stray = (151..150 * 149 - 1).filter(alone).count();
+            all += (0..open.len()).filter(|pixel| dark(*pixel)).count();
+            // A shadow may be as thin as a pixel somewhere.
+            assert!(stray <= 1, "{} {x} {y} {z}: {stray}", name.name());
+        }
+        assert!(all > 500, "{}: {all}", name.name());
+    }
+}
+
+/// A large floor and a small square above its middle, both facing up.
+fn table() -> Mesh {
+    let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\n";
+    let top = "v -1 1 -1\nv -1 1 1\nv 1 1 1\nv 1 1 -1\n";
+    let text = format!("{floor}{top}f 1 2 3 4\nf 5 6 7 8\n");
+    parse_obj(text.as_bytes(), &ObjLimits::default()).unwrap().mesh
+}
+
+#[test]
+fn uploaded_mesh_throws_a_shadow_of_the_right_size_and_an_antialiased_edge() {
+    // Seen from below the floor would hide it: look from straight above, light from straight above.
+    let light = r#""lights": [{"position": [0, 3, 0]}], "shadows": true"#;
+    let scene = scene(&format!(
+        r#"{{"camera": {{"eye": [0, 40, 0], "up": [0, 0, -1], "fov_y_deg": 12}}, {light}}}"#
+    ));
+    let set = SampleSet::render(&table(), &scene, 201, Sampling::Adaptive);
+    // The light is 3 above the floor and 2 above the table: the shadow's side is 3, the table hides 2 of it.
+    let pixel = 80.0 * 6f64.to_radians().tan() / 201.0;
+    let shade = received(&set);
+    let row = &shade[100 * 201..101 * 201];
+    let floor = &set.image().unwrap().coverage[100 * 201..101 * 201];
+    let dark = row.iter().zip(floor).filter(|(e, seen)| **e == 0.0 && **seen == 1.0).count();
+    let dark = dark as f64 * pixel;
+    assert!((dark - 1.0).abs() < 0.2, "{dark} on both sides of the table");
+    let layout = set.image().unwrap();
+    let edges = layout.spans().filter(|span| span.counted > span.start).count();
+    assert!(edges > 200, "{edges}");
+    assert!(set.counts().shadowed > 500, "{:?}", set.counts());
+}
+
+#[test]
+fn area_light_throws_a_soft_shadow_whose_middle_is_half_lit() {
+    let shade = |light: &str| {
+        let scene = scene(&format!(
+            r#"{{"camera": {{"eye": [0, 40, 0], "up": [0, 0, -1], "fov_y_deg": 12}},
+                "shadows": true, "lights": [{light}]}}"#
+        ));
+        let open = Scene { shadows: false, ..scene.clone() };
+        let take = |scene: &Scene| received(&SampleSet::render(&table(), scene, 101, 1));
+        let (shaded, open) = (take(&scene), take(&open));
+        let row = 50 * 101..51 * 101;
+        shaded[row.clone()].iter().zip(&open[row]).map(|(a, b)| a / b).collect::<Vec<f64>>()
+    };
+    let light = r#"{"kind": "rectangle", "position": [0, 3, 0], "axis": [0, -1, 0],
+        "width": 1, "height": 1, "samples": 256}"#;
+    let shares = shade(light);
+    let half = shares.iter().filter(|share| (0.1..0.9).contains(*share)).count();
+    assert!(half >= 8, "{half} pixels of penumbra: {shares:?}");
+    // The edge of the shadow of the light's middle, 1.5 from the middle of the floor.
+    let pixel = 80.0 * 6f64.to_radians().tan() / 101.0;
+    let at = shares[(50.0 + 1.5 / pixel).round() as usize];
+    assert!((0.35..0.65).contains(&at), "{at}");
+    let sharp = shade(r#"{"position": [0, 3, 0]}"#);
+    assert!(sharp.iter().all(|share| share.is_nan() || *share == 0.0 || *share == 1.0));
+}
+
+#[test]
+fn what_gives_nothing_is_skipped_and_counted() {
+    let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+    let count = |light: &str| {
+        let scene = scene(&format!(r#"{{"lights": [{light}]}}"#));
+        SampleSet::render(&mesh, &scene, 40, 1).counts()
+    };
+    let usual = count("{}");
+    assert_eq!(usual.lit + usual.skipped, usual.covered, "half of the sphere is turned away");
+    for light in [
+        r#"{"intensity": 0}"#,
+        r#"{"kind": "spot", "axis": [1, 1, 1]}"#,
+        r#"{"kind": "ies", "profile": "missing"}"#,
+        r#"{"kind": "directional", "direction": [2, 1, 2]}"#,
+    ] {
+        let counts = count(light);
+        let none = (counts.lit, counts.skipped) == (0, counts.covered);
+        assert!(none || light.contains("direction"), "{light}: {counts:?}");
+        assert!(counts.skipped > counts.covered / 2, "{light}: {counts:?}");
+    }
+    let soft = count(r#"{"kind": "disk", "samples": 8}"#);
+    assert_eq!(soft.lit + soft.skipped, 8 * soft.covered);
+}
+
+#[test]
+fn soft_lights_are_the_same_to_the_bit_for_parts_and_any_number_of_threads() {
+    let scene = scene(
+        r#"{"shadows": true, "lights": [{"kind": "sphere", "samples": 4}, {"kind": "ambient", "samples": 4}]}"#,
+    );
+    let mesh = Mesh::builtin(BuiltinMesh::Knob);
+    let make = |threads: usize, area: PixelArea| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| SampleSet::render_area(&mesh, &scene, 40, Sampling::Adaptive, area))
+    };
+    let pairs = |set: &SampleSet| -> Vec<(DirectionPair, DVec2)> {
+        (0..set.len()).map(|k| set.pair(k)).collect()
+    };
+    let (one, three) = (make(1, PixelArea::whole(40)), make(3, PixelArea::whole(40)));
+    assert_eq!((pairs(&one), one.irradiance()), (pairs(&three), three.irradiance()));
+    let area: PixelArea = "11,7,16,20".parse().unwrap();
+    let part = make(2, area);
+    let whole = one.image().unwrap();
+    for span in part.image().unwrap().spans() {
+        let (x, y) = (area.x + span.pixel % area.width, area.y + span.pixel / area.width);
+        let own = whole.spans().find(|own| own.pixel == y * 40 + x).unwrap();
+        for (here, there) in (span.start..span.end).zip(own.start..own.end) {
+            assert_eq!(part.pair(here as usize), one.pair(there as usize));
+        }
+        assert_eq!(span.end - span.start, own.end - own.start);
+    }
+}

@@ -1,0 +1,116 @@
+//! Lights over HTTP: kinds, profiles and environments taken in, scenes that refer to them, and what is refused.
+
+use std::io::Cursor;
+
+use brood_tests::{TestServer, text_of};
+use serde_json::{Value, json};
+
+/// 100 cd straight down, falling to 0 at the horizon.
+const PROFILE: &str =
+    "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n100 60 0\n";
+
+/// Blue above, red below, as EXR.
+fn environment() -> Vec<u8> {
+    let pixel = |_, y| image::Rgb(if y < 4 { [0.1f32, 0.2, 2.0] } else { [0.8, 0.1, 0.0] });
+    let picture = image::Rgb32FImage::from_fn(16, 8, pixel);
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::OpenExr).unwrap();
+    bytes
+}
+
+/// A clay under these lights, bred in a lineage of its own; its address.
+async fn clay(server: &TestServer, lights: &Value) -> String {
+    let scene =
+        json!({"lights": lights, "film": {"tone": "filmic"}, "shadows": true, "mesh": "knob"});
+    let scene = server.post("/v1/scenes", &scene).await.expect(201).json();
+    let body = json!({"name": "lit", "thumbnail_px": 32, "scene": scene["id"]});
+    let lineage = server.post("/v1/lineages", &body).await.expect(201).json();
+    let lineage = format!("/v1/lineages/{}", text_of(&lineage["id"]));
+    let body = json!({"presets": ["matt-clay"]});
+    let made = server.post(&format!("{lineage}/adoptions"), &body).await.expect(201).json();
+    let one = &made["individuals"][0];
+    server.get(&text_of(&one["thumbnail"])).await.expect(200).picture();
+    lineage
+}
+
+async fn thumbnail(server: &TestServer, lineage: &str) -> Vec<u8> {
+    let generations = server.get(&format!("{lineage}/generations")).await.expect(200).json();
+    let individual = &generations["items"][0]["individuals"][0];
+    server.get(&text_of(&individual["thumbnail"])).await.expect(200).body
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn scenes_are_lit_by_files_that_were_taken_in_and_travel_with_their_lineage() {
+    let server = TestServer::start();
+    let profile = server.post_bytes("/v1/profiles", "application/x-ies", PROFILE).await;
+    let profile = profile.expect(201).json();
+    assert!((profile["peak_candela"].as_f64().unwrap() - 100.0).abs() < 1e-9, "{profile}");
+    assert!((50.0..400.0).contains(&profile["lumens"].as_f64().unwrap()), "{profile}");
+    let again = server.post_bytes("/v1/profiles", "application/x-ies", PROFILE).await;
+    assert_eq!(again.expect(201).json()["id"], profile["id"]);
+    let map = server.post_bytes("/v1/environments", "image/x-exr", environment()).await;
+    let map = map.expect(201).json();
+    assert!(map["mean_radiance"][2].as_f64() > Some(0.5), "{map}");
+    let lamp = json!([{"kind": "ies", "profile": profile["id"], "position": [0, 4, 0]}]);
+    let sky = json!([{"kind": "environment", "image": map["id"], "samples": 16}]);
+    let (under_lamp, under_sky) = (clay(&server, &lamp).await, clay(&server, &sky).await);
+    let pictures = [thumbnail(&server, &under_lamp).await, thumbnail(&server, &under_sky).await];
+    assert_ne!(pictures[0], pictures[1]);
+    let other = TestServer::start();
+    for (lineage, picture) in [(under_lamp, &pictures[0]), (under_sky, &pictures[1])] {
+        let file = server.get(&format!("{lineage}/file")).await.expect(200).body;
+        let there = other.post_bytes("/v1/lineages/import", "application/json", file).await;
+        let id = text_of(&there.expect(201).json()["id"]).to_owned();
+        assert_eq!(&thumbnail(&other, &format!("/v1/lineages/{id}")).await, picture);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_kind_of_light_makes_a_picture_of_its_own() {
+    let server = TestServer::start();
+    let lights = [
+        json!({"kind": "point", "position": [2, 2, 3]}),
+        json!({"kind": "directional", "direction": [-1, -1, -1]}),
+        json!({"kind": "spot", "position": [0, 3, 3]}),
+        json!({"kind": "sphere", "position": [0, 3, 3], "radius": 1}),
+        json!({"kind": "disk", "position": [0, 3, 3], "radius": 1}),
+        json!({"kind": "rectangle", "position": [0, 3, 3]}),
+        json!({"kind": "ambient"}),
+    ];
+    let mut pictures = Vec::new();
+    for light in &lights {
+        let lineage = clay(&server, &json!([light])).await;
+        pictures.push(thumbnail(&server, &lineage).await);
+    }
+    for (index, picture) in pictures.iter().enumerate() {
+        let twin = pictures[..index].iter().position(|other| other == picture);
+        assert!(twin.is_none(), "{} and {twin:?}", lights[index]);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lights_that_cannot_be_are_refused_at_their_place() {
+    let server = TestServer::start();
+    let refused = |lights: Value| {
+        let server = &server;
+        async move {
+            let scene = json!({"lights": lights});
+            let answer = server.post("/v1/scenes", &scene).await;
+            let problem = answer.json();
+            assert!(matches!(problem["status"].as_u64(), Some(404 | 422)), "{problem}");
+            text_of(&problem["pointer"]).to_owned()
+        }
+    };
+    let unknown = json!({"kind": "ies", "profile": "0".repeat(64)});
+    assert_eq!(refused(json!([{}, unknown])).await, "/lights/1/profile");
+    let map = server.post_bytes("/v1/environments", "image/x-exr", environment()).await;
+    let map = map.expect(201).json();
+    assert_eq!(refused(json!([{"kind": "ies", "profile": map["id"]}])).await, "/lights/0/profile");
+    let many = json!({"kind": "sphere", "position": [0, 3, 3], "radius": 1, "samples": 256});
+    assert_eq!(refused(json!([many, many])).await, "/lights");
+    let bad = server.post_bytes("/v1/profiles", "application/x-ies", "no profile").await;
+    let problem = bad.expect(422).json();
+    assert!(text_of(&problem["detail"]).contains("line 1"), "{problem}");
+    server.post_bytes("/v1/environments", "image/x-exr", "no picture").await.expect(422);
+    server.post_bytes("/v1/environments", "image/png", environment()).await.expect(415);
+}

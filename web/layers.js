@@ -1,0 +1,92 @@
+/**
+ * The models of reflectance that a genome has besides its program: read from its text, and told in words. Pure functions; the
+ * grammar is the server's. Knows nothing of how genomes come here, and nothing of any single model.
+ *
+ * @import { Genome, Layer, Locks, Parameter } from "./types.js"
+ */
+
+/** @param {string} line "roughness 0.2", "f0 1 0.7 0.3", "distribution ggx" @returns {Parameter} */
+function parameterIn(line) {
+  const [name, ...words] = line.trim().split(/\s+/);
+  const numbers = words.map(Number);
+  return { name, value: numbers.every(Number.isFinite) ? numbers : words.join(" ") };
+}
+
+/** Whether a line of a genome's text belongs to a model: its name, or a parameter. Instructions are in capitals. @param {string} line */
+export const isOfLayer = (line) => /^(\.model\s|[a-z_])/.test(line) && !/^brood\s/.test(line);
+
+/** @param {string} text a genome as the server writes it @returns {Genome} */
+export function genomeIn(text) {
+  /** @type {Genome} */
+  const found = { instructions: 0, machine: /^\.dialect (.*)$/m.exec(text)?.[1] ?? "", layers: [] };
+  for (const line of text.split("\n")) {
+    const model = /^\.model\s+(\S+)/.exec(line);
+    if (model) found.layers.push({ model: model[1], parameters: [] });
+    else if (isOfLayer(line)) found.layers.at(-1)?.parameters.push(parameterIn(line));
+    else if (/^[A-Z]/.test(line)) found.instructions += 1;
+  }
+  return found;
+}
+
+/** The names of the models, each once: "lambert, 2 ward". @param {Layer[]} layers */
+export function modelsInWords(layers) {
+  const counts = new Map();
+  for (const { model } of layers) counts.set(model, (counts.get(model) ?? 0) + 1);
+  return [...counts].map(([model, count]) => (count > 1 ? `${count} ${model}` : model)).join(", ");
+}
+
+/** What an individual is made of, in words: its live instructions, its models, or both; empty where neither is known. @param {number} live @param {Layer[]|null} layers */
+export function makeupInWords(live, layers) {
+  const parts = live > 0 || layers?.length === 0 ? [`${live} live instructions`] : [];
+  if (layers && layers.length > 0) parts.push(modelsInWords(layers));
+  return parts.join(", ");
+}
+
+/** Parameters that are colours wherever they stand; others hold three numbers too, as an index of refraction does. */
+const COLORS = new Set(["albedo", "base_color", "diffuse", "f0", "rho_d", "rho_s", "specular"]);
+
+/** A linear share of light as a code of sRGB. @param {number} linear */
+const coded = (linear) => Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
+
+/** The colour of a parameter for the screen; null where it is none, or one that no screen has. @param {Parameter} of */
+export function colorOf({ name, value }) {
+  if (typeof value === "string" || value.length !== 3 || !COLORS.has(name)) return null;
+  if (value.some((part) => part < 0 || part > 1)) return null;
+  return `#${value.map((part) => coded(part).toString(16).padStart(2, "0")).join("")}`;
+}
+
+/** A parameter's name as a person writes it. @param {string} name */
+export const plainName = (name) => name.replaceAll("_", " ");
+
+/**
+ * The locks that name something in a genome, and what the others named.
+ * @param {Locks} locks
+ * @param {Genome} of
+ * @returns {{kept: Locks, gone: string[]}}
+ */
+export function locksFor(locks, { instructions, layers }) {
+  /** @type {string[]} */
+  const gone = [];
+  /** @template T @param {T[]} list @param {(one: T) => boolean} has @param {(one: T) => string} words */
+  const sift = (list, has, words) => list.filter((one) => has(one) || !gone.push(words(one)));
+  const kept = {
+    ...locks,
+    instructions: sift(locks.instructions, (at) => at < instructions, (at) => `instruction ${at}`),
+    constants: sift(locks.constants, () => instructions > 0, (at) => `constant ${at}`),
+    layers: sift(locks.layers, (at) => at < layers.length, (at) => `model ${at + 1}`),
+    parameters: sift(
+      locks.parameters,
+      ({ layer, name }) => layers[layer]?.parameters.some((one) => one.name === name) ?? false,
+      ({ layer, name }) => `${plainName(name)} of model ${layer + 1}`,
+    ),
+  };
+  return { kept, gone };
+}
+
+/** What keeps a parameter besides its own lock: its whole model, or channels. Of a colour a channel keeps its own part only. @param {Locks} locks @param {number} layer @param {Parameter} of */
+export function heldInLayer(locks, layer, { value }) {
+  if (locks.layers.includes(layer)) return "its model is locked";
+  const color = typeof value !== "string" && value.length === 3;
+  return locks.channels.length > (color ? 2 : 0) ? "by the locked channels" : "";
+}
+

@@ -1,0 +1,136 @@
+//! `cargo xtask bench pictures`: brood's models against the same materials in another renderer, by pictures.
+//!
+//! Owns the order of the work: forms of a mesh, brood's pictures, the peer's pictures and how far apart they are. What is
+//! rendered are the cases'; the yardstick is the peer's own noise, which is its business to measure.
+
+mod case;
+mod material;
+mod page;
+mod recorded;
+mod row;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+
+use self::case::{Case, Material};
+use self::row::Row;
+use super::environment::{Environment, Peer, json_of};
+use super::{Options, Task, write_report};
+use crate::{shell, suite};
+
+/// What is in the way of meshes and recorded pictures.
+const NO_DATA: &str = "spot and recorded pictures: they need --data";
+
+/// Runs the comparison.
+pub fn run(words: &[&str]) -> Result<()> {
+    let options = Options::parse(Task::Pictures, words)?;
+    let mut environment = Environment::prepare(&options, &[Peer::Mitsuba])?;
+    let mut missing = std::mem::take(&mut environment.missing);
+    let mut rows = Vec::new();
+    if environment.has(Peer::Mitsuba) {
+        let folder = Folder::make(suite::target_directory()?.join("peers/pictures"))?;
+        let mut cases = case::fresh(options.data.is_some());
+        match &options.data {
+            None => missing.push(NO_DATA.to_owned()),
+            Some(data) => {
+                let data = data.canonicalize().context("find the data")?;
+                folder.make_meshes(&environment, &data)?;
+                cases.extend(recorded::cases(&data));
+            }
+        }
+        rows = folder.compare(&environment, &cases, &mut missing)?;
+    }
+    let machine = environment.machine();
+    let text = page::markdown(&rows, &missing, &machine);
+    let report = json!({
+        "machine": machine,
+        "rows": rows.iter().map(Row::json).collect::<Vec<_>>(),
+        "missing": missing,
+    });
+    write_report(&options.out, "pictures", &report, &text)?;
+    if options.require && !missing.is_empty() {
+        bail!("not everything could be compared: {}", missing.join("; "));
+    }
+    Ok(())
+}
+
+/// Where everything lies that goes from one program to the other.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn make(path: PathBuf) -> Result<Self> {
+        std::fs::create_dir_all(&path).context("make a folder for pictures")?;
+        Ok(Self(path))
+    }
+
+    fn make_meshes(&self, environment: &Environment, data: &Path) -> Result<()> {
+        let mesh = data.join("meshes/spot_triangulated.obj");
+        ensure!(mesh.is_file(), "no {}", mesh.display());
+        shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&self.0))
+    }
+
+    /// Renders all cases by both programs. What brood cannot render is left out.
+    fn compare(
+        &self,
+        environment: &Environment,
+        cases: &[Case],
+        missing: &mut Vec<String>,
+    ) -> Result<Vec<Row>> {
+        let mut rendered = Vec::new();
+        for case in cases {
+            println!("{}", case.name());
+            match self.render(environment, case) {
+                Ok(job) => rendered.push((case, job)),
+                Err(error) => missing.push(format!("{}: {error:#}", case.name())),
+            }
+        }
+        let jobs = self.0.join("cases.json");
+        let list: Vec<&Value> = rendered.iter().map(|(_, job)| job).collect();
+        std::fs::write(&jobs, json!(list).to_string()).context("write the cases")?;
+        let mut script = environment.script("mitsuba_against.py");
+        let answer = json_of(script.arg(&jobs).arg("--pictures").arg(&self.0))?;
+        let found = answer["rows"].as_array().context("find rows in the answer")?;
+        ensure!(found.len() == rendered.len(), "{} rows are answered", found.len());
+        rendered.iter().zip(found).map(|((case, _), found)| Row::new(case, found)).collect()
+    }
+
+    /// brood's picture of a case, and what the peer has to know of it.
+    fn render(&self, environment: &Environment, case: &Case) -> Result<Value> {
+        let name = case.file_name();
+        let scene = self.0.join(format!("{name}.json"));
+        std::fs::write(&scene, case.scene.to_string()).context("write the scene")?;
+        let mut command = environment.brood();
+        command.arg("render");
+        match &case.material {
+            Material::Model(words) => {
+                let file = self.0.join(format!("{name}.brood"));
+                let text = format!("brood 1\n.model {words}\n");
+                std::fs::write(&file, text).context("write the material")?;
+                command.arg(file)
+            }
+            // The peer follows light from the eye and takes the eye's direction for that of the measurement's light.
+            Material::Measured(file) => command.arg(file).arg("--swap"),
+        };
+        let mesh = case.mesh.map(|mesh| self.0.join(format!("{mesh}.obj")));
+        if let Some(mesh) = &mesh {
+            command.arg("--mesh").arg(mesh);
+        }
+        let picture = self.0.join(format!("{name}.exr"));
+        command.arg("--scene").arg(&scene).arg("--output").arg(&picture);
+        command.args(["--size", &case.size_px.to_string()]);
+        shell::output(command.args(["--samples", &case.samples.to_string()]))?;
+        Ok(json!({
+            "name": name,
+            "scene": case.scene,
+            "mesh": mesh,
+            "bsdf": case.bsdf,
+            "size_px": case.size_px,
+            "samples": case.peer_samples,
+            "sampler": case.peer_sampler,
+            "picture": picture,
+            "recorded": case.recorded,
+        }))
+    }
+}
