@@ -50,7 +50,7 @@ pub(super) fn mutate(
     let mut changed = false;
     for (layer, model) in layers.iter_mut().enumerate() {
         if !held.kind(layer) && stream.chance(KIND_RATE * mutation * mutation) {
-            *model = converted(model, kind(&mut stream));
+            *model = converted(model, another_kind(model.kind(), &mut stream));
             changed = true;
         }
         let mut numbers = model.numbers().to_vec();
@@ -73,7 +73,11 @@ fn mutate_one(layers: &mut [Model], mutation: f32, held: &HeldLayers, stream: &m
     let free: Vec<(usize, usize)> = layers
         .iter()
         .enumerate()
-        .flat_map(|(layer, model)| (0..model.numbers().len()).map(move |at| (layer, at)))
+        .flat_map(|(layer, model)| {
+            let can_change = |(parameter, _)| words(parameter) != Some(1);
+            let numbers = each_number(model).enumerate();
+            numbers.filter(move |(_, number)| can_change(*number)).map(move |(at, _)| (layer, at))
+        })
         .filter(|(layer, at)| !held.number(*layer, *at))
         .collect();
     if free.is_empty() {
@@ -181,6 +185,13 @@ fn converted(model: &Model, kind: ModelKind) -> Model {
 
 fn kind(stream: &mut Stream) -> ModelKind {
     ModelKind::ALL[stream.below(ModelKind::ALL.len() as u32) as usize]
+}
+
+/// Any kind but that one.
+fn another_kind(own: ModelKind, stream: &mut Stream) -> ModelKind {
+    let mut others = ModelKind::ALL.iter().filter(|kind| **kind != own);
+    let drawn = stream.below(ModelKind::ALL.len() as u32 - 1) as usize;
+    *others.nth(drawn).expect("there is more than one kind")
 }
 
 /// How many words a choice has; none where it is a number.

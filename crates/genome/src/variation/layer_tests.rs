@@ -35,6 +35,15 @@ fn layered(seed: u64) -> Genome {
         .with_limit(true)
 }
 
+#[test]
+fn mutants_differ_when_their_model_gives_way_to_another() {
+    for seed in 0..4000 {
+        let parent = random(seed);
+        let child = Variation::mutate(&parent, 1.0).birth(key(seed + 1));
+        assert_ne!(child.hash(), parent.hash(), "{seed}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
