@@ -23,8 +23,8 @@ mod swapped;
 pub use direction::{DirectionError, DirectionPair};
 pub use input::{Input, InputMask, Parametrisation};
 pub use measured::{
-    CsvError, GoniometerError, Merl, MerlError, Rgl, RglError, SampleError, Samples, Scattered,
-    Slice, SliceError, TensorError,
+    CsvError, GoniometerError, Merl, MerlError, Neural, NeuralError, Rgl, RglError, SampleError,
+    Samples, Scattered, Slice, SliceError, TensorError,
 };
 pub use model::{
     Brdf, Claims, Model, ModelKind, ModelPreset, NumbersError, Parameter, ParameterError,

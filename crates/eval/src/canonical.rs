@@ -99,7 +99,7 @@ pub(crate) fn with_workspace<R>(f: impl FnOnce(&mut Workspace) -> R) -> R {
 }
 
 /// What a level runs: compiled once for each instruction set.
-pub(crate) trait Work {
+pub trait Work {
     /// The result of it.
     type Done;
     /// Does it. Implementations are inlined into the function of each level.

@@ -63,7 +63,7 @@ impl Level {
     }
 
     /// Runs work with the instructions of this level.
-    pub(crate) fn run<W: Work>(self, work: W) -> W::Done {
+    pub fn run<W: Work>(self, work: W) -> W::Done {
         match self.0 {
             Kind::Baseline => work.run(),
             // SAFETY: a level is made by `available` only, which detected the features.

@@ -19,7 +19,7 @@ mod preview;
 mod radiance;
 mod reference;
 
-pub use canonical::CanonicalEvaluator;
+pub use canonical::{CanonicalEvaluator, Work};
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
     ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, channel_albedos,

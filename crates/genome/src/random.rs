@@ -36,6 +36,10 @@ pub enum Operator {
     MutateLayers = 8,
     /// What of the second parent's models is taken.
     RecombineLayers = 9,
+    /// Pairs of directions at which a material is looked at.
+    Directions = 10,
+    /// Starts of a fit of lobes.
+    Lobes = 11,
 }
 
 /// One block of Philox4x32-10.

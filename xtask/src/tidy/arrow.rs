@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("brood-brdf", &[]),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it are brdf's.
     ("brood-genome", &["brood-brdf"]),
@@ -19,6 +19,10 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ("brood-export", &["brood-program", "brood-genome", "brood-brdf"]),
     (
         "brood-inspect",
+        &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
+    ),
+    (
+        "brood-search",
         &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
     ),
     ("brood-preset", &["brood-genome"]),

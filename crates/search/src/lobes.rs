@@ -1,0 +1,24 @@
+//! Fits of a smooth family that becomes a short program: exponentials of ridges of the reciprocal inputs.
+//!
+//! Units u_k = log2(1 + 2^(v_k . x + b_k)) of inputs x, terms e_j = 2^(w_j . (u, x)), results S_c = sum over j of C_jc e_j with
+//! C >= 0 and only C of a channel's own, and f = S^2, as the machine squares. Reciprocal and non-negative whatever the numbers
+//! are. docs/maths/fit.md says why, and how the numbers are found.
+
+mod batch;
+mod damped;
+mod guard;
+mod normal;
+mod product;
+mod program;
+mod prune;
+mod schedule;
+mod seed;
+mod shape;
+mod solve;
+mod sweep;
+
+pub use batch::Batch;
+pub use program::LobesError;
+pub use prune::Pruned;
+pub use schedule::{Fit, Progress};
+pub use shape::{Lobes, Shape};

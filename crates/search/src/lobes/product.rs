@@ -1,0 +1,119 @@
+//! Sums over samples of products of rows, all rows of one side with all of the other: where a fit spends its time.
+//!
+//! Loops run along what is contiguous and never add up across lanes, so that every compiler makes vectors of them.
+
+use super::batch::{LANES, Row};
+
+/// Samples whose products are added before a sum is stored.
+const TOGETHER: usize = 8;
+/// Widths are whole multiples of this.
+const CHUNK: usize = 8;
+
+/// Rows sample by sample: as many numbers for each sample as there are rows, and zeros up to a whole number of chunks.
+pub(super) struct Turned {
+    width: usize,
+    /// [sample][row].
+    numbers: Vec<f32>,
+}
+
+impl Turned {
+    pub(super) fn new(rows: usize) -> Self {
+        let width = rows.next_multiple_of(CHUNK);
+        Self { width, numbers: vec![0.0; width * LANES] }
+    }
+
+    /// Puts the row in its place.
+    #[inline(always)]
+    pub(super) fn set(&mut self, at: usize, row: &Row) {
+        for (numbers, value) in self.numbers.chunks_exact_mut(self.width).zip(&row.0) {
+            numbers[at] = *value;
+        }
+    }
+
+    /// How many numbers there are for a sample.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+}
+
+/// Adds to `sums`, [`Turned::width`] of them for each row of `left`, the sum over samples of left times right.
+///
+/// # Error
+/// Each sum over a block is of f32, eight products first; sums of blocks are f64.
+#[inline(always)]
+pub(super) fn add_products(left: &[Row], right: &Turned, sums: &mut [f64], room: &mut Vec<f32>) {
+    let width = right.width;
+    for (row, sums) in left.iter().zip(sums.chunks_exact_mut(width)) {
+        room.clear();
+        room.resize(width, 0.0);
+        let parts = right.numbers.chunks_exact(TOGETHER * width);
+        for (factors, part) in row.0.chunks_exact(TOGETHER).zip(parts) {
+            let factors: &[f32; TOGETHER] = factors.try_into().expect("chunks have that length");
+            add_part(room, factors, part);
+        }
+        for (sum, value) in sums.iter_mut().zip(&*room) {
+            *sum += f64::from(*value);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_part(sums: &mut [f32], factors: &[f32; TOGETHER], part: &[f32]) {
+    let width = sums.len();
+    let [a, b, c, d, e, f, g, h] = *factors;
+    let (part_a, rest) = part.split_at(width);
+    let (part_b, rest) = rest.split_at(width);
+    let (part_c, rest) = rest.split_at(width);
+    let (part_d, rest) = rest.split_at(width);
+    let (part_e, rest) = rest.split_at(width);
+    let (part_f, rest) = rest.split_at(width);
+    let (part_g, part_h) = rest.split_at(width);
+    let part_h = &part_h[..width];
+    for at in 0..width {
+        let first = (a * part_a[at] + b * part_b[at]) + (c * part_c[at] + d * part_d[at]);
+        let second = (e * part_e[at] + f * part_f[at]) + (g * part_g[at] + h * part_h[at]);
+        sums[at] += first + second;
+    }
+}
+
+/// The sum of the squares of a row.
+#[inline(always)]
+pub(super) fn sum_of_squares(row: &Row) -> f64 {
+    let mut squares = row.0.map(|value| value * value);
+    let mut count = LANES;
+    while count > 1 {
+        count /= 2;
+        let (low, high) = squares.split_at_mut(count);
+        for (sum, value) in low.iter_mut().zip(high) {
+            *sum += *value;
+        }
+    }
+    f64::from(squares[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_summed_over_all_samples() {
+        let row = |k: usize| Row(std::array::from_fn(|lane| ((lane * 7 + k * 13) % 11) as f32));
+        let left: Vec<Row> = (0..3).map(row).collect();
+        let mut right = Turned::new(5);
+        for at in 0..5 {
+            right.set(at, &row(at + 20));
+        }
+        assert_eq!(right.width(), 8);
+        let mut sums = vec![1.0; 3 * 8];
+        add_products(&left, &right, &mut sums, &mut Vec::new());
+        for (i, left) in left.iter().enumerate() {
+            for j in 0..8 {
+                let other = if j < 5 { row(j + 20) } else { Row::ZERO };
+                let wanted: f32 = left.0.iter().zip(&other.0).map(|(a, b)| a * b).sum();
+                assert_eq!(sums[8 * i + j], f64::from(1.0 + wanted));
+            }
+        }
+        let squares: f32 = left[0].0.iter().map(|value| value * value).sum();
+        assert_eq!(sum_of_squares(&left[0]), f64::from(squares));
+    }
+}

@@ -1,0 +1,185 @@
+//! Lobes as a genome: the same operations in the same order, so that the program has the bits that were fitted.
+
+use brood_brdf::Input;
+use brood_genome::{
+    CONSTANTS, Dialect, Genome, GenomeError, Instruction, Opcode, OpcodeSet, Operand, Output,
+    RANGE, Register, Source, Swizzle, WriteMask,
+};
+
+use super::Lobes;
+
+/// Registers of units, then of terms: four in each.
+const UNITS: u8 = 10;
+const TERMS: u8 = 12;
+const RESULT: u8 = 0;
+const REGISTERS: u8 = 16;
+/// As many units, and as many terms, as two registers hold.
+const MOST: usize = 8;
+
+/// Why lobes are no genome.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum LobesError {
+    /// More than the registers hold.
+    #[error("a program has room for {MOST} units and {MOST} terms, not {units} and {terms}")]
+    Room {
+        /// How many units there are.
+        units: usize,
+        /// How many terms there are.
+        terms: usize,
+    },
+    /// An input that the machine has in no register.
+    #[error("no register holds {}", .0.name())]
+    Input(Input),
+    /// Something the machine does not hold.
+    #[error(transparent)]
+    Genome(#[from] GenomeError),
+}
+
+impl Lobes {
+    /// The program that computes them, under the energy limit.
+    pub fn genome(&self) -> Result<Genome, LobesError> {
+        let (units, terms) = (self.shape.units, self.shape.terms);
+        if units > MOST || terms > MOST {
+            return Err(LobesError::Room { units, terms });
+        }
+        let mut code = Code::new();
+        let inputs: Vec<Operand> =
+            self.shape.inputs.iter().map(|input| holds(*input)).collect::<Result<_, _>>()?;
+        let one = operand(Register::Temporary(9), Some(3));
+        let features: Vec<Operand> = inputs.iter().copied().chain([one]).collect();
+        for first in (0..units).step_by(4) {
+            let register = UNITS + first_u8(first);
+            let weight = |unit: usize, input: usize| self.numbers[self.shape.unit(unit, input)];
+            let count = (units - first).min(4);
+            code.combine(register, count, &features, |k, input| weight(first + k, input));
+            code.apply(Opcode::Spl, register, count);
+        }
+        let own = (0..units).map(|unit| {
+            operand(Register::Temporary(UNITS + first_u8(unit)), Some(component(unit)))
+        });
+        let features: Vec<Operand> = own.chain(inputs).collect();
+        for first in (0..terms).step_by(4) {
+            let register = TERMS + first_u8(first);
+            let weight = |term: usize, feature: usize| self.numbers[self.shape.term(term, feature)];
+            let count = (terms - first).min(4);
+            code.combine(register, count, &features, |k, feature| weight(first + k, feature));
+            code.apply(Opcode::Ex2, register, count);
+        }
+        let exponentials: Vec<Operand> = (0..terms)
+            .map(|term| operand(Register::Temporary(TERMS + first_u8(term)), Some(component(term))))
+            .collect();
+        let colour = |channel: usize, term: usize| {
+            libm::exp2(self.numbers[self.shape.colour(term, channel)])
+        };
+        code.combine(RESULT, 3, &exponentials, colour);
+        Ok(code.genome()?.with_limit(true))
+    }
+}
+
+/// A quarter, as a register's number counts.
+fn first_u8(index: usize) -> u8 {
+    u8::try_from(index / 4).expect("there are few registers")
+}
+
+/// Which of a register's four.
+fn component(index: usize) -> u8 {
+    u8::try_from(index % 4).expect("there are four")
+}
+
+fn operand(register: Register, component: Option<u8>) -> Operand {
+    let swizzle = component.map_or(Swizzle::IDENTITY, Swizzle::splat);
+    Operand { register, swizzle, negate: false }
+}
+
+/// Where the machine has an input before the first instruction.
+fn holds(input: Input) -> Result<Operand, LobesError> {
+    let dialect = dialect(0);
+    let mut places = (0..10u8).flat_map(|register| (0..4u8).map(move |at| (register, at)));
+    let place = places
+        .find(|(register, at)| {
+            // What the code writes is not there any more.
+            *register != RESULT
+                && dialect.initial(*register, usize::from(*at)) == Source::Input(input)
+        })
+        .ok_or(LobesError::Input(input))?;
+    Ok(operand(Register::Temporary(place.0), Some(place.1)))
+}
+
+fn dialect(length: u16) -> Dialect {
+    Dialect {
+        opcodes: OpcodeSet::Extended,
+        registers: REGISTERS,
+        length,
+        isotropic: true,
+        homogeneous: true,
+        ..Dialect::default()
+    }
+}
+
+/// Instructions and constants as they are written.
+struct Code {
+    instructions: Vec<(Opcode, u8, WriteMask, Vec<Operand>)>,
+    constants: Vec<[f32; 4]>,
+}
+
+impl Code {
+    fn new() -> Self {
+        Self { instructions: Vec::new(), constants: Vec::new() }
+    }
+
+    /// Components of a register as the sums of operands times weights, in the operands' order.
+    #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
+    fn combine(
+        &mut self,
+        register: u8,
+        count: usize,
+        operands: &[Operand],
+        weight: impl Fn(usize, usize) -> f64,
+    ) {
+        let bits = (1u8 << count) - 1;
+        let mask = WriteMask::new(bits).expect("there is at least one component");
+        let own = operand(Register::Temporary(register), None);
+        let mut is_first = true;
+        for (at, factor) in operands.iter().enumerate() {
+            let value = |k: usize| if k < count { weight(k, at) as f32 } else { 0.0 };
+            let constant = [0, 1, 2, 3].map(value).map(|value| value.clamp(-RANGE, RANGE));
+            let is_last = at + 1 == operands.len();
+            if constant == [0.0; 4] && !(is_first && is_last) {
+                continue;
+            }
+            let index = u8::try_from(self.constants.len()).expect("there are few constants");
+            self.constants.push(constant);
+            let constant = operand(Register::Constant(index), None);
+            let (opcode, operands) = if is_first {
+                (Opcode::Mul, vec![*factor, constant])
+            } else {
+                (Opcode::Mad, vec![*factor, constant, own])
+            };
+            is_first = false;
+            self.instructions.push((opcode, register, mask, operands));
+        }
+    }
+
+    /// A function of each of the first components, in place.
+    fn apply(&mut self, opcode: Opcode, register: u8, count: usize) {
+        for component in 0..count {
+            let component = u8::try_from(component).expect("there are four");
+            let mask = WriteMask::new(1 << component).expect("it is one component");
+            let own = operand(Register::Temporary(register), Some(component));
+            self.instructions.push((opcode, register, mask, vec![own]));
+        }
+    }
+
+    fn genome(self) -> Result<Genome, GenomeError> {
+        let dialect = dialect(u16::try_from(self.instructions.len()).unwrap_or(u16::MAX));
+        let instructions = self.instructions.iter().enumerate().map(|(index, parts)| {
+            let (opcode, register, mask, operands) = parts;
+            Instruction::new(*opcode, *register, *mask, operands, &dialect)
+                .map_err(|error| GenomeError::Instruction { index, error })
+        });
+        let instructions = instructions.collect::<Result<Vec<_>, _>>()?;
+        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+        constants[..self.constants.len()].copy_from_slice(&self.constants);
+        Genome::new(dialect, instructions, constants, Output::IDENTITY)
+    }
+}

@@ -1,0 +1,98 @@
+//! Shorter fits: weights that are needed least are left out, step by step, what is left being fitted again.
+
+use super::Lobes;
+use super::batch::Batch;
+use super::damped::Damped;
+use super::normal::normal;
+use super::solve::inverse_diagonal;
+
+/// Of the weights that are left, this share goes in a step.
+const SHARE: f64 = 0.05;
+const STEPS: usize = 12;
+/// Fits that are this many times as far off as the first one are not looked for.
+const WORST: f64 = 6.0;
+/// So that what changes nothing can be told apart from what cannot be known.
+const DAMPING: f64 = 1e-9;
+
+/// A fit with some of its weights left out.
+#[derive(Debug, Clone)]
+pub struct Pruned {
+    /// The fit.
+    pub lobes: Lobes,
+    /// Its E_log on the samples it was fitted to, with what guards it.
+    pub fitted: f64,
+}
+
+/// The fit and its shorter ones.
+///
+/// # Source
+/// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993): a weight w is needed by
+/// w^2 / (2 [H^-1]_ww).
+pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Pruned> {
+    let pruned = |fit: &Damped| Pruned { lobes: fit.lobes.clone(), fitted: fit.error.sqrt() };
+    let mut all = vec![pruned(&fit)];
+    let worst = WORST * WORST * fit.error;
+    while let Some(lobes) = without_least(&fit.lobes, batch) {
+        fit = Damped::new(lobes, batch);
+        fit.refine(batch, STEPS);
+        if fit.error > worst {
+            break;
+        }
+        all.push(pruned(&fit));
+    }
+    all
+}
+
+/// The lobes without the weights that are needed least; nothing where none would be left.
+fn without_least(lobes: &Lobes, batch: &Batch) -> Option<Lobes> {
+    let mut next = lobes.clone();
+    let colours = lobes.shape.colour(0, 0);
+    let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+    let count = free.len();
+    let mut matrix = normal(lobes, batch).0.matrix;
+    let largest = (0..count).map(|k| matrix[k * count + k]).fold(0.0, f64::max);
+    for k in 0..count {
+        matrix[k * count + k] += DAMPING * largest;
+    }
+    let inverse = inverse_diagonal(matrix, count)?;
+    let needed = |(at, number): (usize, &usize)| {
+        let value = lobes.numbers[*number];
+        (value * value / inverse[at], *number)
+    };
+    let mut weights: Vec<(f64, usize)> =
+        free.iter().enumerate().map(needed).filter(|(_, number)| *number < colours).collect();
+    weights.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is a small share"
+    )]
+    let gone = ((SHARE * weights.len() as f64) as usize).max(1);
+    if weights.len() <= gone {
+        return None;
+    }
+    for (_, number) in &weights[..gone] {
+        leave_out(&mut next, *number);
+    }
+    leave_out_units(&mut next);
+    Some(next)
+}
+
+fn leave_out(lobes: &mut Lobes, number: usize) {
+    lobes.numbers[number] = 0.0;
+    lobes.free[number] = false;
+}
+
+/// Units that no term reads need no weights.
+fn leave_out_units(lobes: &mut Lobes) {
+    let shape = lobes.shape.clone();
+    for unit in 0..shape.units {
+        let is_read = (0..shape.terms).any(|term| lobes.free[shape.term(term, unit)]);
+        for input in 0..=shape.inputs.len() {
+            let number = shape.unit(unit, input);
+            if !is_read && lobes.free[number] {
+                leave_out(lobes, number);
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! The order in which starts are tried, refined and perturbed: a deterministic sequence of generations, of which a budget
+//! decides how many there are.
+
+use brood_genome::{BirthKey, Operator, Stream};
+use rayon::prelude::*;
+
+use super::batch::{Batch, Point, points};
+use super::damped::Damped;
+use super::guard::guard;
+use super::normal::error;
+use super::prune::{Pruned, prune};
+use super::seed::start;
+use super::{Lobes, Shape};
+use crate::Samples;
+
+/// Starts of a generation of starts.
+const STARTS: usize = 16;
+/// Of which this many are refined, and then this many on all samples.
+const BETTER: usize = 4;
+const BEST: usize = 2;
+/// Steps of each of these.
+const STEPS: [usize; 3] = [15, 40, 40];
+/// Fits that are kept and perturbed.
+const KEPT: usize = 8;
+/// One in so many generations starts again.
+const AGAIN: usize = 4;
+/// Perturbed fits of a generation, and their steps.
+const PERTURBED: usize = 8;
+const PERTURBED_STEPS: usize = 30;
+/// What squares of weights cost, in mean squared differences of the best fit of the first generation: next to nothing, but where no
+/// sample says anything.
+const RIDGE: f64 = 2e-3;
+/// Steps on all samples at the end.
+const LAST_STEPS: usize = 20;
+/// Every so many samples one is left out of the fit, to choose by.
+const HELD: usize = 7;
+
+/// A fit of lobes to samples.
+pub struct Fit {
+    seed: u64,
+    shapes: Vec<Problem>,
+    generation: u32,
+    kept: Vec<Kept>,
+}
+
+/// The samples as one shape reads them.
+struct Problem {
+    shape: Shape,
+    points: Vec<Point>,
+    part: Batch,
+    all: Batch,
+    held: Batch,
+    whole: Batch,
+}
+
+#[derive(Debug, Clone)]
+struct Kept {
+    problem: usize,
+    damped: Damped,
+    held: f64,
+}
+
+/// What a generation has come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// How many there have been.
+    pub generation: u32,
+    /// E_log of the best on the samples it is fitted to, and on those held back.
+    pub fitted: f64,
+    /// On those held back.
+    pub held: f64,
+}
+
+impl Problem {
+    fn new(samples: &Samples, shape: Shape, seed: u64) -> Self {
+        let points = points(samples, &shape);
+        let is_held = |at: &usize| at % HELD == HELD - 1;
+        let of = |keep: bool| {
+            let indices = (0..points.len()).filter(move |at| is_held(at) != keep);
+            indices.map(|at| &points[at]).collect::<Vec<_>>()
+        };
+        let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
+        let guard = guard(samples, &shape, seed);
+        let part: Vec<&Point> =
+            fitted.iter().copied().step_by(4).chain(guard.iter().step_by(4)).collect();
+        let part = Batch::new(part.into_iter()).with_ridge(&shape, &points);
+        let all: Vec<&Point> = fitted.iter().copied().chain(&guard).collect();
+        let all = Batch::new(all.into_iter()).with_ridge(&shape, &points);
+        let whole: Vec<&Point> = points.iter().chain(&guard).collect();
+        let whole = Batch::new(whole.into_iter()).with_ridge(&shape, &points);
+        Self { shape, points, part, all, held, whole }
+    }
+}
+
+impl Fit {
+    /// Begins one. Everything that comes of it depends on the samples, the shapes and the seed alone.
+    #[must_use]
+    pub fn new(samples: &Samples, shapes: Vec<Shape>, seed: u64) -> Self {
+        let shapes: Vec<Problem> =
+            shapes.into_par_iter().map(|shape| Problem::new(samples, shape, seed)).collect();
+        Self { seed, shapes, generation: 0, kept: Vec::new() }
+    }
+
+    /// One generation.
+    pub fn step(&mut self) -> Progress {
+        let generation = self.generation as usize;
+        let count = self.shapes.len();
+        // Each shape is started once, later one again now and then.
+        let again = generation / AGAIN;
+        if generation < count {
+            self.start(generation);
+        } else if generation.is_multiple_of(AGAIN) {
+            self.start(again % count);
+        } else {
+            self.perturb();
+        }
+        self.generation += 1;
+        if self.generation == 1 {
+            self.weigh();
+        }
+        self.progress()
+    }
+
+    /// The best so far by the samples that were held back.
+    #[must_use]
+    pub fn best(&self) -> Option<&Lobes> {
+        self.kept.first().map(|kept| &kept.damped.lobes)
+    }
+
+    /// The best, refined on all samples, and the shorter ones that come of leaving out, one after the other, what it needs least;
+    /// nothing where there has been no generation. The longest comes first.
+    #[must_use]
+    pub fn front(&self) -> Vec<Pruned> {
+        let Some(best) = self.kept.first() else { return Vec::new() };
+        let whole = &self.shapes[best.problem].whole;
+        let mut fit = best.damped.clone().on(whole);
+        fit.refine(whole, LAST_STEPS);
+        prune(fit, whole)
+    }
+
+    /// The best, refined on all samples.
+    #[must_use]
+    pub fn refined(&self) -> Option<Lobes> {
+        let best = self.kept.first()?;
+        let whole = &self.shapes[best.problem].whole;
+        let mut fit = best.damped.clone().on(whole);
+        fit.refine(whole, LAST_STEPS);
+        Some(fit.lobes)
+    }
+
+    fn progress(&self) -> Progress {
+        let best = self.kept.first();
+        let of = |value: fn(&Kept) -> f64| best.map_or(f64::INFINITY, |kept| value(kept).sqrt());
+        Progress {
+            generation: self.generation,
+            fitted: of(|kept| kept.damped.error),
+            held: of(|kept| kept.held),
+        }
+    }
+
+    fn stream(&self, slot: usize) -> Stream {
+        let slot = u32::try_from(slot).expect("there are few slots");
+        Stream::new(BirthKey { seed: self.seed, slot, attempt: self.generation }, Operator::Lobes)
+    }
+
+    /// From now on weights cost something. What has been found is weighed anew.
+    fn weigh(&mut self) {
+        let Some(best) = self.kept.first() else { return };
+        let cost = RIDGE * best.damped.error;
+        for problem in &mut self.shapes {
+            for batch in [&mut problem.part, &mut problem.all, &mut problem.whole] {
+                batch.cost = cost;
+            }
+        }
+        for kept in &mut self.kept {
+            let all = &self.shapes[kept.problem].all;
+            kept.damped = kept.damped.clone().on(all);
+            kept.damped.refine(all, STEPS[2]);
+            kept.held = error(&kept.damped.lobes, &self.shapes[kept.problem].held);
+        }
+    }
+
+    fn start(&mut self, problem: usize) {
+        let Problem { shape, points, part, all, .. } = &self.shapes[problem];
+        let mut fits: Vec<Damped> = (0..STARTS)
+            .into_par_iter()
+            .map(|slot| {
+                let lobes = start(shape, points, &mut self.stream(slot));
+                let mut fit = Damped::new(lobes, part);
+                fit.refine(part, STEPS[0]);
+                fit
+            })
+            .collect();
+        fits.sort_by(|a, b| a.error.total_cmp(&b.error));
+        fits.truncate(BETTER);
+        fits.par_iter_mut().for_each(|fit| fit.refine(part, STEPS[1]));
+        fits.sort_by(|a, b| a.error.total_cmp(&b.error));
+        fits.truncate(BEST);
+        let found: Vec<Damped> = fits
+            .into_par_iter()
+            .map(|fit| {
+                let mut fit = fit.on(all);
+                fit.refine(all, STEPS[2]);
+                fit
+            })
+            .collect();
+        self.keep(problem, found);
+    }
+
+    fn perturb(&mut self) {
+        let chosen: Vec<(usize, usize)> = (0..PERTURBED)
+            .map(|slot| {
+                let mut stream = self.stream(slot);
+                let first =
+                    stream.below(self.kept.len() as u32).min(stream.below(self.kept.len() as u32));
+                (slot, first as usize)
+            })
+            .collect();
+        let found: Vec<(usize, Damped)> = chosen
+            .into_par_iter()
+            .map(|(slot, parent)| {
+                let mut stream = self.stream(1000 + slot);
+                let kept = &self.kept[parent];
+                let all = &self.shapes[kept.problem].all;
+                let lobes = perturbed(&kept.damped.lobes, &mut stream);
+                let mut fit = Damped::new(lobes, all);
+                fit.refine(all, PERTURBED_STEPS);
+                (kept.problem, fit)
+            })
+            .collect();
+        for (problem, fit) in found {
+            self.keep(problem, vec![fit]);
+        }
+    }
+
+    fn keep(&mut self, problem: usize, found: Vec<Damped>) {
+        for damped in found {
+            let held = error(&damped.lobes, &self.shapes[problem].held);
+            self.kept.push(Kept { problem, damped, held });
+        }
+        self.kept.sort_by(|a, b| (a.held + a.damped.error).total_cmp(&(b.held + b.damped.error)));
+        self.kept.truncate(KEPT);
+    }
+}
+
+/// One to eight numbers pushed.
+fn perturbed(lobes: &Lobes, stream: &mut Stream) -> Lobes {
+    let mut next = lobes.clone();
+    let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+    for _ in 0..=stream.below(8) {
+        let at = free[stream.below(free.len() as u32) as usize];
+        let number = &mut next.numbers[at];
+        *number += f64::from(stream.bell()) * (0.3 + 0.5 * number.abs());
+    }
+    next
+}

@@ -1,0 +1,127 @@
+//! Symmetric positive definite systems by Cholesky's decomposition, in a fixed order of operations: the same bits on every
+//! machine, which libraries that choose their kernels by the processor do not promise.
+
+use brood_eval::{Level, Work};
+
+/// Solves A x = b, A being `count` x `count`, row by row; none where A is not positive definite.
+pub(super) fn solve(matrix: Vec<f64>, right: &[f64]) -> Option<Vec<f64>> {
+    Level::best().run(Solve { matrix, right })
+}
+
+/// The diagonal of A^-1; none where A is not positive definite.
+pub(super) fn inverse_diagonal(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    Level::best().run(InverseDiagonal { matrix, count })
+}
+
+struct Solve<'a> {
+    matrix: Vec<f64>,
+    right: &'a [f64],
+}
+
+impl Work for Solve<'_> {
+    type Done = Option<Vec<f64>>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Vec<f64>> {
+        let count = self.right.len();
+        let upper = decompose(self.matrix, count)?;
+        let mut x = self.right.to_vec();
+        forwards(&upper, &mut x, 0);
+        for row in (0..count).rev() {
+            let own = &upper[row * count..][row..count];
+            let later: f64 = own[1..].iter().zip(&x[row + 1..]).map(|(a, x)| a * x).sum();
+            x[row] = (x[row] - later) / own[0];
+        }
+        Some(x)
+    }
+}
+
+struct InverseDiagonal {
+    matrix: Vec<f64>,
+    count: usize,
+}
+
+impl Work for InverseDiagonal {
+    type Done = Option<Vec<f64>>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Vec<f64>> {
+        let count = self.count;
+        let upper = decompose(self.matrix, count)?;
+        let entry = |row: usize| {
+            let mut x = vec![0.0; count];
+            x[row] = 1.0;
+            forwards(&upper, &mut x, row);
+            x[row..].iter().map(|x| x * x).sum()
+        };
+        Some((0..count).map(entry).collect())
+    }
+}
+
+/// U with U^T U = A: row by row, what is left of A once the rows above have been taken out, over the root of its pivot. Below
+/// the diagonal is what A had.
+#[inline(always)]
+fn decompose(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    let mut upper = matrix;
+    for row in 0..count {
+        let (done, rest) = upper.split_at_mut((row + 1) * count);
+        let own = &mut done[row * count..][row..];
+        // Also false where it is NaN.
+        if !(own[0] > 0.0 && own[0].is_finite()) {
+            return None;
+        }
+        let pivot = own[0].sqrt();
+        for value in &mut *own {
+            *value /= pivot;
+        }
+        for (below, factor) in own.iter().enumerate().skip(1) {
+            let other = &mut rest[(below - 1) * count..][row + below..count];
+            for (value, own) in other.iter_mut().zip(&own[below..]) {
+                *value -= factor * own;
+            }
+        }
+    }
+    Some(upper)
+}
+
+/// Solves U^T y = x in place, x being 0 before `first`.
+#[inline(always)]
+fn forwards(upper: &[f64], x: &mut [f64], first: usize) {
+    let count = x.len();
+    for row in first..count {
+        let own = &upper[row * count..][row..count];
+        x[row] /= own[0];
+        let known = x[row];
+        for (x, factor) in x[row + 1..].iter_mut().zip(&own[1..]) {
+            *x -= factor * known;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solution_solves_and_what_is_not_definite_is_refused() {
+        let count = 37;
+        let entry =
+            |i: usize, j: usize| 1.0 / (1.0 + i as f64 + j as f64) + if i == j { 0.1 } else { 0.0 };
+        let matrix: Vec<f64> = (0..count * count).map(|at| entry(at / count, at % count)).collect();
+        let right: Vec<f64> = (0..count).map(|k| libm::sin(k as f64)).collect();
+        let x = solve(matrix.clone(), &right).unwrap();
+        for (row, wanted) in right.iter().enumerate() {
+            let found: f64 = (0..count).map(|k| matrix[row * count + k] * x[k]).sum();
+            assert!((found - wanted).abs() < 1e-12);
+        }
+        let diagonal = inverse_diagonal(matrix.clone(), count).unwrap();
+        for (row, found) in diagonal.iter().enumerate() {
+            let mut unit = vec![0.0; count];
+            unit[row] = 1.0;
+            let wanted = solve(matrix.clone(), &unit).unwrap()[row];
+            assert!((found / wanted - 1.0).abs() < 1e-9);
+        }
+        assert_eq!(solve(vec![1.0, 2.0, 2.0, 1.0], &[1.0, 1.0]), None);
+        assert_eq!(solve(vec![f64::NAN], &[1.0]), None);
+    }
+}

@@ -1,0 +1,286 @@
+//! One pass over a block of samples: what the lobes are worth there, how far that is from what is wanted, and how that
+//! changes with the numbers.
+
+use brood_eval::Work;
+use brood_genome::Functions;
+
+use super::batch::{Block, LANES, Row};
+use super::product::{Turned, add_products, sum_of_squares};
+use super::{Lobes, Shape};
+
+/// The numbers as the machine has them.
+pub(super) struct Numbers {
+    pub(super) shape: Shape,
+    values: Vec<f32>,
+    /// [term][channel]: C.
+    factors: Vec<[f32; 3]>,
+}
+
+impl Numbers {
+    #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
+    pub(super) fn new(lobes: &Lobes) -> Self {
+        let (shape, numbers) = (lobes.shape.clone(), &lobes.numbers);
+        let factor = |term, channel| libm::exp2(numbers[shape.colour(term, channel)]) as f32;
+        let factors = (0..shape.terms).map(|term| [0, 1, 2].map(|c| factor(term, c))).collect();
+        let values = numbers.iter().map(|number| *number as f32).collect();
+        Self { shape, values, factors }
+    }
+}
+
+/// Sums over samples that the normal equations are put together from.
+pub(super) struct Sums {
+    /// Sum of squared differences.
+    pub(super) error: f64,
+    /// [pair of features k <= k'][pair of slots p <= p']: what slots have to do with each other.
+    pub(super) slots: Vec<f64>,
+    /// [row][feature]: of every channel and term the colour with each slot, then of each slot the gradient, then of every channel
+    /// and term the gradient of the colour (with feature 1).
+    pub(super) rest: Vec<f64>,
+    /// Numbers of a pair of features, and of a row: a little more than there are slots' pairs and features.
+    pub(super) widths: [usize; 2],
+}
+
+impl Sums {
+    pub(super) fn zero(shape: &Shape) -> Self {
+        let (slots, features, terms) = (slots(shape), shape.features(), shape.terms);
+        let rows = 3 * terms * slots + slots + 3 * terms;
+        let widths = [triangle(slots), features].map(|rows| Turned::new(rows).width());
+        Self {
+            error: 0.0,
+            slots: vec![0.0; widths[0] * triangle(features)],
+            rest: vec![0.0; rows * widths[1]],
+            widths,
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.error += other.error;
+        for (sum, value) in self.slots.iter_mut().zip(&other.slots) {
+            *sum += value;
+        }
+        for (sum, value) in self.rest.iter_mut().zip(&other.rest) {
+            *sum += value;
+        }
+    }
+}
+
+/// Arguments of exponentials and of activations, one for each term, then for each unit.
+pub(super) fn slots(shape: &Shape) -> usize {
+    shape.terms + shape.units
+}
+
+pub(super) fn triangle(count: usize) -> usize {
+    count * (count + 1) / 2
+}
+
+/// Room for one block, used for one after the other.
+pub(super) struct Room {
+    /// (u, x, 1).
+    features: Vec<Row>,
+    /// Of each unit: du by its argument.
+    slopes: Vec<Row>,
+    terms: Vec<Row>,
+    /// [channel].
+    residuals: [Row; 3],
+    /// [channel]: the residual by S.
+    by_result: [Row; 3],
+    /// [channel][slot]: the residual by the slot's argument.
+    by_slot: Vec<Row>,
+    left: Vec<Row>,
+    pairs: Turned,
+    turned: Turned,
+    sums: Vec<f32>,
+}
+
+impl Room {
+    pub(super) fn new(shape: &Shape) -> Self {
+        let rows = |count: usize| vec![Row::ZERO; count];
+        Self {
+            features: rows(shape.features()),
+            slopes: rows(shape.units),
+            terms: rows(shape.terms),
+            residuals: [Row::ZERO; 3],
+            by_result: [Row::ZERO; 3],
+            by_slot: rows(3 * slots(shape)),
+            left: Vec::new(),
+            pairs: Turned::new(triangle(slots(shape))),
+            turned: Turned::new(shape.features()),
+            sums: Vec::new(),
+        }
+    }
+}
+
+/// The sum of squared differences of a block, and with `sums` how it changes.
+pub(super) struct Sweep<'a> {
+    pub(super) numbers: &'a Numbers,
+    pub(super) block: &'a Block,
+    pub(super) room: &'a mut Room,
+    pub(super) sums: Option<&'a mut Sums>,
+}
+
+impl Work for Sweep<'_> {
+    type Done = f64;
+
+    #[inline(always)]
+    fn run(mut self) -> f64 {
+        self.forwards();
+        self.residuals();
+        if self.sums.is_some() {
+            self.slots();
+            self.products();
+        }
+        self.room.residuals.iter().map(sum_of_squares).sum()
+    }
+}
+
+impl Sweep<'_> {
+    /// Units, then terms.
+    #[inline(always)]
+    fn forwards(&mut self) {
+        let functions = std::hint::black_box(Functions::KNOWN);
+        let Numbers { shape, values, .. } = self.numbers;
+        let Room { features, slopes, terms, .. } = &mut *self.room;
+        let (own, given) = features.split_at_mut(shape.units);
+        given[..shape.inputs.len()].copy_from_slice(&self.block.inputs);
+        given[shape.inputs.len()] = Row([1.0; LANES]);
+        for (unit, (u, slope)) in own.iter_mut().zip(slopes).enumerate() {
+            combine(u, &values[shape.unit(unit, 0)..][..given.len()], given);
+            for lane in 0..LANES {
+                let value = functions.spl(u.0[lane]);
+                u.0[lane] = value;
+                // 2^a / (1 + 2^a), where 1 + 2^a is 2^u.
+                slope.0[lane] = 1.0 - functions.ex2::<true>(-value);
+            }
+        }
+        for (term, e) in terms.iter_mut().enumerate() {
+            let weights = &values[shape.term(term, 0)..][..shape.features() - 1];
+            combine(e, weights, &features[..weights.len()]);
+            for value in &mut e.0 {
+                *value = functions.ex2::<true>(*value);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn residuals(&mut self) {
+        let functions = std::hint::black_box(Functions::KNOWN);
+        let Block { weight, wanted, importance, side, .. } = self.block;
+        let Room { terms, residuals, by_result, .. } = &mut *self.room;
+        for channel in 0..3 {
+            let mut result = Row::ZERO;
+            for (e, factors) in terms.iter().zip(&self.numbers.factors) {
+                for lane in 0..LANES {
+                    result.0[lane] += factors[channel] * e.0[lane];
+                }
+            }
+            for lane in 0..LANES {
+                let (s, w, counts) = (result.0[lane], weight.0[lane], importance.0[lane]);
+                let whole = 1.0 + (s * s) * w;
+                let found = std::f32::consts::LN_2 * functions.log2(whole);
+                let difference = found - wanted[channel].0[lane];
+                // What is within its bound does not change with anything.
+                let counts = if difference * side.0[lane] < 0.0 { 0.0 } else { counts };
+                residuals[channel].0[lane] = counts * difference;
+                by_result[channel].0[lane] = counts * (2.0 * (s * w)) / whole;
+            }
+        }
+    }
+
+    /// The residuals by the arguments of terms and units.
+    #[inline(always)]
+    fn slots(&mut self) {
+        let Numbers { shape, values, factors } = self.numbers;
+        let Room { slopes, terms, by_result, by_slot, .. } = &mut *self.room;
+        for (by_slot, (channel, by_result)) in
+            by_slot.chunks_exact_mut(slots(shape)).zip(by_result.iter().enumerate())
+        {
+            let (by_term, by_unit) = by_slot.split_at_mut(shape.terms);
+            for ((row, e), factors) in by_term.iter_mut().zip(terms.iter()).zip(factors) {
+                let factor = std::f32::consts::LN_2 * factors[channel];
+                for lane in 0..LANES {
+                    row.0[lane] = by_result.0[lane] * (factor * e.0[lane]);
+                }
+            }
+            for (unit, (row, slope)) in by_unit.iter_mut().zip(slopes.iter()).enumerate() {
+                *row = Row::ZERO;
+                for (term, by_term) in by_term.iter().enumerate() {
+                    let weight = values[shape.term(term, unit)];
+                    for lane in 0..LANES {
+                        row.0[lane] += weight * by_term.0[lane];
+                    }
+                }
+                for lane in 0..LANES {
+                    row.0[lane] *= slope.0[lane];
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn products(&mut self) {
+        let Some(sums) = &mut self.sums else { return };
+        let shape = &self.numbers.shape;
+        let (slots, terms) = (slots(shape), shape.terms);
+        let Room { features, residuals, by_slot, left, pairs, turned, sums: room, .. } =
+            &mut *self.room;
+        let by_slot = |channel: usize, slot: usize| &by_slot[channel * slots + slot];
+        let mut at = 0;
+        for a in 0..slots {
+            for b in a..slots {
+                pairs.set(at, &dot([0, 1, 2].map(|c| (by_slot(c, a), by_slot(c, b)))));
+                at += 1;
+            }
+        }
+        left.clear();
+        for (k, a) in features.iter().enumerate() {
+            left.extend(features[k..].iter().map(|b| product(a, b)));
+            turned.set(k, a);
+        }
+        add_products(left, pairs, &mut sums.slots, room);
+        left.clear();
+        for channel in 0..3 {
+            for term in 0..terms {
+                let colour = by_slot(channel, term);
+                left.extend((0..slots).map(|slot| product(colour, by_slot(channel, slot))));
+            }
+        }
+        for slot in 0..slots {
+            left.push(dot([0, 1, 2].map(|c| (by_slot(c, slot), &residuals[c]))));
+        }
+        for (channel, residual) in residuals.iter().enumerate() {
+            left.extend((0..terms).map(|term| product(by_slot(channel, term), residual)));
+        }
+        add_products(left, turned, &mut sums.rest, room);
+    }
+}
+
+/// The sum of rows times weights.
+#[inline(always)]
+fn combine(out: &mut Row, weights: &[f32], rows: &[Row]) {
+    *out = Row::ZERO;
+    for (weight, row) in weights.iter().zip(rows) {
+        for lane in 0..LANES {
+            out.0[lane] += weight * row.0[lane];
+        }
+    }
+}
+
+#[inline(always)]
+fn product(a: &Row, b: &Row) -> Row {
+    let mut out = Row::ZERO;
+    for lane in 0..LANES {
+        out.0[lane] = a.0[lane] * b.0[lane];
+    }
+    out
+}
+
+#[inline(always)]
+fn dot(pairs: [(&Row, &Row); 3]) -> Row {
+    let mut out = Row::ZERO;
+    for (a, b) in pairs {
+        for lane in 0..LANES {
+            out.0[lane] += a.0[lane] * b.0[lane];
+        }
+    }
+    out
+}

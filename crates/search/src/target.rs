@@ -1,0 +1,10 @@
+//! What a search is to match: pairs of directions and the reflectance wanted there.
+
+mod draw;
+mod measured;
+mod samples;
+
+pub use draw::draw_pairs;
+pub(crate) use draw::from_half;
+pub use measured::{MeasuredTarget, TargetError};
+pub use samples::Samples;

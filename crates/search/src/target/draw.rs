@@ -1,0 +1,86 @@
+//! Where a material is looked at: pairs of directions that are drawn, half of them so that highlights are seen.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use brood_brdf::DirectionPair;
+use brood_genome::{BirthKey, Operator, Stream};
+use glam::DVec3;
+
+/// Pairs with a smaller cosine are drawn again.
+const LEAST_COSINE: f64 = 0.01;
+
+/// Pairs of directions above the surface, the same for the same seed.
+///
+/// Of every two the first is uniform over both hemispheres, the second uniform in (theta_h, theta_d, phi_d, phi_h), which stand
+/// close together where half vectors are close to the normal.
+///
+/// # Source
+/// Rusinkiewicz, *A New Change of Variables for Efficient BRDF Representation* (1998), for the angles.
+#[must_use]
+pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    let mut stream = Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Directions);
+    let mut pairs = Vec::with_capacity(count);
+    while pairs.len() < count {
+        let halves = pairs.len() % 2 == 1;
+        let (wi, wo) = if halves { by_half(&mut stream) } else { by_hemisphere(&mut stream) };
+        if wi.z.min(wo.z) < LEAST_COSINE {
+            continue;
+        }
+        pairs.push(DirectionPair::new(wi, wo).expect("both have been made unit"));
+    }
+    pairs
+}
+
+fn by_hemisphere(stream: &mut Stream) -> (DVec3, DVec3) {
+    let mut direction = || {
+        let z = unit(stream);
+        let (sin, cos) = libm::sincos(TAU * unit(stream));
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z).normalize()
+    };
+    (direction(), direction())
+}
+
+fn by_half(stream: &mut Stream) -> (DVec3, DVec3) {
+    let [theta_h, theta_d] = [(); 2].map(|()| FRAC_PI_2 * unit(stream));
+    let [phi_d, phi_h] = [(); 2].map(|()| TAU * unit(stream));
+    from_half([theta_h, theta_d, phi_d, phi_h])
+}
+
+/// The pair of directions of these angles: theta_h, theta_d, phi_d, phi_h.
+pub(crate) fn from_half([theta_h, theta_d, phi_d, phi_h]: [f64; 4]) -> (DVec3, DVec3) {
+    let (sin_h, cos_h) = libm::sincos(theta_h);
+    let (sin_d, cos_d) = libm::sincos(theta_d);
+    let (sin_pd, cos_pd) = libm::sincos(phi_d);
+    let (sin_ph, cos_ph) = libm::sincos(phi_h);
+    let turn = |v: DVec3| {
+        let v = DVec3::new(cos_h * v.x + sin_h * v.z, v.y, cos_h * v.z - sin_h * v.x);
+        DVec3::new(cos_ph * v.x - sin_ph * v.y, sin_ph * v.x + cos_ph * v.y, v.z).normalize()
+    };
+    let d = DVec3::new(sin_d * cos_pd, sin_d * sin_pd, cos_d);
+    // Mirrored at the half vector, which is the z axis here.
+    (turn(d), turn(DVec3::new(-d.x, -d.y, d.z)))
+}
+
+fn unit(stream: &mut Stream) -> f64 {
+    f64::from(stream.unit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_above_the_surface_and_half_of_them_spread_over_the_half_vector() {
+        let pairs = draw_pairs(4000, 5);
+        assert!(pairs.iter().all(|pair| pair.cos_i().min(pair.cos_o()) >= LEAST_COSINE - 1e-12));
+        let near = |start: usize| {
+            let of = |pair: &DirectionPair| (pair.wi() + pair.wo()).normalize().z;
+            pairs.iter().skip(start).step_by(2).filter(|pair| of(pair) > 0.9962).count()
+        };
+        // Half vectors within 5 degrees of the normal.
+        assert!(near(0) < 30 && near(1) > 120, "{} {}", near(0), near(1));
+        assert_eq!(draw_pairs(10, 5), pairs[..10]);
+        assert_ne!(draw_pairs(10, 6), pairs[..10]);
+    }
+}
