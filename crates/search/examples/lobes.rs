@@ -42,11 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 show(&what, fit.best().ok_or("there is none")?)?;
             }
         }
-        show("refined", &fit.refined().ok_or("there is none")?)?;
-        for (at, pruned) in fit.front().iter().enumerate() {
-            if at % 8 == 0 {
-                show(&format!("front {at:2}, {:.5}", pruned.fitted), &pruned.lobes)?;
-            }
+        let outcome = fit.finish().ok_or("there is none")?;
+        show("best", &outcome.front[outcome.best].lobes)?;
+        for (at, fitted) in outcome.front.iter().enumerate().step_by(4) {
+            show(&format!("front {at:2}, {:.5}", fitted.fitted), &fitted.lobes)?;
         }
     }
     Ok(())

@@ -19,6 +19,5 @@ mod sweep;
 
 pub use batch::Batch;
 pub use program::LobesError;
-pub use prune::Pruned;
-pub use schedule::{Fit, Progress};
+pub use schedule::{Fit, Fitted, Outcome, Progress};
 pub use shape::{Lobes, Shape};

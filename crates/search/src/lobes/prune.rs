@@ -14,23 +14,13 @@ const WORST: f64 = 6.0;
 /// So that what changes nothing can be told apart from what cannot be known.
 const DAMPING: f64 = 1e-9;
 
-/// A fit with some of its weights left out.
-#[derive(Debug, Clone)]
-pub struct Pruned {
-    /// The fit.
-    pub lobes: Lobes,
-    /// Its E_log on the samples it was fitted to, with what guards it.
-    pub fitted: f64,
-}
-
 /// The fit and its shorter ones.
 ///
 /// # Source
 /// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993): a weight w is needed by
 /// w^2 / (2 [H^-1]_ww).
-pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Pruned> {
-    let pruned = |fit: &Damped| Pruned { lobes: fit.lobes.clone(), fitted: fit.error.sqrt() };
-    let mut all = vec![pruned(&fit)];
+pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Damped> {
+    let mut all = vec![fit.clone()];
     let worst = WORST * WORST * fit.error;
     while let Some(lobes) = without_least(&fit.lobes, batch) {
         fit = Damped::new(lobes, batch);
@@ -38,7 +28,7 @@ pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Pruned> {
         if fit.error > worst {
             break;
         }
-        all.push(pruned(&fit));
+        all.push(fit.clone());
     }
     all
 }

@@ -8,7 +8,7 @@ use super::batch::{Batch, Point, points};
 use super::damped::Damped;
 use super::guard::guard;
 use super::normal::error;
-use super::prune::{Pruned, prune};
+use super::prune::prune;
 use super::seed::start;
 use super::{Lobes, Shape};
 use crate::Samples;
@@ -71,6 +71,24 @@ pub struct Progress {
     pub held: f64,
 }
 
+/// A fit that is done.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The fit.
+    pub lobes: Lobes,
+    /// Its E_log on the samples it was fitted to, with what bounds and ridge add.
+    pub fitted: f64,
+}
+
+/// What a search has found.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// From the longest to the shortest.
+    pub front: Vec<Fitted>,
+    /// Index of the one that did best on samples that were held back from it, before it was refined on these as well.
+    pub best: usize,
+}
+
 impl Problem {
     fn new(samples: &Samples, shape: Shape, seed: u64) -> Self {
         let points = points(samples, &shape);
@@ -127,25 +145,25 @@ impl Fit {
         self.kept.first().map(|kept| &kept.damped.lobes)
     }
 
-    /// The best, refined on all samples, and the shorter ones that come of leaving out, one after the other, what it needs least;
-    /// nothing where there has been no generation. The longest comes first.
+    /// The best and the shorter ones that come of leaving out, one after the other, what it needs least, all of them refined on all
+    /// samples; nothing where there has been no generation.
     #[must_use]
-    pub fn front(&self) -> Vec<Pruned> {
-        let Some(best) = self.kept.first() else { return Vec::new() };
-        let whole = &self.shapes[best.problem].whole;
-        let mut fit = best.damped.clone().on(whole);
-        fit.refine(whole, LAST_STEPS);
-        prune(fit, whole)
-    }
-
-    /// The best, refined on all samples.
-    #[must_use]
-    pub fn refined(&self) -> Option<Lobes> {
+    pub fn finish(&self) -> Option<Outcome> {
         let best = self.kept.first()?;
-        let whole = &self.shapes[best.problem].whole;
-        let mut fit = best.damped.clone().on(whole);
-        fit.refine(whole, LAST_STEPS);
-        Some(fit.lobes)
+        let Problem { all, held, whole, .. } = &self.shapes[best.problem];
+        let found = prune(best.damped.clone(), all);
+        let apart: Vec<f64> = found.iter().map(|fit| error(&fit.lobes, held)).collect();
+        // The one that does best where it was not fitted; the first of those that are as good.
+        let best = (0..found.len()).reduce(|a, b| if apart[b] < apart[a] { b } else { a })?;
+        let front = found
+            .into_par_iter()
+            .map(|fit| {
+                let mut fit = fit.on(whole);
+                fit.refine(whole, LAST_STEPS);
+                Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes }
+            })
+            .collect();
+        Some(Outcome { front, best })
     }
 
     fn progress(&self) -> Progress {
