@@ -23,7 +23,7 @@ use crate::model_picture::{Picture, Shot};
 use crate::{logging, output};
 use curve::Curves;
 use phenomena::Phenomena;
-use subject::Subject;
+pub use subject::Subject;
 
 /// More would neither fit beside each other nor be told apart in a chart.
 const MOST: usize = 6;

@@ -12,6 +12,7 @@ mod dialect;
 mod diff;
 mod eval;
 mod export;
+mod fit;
 mod frame;
 mod genome_file;
 mod inspect;
@@ -65,6 +66,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Print the reflectance of a material for pairs of directions
     Eval(eval::EvalArgs),
+    /// Search for a material that matches a measured one
+    Fit(fit::FitArgs),
     /// Print a genome as source code for other renderers
     Export(export::ExportArgs),
     /// Show what a genome is and check its physics
@@ -94,6 +97,7 @@ fn main() -> ExitCode {
         Command::Breed(args) => breed::run(&args, cli.json),
         Command::Render(args) => render::run(&args, cli.json),
         Command::Eval(args) => eval::run(&args, cli.json),
+        Command::Fit(args) => fit::run(&args, cli.json),
         Command::Export(args) => export::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Preset(args) => preset::run(&args, cli.json),

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Merl, Rgl, Samples, Scattered, Slice};
 use brood_genome::Genome;
+use brood_search::MeasuredTarget;
 
 use crate::diff::Picture;
 use crate::genome_file;
@@ -27,8 +28,7 @@ pub enum Material {
 
 /// Reads the material that an argument names; `-` is stdin. What was measured is told by the ending of its name.
 pub fn read(path: &PathBuf) -> Result<Material> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    let (brdf, kind) = match extension.to_ascii_lowercase().as_str() {
+    let (brdf, kind) = match extension(path).as_str() {
         "binary" => (measured(path, MERL_BYTES, |bytes| Ok(Merl::read(bytes)?))?, "MERL table"),
         "bsdf" => (measured(path, RGL_BYTES, |bytes| Ok(Rgl::read(bytes)?))?, "RGL material"),
         "csv" => {
@@ -48,6 +48,45 @@ pub fn read(path: &PathBuf) -> Result<Material> {
     Ok(Material::Measured(brdf, kind))
 }
 
+/// Reads what a search is to match, and says which kind of table it is.
+pub fn read_target(path: &PathBuf) -> Result<(MeasuredTarget, &'static str)> {
+    let samples = |samples: Samples, kind| -> Result<_> {
+        tell_skipped(path, &samples);
+        Ok((MeasuredTarget::of_samples(&samples).with_context(|| name(path))?, kind))
+    };
+    match extension(path).as_str() {
+        "csv" => {
+            let bytes = read_file(path, SAMPLES_BYTES)?;
+            samples(Samples::from_csv(&bytes).with_context(|| name(path))?, "scattered samples")
+        }
+        "brdf" => {
+            let bytes = read_file(path, SAMPLES_BYTES)?;
+            let read = Samples::from_goniometer(&bytes).with_context(|| name(path))?;
+            samples(read, "goniometer measurements")
+        }
+        "exr" => {
+            let slice = read_slice(path).with_context(|| name(path))?;
+            let target = MeasuredTarget::of_slice(&slice).with_context(|| name(path))?;
+            Ok((target, "image slice"))
+        }
+        _ => match read(path)? {
+            Material::Measured(brdf, kind) => {
+                Ok((MeasuredTarget::of(&*brdf).with_context(|| name(path))?, kind))
+            }
+            Material::Bred(_) => bail!(
+                "{} is a genome already; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or \
+                 an image slice as .exr",
+                name(path)
+            ),
+        },
+    }
+}
+
+fn extension(path: &Path) -> String {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    extension.to_ascii_lowercase()
+}
+
 fn measured<B: Brdf + 'static>(
     path: &Path,
     limit_bytes: u64,
@@ -57,14 +96,19 @@ fn measured<B: Brdf + 'static>(
     Ok(Box::new(read(&bytes).with_context(|| name(path))?))
 }
 
-/// Interpolates samples, and says on stderr if some could not be used.
+/// Interpolates samples.
 fn scattered(path: &Path, samples: &Samples) -> Scattered {
+    tell_skipped(path, samples);
+    Scattered::new(samples)
+}
+
+/// Says on stderr if some samples could not be used.
+fn tell_skipped(path: &Path, samples: &Samples) {
     let skipped = samples.skipped();
     if skipped > 0 {
         let all = samples.rows().len() + skipped;
         eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
     }
-    Scattered::new(samples)
 }
 
 fn read_slice(path: &Path) -> Result<Slice> {

@@ -1,8 +1,11 @@
 //! Measured materials as targets: what is fitted, what is held out, and how close a reciprocal material can come at all.
 
-use brood_brdf::{Brdf, DirectionPair};
+use std::f64::consts::FRAC_PI_2;
 
-use super::{Samples, draw_pairs};
+use brood_brdf::{Brdf, DirectionPair};
+use glam::DVec3;
+
+use super::{Samples, draw_pairs, from_half};
 use crate::metric::e_log;
 
 /// Drawn to fit, and to hold out.
@@ -16,6 +19,11 @@ const FEWEST: usize = 100;
 const STREAMS: (u64, u64) = (1, 2);
 /// As much as a program can reflect: the square of its range.
 const LARGEST: f64 = 65504.0 * 65504.0;
+
+/// Prime, and no divisor of the samples of a slice.
+const STRIDE: usize = 1009;
+/// Both cosines are at least this.
+const LEAST_COSINE: f64 = 0.01;
 
 /// A measured material.
 #[derive(Debug, Clone)]
@@ -33,9 +41,7 @@ pub struct MeasuredTarget {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum TargetError {
     /// Too little to fit.
-    #[error(
-        "{0} samples are above the surface by more than half a degree; at least {FEWEST} are needed"
-    )]
+    #[error("{0} samples are above the surface by more than half a degree, {FEWEST} are needed")]
     Few(usize),
     /// Nothing to match.
     #[error("it reflects nothing at any of {0} samples")]
@@ -56,20 +62,39 @@ impl MeasuredTarget {
         Self { fitted, held, floor }.checked()
     }
 
+    /// Of a material that is known by its image slice alone: at the middle of each of 90 x 90 degrees of theta_h and theta_d, phi_d
+    /// being a quarter turn.
+    pub fn of_slice(slice: &dyn Brdf) -> Result<Self, TargetError> {
+        let middle = |index: u32| (f64::from(index) + 0.5).to_radians();
+        let angles =
+            (0..90).flat_map(|row| (0..90).map(move |column| (middle(column), middle(row))));
+        let pair = |(theta_h, theta_d): (f64, f64)| {
+            let (wi, wo) = from_half([theta_h, theta_d, FRAC_PI_2, 0.0]);
+            DirectionPair::new(wi, wo).expect("both have been made unit")
+        };
+        // In another order, so that every fifth is not a column.
+        let pairs: Vec<DirectionPair> = angles.map(pair).collect();
+        let count = pairs.len();
+        let pairs = (0..count).map(|at| pairs[at * STRIDE % count]).filter(is_above).collect();
+        Self::split(&Samples::of(slice, pairs))
+    }
+
     /// Of samples at pairs of their own, in their order.
     pub fn of_samples(samples: &brood_brdf::Samples) -> Result<Self, TargetError> {
-        // As far above the surface as the samples of other targets.
-        let is_above = |pair: &DirectionPair| pair.cos_i().min(pair.cos_o()) >= 0.01;
-        let rows: Vec<_> = samples.rows().iter().filter(|(pair, _)| is_above(pair)).collect();
-        if rows.len() < FEWEST {
-            return Err(TargetError::Few(rows.len()));
+        let rows = samples.rows().iter().filter(|(pair, _)| is_above(pair));
+        let of = |(pair, f): &(DirectionPair, DVec3)| (*pair, f.to_array().map(|f| f.max(0.0)));
+        let (pairs, values) = rows.map(of).unzip();
+        Self::split(&Samples::new(pairs, values))
+    }
+
+    fn split(samples: &Samples) -> Result<Self, TargetError> {
+        if samples.len() < FEWEST {
+            return Err(TargetError::Few(samples.len()));
         }
         let part = |is_held: bool| {
-            let rows = rows.iter().enumerate().filter(|(at, _)| (at % ONE_IN == 0) == is_held);
-            let of = |(pair, f): &(DirectionPair, glam::DVec3)| {
-                (*pair, f.to_array().map(|f| f.max(0.0)))
-            };
-            let (pairs, values) = rows.map(|(_, row)| of(row)).unzip();
+            let rows = (0..samples.len()).filter(|at| (at % ONE_IN == 0) == is_held);
+            let (pairs, values) =
+                rows.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
             Samples::new(pairs, values)
         };
         Self { fitted: part(false), held: part(true), floor: None }.checked()
@@ -88,12 +113,15 @@ impl MeasuredTarget {
     }
 }
 
+/// As far above the surface as what is drawn.
+fn is_above(pair: &DirectionPair) -> bool {
+    pair.cos_i().min(pair.cos_o()) >= LEAST_COSINE
+}
+
 #[cfg(test)]
 mod tests {
-    use brood_brdf::{Model, ModelKind};
-    use glam::DVec3;
-
     use super::*;
+    use brood_brdf::{Model, ModelKind};
 
     fn rows(count: usize, f: f64) -> brood_brdf::Samples {
         let rows = draw_pairs(count, 9).into_iter().map(|pair| (pair, DVec3::splat(f))).collect();
@@ -114,6 +142,13 @@ mod tests {
         let target = MeasuredTarget::of_samples(&rows(1000, 0.5)).unwrap();
         assert_eq!((target.fitted.len(), target.held.len()), (800, 200));
         assert_eq!(target.floor, None);
+    }
+
+    #[test]
+    fn slice_is_fitted_where_it_has_values() {
+        let target = MeasuredTarget::of_slice(&*Model::new(ModelKind::Conductor).brdf()).unwrap();
+        let all = target.fitted.len() + target.held.len();
+        assert!((6000..8100).contains(&all) && target.held.len() == all.div_ceil(5), "{all}");
     }
 
     #[test]

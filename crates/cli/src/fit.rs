@@ -1,0 +1,168 @@
+//! `brood fit`: a search for a material that matches a measured one, without a server.
+//!
+//! Owns the options, the budget and the files; how far off what was found is, and what physics says of it, stands in `report`.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use brood_eval::encode_png;
+use brood_genome::Genome;
+use brood_protocol::PictureFormat;
+use brood_scene::Exposure;
+use brood_search::MeasuredTarget;
+use brood_search::lobes::{Fit, Outcome, Shape};
+use brood_worker::Renderer;
+use clap::Args;
+
+use crate::compare::Subject;
+use crate::frame::FrameArgs;
+use crate::model_picture::Shot;
+use crate::{logging, material_file, output};
+use report::{Found, Report};
+
+/// Sizes of the family that are tried: units and terms.
+const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
+const SECONDS: f64 = 10.0;
+
+/// Options of `brood fit`.
+#[derive(Debug, Args)]
+pub struct FitArgs {
+    /// What is to be matched: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's `.brdf`, or an image slice as
+    /// `.exr`
+    pub target: PathBuf,
+    /// Search for that long; 10 seconds where no budget is given
+    #[arg(long, value_name = "N", conflicts_with = "generations")]
+    pub seconds: Option<f64>,
+    /// Search for so many generations: the same result on every machine
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub generations: Option<u32>,
+    /// Threads to use; all of the machine's where it is not given
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// What the search draws from
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// The material is its own mirror image, so that the fit need not tell left from right
+    #[arg(long)]
+    pub mirrored: bool,
+    #[command(flatten)]
+    pub frame: FrameArgs,
+    /// Where best.brood, the front, the report and the pictures go
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &FitArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let seconds = args.seconds.unwrap_or(SECONDS);
+    ensure!(seconds > 0.0 && seconds <= 1e6, "--seconds is a number above 0, up to a million");
+    let renderer = Renderer::new(args.frame.backend);
+    // Before the search, so that what cannot be drawn is known at once.
+    args.frame.load(&renderer, PictureFormat::Png)?;
+    let (target, kind) = material_file::read_target(&args.target)?;
+    output::make_dir(&args.output)?;
+    let mut pool = rayon::ThreadPoolBuilder::new();
+    if let Some(threads) = args.threads {
+        pool = pool.num_threads(usize::from(threads));
+    }
+    let pool = pool.build().context("start the threads of the search")?;
+    let begun = Instant::now();
+    let (outcome, generations) = pool.install(|| search(args, &target, seconds))?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let front = front(&outcome, &target)?;
+    let best = &front[outcome.best];
+    write_front(&args.output, &front)?;
+    output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;
+    pictures(args, &renderer, &best.genome)?;
+    let (seed, threads) = (args.seed, pool.current_num_threads());
+    let report = Report::of(best, &target, kind)?;
+    let run = serde_json::json!({
+        "strategy": "lobes", "seed": seed, "threads": threads, "generations": generations, "seconds": seconds,
+    });
+    let text = serde_json::to_string_pretty(&report.json(&run)).context("write JSON")?;
+    output::write_file(&args.output.join("report.json"), text.as_bytes())?;
+    if json {
+        return output::print(&format!("{text}\n"));
+    }
+    output::print(&format!(
+        "{}{generations} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
+         front.csv with its genomes, and report.json\n",
+        report.text(),
+        args.output.display(),
+    ))
+}
+
+/// Searches until the budget is used up; also how many generations that were.
+fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, u32)> {
+    let shapes = SHAPES.map(|(units, terms)| Shape::new(units, terms, args.mirrored));
+    let begun = Instant::now();
+    let mut fit = Fit::new(&target.fitted, shapes.to_vec(), args.seed);
+    let spinner = output::spinner("searching");
+    let mut told = f64::INFINITY;
+    loop {
+        let progress = fit.step();
+        let line = format!(
+            "generation {}, {:.1} s: E_log {:.5} where it was fitted, {:.5} where it was not",
+            progress.generation,
+            begun.elapsed().as_secs_f64(),
+            progress.fitted,
+            progress.held,
+        );
+        // Every tenth off is news, on a terminal as elsewhere.
+        if progress.held < 0.9 * told {
+            told = progress.held;
+            spinner.suspend(|| eprintln!("{line}"));
+        }
+        spinner.set_message(line);
+        let is_over = match args.generations {
+            Some(generations) => progress.generation >= generations,
+            None => begun.elapsed().as_secs_f64() >= seconds,
+        };
+        if is_over {
+            spinner.set_message("shortening what was found");
+            let outcome = fit.finish().context("the search found nothing")?;
+            spinner.finish_and_clear();
+            return Ok((outcome, progress.generation));
+        }
+    }
+}
+
+fn front(outcome: &Outcome, target: &MeasuredTarget) -> Result<Vec<Found>> {
+    outcome.front.iter().map(|fitted| Found::of(&fitted.lobes, target)).collect()
+}
+
+/// The front as CSV and its genomes, from the longest to the shortest.
+fn write_front(folder: &Path, front: &[Found]) -> Result<()> {
+    let genomes = folder.join("front");
+    output::make_dir(&genomes)?;
+    let mut text = String::from("genome,operations,numbers,e_log_fitted,e_log\n");
+    for (index, found) in front.iter().enumerate() {
+        let name = format!("{index:02}.brood");
+        output::write_file(&genomes.join(&name), found.genome.to_string().as_bytes())?;
+        let Found { operations, numbers, fitted, e_log, .. } = found;
+        text += &format!("front/{name},{operations},{numbers},{fitted},{e_log}\n");
+    }
+    output::write_file(&folder.join("front.csv"), text.as_bytes())
+}
+
+/// The target and what was found, at the exposure of the target.
+fn pictures(args: &FitArgs, renderer: &Renderer, best: &Genome) -> Result<()> {
+    let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
+    let mut scene = frame.scene()?;
+    let assets = renderer.light_assets();
+    for (name, subject) in
+        [("target.png", Subject::read(&args.target)?), ("best.png", Subject::of(best.clone()))]
+    {
+        let (size_px, sampling) = (args.frame.size, args.frame.samples);
+        let shot = Shot { mesh: mesh.mesh(), scene: &scene, assets: &assets, size_px, sampling };
+        let developed = shot.take(&subject).developed;
+        scene.film.exposure = Exposure::Ev(developed.exposure_ev);
+        let png = encode_png(developed.width, developed.height, &developed.rgba);
+        output::write_file(&args.output.join(name), &png)?;
+    }
+    Ok(())
+}
