@@ -35,30 +35,35 @@ impl DirectionPair {
 
     /// To the light.
     #[must_use]
+    #[inline]
     pub fn wi(&self) -> DVec3 {
         self.wi
     }
 
     /// To the eye.
     #[must_use]
+    #[inline]
     pub fn wo(&self) -> DVec3 {
         self.wo
     }
 
     /// Cosine of the angle between the normal and `wi`.
     #[must_use]
+    #[inline]
     pub fn cos_i(&self) -> f64 {
         self.wi.z
     }
 
     /// Cosine of the angle between the normal and `wo`.
     #[must_use]
+    #[inline]
     pub fn cos_o(&self) -> f64 {
         self.wo.z
     }
 
     /// The same pair with the roles of light and eye exchanged.
     #[must_use]
+    #[inline]
     pub fn swapped(&self) -> Self {
         Self { wi: self.wo, wo: self.wi }
     }

@@ -14,13 +14,17 @@
 //! }
 //! ```
 
+mod block;
 mod direction;
+mod elementary;
 mod input;
 mod measured;
 mod model;
 mod swapped;
 
+pub use block::{Block, HORIZON, Loop, Machine, Plain};
 pub use direction::{DirectionError, DirectionPair};
+pub use elementary::{Branchless, Elementary, Libm};
 pub use input::{Input, InputMask, Parametrisation};
 pub use measured::{
     CsvError, GoniometerError, Merl, MerlError, Neural, NeuralError, Rgl, RglError, SampleError,
@@ -28,6 +32,6 @@ pub use measured::{
 };
 pub use model::{
     Brdf, Claims, Model, ModelKind, ModelPreset, NumbersError, Parameter, ParameterError,
-    ParameterTextError, Scale, Shape, UnknownModel, model_presets,
+    ParameterTextError, PreparedModel, Scale, Shape, UnknownModel, model_presets,
 };
 pub use swapped::Swapped;

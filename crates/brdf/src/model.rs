@@ -1,18 +1,19 @@
 //! Classical and physical models of reflectance: named, with parameters that have a range, a default and a source.
 //!
-//! A [`Model`] is a kind and values for its parameters, which is what texts, mutation and searches deal in; a [`Brdf`] is
-//! the same, prepared to be evaluated. It refuses to know meshes, pictures and programs.
+//! A [`Model`] is a kind and values for its parameters, which is what texts, mutation and searches deal in; a
+//! [`PreparedModel`] is the same, ready to be evaluated. It refuses to know meshes, pictures and programs.
 
 mod ashikhmin_shirley;
 mod cook_torrance;
 mod diffuse;
 mod fit;
+mod formula;
 mod fresnel;
-mod half;
 mod kind;
 mod microfacet;
 mod parameter;
 mod phong;
+mod prepared;
 mod preset;
 mod principled;
 mod rough_plastic;
@@ -27,6 +28,7 @@ use crate::DirectionPair;
 pub use kind::{ModelKind, UnknownModel};
 use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
+pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
 pub use text::ParameterTextError;
 
@@ -243,10 +245,17 @@ impl Model {
         model
     }
 
-    /// Prepared to be evaluated.
+    /// Prepared to be evaluated, on pairs and on blocks of them.
+    #[must_use]
+    pub fn prepare(&self) -> PreparedModel {
+        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
+        PreparedModel(self.kind.make(values))
+    }
+
+    /// The same among all else that reflects light.
     #[must_use]
     pub fn brdf(&self) -> Box<dyn Brdf> {
-        self.kind.make(Values { table: self.kind.parameters(), numbers: &self.numbers })
+        Box::new(self.prepare())
     }
 
     fn find(&self, name: &str) -> Result<(&'static Parameter, usize), ParameterError> {

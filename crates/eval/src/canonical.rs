@@ -20,7 +20,7 @@ pub(crate) use code::Code;
 pub(crate) use kernel::BLOCK;
 pub(crate) use kernel::{LANES, Quarter};
 
-use crate::{EvalError, Evaluator, Level};
+use crate::{EvalError, Evaluator, Level, layer};
 
 /// Samples that one task takes.
 const TASK: usize = 16 * BLOCK;
@@ -72,21 +72,35 @@ impl Evaluator for CanonicalEvaluator {
         if samples == 0 {
             return Ok(());
         }
-        programs.par_iter().zip(out.par_chunks_mut(3 * samples)).for_each(|(program, out)| {
-            let code = Code::new(program, set, self.level);
-            let (red, rest) = out.split_at_mut(samples);
-            let (green, blue) = rest.split_at_mut(samples);
+        let codes: Vec<Code<'_>> =
+            programs.par_iter().map(|program| Code::new(program, set, self.level)).collect();
+        // What layers add stands where the sum of both will stand.
+        let rows = codes.iter().zip(out.chunks_exact_mut(3 * samples));
+        let mut layered: Vec<_> =
+            rows.filter_map(|(code, out)| Some((code.layers()?, channels(out, samples)))).collect();
+        if !layered.is_empty() {
+            layer::fill(&mut layered, set, self.level);
+        }
+        codes.par_iter().zip(out.par_chunks_mut(3 * samples)).for_each(|(code, out)| {
+            let [red, green, blue] = channels(out, samples);
             let tasks = red.par_chunks_mut(TASK).zip(green.par_chunks_mut(TASK));
             let tasks = tasks.zip(blue.par_chunks_mut(TASK));
             tasks.enumerate().for_each(|(task, ((red, green), blue))| {
                 with_workspace(|workspace| {
                     let out = [red, green, blue];
-                    self.level.run(Reflectance { code: &code, start: task * TASK, out, workspace });
+                    self.level.run(Reflectance { code, start: task * TASK, out, workspace });
                 });
             });
         });
         Ok(())
     }
+}
+
+/// The values of one program as red, green and blue.
+fn channels(out: &mut [f32], samples: usize) -> [&mut [f32]; 3] {
+    let (red, rest) = out.split_at_mut(samples);
+    let (green, blue) = rest.split_at_mut(samples);
+    [red, green, blue]
 }
 
 thread_local! {
@@ -106,7 +120,7 @@ pub trait Work {
     fn run(self) -> Self::Done;
 }
 
-/// Reflectance of the samples from `start`, as many as `out` takes.
+/// Reflectance of the samples from `start`, as many as `out` takes, where what layers add stands already.
 struct Reflectance<'a> {
     code: &'a Code<'a>,
     start: usize,
@@ -129,7 +143,9 @@ impl Work for Reflectance<'_> {
             let results = bound.block(span);
             for (quarter, at) in (offset..offset + span.length).step_by(LANES).enumerate() {
                 let g = results.quarter(quarter);
-                reflectance(code.program(), g, code.layers(start + at), &mut f);
+                let end = samples.min(at + LANES);
+                let layers = code.layers().map(|_| out.each_ref().map(|row| &row[at..end]));
+                reflectance(code.program(), g, layers, &mut f);
                 for (out, f) in out.iter_mut().zip(&f) {
                     let out = &mut out[at..];
                     match out.first_chunk_mut() {

@@ -3,6 +3,8 @@
 
 #![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
 
+use brood_brdf::{Branchless, Loop, Machine};
+
 use crate::canonical::Work;
 
 /// An instruction set of this machine's architecture.
@@ -73,6 +75,25 @@ impl Level {
             #[cfg(target_arch = "x86_64")]
             Kind::Avx512 => unsafe { avx512(work) },
         }
+    }
+}
+
+/// Loops of models, with elementary functions that every level vectorises.
+impl Machine for Level {
+    #[inline]
+    fn run<L: Loop>(self, work: L) -> L::Values {
+        Self::run(self, Looped(work))
+    }
+}
+
+struct Looped<L>(L);
+
+impl<L: Loop> Work for Looped<L> {
+    type Done = L::Values;
+
+    #[inline(always)]
+    fn run(self) -> L::Values {
+        self.0.run::<Branchless>()
     }
 }
 

@@ -35,7 +35,7 @@ pub use fitness::{
     Screening, Selected, TargetError, select_best,
 };
 pub use level::Level;
-pub use model::model_reflectance;
+pub use model::{model_error, model_reflectance};
 pub use picture::{
     EnvironmentFileError, PictureError, SheetCell, centre_px, decode_environment, decode_png,
     encode_apng, encode_exr, encode_png, sheet,

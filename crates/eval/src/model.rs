@@ -1,8 +1,11 @@
 //! Models of reflectance on sample sets: f64 arithmetic on all cores, rounded to f32 at the end.
 
-use brood_brdf::Brdf;
+use brood_brdf::{Block, Brdf, Model};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
+
+use crate::Level;
+use crate::canonical::LANES;
 
 /// Samples that one task takes.
 const TOGETHER: usize = 1024;
@@ -32,6 +35,32 @@ pub fn model_reflectance(brdf: &dyn Brdf, set: &SampleSet, out: &mut Vec<f32>) {
             }
         },
     );
+}
+
+/// The largest difference of what blocks of samples give for a model from its f64 reference, before either is rounded to
+/// f32: relative, of values below 1e-60 relative to that.
+///
+/// # Domain
+/// A set with directions.
+///
+/// # Panics
+/// Where the set has no directions.
+#[must_use]
+pub fn model_error(model: &Model, set: &SampleSet, level: Level) -> f64 {
+    const LEAST: f64 = 1e-60;
+    let (prepared, mut block) = (model.prepare(), Block::<LANES>::new());
+    let mut worst: f64 = 0.0;
+    for pairs in set.pairs(0..set.len()).chunks(LANES) {
+        block.fill(level, pairs);
+        let f = prepared.f_block(level, &block);
+        for (lane, pair) in pairs.iter().enumerate() {
+            for (f, exact) in f.iter().zip(prepared.f(pair).to_array()) {
+                let off = (f[lane] - exact).abs() / exact.abs().max(LEAST);
+                worst = if off <= worst { worst } else { off };
+            }
+        }
+    }
+    worst
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]

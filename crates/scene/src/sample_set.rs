@@ -23,6 +23,7 @@ mod tests;
 mod values;
 mod view;
 
+use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -202,8 +203,18 @@ impl SampleSet {
     /// # Panics
     /// Where there is no such sample, and in a set of pixels that were picked without directions.
     #[must_use]
+    #[inline]
     pub fn pair(&self, index: usize) -> (DirectionPair, DVec2) {
         (self.pairs[index], self.uvs[index])
+    }
+
+    /// The directions of these samples.
+    ///
+    /// # Panics
+    /// As [`SampleSet::pair`].
+    #[must_use]
+    pub fn pairs(&self, range: Range<usize>) -> &[DirectionPair] {
+        &self.pairs[range]
     }
 
     /// For red, green and blue: the light per sample, which reflected radiance is f times.

@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::fresnel;
-use super::half::Half;
+use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use super::{Claims, fresnel};
+use crate::block::{Half, smaller};
+use crate::{Block, Elementary, Machine};
 
 const EXPONENTS: (f64, f64) = (0.5, 100_000.0);
 
@@ -23,35 +24,49 @@ pub(super) const ASHIKHMIN_SHIRLEY: &[Parameter] = &[
 
 /// # Source
 /// Ashikhmin and Shirley 2000, equations 4 and 5.
-struct AshikhminShirley {
-    diffuse: DVec3,
+#[derive(Debug, Clone)]
+pub(super) struct AshikhminShirley {
+    /// 28 R_d (1 - R_s) / (23 pi)
+    base: DVec3,
     specular: DVec3,
     exponents: (f64, f64),
+    /// sqrt((n_u + 1) (n_v + 1)) / (8 pi)
+    height: f64,
 }
 
-pub(super) fn ashikhmin_shirley(values: Values<'_>) -> Box<dyn Brdf> {
-    Box::new(AshikhminShirley {
-        diffuse: values.color("diffuse"),
-        specular: values.color("specular"),
-        exponents: (values.scalar("exponent_u"), values.scalar("exponent_v")),
+pub(super) fn ashikhmin_shirley(values: Values<'_>) -> Prepared {
+    let (diffuse, specular) = (values.color("diffuse"), values.color("specular"));
+    let (u, v) = (values.scalar("exponent_u"), values.scalar("exponent_v"));
+    Prepared::AshikhminShirley(AshikhminShirley {
+        base: diffuse * (DVec3::ONE - specular) * (28.0 / (23.0 * PI)),
+        specular,
+        exponents: (u, v),
+        height: ((u + 1.0) * (v + 1.0)).sqrt() / (8.0 * PI),
     })
 }
 
-impl Brdf for AshikhminShirley {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
+impl Formula for &AshikhminShirley {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
         let (u, v) = self.exponents;
         let (x2, y2) = (half.h.x * half.h.x, half.h.y * half.h.y);
         let sine2 = x2 + y2;
-        let exponent = if sine2 > 0.0 { (u * x2 + v * y2) / sine2 } else { u };
-        let lobe = ((u + 1.0) * (v + 1.0)).sqrt() / (8.0 * PI)
-            * libm::pow(half.h.z.min(1.0), exponent)
-            / (half.cos_d * half.cos_i.max(half.cos_o));
+        let mixed = (u * x2 + v * y2) / sine2;
+        let exponent = if sine2 > 0.0 { mixed } else { u };
+        let lobe =
+            self.height * F::pow(smaller(half.h.z, 1.0), exponent) / (half.cos_d * half.cos_most());
         // 1 - (1 - c / 2)^5
-        let fades = |c: f64| 1.0 - (1.0 - 0.5 * c).powi(5);
-        let base = 28.0 / (23.0 * PI) * (fades(half.cos_i) * fades(half.cos_o));
-        self.diffuse * (DVec3::ONE - self.specular) * base
+        let fades = |c: f64| 1.0 - fresnel::fifth(0.5 * c);
+        self.base * (fades(half.cos_i()) * fades(half.cos_o()))
             + fresnel::schlick(self.specular, half.cos_d) * lobe
+    }
+}
+
+impl Reflect for AshikhminShirley {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        colors(machine, block, self)
     }
 
     fn claims(&self) -> Claims {

@@ -5,13 +5,15 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
+use super::Claims;
 use super::diffuse::ALBEDO;
-use super::fresnel;
-use super::half::Half;
+use super::formula::{Formula, colors};
+use super::fresnel::{self, Conductor};
 use super::microfacet::{DISTRIBUTIONS, Distribution, SHADOWINGS, Shadowing};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use crate::block::Half;
+use crate::{Block, Elementary, Machine};
 
 const DISTRIBUTION: Parameter =
     Parameter::choice("distribution", "D: how the facets' normals are distributed", DISTRIBUTIONS);
@@ -51,7 +53,7 @@ pub(super) const COATED: &[Parameter] = &[ALBEDO, IOR, ROUGHNESS, STRETCH, DISTR
 #[derive(Debug, Clone, Copy)]
 enum Boundary {
     Schlick(DVec3),
-    Conductor(DVec3, DVec3),
+    Conductor([Conductor; 3]),
     Dielectric(f64),
 }
 
@@ -60,69 +62,105 @@ enum Boundary {
 /// # Source
 /// Cook and Torrance 1982 with 1/4 in place of 1/pi, which belongs to an unnormalised D: with 1/pi a white metal of m = 0.3
 /// reflects 1.27 of the light.
-struct Microfacet {
+#[derive(Debug, Clone)]
+pub(super) struct Microfacet {
+    /// Over pi.
     diffuse: DVec3,
     boundary: Boundary,
     distribution: Distribution,
     shadowing: Shadowing,
 }
 
-pub(super) fn cook_torrance(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn cook_torrance(values: Values<'_>) -> Prepared {
     make(values, values.color("diffuse"), Boundary::Schlick(values.color("f0")))
 }
 
-pub(super) fn conductor(values: Values<'_>) -> Box<dyn Brdf> {
-    make(values, DVec3::ZERO, Boundary::Conductor(values.color("eta"), values.color("k")))
+pub(super) fn conductor(values: Values<'_>) -> Prepared {
+    let (eta, k) = (values.color("eta"), values.color("k"));
+    let metals = [0, 1, 2].map(|channel| Conductor::new(eta[channel], k[channel]));
+    make(values, DVec3::ZERO, Boundary::Conductor(metals))
 }
 
-pub(super) fn coated(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn coated(values: Values<'_>) -> Prepared {
     make(values, values.color("albedo"), Boundary::Dielectric(values.scalar("ior")))
 }
 
-fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Box<dyn Brdf> {
+fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Prepared {
     let half_stretch = libm::exp2(0.5 * values.scalar("stretch"));
     let roughness = values.scalar("roughness");
     let alpha = DVec2::new(roughness * half_stretch, roughness / half_stretch);
-    Box::new(Microfacet {
-        diffuse,
+    Prepared::Microfacet(Microfacet {
+        diffuse: diffuse * FRAC_1_PI,
         boundary,
         distribution: Distribution::named(values.choice("distribution"), alpha),
         shadowing: Shadowing::named(values.choice("shadowing")),
     })
 }
 
-impl Boundary {
-    fn reflectance(&self, c: f64) -> DVec3 {
-        match *self {
-            Self::Schlick(f0) => fresnel::schlick(f0, c),
-            Self::Conductor(eta, k) => DVec3::new(
-                fresnel::conductor(eta.x, k.x, c),
-                fresnel::conductor(eta.y, k.y, c),
-                fresnel::conductor(eta.z, k.z, c),
-            ),
-            Self::Dielectric(eta) => DVec3::splat(fresnel::dielectric(eta, c)),
-        }
-    }
+/// A boundary with what the facets show of it: D G / (4 cos_i cos_o) of each lane.
+struct Bounded<'a, B, const N: usize> {
+    diffuse: DVec3,
+    boundary: B,
+    facets: &'a [f64; N],
+}
 
-    /// What of the light is left for the base after passing the boundary twice.
-    fn passed(&self, half: &Half) -> f64 {
-        match *self {
-            Self::Schlick(_) | Self::Conductor(..) => 1.0,
-            Self::Dielectric(eta) => {
-                let passes = |c| 1.0 - fresnel::dielectric(eta, c);
-                passes(half.cos_i) * passes(half.cos_o)
-            }
-        }
+struct Schlick(DVec3);
+struct Metal<'a>(&'a [Conductor; 3]);
+struct Coat(f64);
+
+impl<const N: usize> Formula for Bounded<'_, Schlick, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        self.diffuse + fresnel::schlick(self.boundary.0, half.cos_d) * self.facets[k]
     }
 }
 
-impl Brdf for Microfacet {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let facets = self.distribution.d(&half)
-            * self.distribution.visibility(self.shadowing, &half, pair.wi(), pair.wo());
-        let base = self.diffuse * (FRAC_1_PI * self.boundary.passed(&half));
-        base + self.boundary.reflectance(half.cos_d) * facets
+impl<const N: usize> Formula for Bounded<'_, Metal<'_>, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        let [red, green, blue] = self.boundary.0;
+        let reflected = DVec3::new(
+            red.reflectance(half.cos_d),
+            green.reflectance(half.cos_d),
+            blue.reflectance(half.cos_d),
+        );
+        reflected * self.facets[k]
+    }
+}
+
+impl<const N: usize> Formula for Bounded<'_, Coat, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        let Coat(eta) = self.boundary;
+        // What of the light is left for the base after passing the boundary twice.
+        let passes = |c| 1.0 - fresnel::dielectric(eta, c);
+        let passed = passes(half.cos_i()) * passes(half.cos_o());
+        let reflected = fresnel::dielectric(eta, half.cos_d) * self.facets[k];
+        self.diffuse * passed + DVec3::splat(reflected)
+    }
+}
+
+impl Reflect for Microfacet {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        let facets = &self.distribution.facets(self.shadowing, machine, block);
+        let diffuse = self.diffuse;
+        match &self.boundary {
+            Boundary::Schlick(f0) => {
+                colors(machine, block, Bounded { diffuse, boundary: Schlick(*f0), facets })
+            }
+            Boundary::Conductor(metals) => {
+                colors(machine, block, Bounded { diffuse, boundary: Metal(metals), facets })
+            }
+            Boundary::Dielectric(eta) => {
+                colors(machine, block, Bounded { diffuse, boundary: Coat(*eta), facets })
+            }
+        }
     }
 
     fn claims(&self) -> Claims {

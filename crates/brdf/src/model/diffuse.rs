@@ -4,10 +4,12 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::DVec3;
 
-use super::half::Half;
+use super::Claims;
+use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use crate::block::{Half, larger};
+use crate::{Block, Elementary, Machine};
 
 /// The share of light that is sent back, as all tables name it.
 pub(super) const ALBEDO: Parameter =
@@ -17,19 +19,30 @@ pub(super) const ALBEDO: Parameter =
 ///
 /// # Source
 /// Lambert 1760.
-struct Lambert {
-    albedo: DVec3,
+#[derive(Debug, Clone)]
+pub(super) struct Lambert {
+    /// rho / pi
+    f: DVec3,
 }
 
 pub(super) const LAMBERT: &[Parameter] = &[ALBEDO];
 
-pub(super) fn lambert(values: Values<'_>) -> Box<dyn Brdf> {
-    Box::new(Lambert { albedo: values.color("albedo") })
+pub(super) fn lambert(values: Values<'_>) -> Prepared {
+    Prepared::Lambert(Lambert { f: values.color("albedo") * FRAC_1_PI })
 }
 
-impl Brdf for Lambert {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        if Half::of(pair).is_some() { self.albedo * FRAC_1_PI } else { DVec3::ZERO }
+impl Formula for &Lambert {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, _: &Half, _: usize) -> DVec3 {
+        self.f
+    }
+}
+
+impl Reflect for Lambert {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        colors(machine, block, self)
     }
 
     fn claims(&self) -> Claims {
@@ -46,7 +59,8 @@ impl Brdf for Lambert {
 /// # Error
 /// The published form reflects up to 1.008 of what an albedo of 1 should, at grazing light and sigma below 0.3 (quadrature of
 /// 360,000 points); it conserves energy up to an albedo of 0.99.
-struct OrenNayar {
+#[derive(Debug, Clone)]
+pub(super) struct OrenNayar {
     albedo: DVec3,
     a: f64,
     b: f64,
@@ -58,19 +72,27 @@ pub(super) const OREN_NAYAR: &[Parameter] = &[
         .in_unit("rad"),
 ];
 
-pub(super) fn oren_nayar(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn oren_nayar(values: Values<'_>) -> Prepared {
     let sigma2 = values.scalar("sigma").powi(2);
     let a = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
     let b = 0.45 * sigma2 / (sigma2 + 0.09);
-    Box::new(OrenNayar { albedo: values.color("albedo"), a, b })
+    Prepared::OrenNayar(OrenNayar { albedo: values.color("albedo"), a, b })
 }
 
-impl Brdf for OrenNayar {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let across = (half.cos_io - half.cos_i * half.cos_o).max(0.0);
-        let shade = self.a + self.b * across / half.cos_i.max(half.cos_o);
+impl Formula for &OrenNayar {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        let across = larger(half.cos_io() - half.cos_i() * half.cos_o(), 0.0);
+        let shade = self.a + self.b * across / half.cos_most();
         self.albedo * (FRAC_1_PI * shade)
+    }
+}
+
+impl Reflect for OrenNayar {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        colors(machine, block, self)
     }
 
     fn claims(&self) -> Claims {

@@ -4,11 +4,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::fresnel;
-use super::half::Half;
+use super::formula::{Formula, colors, numbers};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use super::{Claims, fresnel};
+use crate::block::{Half, larger, smaller};
+use crate::{Block, Elementary, Machine};
 
 pub(super) const ABC: &[Parameter] = &[
     Parameter::color("diffuse", "k_D", [0.1; 3], (0.0, 1.0)),
@@ -22,7 +23,8 @@ pub(super) const ABC: &[Parameter] = &[
 ///
 /// # Source
 /// Low et al. 2012, the microfacet model of section 4.
-struct Abc {
+#[derive(Debug, Clone)]
+pub(super) struct Abc {
     diffuse: DVec3,
     a: DVec3,
     b: f64,
@@ -30,8 +32,8 @@ struct Abc {
     ior: f64,
 }
 
-pub(super) fn abc(values: Values<'_>) -> Box<dyn Brdf> {
-    Box::new(Abc {
+pub(super) fn abc(values: Values<'_>) -> Prepared {
+    Prepared::Abc(Abc {
         diffuse: values.color("diffuse"),
         a: values.color("a"),
         b: values.scalar("b"),
@@ -40,19 +42,25 @@ pub(super) fn abc(values: Values<'_>) -> Box<dyn Brdf> {
     })
 }
 
-impl Brdf for Abc {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let h = half.h;
+impl Formula for &Abc {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
         // 1 - cos_h without cancellation: sin^2 / (1 + cos).
-        let off = (h.x * h.x + h.y * h.y) / (1.0 + h.z);
-        let d = libm::pow(1.0 + self.b * off, -self.c);
+        let off = half.sin2() / (1.0 + half.h.z);
+        let d = F::pow(1.0 + self.b * off, -self.c);
         // G / (cos_i cos_o), finite at the horizon.
-        let most = half.cos_i.max(half.cos_o);
-        let flat = 1.0 / (half.cos_i * half.cos_o);
-        let visible = flat.min(2.0 * h.z / (half.cos_d * most));
+        let flat = 1.0 / (half.cos_i() * half.cos_o());
+        let visible = smaller(flat, 2.0 * half.h.z / (half.cos_d * half.cos_most()));
         let facets = FRAC_1_PI * fresnel::dielectric(self.ior, half.cos_d) * d * visible;
         self.diffuse * FRAC_1_PI + self.a * facets
+    }
+}
+
+impl Reflect for Abc {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        colors(machine, block, self)
     }
 
     fn claims(&self) -> Claims {
@@ -81,7 +89,8 @@ pub(super) const SGD: &[Parameter] = &[
 ///
 /// # Source
 /// Bagher, Soler and Holzschuch 2012, equations 8 to 13.
-struct Sgd {
+#[derive(Debug, Clone)]
+pub(super) struct Sgd {
     channels: [Channel; 3],
 }
 
@@ -100,7 +109,7 @@ struct Channel {
     theta0: f64,
 }
 
-pub(super) fn sgd(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn sgd(values: Values<'_>) -> Prepared {
     let of = |channel: usize| {
         let value = |name| values.color(name)[channel];
         Channel {
@@ -117,33 +126,80 @@ pub(super) fn sgd(values: Values<'_>) -> Box<dyn Brdf> {
             theta0: value("theta0"),
         }
     };
-    Box::new(Sgd { channels: [of(0), of(1), of(2)] })
+    Prepared::Sgd(Box::new(Sgd { channels: [of(0), of(1), of(2)] }))
 }
 
-impl Channel {
-    fn f(&self, half: &Half) -> f64 {
-        let c = half.cos_d;
-        let reflectance = self.f0 - c * self.f1 + (1.0 - c).powi(5) * (1.0 - self.f0);
-        let tan2 = half.tan2();
-        let a = self.alpha + tan2 / self.alpha;
-        let cos4 = half.h.z.powi(4);
-        let d = self.normal * libm::exp(-a) / (PI * libm::pow(a, self.p) * cos4);
-        let shadow = |cos: f64| {
-            let theta = libm::acos(cos.min(1.0));
-            let past = (theta - self.theta0).max(0.0);
-            let hidden = 1.0 - libm::exp(self.c * libm::pow(past, self.k));
-            (1.0 + self.lambda * hidden).clamp(0.0, 1.0)
-        };
-        let seen = shadow(half.cos_i) * shadow(half.cos_o) / (half.cos_i * half.cos_o);
-        let f = FRAC_1_PI * (self.rho_d + self.rho_s * reflectance * d * seen);
-        if f.is_finite() { f } else { 0.0 }
+/// The angle of one of the directions to the normal.
+struct Angle {
+    of_light: bool,
+}
+
+impl Formula for Angle {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        let cosine = if self.of_light { half.cos_i() } else { half.cos_o() };
+        F::acos(smaller(cosine, 1.0))
     }
 }
 
-impl Brdf for Sgd {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        DVec3::from_array(self.channels.map(|channel| channel.f(&half)))
+/// A channel with the angles of both directions.
+struct Angled<'a, const N: usize> {
+    channel: &'a Channel,
+    thetas: &'a [[f64; N]; 2],
+}
+
+impl Channel {
+    #[inline(always)]
+    fn shadow<F: Elementary>(&self, theta: f64) -> f64 {
+        let past = larger(theta - self.theta0, 0.0);
+        let hidden = 1.0 - F::exp(self.c * F::pow(past, self.k));
+        // NaN stays what it is.
+        (1.0 + self.lambda * hidden).clamp(0.0, 1.0)
+    }
+}
+
+impl<const N: usize> Formula for Angled<'_, N> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> f64 {
+        let channel = self.channel;
+        let c = half.cos_d;
+        let reflectance = channel.f0 - c * channel.f1 + fresnel::fifth(c) * (1.0 - channel.f0);
+        let cos2 = half.h.z * half.h.z;
+        let a = channel.alpha + half.sin2() / cos2 / channel.alpha;
+        // exp(-a) / a^p
+        let fall = F::exp(-a - channel.p * F::ln(a));
+        let d = channel.normal * fall / (PI * (cos2 * cos2));
+        let [theta_i, theta_o] = self.thetas;
+        let shadows = channel.shadow::<F>(theta_i[k]) * channel.shadow::<F>(theta_o[k]);
+        let seen = shadows / (half.cos_i() * half.cos_o());
+        let f = FRAC_1_PI * (channel.rho_d + channel.rho_s * reflectance * d * seen);
+        if f.abs() < f64::INFINITY { f } else { 0.0 }
+    }
+}
+
+/// Three channels as colours.
+struct Together<'a, const N: usize>(&'a [[f64; N]; 3]);
+
+impl<const N: usize> Formula for Together<'_, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, _: &Half, k: usize) -> DVec3 {
+        let [red, green, blue] = self.0;
+        DVec3::new(red[k], green[k], blue[k])
+    }
+}
+
+impl Reflect for Sgd {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        let thetas = &[true, false].map(|of_light| numbers(machine, block, Angle { of_light }));
+        let of = |channel| numbers(machine, block, Angled { channel, thetas });
+        let [red, green, blue] = &self.channels;
+        colors(machine, block, Together(&[of(red), of(green), of(blue)]))
     }
 
     fn claims(&self) -> Claims {

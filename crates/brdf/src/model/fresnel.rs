@@ -1,10 +1,13 @@
-//! Fresnel reflectance: what share of unpolarised light an even boundary reflects.
+//! Fresnel reflectance: what share of unpolarised light an even boundary reflects. Without a branch.
 
 use glam::DVec3;
 
+use crate::block::{larger, unit};
+
 /// (1 - c)^5 for the cosine c of the angle to the boundary's normal.
-fn fifth(c: f64) -> f64 {
-    let m = (1.0 - c).clamp(0.0, 1.0);
+#[inline(always)]
+pub(super) fn fifth(c: f64) -> f64 {
+    let m = unit(1.0 - c);
     let m2 = m * m;
     m2 * m2 * m
 }
@@ -16,6 +19,7 @@ fn fifth(c: f64) -> f64 {
 ///
 /// # Source
 /// Schlick 1994, equation 15.
+#[inline(always)]
 pub(super) fn schlick(f0: DVec3, c: f64) -> DVec3 {
     f0 + (DVec3::ONE - f0) * fifth(c)
 }
@@ -24,33 +28,47 @@ pub(super) fn schlick(f0: DVec3, c: f64) -> DVec3 {
 ///
 /// # Source
 /// Fresnel's equations, as in Born and Wolf, section 1.5.2.
+#[inline(always)]
 pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
-    let c = c.clamp(0.0, 1.0);
-    let sin2_t = (1.0 - c * c) / (eta * eta);
-    if sin2_t >= 1.0 {
-        return 1.0;
-    }
-    let cos_t = (1.0 - sin2_t).sqrt();
+    let c = unit(c);
+    let sin2_t = (1.0 - c * c) * (1.0 / (eta * eta));
+    // At 1 and beyond cos_t is 0, where both quotients are 1.
+    let cos_t = larger(1.0 - sin2_t, 0.0).sqrt();
     let perpendicular = (c - eta * cos_t) / (c + eta * cos_t);
     let parallel = (eta * c - cos_t) / (eta * c + cos_t);
-    0.5 * (perpendicular * perpendicular + parallel * parallel)
+    let partly = 0.5 * (perpendicular * perpendicular + parallel * parallel);
+    if sin2_t >= 1.0 { 1.0 } else { partly }
 }
 
 /// An even boundary to a metal of complex index eta + i k, relative to the outside.
-///
-/// # Source
-/// Born and Wolf, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
-pub(super) fn conductor(eta: f64, k: f64, c: f64) -> f64 {
-    let c = c.clamp(0.0, 1.0);
-    let (cos2, sin2) = (c * c, 1.0 - c * c);
-    let (eta2, k2) = (eta * eta, k * k);
-    let t0 = eta2 - k2 - sin2;
-    let a2_plus_b2 = (t0 * t0 + 4.0 * eta2 * k2).sqrt();
-    let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
-    let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * c * a);
-    let perpendicular = (t1 - t2) / (t1 + t2);
-    let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
-    0.5 * perpendicular * (1.0 + (t3 - t4) / (t3 + t4))
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Conductor {
+    /// eta^2 - k^2
+    difference: f64,
+    /// 4 eta^2 k^2
+    product: f64,
+}
+
+impl Conductor {
+    pub(super) fn new(eta: f64, k: f64) -> Self {
+        let (eta2, k2) = (eta * eta, k * k);
+        Self { difference: eta2 - k2, product: 4.0 * eta2 * k2 }
+    }
+
+    /// # Source
+    /// Born and Wolf, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
+    #[inline(always)]
+    pub(super) fn reflectance(&self, c: f64) -> f64 {
+        let c = unit(c);
+        let (cos2, sin2) = (c * c, 1.0 - c * c);
+        let t0 = self.difference - sin2;
+        let a2_plus_b2 = (t0 * t0 + self.product).sqrt();
+        let a = larger(0.5 * (a2_plus_b2 + t0), 0.0).sqrt();
+        let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * c * a);
+        let perpendicular = (t1 - t2) / (t1 + t2);
+        let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
+        0.5 * perpendicular * (1.0 + (t3 - t4) / (t3 + t4))
+    }
 }
 
 #[cfg(test)]
@@ -72,9 +90,9 @@ mod tests {
         close(dielectric(1.0 / 1.5, 0.5), 1.0);
         // Without absorption a metal is a dielectric.
         for c in [0.0, 0.1, 0.5, 0.9, 1.0] {
-            close(conductor(1.5, 0.0, c), dielectric(1.5, c));
+            close(Conductor::new(1.5, 0.0).reflectance(c), dielectric(1.5, c));
         }
-        close(conductor(0.2, 3.0, 1.0), (0.8 * 0.8 + 9.0) / (1.2 * 1.2 + 9.0));
+        close(Conductor::new(0.2, 3.0).reflectance(1.0), (0.8 * 0.8 + 9.0) / (1.2 * 1.2 + 9.0));
         close(schlick(DVec3::splat(0.04), 1.0).x, 0.04);
         close(schlick(DVec3::splat(0.04), 0.0).x, 1.0);
     }

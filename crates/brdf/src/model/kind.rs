@@ -4,8 +4,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::parameter::{Parameter, Values};
+use super::prepared::Prepared;
 use super::{
-    Brdf, ashikhmin_shirley, cook_torrance, diffuse, fit, phong, principled, rough_plastic, ward,
+    ashikhmin_shirley, cook_torrance, diffuse, fit, phong, principled, rough_plastic, ward,
 };
 
 /// Which model.
@@ -192,7 +193,7 @@ impl ModelKind {
         }
     }
 
-    pub(super) fn make(self, values: Values<'_>) -> Box<dyn Brdf> {
+    pub(super) fn make(self, values: Values<'_>) -> Prepared {
         match self {
             Self::Lambert => diffuse::lambert(values),
             Self::OrenNayar => diffuse::oren_nayar(values),

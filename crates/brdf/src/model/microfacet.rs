@@ -8,19 +8,21 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::half::Half;
+use super::formula::{Formula, numbers};
+use crate::block::{Half, larger, smaller};
+use crate::{Block, Elementary, Machine};
 
-/// Distribution of the facets' normals; with its roughness along x and along y.
+/// Distribution of the facets' normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Distribution {
     /// Trowbridge and Reitz 1975, named GGX by Walter 2007.
-    Ggx(DVec2),
+    Ggx(Ggx),
     /// Beckmann 1963, normalised as in Walter 2007, equation 25.
-    Beckmann(DVec2),
-    /// Torrance and Sparrow 1967: a Gaussian of the angle, scaled by the number so that projected areas add up to 1.
-    Gaussian(f64, f64),
-    /// Blinn 1977, normalised: (n + 2) / (2 pi) (n . h)^n with n = 2 / alpha^2 - 2.
-    Blinn(f64),
+    Beckmann(Beckmann),
+    /// Torrance and Sparrow 1967: a Gaussian of the angle.
+    Gaussian(Gaussian),
+    /// Blinn 1977, normalised.
+    Blinn(Blinn),
 }
 
 /// How facets hide each other.
@@ -39,84 +41,132 @@ pub(super) const DISTRIBUTIONS: &[&str] = &["ggx", "beckmann", "gaussian", "blin
 /// What the tables call the kinds of shadowing.
 pub(super) const SHADOWINGS: &[&str] = &["smith", "smith-correlated", "v-groove"];
 
+/// Facets of one distribution.
+pub(super) trait Facets: Copy {
+    /// D(h) in 1/sr: the integral of D (n . h) over the hemisphere is 1.
+    fn d<F: Elementary>(&self, half: &Half) -> f64;
+
+    /// cos(w) / G1(w), G1 being Smith's masking: above 0 and finite at the horizon.
+    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64;
+}
+
 impl Distribution {
     /// # Panics
     /// Where it is none of [`DISTRIBUTIONS`]. Only the first two know a direction: the others take the mean roughness.
     pub(super) fn named(word: &str, alpha: DVec2) -> Self {
         let mean = (alpha.x * alpha.y).sqrt();
         match word {
-            "ggx" => Self::Ggx(alpha),
-            "beckmann" => Self::Beckmann(alpha),
-            "gaussian" => Self::Gaussian(mean, 1.0 / gaussian_area(mean)),
-            "blinn-phong" => Self::Blinn(mean),
+            "ggx" => Self::ggx(alpha),
+            "beckmann" => Self::Beckmann(Beckmann {
+                alpha,
+                inverse: 1.0 / alpha,
+                height: 1.0 / (PI * alpha.x * alpha.y),
+            }),
+            "gaussian" => Self::Gaussian(Gaussian {
+                alpha: mean,
+                inverse: 1.0 / mean,
+                height: 1.0 / gaussian_area(mean),
+            }),
+            "blinn-phong" => {
+                let n = exponent(mean);
+                Self::Blinn(Blinn { alpha: mean, n, height: (n + 2.0) / (2.0 * PI) })
+            }
             _ => panic!("there is no distribution {word}"),
         }
     }
 
-    /// D(h) in 1/sr: the integral of D (n . h) over the hemisphere is 1.
-    pub(super) fn d(&self, half: &Half) -> f64 {
-        let h = half.h;
-        match *self {
-            Self::Ggx(alpha) => {
-                let q = (h.x / alpha.x).powi(2) + (h.y / alpha.y).powi(2) + h.z * h.z;
-                1.0 / (PI * alpha.x * alpha.y * q * q)
-            }
-            Self::Beckmann(alpha) => {
-                let slope2 = ((h.x / alpha.x).powi(2) + (h.y / alpha.y).powi(2)) / (h.z * h.z);
-                // 1 / cos^4 alone overflows where the exponential is 0 already.
-                let steep = -slope2 - 4.0 * libm::log(h.z);
-                libm::exp(steep) / (PI * alpha.x * alpha.y)
-            }
-            Self::Gaussian(alpha, scale) => {
-                let theta = libm::atan2(libm::hypot(h.x, h.y), h.z);
-                scale * libm::exp(-(theta / alpha).powi(2))
-            }
-            Self::Blinn(alpha) => {
-                let n = exponent(alpha);
-                (n + 2.0) / (2.0 * PI) * libm::pow(h.z.min(1.0), n)
-            }
-        }
+    /// GGX of that roughness along x and along y.
+    pub(super) fn ggx(alpha: DVec2) -> Self {
+        let height = 1.0 / (PI * alpha.x * alpha.y);
+        Self::Ggx(Ggx { alpha2: alpha * alpha, inverse: 1.0 / alpha, height })
     }
 
-    /// G / (4 cos_i cos_o): the share of facets that are seen and lit, over what a flat surface would show of them.
-    pub(super) fn visibility(
+    /// D G / (4 cos_i cos_o) of each lane.
+    #[inline]
+    pub(super) fn facets<const N: usize>(
         &self,
         shadowing: Shadowing,
-        half: &Half,
-        wi: DVec3,
-        wo: DVec3,
-    ) -> f64 {
-        match shadowing {
-            Shadowing::Groove => {
-                let most = half.cos_i.max(half.cos_o);
-                let flat = 1.0 / (4.0 * half.cos_i * half.cos_o);
-                flat.min(half.h.z / (2.0 * half.cos_d * most))
-            }
-            Shadowing::Separable => 0.25 * (self.masking(wi) * self.masking(wo)),
-            Shadowing::Correlated => {
-                // 1 + L(i) + L(o) of 1 / (1 + L) = cos masking.
-                let (i, o) = (self.masking(wi), self.masking(wo));
-                let both = i * o;
-                0.25 * both / (half.cos_o * o + half.cos_i * i - half.cos_i * half.cos_o * both)
-            }
+        machine: impl Machine,
+        block: &Block<N>,
+    ) -> [f64; N] {
+        match self {
+            Self::Ggx(facets) => shadowed(*facets, shadowing, machine, block),
+            Self::Beckmann(facets) => shadowed(*facets, shadowing, machine, block),
+            Self::Gaussian(facets) => shadowed(*facets, shadowing, machine, block),
+            Self::Blinn(facets) => shadowed(*facets, shadowing, machine, block),
         }
     }
 
     /// Smith's G1(w) / cos(w), finite at the horizon.
-    pub(super) fn masking(&self, w: DVec3) -> f64 {
-        match *self {
-            Self::Ggx(alpha) => {
-                let across = (alpha.x * w.x).powi(2) + (alpha.y * w.y).powi(2);
-                2.0 / (w.z + (w.z * w.z + across).sqrt())
-            }
-            Self::Beckmann(alpha) => {
-                masking_beckmann(libm::hypot(alpha.x * w.x, alpha.y * w.y), w.z)
-            }
-            // Walter 2007, section 5.2: the shadowing of Beckmann at the roughness that looks alike.
-            Self::Gaussian(alpha, _) | Self::Blinn(alpha) => {
-                masking_beckmann(alpha * libm::hypot(w.x, w.y), w.z)
-            }
+    pub(super) fn masking<F: Elementary>(&self, w: DVec3) -> f64 {
+        1.0 / match self {
+            Self::Ggx(facets) => facets.unmasked::<F>(w),
+            Self::Beckmann(facets) => facets.unmasked::<F>(w),
+            Self::Gaussian(facets) => facets.unmasked::<F>(w),
+            Self::Blinn(facets) => facets.unmasked::<F>(w),
         }
+    }
+
+    #[cfg(test)]
+    pub(super) fn d<F: Elementary>(&self, half: &Half) -> f64 {
+        match self {
+            Self::Ggx(facets) => facets.d::<F>(half),
+            Self::Beckmann(facets) => facets.d::<F>(half),
+            Self::Gaussian(facets) => facets.d::<F>(half),
+            Self::Blinn(facets) => facets.d::<F>(half),
+        }
+    }
+}
+
+#[inline]
+fn shadowed<const N: usize>(
+    facets: impl Facets,
+    shadowing: Shadowing,
+    machine: impl Machine,
+    block: &Block<N>,
+) -> [f64; N] {
+    match shadowing {
+        Shadowing::Groove => numbers(machine, block, Groove(facets)),
+        Shadowing::Separable => numbers(machine, block, Separable(facets)),
+        Shadowing::Correlated => numbers(machine, block, Correlated(facets)),
+    }
+}
+
+struct Groove<S>(S);
+struct Separable<S>(S);
+struct Correlated<S>(S);
+
+impl<S: Facets> Formula for Groove<S> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        let flat = 1.0 / (4.0 * half.cos_i() * half.cos_o());
+        let steep = half.h.z / (2.0 * half.cos_d * half.cos_most());
+        self.0.d::<F>(half) * smaller(flat, steep)
+    }
+}
+
+impl<S: Facets> Formula for Separable<S> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        let both = self.0.unmasked::<F>(half.wi) * self.0.unmasked::<F>(half.wo);
+        self.0.d::<F>(half) * (0.25 / both)
+    }
+}
+
+impl<S: Facets> Formula for Correlated<S> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        // cos_i cos_o (1 + L(i) + L(o)) of unmasked = cos (1 + L).
+        let (i, o) = (self.0.unmasked::<F>(half.wi), self.0.unmasked::<F>(half.wo));
+        let (cos_i, cos_o) = (half.cos_i(), half.cos_o());
+        let both = cos_o * i + cos_i * o - cos_i * cos_o;
+        self.0.d::<F>(half) * (0.25 / both)
     }
 }
 
@@ -133,23 +183,130 @@ impl Shadowing {
     }
 }
 
+/// D = 1 / (pi alpha_x alpha_y q^2), q = (h_x / alpha_x)^2 + (h_y / alpha_y)^2 + h_z^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ggx {
+    alpha2: DVec2,
+    inverse: DVec2,
+    height: f64,
+}
+
+impl Facets for Ggx {
+    #[inline(always)]
+    fn d<F: Elementary>(&self, half: &Half) -> f64 {
+        let h = half.h;
+        let q = square(h.x * self.inverse.x) + square(h.y * self.inverse.y) + h.z * h.z;
+        self.height / (q * q)
+    }
+
+    #[inline(always)]
+    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
+        let across = self.alpha2.x * (w.x * w.x) + self.alpha2.y * (w.y * w.y);
+        0.5 * (w.z + (w.z * w.z + across).sqrt())
+    }
+}
+
+/// D = exp(-slope^2) / (pi alpha_x alpha_y cos^4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beckmann {
+    alpha: DVec2,
+    inverse: DVec2,
+    height: f64,
+}
+
+impl Facets for Beckmann {
+    #[inline(always)]
+    fn d<F: Elementary>(&self, half: &Half) -> f64 {
+        self.height * gaussian_over_cos4::<F>(half, self.inverse)
+    }
+
+    #[inline(always)]
+    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
+        unmasked_beckmann::<F>(square(self.alpha.x * w.x) + square(self.alpha.y * w.y), w.z)
+    }
+}
+
+/// D = exp(-(theta / alpha)^2), scaled so that projected areas add up to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gaussian {
+    alpha: f64,
+    inverse: f64,
+    height: f64,
+}
+
+impl Facets for Gaussian {
+    #[inline(always)]
+    fn d<F: Elementary>(&self, half: &Half) -> f64 {
+        let theta = F::angle(half.sin2().sqrt(), half.h.z);
+        self.height * F::exp(-square(theta * self.inverse))
+    }
+
+    #[inline(always)]
+    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
+        unmasked_alike::<F>(self.alpha, w)
+    }
+}
+
+/// D = (n + 2) / (2 pi) (n . h)^n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Blinn {
+    alpha: f64,
+    n: f64,
+    height: f64,
+}
+
+impl Facets for Blinn {
+    #[inline(always)]
+    fn d<F: Elementary>(&self, half: &Half) -> f64 {
+        self.height * F::pow(smaller(half.h.z, 1.0), self.n)
+    }
+
+    #[inline(always)]
+    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
+        unmasked_alike::<F>(self.alpha, w)
+    }
+}
+
 /// Blinn's exponent that is as wide as Beckmann's roughness, at least 0.
 fn exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha) - 2.0).max(0.0)
 }
 
-/// G1 / cos for Beckmann, exactly: G1 = 1 / (1 + L), L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)), a = cos / across.
+#[inline(always)]
+pub(super) fn square(x: f64) -> f64 {
+    x * x
+}
+
+/// exp(-slope^2) / cos^4 with slopes in units of a roughness, whose inverse along x and y is given.
+#[inline(always)]
+pub(super) fn gaussian_over_cos4<F: Elementary>(half: &Half, inverse: DVec2) -> f64 {
+    let h = half.h;
+    let slope2 = (square(h.x * inverse.x) + square(h.y * inverse.y)) / (h.z * h.z);
+    // 1 / cos^4 alone overflows where the exponential is 0 already.
+    F::exp(-slope2 - 4.0 * F::ln(h.z))
+}
+
+/// Walter 2007, section 5.2: the masking of Beckmann at the roughness that looks alike.
+#[inline(always)]
+fn unmasked_alike<F: Elementary>(alpha: f64, w: DVec3) -> f64 {
+    unmasked_beckmann::<F>(alpha * alpha * (w.x * w.x + w.y * w.y), w.z)
+}
+
+/// cos / G1 for Beckmann, exactly: G1 = 1 / (1 + L), L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)), a = cos / across.
 ///
 /// # Source
 /// Smith 1967; Walter 2007, equation 27 and the text above it.
-fn masking_beckmann(across: f64, cos: f64) -> f64 {
-    let a = cos / across.max(f64::MIN_POSITIVE);
-    if a > 6.0 {
-        return 1.0 / cos;
-    }
-    let root_pi = PI.sqrt();
-    // 1 / (cos (1 + L)) with the pole of L at cos = 0 taken out of the denominator.
-    2.0 / (cos * (1.0 + libm::erf(a)) + across * libm::exp(-a * a) / root_pi)
+#[inline(always)]
+fn unmasked_beckmann<F: Elementary>(across2: f64, cos: f64) -> f64 {
+    /// 1 / sqrt(pi)
+    const FRAC_1_SQRT_PI: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
+    let across = across2.sqrt();
+    let a = cos / larger(across, f64::MIN_POSITIVE);
+    let is_open = a > 6.0;
+    let a = smaller(a, 6.0);
+    // cos (1 + L) with the pole of L at cos = 0 multiplied out.
+    let masked = 0.5 * (cos * (1.0 + F::erf(a)) + across * (FRAC_1_SQRT_PI * F::exp(-(a * a))));
+    if is_open { cos } else { masked }
 }
 
 /// The integral of exp(-(theta / alpha)^2) cos(theta) over the hemisphere, by Simpson's rule to 1e-12.

@@ -8,10 +8,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::half::Half;
+use super::Claims;
+use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use crate::block::{Half, unit};
+use crate::{Block, Elementary, Machine};
 
 const DIFFUSE: Parameter =
     Parameter::color("diffuse", "k_d: of scattered light", [0.4; 3], (0.0, 1.0));
@@ -36,63 +38,109 @@ enum Highlight {
     Brdf,
 }
 
-struct Phong {
-    diffuse: DVec3,
-    specular: DVec3,
-    exponent: f64,
+#[derive(Debug, Clone)]
+pub(super) struct Phong {
+    lobe: Lobe,
     highlight: Highlight,
+    /// Whether diffuse and specular add up to 1 at most.
+    whole: bool,
 }
 
-pub(super) fn phong(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn phong(values: Values<'_>) -> Prepared {
     make(values, Highlight::Mirror)
 }
 
-pub(super) fn blinn_phong(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn blinn_phong(values: Values<'_>) -> Prepared {
     make(values, Highlight::Half)
 }
 
-pub(super) fn reflected_blinn_phong(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn reflected_blinn_phong(values: Values<'_>) -> Prepared {
     make(values, Highlight::NormalisedHalf)
 }
 
-pub(super) fn normalised_blinn_phong(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn normalised_blinn_phong(values: Values<'_>) -> Prepared {
     make(values, Highlight::Brdf)
 }
 
-fn make(values: Values<'_>, highlight: Highlight) -> Box<dyn Brdf> {
-    Box::new(Phong {
-        diffuse: values.color("diffuse"),
-        specular: values.color("specular"),
-        exponent: values.scalar("exponent"),
-        highlight,
-    })
+fn make(values: Values<'_>, highlight: Highlight) -> Prepared {
+    let (diffuse, specular) = (values.color("diffuse"), values.color("specular"));
+    let n = values.scalar("exponent");
+    let narrow = libm::exp2(-0.5 * n);
+    let height = match highlight {
+        Highlight::Mirror | Highlight::Half => FRAC_1_PI,
+        Highlight::NormalisedHalf => (n + 2.0) / (4.0 * PI * (2.0 - narrow)),
+        Highlight::Brdf => (n + 2.0) * (n + 4.0) / (8.0 * PI * (n + narrow)),
+    };
+    let whole = (diffuse + specular).max_element() <= 1.0;
+    let (diffuse, specular) = (diffuse * FRAC_1_PI, specular * height);
+    Prepared::Phong(Phong { lobe: Lobe { diffuse, specular, n }, highlight, whole })
 }
 
-impl Brdf for Phong {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let n = self.exponent;
-        let power = |cosine: f64| libm::pow(cosine.clamp(0.0, 1.0), n);
-        let narrow = libm::exp2(-0.5 * n);
-        let specular = match self.highlight {
-            Highlight::Mirror => {
-                let along = 2.0 * half.cos_i * half.cos_o - half.cos_io;
-                FRAC_1_PI * power(along) / half.cos_i
+/// diffuse + specular (m . wo)^n / cos_i, m being mirrored wi.
+struct Mirrored(Lobe);
+/// diffuse + specular (n . h)^n / cos_i.
+struct OverCosine(Lobe);
+/// diffuse + specular (n . h)^n.
+struct Bounded(Lobe);
+
+/// With all that they are scaled by.
+#[derive(Debug, Clone, Copy)]
+struct Lobe {
+    diffuse: DVec3,
+    specular: DVec3,
+    n: f64,
+}
+
+impl Lobe {
+    #[inline(always)]
+    fn at<F: Elementary>(&self, cosine: f64, over: f64) -> DVec3 {
+        self.diffuse + self.specular * (F::pow(unit(cosine), self.n) / over)
+    }
+}
+
+impl Formula for Mirrored {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        let along = 2.0 * half.cos_i() * half.cos_o() - half.cos_io();
+        self.0.at::<F>(along, half.cos_i())
+    }
+}
+
+impl Formula for OverCosine {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        self.0.at::<F>(half.h.z, half.cos_i())
+    }
+}
+
+impl Formula for Bounded {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        self.0.at::<F>(half.h.z, 1.0)
+    }
+}
+
+impl Reflect for Phong {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        match self.highlight {
+            Highlight::Mirror => colors(machine, block, Mirrored(self.lobe)),
+            Highlight::Half | Highlight::NormalisedHalf => {
+                colors(machine, block, OverCosine(self.lobe))
             }
-            Highlight::Half => FRAC_1_PI * power(half.h.z) / half.cos_i,
-            Highlight::NormalisedHalf => {
-                (n + 2.0) / (4.0 * PI * (2.0 - narrow)) * power(half.h.z) / half.cos_i
-            }
-            Highlight::Brdf => (n + 2.0) * (n + 4.0) / (8.0 * PI * (n + narrow)) * power(half.h.z),
-        };
-        self.diffuse * FRAC_1_PI + self.specular * specular
+            Highlight::Brdf => colors(machine, block, Bounded(self.lobe)),
+        }
     }
 
     fn claims(&self) -> Claims {
-        let whole = (self.diffuse + self.specular).max_element() <= 1.0;
         match self.highlight {
             Highlight::Mirror | Highlight::Half | Highlight::NormalisedHalf => Claims::default(),
-            Highlight::Brdf => Claims { reciprocal: true, conserving: whole },
+            Highlight::Brdf => Claims { reciprocal: true, conserving: self.whole },
         }
     }
 }

@@ -4,12 +4,13 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::fresnel;
-use super::half::Half;
-use super::microfacet::{Distribution, Shadowing};
+use super::formula::{Formula, colors, numbers};
+use super::microfacet::{Distribution, Shadowing, square};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use super::{Claims, fresnel};
+use crate::block::Half;
+use crate::{Block, Elementary, Machine};
 
 const UNIT: (f64, f64) = (0.0, 1.0);
 
@@ -34,19 +35,32 @@ pub(super) const PRINCIPLED: &[Parameter] = &[
 /// # Source
 /// Burley 2012, "Physically-based shading at Disney"; Fresnel term and parameters in the form of Mitsuba's plugin, which
 /// takes the exact reflectance of a dielectric in place of Schlick's. Its clear coat leaves out 1 / (4 cos_i cos_o).
-struct Principled {
+#[derive(Debug, Clone)]
+pub(super) struct Principled {
     base: DVec3,
-    /// The base colour at luminance 1.
-    tint: DVec3,
+    /// Of the highlight as far as the base colour tints it.
+    tinted_f0: DVec3,
     roughness: f64,
     metallic: f64,
     eta: f64,
     spec_tint: f64,
     sheen: DVec3,
-    clearcoat: f64,
-    coat_alpha: f64,
-    coat_published: bool,
+    /// None without one.
+    coat: Option<Coat>,
     distribution: Distribution,
+}
+
+/// The second highlight.
+///
+/// # Source
+/// Burley 2012, equation 4 of the appendix with gamma = 1.
+#[derive(Debug, Clone)]
+struct Coat {
+    /// alpha^2 - 1
+    narrow: f64,
+    /// How strong it is, times (alpha^2 - 1) / (pi ln alpha^2).
+    height: f64,
+    published: bool,
 }
 
 /// Roughness of the clear coat's shadowing.
@@ -56,80 +70,146 @@ const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
 /// Reflectance of the clear coat at normal incidence.
 const COAT_F0: f64 = 0.04;
 
-pub(super) fn principled(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn principled(values: Values<'_>) -> Prepared {
     let base = values.color("base_color");
     let luminance = base.dot(LUMINANCE);
     let tint = if luminance > 0.0 { base / luminance } else { DVec3::ONE };
     let roughness = values.scalar("roughness");
     let aspect = (1.0 - 0.9 * values.scalar("anisotropic")).sqrt();
     let alpha = |value: f64| (roughness * roughness * value).max(0.001);
+    let eta = 2.0 / (1.0 - (0.08 * values.scalar("specular")).sqrt()) - 1.0;
     let white = DVec3::ONE;
-    Box::new(Principled {
+    Prepared::Principled(Box::new(Principled {
         base,
-        tint,
+        tinted_f0: tint * square((eta - 1.0) / (eta + 1.0)),
         roughness,
         metallic: values.scalar("metallic"),
-        eta: 2.0 / (1.0 - (0.08 * values.scalar("specular")).sqrt()) - 1.0,
+        eta,
         spec_tint: values.scalar("spec_tint"),
         sheen: (white + (tint - white) * values.scalar("sheen_tint")) * values.scalar("sheen"),
-        clearcoat: values.scalar("clearcoat"),
-        coat_alpha: 0.1 + (0.001 - 0.1) * values.scalar("clearcoat_gloss"),
-        coat_published: values.choice("coat_form") == "burley",
-        distribution: Distribution::Ggx(DVec2::new(alpha(1.0 / aspect), alpha(aspect))),
-    })
+        coat: coat(values),
+        distribution: Distribution::ggx(DVec2::new(alpha(1.0 / aspect), alpha(aspect))),
+    }))
+}
+
+fn coat(values: Values<'_>) -> Option<Coat> {
+    let strength = values.scalar("clearcoat");
+    let alpha = 0.1 + (0.001 - 0.1) * values.scalar("clearcoat_gloss");
+    let narrow = alpha * alpha - 1.0;
+    let height = 0.25 * strength * narrow / (PI * libm::log(alpha * alpha));
+    let published = values.choice("coat_form") == "burley";
+    (strength > 0.0).then_some(Coat { narrow, height, published })
+}
+
+/// (1 - c)^5
+#[inline(always)]
+fn weight(c: f64) -> f64 {
+    fresnel::fifth(c)
+}
+
+/// cos / G1 of the clear coat.
+#[inline(always)]
+fn unmasked_coat(cos: f64) -> f64 {
+    const ALPHA2: f64 = COAT_SHADOWING * COAT_SHADOWING;
+    0.5 * (cos + (cos * cos + ALPHA2 * (1.0 - cos * cos)).sqrt())
+}
+
+impl Coat {
+    /// F D G, and what else the form has.
+    #[inline(always)]
+    fn at(&self, half: &Half, over: f64) -> f64 {
+        let d = self.height / (1.0 + self.narrow * half.h.z * half.h.z);
+        let (i, o) = (unmasked_coat(half.cos_i()), unmasked_coat(half.cos_o()));
+        fresnel::schlick(DVec3::splat(COAT_F0), half.cos_d).x * d * (over / (i * o))
+    }
+}
+
+/// Over 4 cos_i cos_o.
+struct Published<'a>(&'a Coat);
+/// Not so.
+struct Mitsubas<'a>(&'a Coat);
+
+impl Formula for Published<'_> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        self.0.at(half, 0.25)
+    }
+}
+
+impl Formula for Mitsubas<'_> {
+    type Value = f64;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
+        self.0.at(half, half.cos_i() * half.cos_o())
+    }
+}
+
+/// The body below the main highlight, of which `facets` is D G / (4 cos_i cos_o).
+struct Below<'a, const N: usize> {
+    model: &'a Principled,
+    facets: &'a [f64; N],
+}
+
+/// The same with the clear coat's light.
+struct Coated<'a, const N: usize> {
+    below: Below<'a, N>,
+    coat: &'a [f64; N],
+}
+
+impl<const N: usize> Formula for Below<'_, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        self.model.body(half) + self.model.reflectance(half.cos_d) * self.facets[k]
+    }
+}
+
+impl<const N: usize> Formula for Coated<'_, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        self.below.at::<F>(half, k) + DVec3::splat(self.coat[k])
+    }
 }
 
 impl Principled {
-    /// (1 - c)^5
-    fn weight(c: f64) -> f64 {
-        (1.0 - c).clamp(0.0, 1.0).powi(5)
-    }
-
     /// The body: darker at grazing light where it is smooth, brighter where it is rough.
+    #[inline(always)]
     fn body(&self, half: &Half) -> DVec3 {
-        let (fi, fo) = (Self::weight(half.cos_i), Self::weight(half.cos_o));
+        let (fi, fo) = (weight(half.cos_i()), weight(half.cos_o()));
         let retro = 2.0 * self.roughness * half.cos_d * half.cos_d;
         let both = fi * fo;
         let even = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
         let back = retro * (fi + fo + both * (retro - 1.0));
-        let sheen = self.sheen * Self::weight(half.cos_d);
+        let sheen = self.sheen * weight(half.cos_d);
         (self.base * (FRAC_1_PI * (even + back)) + sheen) * (1.0 - self.metallic)
     }
 
     /// What the main highlight reflects.
+    #[inline(always)]
     fn reflectance(&self, c: f64) -> DVec3 {
         let dielectric = 1.0 - self.metallic;
         let even = (dielectric * (1.0 - self.spec_tint)) * fresnel::dielectric(self.eta, c);
-        let f0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
-        let tinted = fresnel::schlick(self.tint * f0, c) * (dielectric * self.spec_tint);
+        let tinted = fresnel::schlick(self.tinted_f0, c) * (dielectric * self.spec_tint);
         fresnel::schlick(self.base, c) * self.metallic + tinted + DVec3::splat(even)
-    }
-
-    /// The second highlight.
-    fn coat(&self, half: &Half, pair: &DirectionPair) -> f64 {
-        if self.clearcoat <= 0.0 {
-            return 0.0;
-        }
-        let alpha2 = self.coat_alpha * self.coat_alpha;
-        // Burley 2012, equation 4 of the appendix: gamma = 1.
-        let d = (alpha2 - 1.0)
-            / (PI * libm::log(alpha2) * (1.0 + (alpha2 - 1.0) * half.h.z * half.h.z));
-        let shadowing = Distribution::Ggx(DVec2::splat(COAT_SHADOWING));
-        let visible = shadowing.visibility(Shadowing::Separable, half, pair.wi(), pair.wo());
-        let seen =
-            if self.coat_published { visible } else { visible * (4.0 * half.cos_i * half.cos_o) };
-        0.25 * self.clearcoat * fresnel::schlick(DVec3::splat(COAT_F0), half.cos_d).x * d * seen
     }
 }
 
-impl Brdf for Principled {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let facets = self.distribution.d(&half)
-            * self.distribution.visibility(Shadowing::Separable, &half, pair.wi(), pair.wo());
-        self.body(&half)
-            + self.reflectance(half.cos_d) * facets
-            + DVec3::splat(self.coat(&half, pair))
+impl Reflect for Principled {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        let facets = &self.distribution.facets(Shadowing::Separable, machine, block);
+        let below = Below { model: self, facets };
+        let coat = match &self.coat {
+            None => return colors(machine, block, below),
+            Some(coat) if coat.published => numbers(machine, block, Published(coat)),
+            Some(coat) => numbers(machine, block, Mitsubas(coat)),
+        };
+        colors(machine, block, Coated { below, coat: &coat })
     }
 
     fn claims(&self) -> Claims {

@@ -6,12 +6,13 @@ use glam::{DVec2, DVec3};
 
 use super::cook_torrance::{IOR, ROUGHNESS};
 use super::diffuse::ALBEDO;
-use super::fresnel;
-use super::half::Half;
+use super::formula::{Formula, colors};
 use super::microfacet::{Distribution, Shadowing};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use super::{Claims, fresnel};
+use crate::block::{Half, larger, smaller, unit};
+use crate::{Block, Elementary, Libm, Machine};
 
 pub(super) const ROUGH_PLASTIC: &[Parameter] = &[
     ALBEDO,
@@ -46,7 +47,8 @@ const POINTS: u32 = 40;
 /// Jakob 2010, the roughplastic plugin of Mitsuba, whose tables are made as here: integrals over the visible normals of
 /// Smith's masking times what Fresnel's equations let through. R there is the mean of 64 values in place of their integral,
 /// which is 1.5 % too little; `internal mitsuba` does the same.
-struct RoughPlastic {
+#[derive(Debug, Clone)]
+pub(super) struct RoughPlastic {
     /// rho / (pi eta^2 (1 - rho' R))
     base: DVec3,
     eta: f64,
@@ -54,7 +56,7 @@ struct RoughPlastic {
     passes: [f64; TABLED],
 }
 
-pub(super) fn rough_plastic(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn rough_plastic(values: Values<'_>) -> Prepared {
     let eta = values.scalar("ior");
     let alpha = values.scalar("roughness");
     let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
@@ -75,27 +77,49 @@ pub(super) fn rough_plastic(values: Values<'_>) -> Box<dyn Brdf> {
         _ => DVec3::splat(back),
     };
     let base = albedo * FRAC_1_PI / (eta * eta) / (DVec3::ONE - again);
-    Box::new(RoughPlastic { base, eta, distribution, passes })
+    Prepared::RoughPlastic(Box::new(RoughPlastic { base, eta, distribution, passes }))
 }
 
 impl RoughPlastic {
+    /// Linear between the tabled cosines.
+    #[inline(always)]
     fn passes(&self, cosine: f64) -> f64 {
-        let at = cosine.clamp(0.0, 1.0) * (TABLED - 1) as f64;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 63")]
-        let low = (at as usize).min(TABLED - 2);
-        let share = at - low as f64;
-        self.passes[low] * (1.0 - share) + self.passes[low + 1] * share
+        /// 2^52: what is added to it becomes whole, and stands in the low bits.
+        const WHOLE: f64 = 4_503_599_627_370_496.0;
+        const LAST: f64 = (TABLED - 2) as f64;
+        let at = unit(cosine) * (TABLED - 1) as f64;
+        let rounded = smaller(larger(at - 0.5, 0.0), LAST) + WHOLE;
+        let share = at - (rounded - WHOLE);
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the low bits are a place in the table"
+        )]
+        let low = rounded.to_bits() as usize % TABLED;
+        self.passes[low] * (1.0 - share) + self.passes[(low + 1) % TABLED] * share
     }
 }
 
-impl Brdf for RoughPlastic {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let facets = self.distribution.d(&half)
-            * self.distribution.visibility(Shadowing::Separable, &half, pair.wi(), pair.wo());
-        let coat = fresnel::dielectric(self.eta, half.cos_d) * facets;
-        let through = self.passes(half.cos_i) * self.passes(half.cos_o);
-        self.base * through + DVec3::splat(coat)
+/// The coat's light, of which `facets` is D G / (4 cos_i cos_o), and what comes from below it.
+struct Coated<'a, const N: usize> {
+    model: &'a RoughPlastic,
+    facets: &'a [f64; N],
+}
+
+impl<const N: usize> Formula for Coated<'_, N> {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
+        let coat = fresnel::dielectric(self.model.eta, half.cos_d) * self.facets[k];
+        let through = self.model.passes(half.cos_i()) * self.model.passes(half.cos_o());
+        self.model.base * through + DVec3::splat(coat)
+    }
+}
+
+impl Reflect for RoughPlastic {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        let facets = &self.distribution.facets(Shadowing::Separable, machine, block);
+        colors(machine, block, Coated { model: self, facets })
     }
 
     fn claims(&self) -> Claims {
@@ -125,7 +149,7 @@ fn passing(
     cosine: f64,
 ) -> Passing {
     let wi = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-    let seen_from_wi = distribution.masking(wi);
+    let seen_from_wi = distribution.masking::<Libm>(wi);
     let mut sums = Passing { through: 0.0, back: 0.0 };
     let rows = turns.len();
     for row in 0..rows {
@@ -151,14 +175,15 @@ fn passing(
             let reflected = fresnel::dielectric(eta, c);
             let mirrored = m * (2.0 * c) - wi;
             if mirrored.z > 0.0 {
-                sums.back += weight * reflected * distribution.masking(mirrored) * mirrored.z;
+                sums.back +=
+                    weight * reflected * distribution.masking::<Libm>(mirrored) * mirrored.z;
             }
             if reflected < 1.0 {
                 let cos_t = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
                 let refracted = m * (c / eta - cos_t) - wi / eta;
                 if refracted.z < 0.0 {
                     let below = DVec3::new(refracted.x, refracted.y, -refracted.z);
-                    let seen = distribution.masking(below) * below.z;
+                    let seen = distribution.masking::<Libm>(below) * below.z;
                     sums.through += weight * (1.0 - reflected) * seen;
                 }
             }

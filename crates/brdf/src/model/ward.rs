@@ -4,10 +4,13 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::half::Half;
+use super::Claims;
+use super::formula::{Formula, colors};
+use super::microfacet::{gaussian_over_cos4, square};
 use super::parameter::{Parameter, Values};
-use super::{Brdf, Claims};
-use crate::DirectionPair;
+use super::prepared::{Prepared, Reflect};
+use crate::block::Half;
+use crate::{Block, Elementary, Machine};
 
 /// In the order of the words of the table.
 const FORMS: &[&str] = &["bounded", "ward", "duer"];
@@ -38,49 +41,96 @@ enum Form {
 
 /// # Source
 /// Ward 1992 and the forms above.
-struct Ward {
-    diffuse: DVec3,
-    specular: DVec3,
-    alpha: DVec2,
+#[derive(Debug, Clone)]
+pub(super) struct Ward {
+    lobe: Lobe,
     form: Form,
+    /// Whether diffuse and specular add up to 1 at most.
+    whole: bool,
 }
 
-pub(super) fn ward(values: Values<'_>) -> Box<dyn Brdf> {
+pub(super) fn ward(values: Values<'_>) -> Prepared {
     let form = match values.choice("form") {
         "bounded" => Form::Bounded,
         "ward" => Form::Ward,
         "duer" => Form::Duer,
         word => panic!("there is no form {word}"),
     };
-    Box::new(Ward {
-        diffuse: values.color("diffuse"),
-        specular: values.color("specular"),
-        alpha: DVec2::new(values.scalar("alpha_x"), values.scalar("alpha_y")),
-        form,
-    })
+    let (diffuse, specular) = (values.color("diffuse"), values.color("specular"));
+    let alpha = DVec2::new(values.scalar("alpha_x"), values.scalar("alpha_y"));
+    let lobe = Lobe {
+        diffuse: diffuse * FRAC_1_PI,
+        specular: specular / (4.0 * PI * alpha.x * alpha.y),
+        inverse: 1.0 / alpha,
+    };
+    let whole = (diffuse + specular).max_element() <= 1.0;
+    Prepared::Ward(Ward { lobe, form, whole })
 }
 
-impl Brdf for Ward {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let Some(half) = Half::of(pair) else { return DVec3::ZERO };
-        let (h, alpha) = (half.h, self.alpha);
-        let slope2 = ((h.x / alpha.x).powi(2) + (h.y / alpha.y).powi(2)) / (h.z * h.z);
-        let both = half.cos_i * half.cos_o;
-        let area = PI * alpha.x * alpha.y;
-        let highlight = match self.form {
-            // h h / (h . n)^4 of the half vector that is not normalised: 1 / (4 cos_d^2 cos_h^4) of the one that is.
-            Form::Bounded => {
-                let steep = -slope2 - 4.0 * libm::log(h.z);
-                libm::exp(steep) / (4.0 * area * half.cos_d * half.cos_d)
-            }
-            Form::Ward => libm::exp(-slope2) / (4.0 * area * both.sqrt()),
-            Form::Duer => libm::exp(-slope2) / (4.0 * area * both),
-        };
-        self.diffuse * FRAC_1_PI + self.specular * highlight
+/// With all that is the same everywhere.
+#[derive(Debug, Clone, Copy)]
+struct Lobe {
+    diffuse: DVec3,
+    specular: DVec3,
+    inverse: DVec2,
+}
+
+struct Bounded(Lobe);
+struct Classic(Lobe);
+struct Duer(Lobe);
+
+impl Lobe {
+    /// exp(-slope^2)
+    #[inline(always)]
+    fn gaussian<F: Elementary>(&self, half: &Half) -> f64 {
+        let h = half.h;
+        F::exp(-(square(h.x * self.inverse.x) + square(h.y * self.inverse.y)) / (h.z * h.z))
+    }
+}
+
+impl Formula for Bounded {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        let Self(lobe) = self;
+        // h h / (h . n)^4 of the half vector that is not normalised: 1 / (4 cos_d^2 cos_h^4) of the one that is.
+        let high = gaussian_over_cos4::<F>(half, lobe.inverse) / (half.cos_d * half.cos_d);
+        lobe.diffuse + lobe.specular * high
+    }
+}
+
+impl Formula for Classic {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        let Self(lobe) = self;
+        let high = lobe.gaussian::<F>(half) / (half.cos_i() * half.cos_o()).sqrt();
+        lobe.diffuse + lobe.specular * high
+    }
+}
+
+impl Formula for Duer {
+    type Value = DVec3;
+
+    #[inline(always)]
+    fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
+        let Self(lobe) = self;
+        lobe.diffuse + lobe.specular * (lobe.gaussian::<F>(half) / (half.cos_i() * half.cos_o()))
+    }
+}
+
+impl Reflect for Ward {
+    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
+        match self.form {
+            Form::Bounded => colors(machine, block, Bounded(self.lobe)),
+            Form::Ward => colors(machine, block, Classic(self.lobe)),
+            Form::Duer => colors(machine, block, Duer(self.lobe)),
+        }
     }
 
     fn claims(&self) -> Claims {
-        let whole = (self.diffuse + self.specular).max_element() <= 1.0;
-        Claims { reciprocal: true, conserving: whole && matches!(self.form, Form::Bounded) }
+        Claims { reciprocal: true, conserving: self.whole && matches!(self.form, Form::Bounded) }
     }
 }

@@ -1,12 +1,13 @@
-//! Models of reflectance: time a sample on one core, beside random programs in the same run, and what breaks when parameters
-//! and directions are drawn to break them.
+//! Models of reflectance: time a sample on one core, beside random programs in the same run, how far blocks of samples are
+//! from the f64 reference, and what breaks when parameters and directions are drawn to break them.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use brood_eval::conformance::hard_samples;
-use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_brdf::{Block, Brdf, DirectionPair, PreparedModel};
+use brood_eval::conformance::{hard_samples, wild_model};
+use brood_eval::{CanonicalEvaluator, Evaluator, Level, model_error};
 use brood_genome::{BirthKey, Dialect, Genome, Model, ModelKind, Variation};
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -45,6 +46,7 @@ struct Row {
     kind: ModelKind,
     ns: f64,
     slowest_ns: f64,
+    reference_ns: f64,
     prepare_us: f64,
     stress: Stress,
 }
@@ -57,6 +59,8 @@ struct Stress {
     negative: u64,
     /// Of models that claim to be reciprocal: pairs of other bits when they are swapped.
     not_reciprocal: u64,
+    /// The largest relative difference from the reference.
+    error: f64,
 }
 
 /// Runs the command.
@@ -77,12 +81,13 @@ pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
     for kind in ModelKind::ALL {
         let model = Model::new(kind);
         let started = Instant::now();
-        let brdf = model.brdf();
+        let prepared = model.prepare();
         let prepare_us = started.elapsed().as_secs_f64() * 1e6;
-        drop(brdf);
+        let reference_ns = time_reference(&prepared, &set, args.passes);
         let program = Program::lower(&Genome::of_models(vec![model])?);
         let (ns, slowest_ns) = one_thread.install(|| time(&[&program], &set, args.passes))?;
-        rows.push(Row { kind, ns, slowest_ns, prepare_us, stress: stress(kind, args) });
+        let stress = stress(kind, args);
+        rows.push(Row { kind, ns, slowest_ns, reference_ns, prepare_us, stress });
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -119,46 +124,50 @@ fn time(programs: &[&Program], set: &SampleSet, passes: u32) -> Result<(f64, f64
     Ok((least * 1e9 / samples, most * 1e9 / samples))
 }
 
-/// Random models of one kind; the last ones have every number at an end of its range.
+/// Nanoseconds a sample of the reference, one sample after the other: the fastest pass.
+fn time_reference(model: &PreparedModel, set: &SampleSet, passes: u32) -> f64 {
+    let pass = |_| {
+        let started = Instant::now();
+        for pair in set.pairs(0..set.len()) {
+            std::hint::black_box(model.f(pair));
+        }
+        started.elapsed().as_secs_f64()
+    };
+    (0..passes).map(pass).fold(f64::INFINITY, f64::min) * 1e9 / set.len() as f64
+}
+
+/// Random models of one kind on hard samples, as blocks have them.
 fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
     let mut found = Stress::default();
-    for slot in 0..args.models {
-        let model = drawn(kind, args.seed, slot);
-        let brdf = model.brdf();
-        let reciprocal = brdf.claims().reciprocal;
-        let set = hard_samples(args.seed.wrapping_add(u64::from(slot)), HARD_SAMPLES);
-        for index in 0..set.len() {
-            let (pair, _) = set.pair(index);
-            let (f, back) = (brdf.f(&pair).to_array(), brdf.f(&pair.swapped()).to_array());
-            found.values += 3;
-            for (f, back) in f.into_iter().zip(back) {
-                found.not_finite += u64::from(!f.is_finite());
-                found.negative += u64::from(f < 0.0);
-                found.not_reciprocal += u64::from(reciprocal && f.to_bits() != back.to_bits());
-            }
+    for slot in 0..u64::from(args.models) {
+        let model = wild_model(kind, args.seed.wrapping_add(slot));
+        let prepared = model.prepare();
+        let reciprocal = prepared.claims().reciprocal;
+        let set = hard_samples(args.seed.wrapping_add(slot), HARD_SAMPLES);
+        let pairs = set.pairs(0..set.len());
+        let swapped: Vec<DirectionPair> = pairs.iter().map(DirectionPair::swapped).collect();
+        for (f, back) in values(&prepared, pairs).into_iter().zip(values(&prepared, &swapped)) {
+            found.values += 1;
+            found.not_finite += u64::from(!f.is_finite());
+            found.negative += u64::from(f < 0.0);
+            found.not_reciprocal += u64::from(reciprocal && f.to_bits() != back.to_bits());
         }
+        found.error = found.error.max(model_error(&model, &set, Level::best()));
     }
     found
 }
 
-fn drawn(kind: ModelKind, seed: u64, slot: u32) -> Model {
-    let key = BirthKey { seed, slot, attempt: 0 };
-    let mut stream = brood_genome::Stream::new(key, brood_genome::Operator::RandomLayers);
-    kind.parameters().iter().fold(Model::new(kind), |model, parameter| {
-        let values: Vec<f64> = (0..parameter.count())
-            .map(|_| match parameter.words() {
-                Some(words) => f64::from(
-                    stream.below(u32::try_from(words.len()).expect("there are few words")),
-                ),
-                None => parameter.at_share(match stream.below(8) {
-                    0 => 0.0,
-                    1 => 1.0,
-                    _ => f64::from(stream.unit()),
-                }),
-            })
-            .collect();
-        model.with(parameter.name, &values).expect("values are drawn from the range")
-    })
+/// f of each pair, in no order that matters.
+fn values(model: &PreparedModel, pairs: &[DirectionPair]) -> Vec<f64> {
+    let (level, mut block) = (Level::best(), Block::<64>::new());
+    let mut values = Vec::with_capacity(3 * pairs.len());
+    for pairs in pairs.chunks(64) {
+        block.fill(level, pairs);
+        for row in model.f_block(level, &block) {
+            values.extend_from_slice(&row[..pairs.len()]);
+        }
+    }
+    values
 }
 
 fn table(rows: &[Row], of_programs: f64) -> Table {
@@ -167,6 +176,8 @@ fn table(rows: &[Row], of_programs: f64) -> Table {
         "ns_per_sample",
         "slowest_ns_per_sample",
         "times_a_random_program",
+        "reference_ns_per_sample",
+        "largest_relative_error",
         "prepare_us",
         "stress_values",
         "not_finite",
@@ -179,6 +190,8 @@ fn table(rows: &[Row], of_programs: f64) -> Table {
             row.ns.into(),
             row.slowest_ns.into(),
             (row.ns / of_programs).into(),
+            row.reference_ns.into(),
+            row.stress.error.into(),
             row.prepare_us.into(),
             row.stress.values.into(),
             row.stress.not_finite.into(),

@@ -11,7 +11,7 @@ use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::Level;
-use crate::layer::{LayerValues, Layers};
+use crate::layer::Layers;
 
 /// Slots from here on are inputs and constants, until the registers are counted.
 const FIRST_INPUT: u16 = 1 << 15;
@@ -36,7 +36,7 @@ pub(crate) struct Code<'a> {
     pub(super) registers: usize,
     pub(super) inputs: InputMask,
     pub(super) set: &'a SampleSet,
-    layers: Option<LayerValues>,
+    layers: Option<Layers>,
 }
 
 thread_local! {
@@ -49,15 +49,13 @@ impl<'a> Code<'a> {
         self.program
     }
 
-    /// What the layers add on the samples of a quarter, the first of them `start`.
-    #[inline(always)]
-    pub(crate) fn layers(&self, start: usize) -> Option<[&[f32]; 3]> {
-        self.layers.as_ref().map(|layers| layers.quarter(start))
+    /// The layers, which are evaluated apart.
+    pub(crate) fn layers(&self) -> Option<&Layers> {
+        self.layers.as_ref()
     }
 
     pub(crate) fn new(program: &'a Program, set: &'a SampleSet, level: Level) -> Self {
-        // Before the thread's own translation is taken: what runs on all threads may bring other work to this one.
-        let layers = Layers::of(program).map(|layers| layers.on(set));
+        let layers = Layers::of(program);
         let code = TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level));
         Self { layers, ..code }
     }

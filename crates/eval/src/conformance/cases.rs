@@ -76,6 +76,28 @@ pub fn wild_program(seed: u64) -> Program {
     Program::lower(&genome.expect("constants of at most 2 times half the range are in it"))
 }
 
+/// A random model of a kind; a quarter of its numbers are at the ends of their ranges.
+#[must_use]
+pub fn wild_model(kind: ModelKind, seed: u64) -> Model {
+    let key = BirthKey { seed, slot: u32::from(kind.number()), attempt: 0 };
+    let mut stream = Stream::new(key, brood_genome::Operator::RandomLayers);
+    kind.parameters().iter().fold(Model::new(kind), |model, parameter| {
+        let mut number = || match parameter.words() {
+            Some(words) => {
+                let count = u32::try_from(words.len()).expect("there are few words");
+                f64::from(stream.below(count))
+            }
+            None => parameter.at_share(match stream.below(8) {
+                0 => 0.0,
+                1 => 1.0,
+                _ => f64::from(stream.unit()),
+            }),
+        };
+        let values: Vec<f64> = (0..parameter.count()).map(|_| number()).collect();
+        model.with(parameter.name, &values).expect("values are drawn from the range")
+    })
+}
+
 /// Nothing but a constant, nothing but an input, black, as bright as can be, everything clamped, an output stage.
 fn corners() -> Vec<Program> {
     let texts = [

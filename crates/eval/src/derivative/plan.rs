@@ -4,6 +4,7 @@ use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
 use brood_scene::SampleSet;
 
+use crate::Level;
 use crate::layer::{LayerValues, Layers};
 
 /// A program as its sweeps walk through it. Rows of values: constants, then the inputs read, then steps.
@@ -97,7 +98,7 @@ impl<'a> Plan<'a> {
         };
         let coefficients = [0, 1, 2].map(|channel| [0, 1, 2].map(|k| coefficient(channel, k)));
         let results = program.results().map(row);
-        let layers = Layers::of(program).map(|layers| layers.on(set));
+        let layers = Layers::of(program).map(|layers| layers.on(set, Level::best()));
         Self { program, constants, inputs, steps, results, coefficients, layers }
     }
 

@@ -10,6 +10,7 @@ use super::{Fitness, FitnessTarget, Loss, Population};
 use crate::canonical::{
     BLOCK, Bound, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
 };
+use crate::layer::SharedBlocks;
 use crate::{EvalError, Level};
 
 /// Sums that take the errors of a block in turn.
@@ -20,6 +21,8 @@ const PARTIAL_SUMS: usize = 16;
 pub struct CanonicalPopulation<'a> {
     codes: Vec<Code<'a>>,
     target: &'a FitnessTarget,
+    /// What the layers of all programs read of the samples.
+    blocks: SharedBlocks<'a>,
     level: Level,
     fitness: Vec<Fitness>,
 }
@@ -30,7 +33,14 @@ impl<'a> CanonicalPopulation<'a> {
     pub fn new(programs: &[&'a Program], target: &'a FitnessTarget, level: Level) -> Self {
         let codes =
             programs.par_iter().map(|program| Code::new(program, target.set(), level)).collect();
-        Self { codes, target, level, fitness: vec![Fitness::default(); programs.len()] }
+        let blocks = SharedBlocks::new(target.set(), level);
+        Self { codes, target, blocks, level, fitness: vec![Fitness::default(); programs.len()] }
+    }
+
+    /// Quarters of blocks that layers have been evaluated on.
+    #[cfg(test)]
+    pub(super) fn shared_quarters(&self) -> usize {
+        self.blocks.computed()
     }
 }
 
@@ -45,7 +55,8 @@ impl Population for CanonicalPopulation<'_> {
         range: Range<usize>,
         bound: f64,
     ) -> Result<(), EvalError> {
-        let Self { codes, target, level, fitness } = self;
+        let Self { codes, target, blocks, level, fitness } = self;
+        let (level, blocks): (Level, &SharedBlocks<'_>) = (*level, blocks);
         let known: &[Fitness] = fitness;
         let done: Vec<Fitness> = programs
             .par_iter()
@@ -54,7 +65,7 @@ impl Population for CanonicalPopulation<'_> {
                 debug_assert_eq!(fitness.blocks, range.start, "blocks follow one another");
                 with_workspace(|workspace| {
                     let range = range.clone();
-                    level.run(Sum { code, target, range, bound, fitness, workspace })
+                    level.run(Sum { code, target, blocks, level, range, bound, fitness, workspace })
                 })
             })
             .collect();
@@ -69,6 +80,8 @@ impl Population for CanonicalPopulation<'_> {
 struct Sum<'a> {
     code: &'a Code<'a>,
     target: &'a FitnessTarget,
+    blocks: &'a SharedBlocks<'a>,
+    level: Level,
     range: Range<usize>,
     bound: f64,
     fitness: Fitness,
@@ -80,7 +93,7 @@ impl Work for Sum<'_> {
 
     #[inline(always)]
     fn run(self) -> Fitness {
-        let Self { code, target, range, bound, mut fitness, workspace } = self;
+        let Self { code, target, blocks, level, range, bound, mut fitness, workspace } = self;
         let functions = std::hint::black_box(Functions::KNOWN);
         let mut f = [Quarter([0.0; LANES]); 3];
         let mut instructions = Bound::new(code, workspace);
@@ -90,7 +103,11 @@ impl Work for Sum<'_> {
             let mut sums = [0.0f32; PARTIAL_SUMS];
             // Quarters without samples would add zeros.
             for quarter in 0..span.length.div_ceil(LANES) {
-                let layers = code.layers(span.start + quarter * LANES);
+                // As late as this, so that what ends early has not been evaluated further.
+                let start = span.start + quarter * LANES;
+                let layers = code.layers();
+                let layers = layers.map(|layers| layers.on_block(level, blocks.quarter(start)));
+                let layers = layers.as_ref().map(|rows| rows.each_ref().map(|row| &row[..]));
                 reflectance(code.program(), results.quarter(quarter), layers, &mut f);
                 let rows = target.quarter(block * (BLOCK / LANES) + quarter);
                 match target.loss() {

@@ -4,7 +4,7 @@ use brood_scene::SampleSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::conformance::{hard_samples, programs};
+use crate::conformance::{hard_samples, layered_programs, programs};
 use crate::{Evaluator, Level};
 
 /// A target that one of the suite's programs meets exactly.
@@ -52,7 +52,8 @@ fn plain(program: &Program, target: &FitnessTarget) -> f64 {
 
 #[test]
 fn sum_has_the_bits_of_its_definition_at_every_level() {
-    let programs = programs(6);
+    let mut programs = programs(6);
+    programs.extend(layered_programs());
     let all: Vec<&Program> = programs.iter().collect();
     for size in [1, 63, 64, 255, 256, 257, 1000] {
         let set = hard_samples(3, size);
@@ -104,6 +105,21 @@ fn selection_is_the_same_when_evaluation_ends_early_and_takes_fewer_blocks() {
     let race = select(Screening::Race { share: 0.2 });
     assert!(race.blocks_evaluated < exact.blocks_evaluated + full.blocks / 5);
     assert_eq!(race.best[0], full.best[0]);
+}
+
+#[test]
+fn layers_are_evaluated_no_further_than_the_bound_allows() {
+    let programs = layered_programs();
+    let all: Vec<&Program> = programs.iter().collect();
+    let target = target(&hard_samples(8, 1500), &programs[0], Loss::Squared);
+    let mut population = CanonicalPopulation::new(&all, &target, Level::best());
+    let every: Vec<usize> = (0..all.len()).collect();
+    population.extend(&every, 0..1, f64::INFINITY).unwrap();
+    assert_eq!(population.shared_quarters(), 4, "a block has four quarters");
+    population.extend(&every[1..2], 1..target.blocks(), -1.0).unwrap();
+    assert_eq!(population.shared_quarters(), 8, "one block more is past the bound");
+    population.extend(&every[..1], 1..target.blocks(), f64::INFINITY).unwrap();
+    assert_eq!(population.shared_quarters(), 1500_usize.div_ceil(64));
 }
 
 #[test]

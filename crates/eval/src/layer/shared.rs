@@ -1,0 +1,44 @@
+//! What models read of the samples of a set, block by block: computed when the first of many programs asks for a block.
+
+use std::sync::OnceLock;
+
+use brood_brdf::Block;
+use brood_scene::SampleSet;
+
+use crate::Level;
+use crate::canonical::LANES;
+
+/// The quarters of a set. They take 88 bytes a sample that was asked for.
+#[derive(Debug)]
+pub(crate) struct SharedBlocks<'a> {
+    set: &'a SampleSet,
+    level: Level,
+    quarters: Vec<OnceLock<Box<Block<LANES>>>>,
+}
+
+impl<'a> SharedBlocks<'a> {
+    /// Nothing is computed yet.
+    pub(crate) fn new(set: &'a SampleSet, level: Level) -> Self {
+        let mut quarters = Vec::new();
+        quarters.resize_with(set.len().div_ceil(LANES), OnceLock::new);
+        Self { set, level, quarters }
+    }
+
+    /// The quarter that begins at the sample `start`.
+    ///
+    /// # Panics
+    /// Where the set has no such sample, or was picked without directions.
+    pub(crate) fn quarter(&self, start: usize) -> &Block<LANES> {
+        self.quarters[start / LANES].get_or_init(|| {
+            let mut block = Box::new(Block::new());
+            block.fill(self.level, self.set.pairs(start..self.set.len().min(start + LANES)));
+            block
+        })
+    }
+
+    /// How many have been computed.
+    #[cfg(test)]
+    pub(crate) fn computed(&self) -> usize {
+        self.quarters.iter().filter(|quarter| quarter.get().is_some()).count()
+    }
+}
