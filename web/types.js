@@ -2,7 +2,7 @@
  * Shapes of what the server says and of what the page keeps. Owns no code; knows nothing of how it is fetched or drawn.
  *
  * @typedef {{id: string, hash: string, slot: number, parents: string[], operator: string, live_instructions: number,
- *   thumbnail: string, favourite: boolean, note: string, twin?: boolean, version: number}} Individual
+ *   layers?: string[], thumbnail: string, favourite: boolean, note: string, twin?: boolean, version: number}} Individual
  *
  * @typedef {{isotropic?: boolean, homogeneous?: boolean}} Constraints
  *

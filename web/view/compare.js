@@ -6,9 +6,8 @@
  */
 import { pictureUrl } from "../api.js";
 import { choosing, flip, flipped, pin, pinPasted, pinned, unpin } from "../compare.js";
-import { isLayered, layersOf } from "../genomes.js";
 import { html } from "../html.js";
-import { modelsInWords } from "../layers.js";
+import { isLayered, modelsInWords, modelsOf } from "../layers.js";
 import { large, lineage, tell } from "../state.js";
 import { Switch } from "./control.js";
 import { madeBy } from "./words.js";
@@ -38,7 +37,7 @@ const genome = (of) => html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}
 /** @param {{a: Individual, b: Individual}} props */
 function Facts({ a, b }) {
   const both = [a, b];
-  const models = (/** @type {Individual} */ of) => modelsInWords(layersOf(of) ?? []) || "none";
+  const models = (/** @type {Individual} */ of) => modelsInWords(modelsOf(of)) || "none";
   return html`
     <table class="both">
       <thead><tr><th scope="col"><span class="unseen">Fact</span></th><th scope="col">A</th><th scope="col">B</th></tr></thead>
