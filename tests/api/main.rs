@@ -11,6 +11,7 @@ mod backend;
 mod breed;
 mod circle;
 mod command_line;
+mod comparison;
 mod energy;
 mod event;
 mod export;

@@ -228,7 +228,7 @@ fn materials_are_compared_in_pictures_curves_and_numbers() {
     assert!(first["difference"].is_null() && second["difference"]["rmse"].as_f64() > Some(0.01));
     assert_eq!(third["difference"]["rmse"], 0.0);
     assert_eq!(second["phenomena"]["highlight"], json!([0.0, 0.0, 0.0]));
-    assert_eq!(first["albedo"].as_array().unwrap().len(), 20);
+    assert_eq!(first["curves"].as_array().unwrap().len(), 20);
     let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     assert!(text("curves.csv").contains("\n\"a, <b>\",0,"));
     assert!(text("albedo.svg").starts_with("<svg") && text("fresnel.svg").contains("metal"));

@@ -6,6 +6,7 @@
  */
 import { pictureUrl } from "../api.js";
 import { choosing, flip, flipped, pin, pinPasted, pinned, unpin } from "../compare.js";
+import { openComparison } from "../comparison.js";
 import { html } from "../html.js";
 import { isLayered, modelsInWords, modelsOf } from "../layers.js";
 import { large, lineage, tell } from "../state.js";
@@ -99,6 +100,7 @@ export function Compare() {
     <section aria-labelledby="compare-title" data-testid="compare-section">
       <h2 id="compare-title">A / B</h2>
       ${b ? html`<${Both} a=${a} b=${b} />` : html`<${Choice} of=${a} />`}
+      <button type="button" class="start" data-testid="compare-several" title="Pictures, differences, curves and numbers of two to six materials (C)" onClick=${openComparison}>Side by side, measured …</button>
       <${Trouble} place="compare" />
     </section>
   `;
