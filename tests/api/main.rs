@@ -15,6 +15,7 @@ mod comparison;
 mod energy;
 mod event;
 mod export;
+mod gallery;
 mod genome;
 mod guide;
 mod idempotency;

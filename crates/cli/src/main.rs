@@ -13,6 +13,7 @@ mod diff;
 mod eval;
 mod export;
 mod frame;
+mod gallery;
 mod genome_file;
 mod inspect;
 mod light_file;
