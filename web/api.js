@@ -285,6 +285,15 @@ export const createEnvironment = (file) => request("POST", "/v1/environments", {
 /** @param {string} id @param {string} sceneId @param {number} size @param {number} [light_deg] the scene's own unless said */
 export const pictureUrl = (id, sceneId, size, light_deg) => `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}${light_deg === undefined ? "" : `&light_deg=${light_deg}`}`;
 
+/**
+ * Materials side by side.
+ * @param {string[]} materials individuals by id, genomes by hash
+ * @param {string} sceneId
+ * @param {number} size
+ * @returns {Promise<import("./types.js").Comparison>}
+ */
+export const compare = (materials, sceneId, size) => request("GET", `/v1/comparison?materials=${materials.join()}&scene=${sceneId}&size=${size}`);
+
 /** @param {string} id @param {number} size */
 export const sliceUrl = (id, size) => `/v1/individuals/${id}/slice.png?size=${size}`;
 

@@ -6,6 +6,7 @@
  */
 import { nameOf, pick, toggleFavourite, toggleMate } from "./breed.js";
 import { flipKeyDown, flipKeyUp, pinCell, pinned, unpin } from "./compare.js";
+import { openComparison } from "./comparison.js";
 import { cellOf, letGo } from "./hands.js";
 import { inspectCell } from "./inspector.js";
 import { redo, undo } from "./lineage.js";
@@ -79,6 +80,10 @@ const inDialog = (target) => target instanceof Element && target.closest("dialog
 
 /** @param {KeyboardEvent} event */
 function keyAlone(event) {
+  if (isPlain(event, "c") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
+    openComparison();
+    event.preventDefault();
+  }
   if (event.key === "Escape" && !letGo() && !inDialog(event.target)) unpin();
   if (event.key.toLowerCase() !== "x" || event.repeat || event.altKey || inDialog(event.target) || takesText(event.target) || !pinned.value) return;
   flipKeyDown(event.timeStamp);

@@ -2,7 +2,7 @@
  * The models of reflectance that a genome has besides its program: read from its text, and told in words. Pure functions; the
  * grammar is the server's. Knows nothing of how genomes come here, and nothing of any single model.
  *
- * @import { Genome, Layer, Locks, Parameter } from "./types.js"
+ * @import { Genome, Individual, Locks, Parameter } from "./types.js"
  */
 
 /** @param {string} line "roughness 0.2", "f0 1 0.7 0.3", "distribution ggx" @returns {Parameter} */
@@ -28,17 +28,24 @@ export function genomeIn(text) {
   return found;
 }
 
-/** The names of the models, each once: "lambert, 2 ward". @param {Layer[]} layers */
-export function modelsInWords(layers) {
+/** The names of its models, lowest first. @param {Individual} of @returns {string[]} */
+export const modelsOf = (of) => of.layers ?? [];
+
+/** Whether it has models. @param {Individual|null} of */
+export const isLayered = (of) => of !== null && modelsOf(of).length > 0;
+
+/** The names of the models, each once: "lambert, 2 ward". @param {string[]} models */
+export function modelsInWords(models) {
   const counts = new Map();
-  for (const { model } of layers) counts.set(model, (counts.get(model) ?? 0) + 1);
+  for (const model of models) counts.set(model, (counts.get(model) ?? 0) + 1);
   return [...counts].map(([model, count]) => (count > 1 ? `${count} ${model}` : model)).join(", ");
 }
 
-/** What an individual is made of, in words: its live instructions, its models, or both; empty where neither is known. @param {number} live @param {Layer[]|null} layers */
-export function makeupInWords(live, layers) {
-  const parts = live > 0 || layers?.length === 0 ? [`${live} live instructions`] : [];
-  if (layers && layers.length > 0) parts.push(modelsInWords(layers));
+/** What an individual is made of, in words: its live instructions, its models, or both. @param {Individual} of */
+export function makeupInWords(of) {
+  const live = of.live_instructions;
+  const parts = live > 0 || !isLayered(of) ? [`${live} live instructions`] : [];
+  if (isLayered(of)) parts.push(modelsInWords(modelsOf(of)));
   return parts.join(", ");
 }
 

@@ -5,6 +5,7 @@
 import { effect } from "./vendor/signals-core.js";
 import { render } from "./vendor/preact.js";
 import { watchCompare } from "./compare.js";
+import { watchComparison } from "./comparison.js";
 import { restWhileHidden } from "./events.js";
 import { listenToFiles } from "./files.js";
 import { watchGenomes } from "./genomes.js";
@@ -41,6 +42,7 @@ effect(() => keep("hint", hinting.value));
 watchLineage();
 watchMeshes();
 watchCompare();
+watchComparison();
 watchInspector();
 watchGenomes();
 watchReady();

@@ -2,7 +2,7 @@
  * Shapes of what the server says and of what the page keeps. Owns no code; knows nothing of how it is fetched or drawn.
  *
  * @typedef {{id: string, hash: string, slot: number, parents: string[], operator: string, live_instructions: number,
- *   thumbnail: string, favourite: boolean, note: string, twin?: boolean, version: number}} Individual
+ *   layers?: string[], thumbnail: string, favourite: boolean, note: string, twin?: boolean, version: number}} Individual
  *
  * @typedef {{isotropic?: boolean, homogeneous?: boolean}} Constraints
  *
@@ -60,7 +60,7 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"inspector"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble
@@ -100,5 +100,15 @@
  * @typedef {{hash: string, program_hash: string, dialect: string, inputs: string[], counts: OperationCounts,
  *   physics: Physics, energy: Energy, source: string, live: boolean[], channels: string[], code: string,
  *   planes: Plane[]}} Inspection
+ *
+ * @typedef {{theta_deg: number, albedo: Vec3, luminance: number|null, mirror: number|null}} CurvePoint
+ *
+ * @typedef {{fresnel_rise: number|null, largest_albedo: number|null, energy_kept: number|null, highlight: Vec3, body: Vec3,
+ *   exposures_ev: [number, number]}} Phenomena
+ *
+ * @typedef {{material: string, hash: string, layers: string[], picture: string, other_light: string,
+ *   difference: {picture: string, rmse: number, flip: number}|null, curves: CurvePoint[], phenomena: Phenomena}} Compared
+ *
+ * @typedef {{scene: string, exposure_ev: number, size_px: number, other_light_deg: number, materials: Compared[]}} Comparison
  */
 export {};

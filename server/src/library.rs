@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
-use brood_inspect::{Inspection, inspect};
+use brood_inspect::{CurvePoint, Inspection, LightCircle, Phenomena, inspect};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
     decode,
 };
-use brood_scene::{LightAssets, Mesh, MeshRef, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{LightAssets, Mesh, MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 
@@ -22,9 +22,7 @@ const SCENES: u64 = 1024;
 const FRAMES: u64 = 1024;
 const INSPECTIONS: u64 = 256;
 const CIRCLES: u64 = 16;
-/// Places of the light circle that an exposure is measured over, and the side of the pictures.
-const CIRCLE_PLACES: u32 = 8;
-const CIRCLE_PX: u32 = 64;
+const OPTICS: u64 = 1024;
 
 /// A genome and the program that it is seen as.
 #[derive(Debug)]
@@ -33,6 +31,15 @@ pub struct Material {
     pub genome: Genome,
     /// The phenotype.
     pub program: Program,
+}
+
+/// What a comparison tells of a material in a scene.
+#[derive(Debug, Clone)]
+pub struct Optics {
+    /// Over the angle of incidence.
+    pub curves: Vec<CurvePoint>,
+    /// In numbers.
+    pub phenomena: Phenomena,
 }
 
 /// A scene and where its mesh is.
@@ -125,7 +132,8 @@ pub struct Library {
     scenes: Cache<SceneId, Arc<KnownScene>>,
     frames: Cache<FrameKey, Arc<Framed>>,
     inspections: Cache<GenomeHash, Arc<Inspection>>,
-    circles: Cache<SceneId, Arc<Vec<SampleSet>>>,
+    circles: Cache<SceneId, Arc<LightCircle>>,
+    optics: Cache<(GenomeHash, SceneId), Arc<Optics>>,
 }
 
 impl Library {
@@ -138,6 +146,7 @@ impl Library {
             frames: Cache::new(FRAMES),
             inspections: Cache::new(INSPECTIONS),
             circles: Cache::new(CIRCLES),
+            optics: Cache::new(OPTICS),
         }
     }
 
@@ -152,6 +161,7 @@ impl Library {
     pub fn forget_materials(&self) {
         self.materials.invalidate_all();
         self.inspections.invalidate_all();
+        self.optics.invalidate_all();
     }
 
     /// A material by its genome's hash.
@@ -183,8 +193,17 @@ impl Library {
         inspection
     }
 
-    /// Small pictures of a scene from all around its light circle, which exposures are measured over.
-    pub async fn circle(&self, id: SceneId) -> Result<Arc<Vec<SampleSet>>, ApiError> {
+    /// What is told of a material in a scene, made where it was not told before.
+    pub fn optics(
+        &self,
+        (hash, scene): (GenomeHash, SceneId),
+        make: impl FnOnce() -> Optics,
+    ) -> Arc<Optics> {
+        self.optics.get_with((hash, scene), || Arc::new(make()))
+    }
+
+    /// What a small camera sees of a scene with the light all around its circle, which exposures are measured over.
+    pub async fn circle(&self, id: SceneId) -> Result<Arc<LightCircle>, ApiError> {
         if let Some(circle) = self.circles.get(&id) {
             return Ok(circle);
         }
@@ -258,7 +277,7 @@ fn circle(
     scene: &Scene,
     mesh: Option<&[u8]>,
     assets: &LightAssets,
-) -> Result<Vec<SampleSet>, ApiError> {
+) -> Result<LightCircle, ApiError> {
     let mesh = match (mesh, &scene.mesh) {
         (Some(data), _) => decode::<Mesh>(data).map_err(|error| {
             ApiError::internal(format!("a stored mesh cannot be read: {error}"))
@@ -266,12 +285,7 @@ fn circle(
         (None, MeshRef::Builtin(name)) => Mesh::builtin(*name),
         (None, MeshRef::Uploaded(_)) => return Err(ApiError::internal("a mesh has no data")),
     };
-    let degrees = |place| 360.0 * f64::from(place) / f64::from(CIRCLE_PLACES);
-    let places = (0..CIRCLE_PLACES).map(|place| scene.with_light_deg(degrees(place)));
-    let (size_px, sampling) = (CIRCLE_PX, Sampling::Fixed(1));
-    let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
-    let set = |scene| SampleSet::render_lit(&mesh, &scene, assets, raster);
-    Ok(places.map(set).collect())
+    Ok(LightCircle::trace(&mesh, scene, assets))
 }
 
 #[cfg(test)]

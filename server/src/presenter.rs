@@ -155,6 +155,7 @@ pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
         parents: stored.parents,
         operator: stored.operator,
         live_instructions: stored.live_instructions,
+        layers: stored.layers.iter().map(|kind| kind.name().to_owned()).collect(),
         thumbnail: thumbnail_url(key),
         favourite: stored.favourite,
         note: stored.note,

@@ -10,9 +10,9 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    circle, event, export, generation, genome, geometry, individual, inspection, job, lease,
-    light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene, session,
-    sheet, system, thumbnail,
+    circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
+    lease, light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene,
+    session, sheet, system, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -73,6 +73,8 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(circle::animation))
         .routes(routes!(circle::strip))
         .routes(routes!(circle::sheet))
+        .routes(routes!(comparison::get))
+        .routes(routes!(comparison::difference))
         .routes(routes!(inspection::get))
         .routes(routes!(inspection::slice))
         .routes(routes!(thumbnail::get))

@@ -193,6 +193,27 @@ async fn a_lineage_of_models_starts_is_bred_crossed_with_programs_and_travels() 
     assert_eq!(other.get(&render).await.expect(200).body, picture);
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn individuals_name_their_models_at_birth_and_ever_after() {
+    let server = TestServer::start();
+    let new = json!({"name": "models"});
+    let lineage = server.post("/v1/lineages", &new).await.expect(201).json();
+    let base = format!("/v1/lineages/{}", text_of(&lineage["id"]));
+    let presets = json!({"presets": ["red-plastic", "model-two-layers"]});
+    let born = server.post(&format!("{base}/adoptions"), &presets).await.expect(201).json();
+    let id = text_of(&born["individuals"][1]["id"]);
+    let again = server.get(&format!("/v1/individuals/{id}")).await.expect(200).json();
+    assert!(born["individuals"][0].get("layers").is_none(), "{born}");
+    for one in [&born["individuals"][1], &again] {
+        assert_eq!(one["layers"], json!(["lambert", "ward", "cook-torrance"]));
+    }
+    let genome =
+        server.get(&format!("/v1/genomes/{}", text_of(&again["hash"]))).await.expect(200).json();
+    let names: Vec<_> =
+        genome["layers"].as_array().unwrap().iter().map(|one| one["model"].clone()).collect();
+    assert_eq!(json!(names), again["layers"]);
+}
+
 #[test]
 fn materials_are_compared_in_pictures_curves_and_numbers() {
     let folder = TempDir::new().unwrap();
@@ -207,7 +228,7 @@ fn materials_are_compared_in_pictures_curves_and_numbers() {
     assert!(first["difference"].is_null() && second["difference"]["rmse"].as_f64() > Some(0.01));
     assert_eq!(third["difference"]["rmse"], 0.0);
     assert_eq!(second["phenomena"]["highlight"], json!([0.0, 0.0, 0.0]));
-    assert_eq!(first["albedo"].as_array().unwrap().len(), 20);
+    assert_eq!(first["curves"].as_array().unwrap().len(), 20);
     let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     assert!(text("curves.csv").contains("\n\"a, <b>\",0,"));
     assert!(text("albedo.svg").starts_with("<svg") && text("fresnel.svg").contains("metal"));

@@ -9,6 +9,7 @@ import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 import { compare, compareByFinger } from "./compare.mjs";
+import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { film } from "./film.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
 import { exported, live } from "./live.mjs";
@@ -207,6 +208,7 @@ async function coming(hand) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await materials(hand, step, shot);
   await compare(hand, step, shot);
+  await comparison(hand, step, shot);
   await models(hand, step, shot, binary);
 }
 
@@ -239,6 +241,7 @@ async function narrow(hand) {
   });
   await compareByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   await inspectByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+  await comparisonByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   hand.quiet();
 }
 

@@ -13,7 +13,7 @@
 import { computed, effect, signal } from "../vendor/signals-core.js";
 import { flipped, pinned, seenIn } from "../compare.js";
 import { extentOf, extents } from "../extents.js";
-import { genomes, isLayered, layersOf } from "../genomes.js";
+import { isLayered } from "../layers.js";
 import { ready } from "../pictures.js";
 import { FRAMES, breeding, clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
@@ -167,7 +167,7 @@ const CELLS = ["centre", ...Array(FRAMES).keys()];
 export const sceneDrawable = computed(() => wishedScene.value === null || isDrawable(wishedScene.value));
 
 /** Whether it can be drawn here: a program alone, for models have no source code. @param {Individual|null} of */
-const isDrawnHere = (of) => of !== null && sceneDrawable.value && layersOf(of)?.length === 0;
+const isDrawnHere = (of) => of !== null && sceneDrawable.value && !isLayered(of);
 
 /** Whether it is certainly seen in the server's pictures alone. @param {Individual|null} of */
 export const isPictured = (of) => of !== null && (!sceneDrawable.value || isLayered(of));
@@ -282,7 +282,7 @@ export function watchLive() {
   });
   effect(() => {
     // What a drawing depends on; the loop reads it again.
-    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value, genomes.value];
+    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value];
     schedule();
   });
   document.addEventListener("visibilitychange", schedule);

@@ -37,12 +37,12 @@ test("models are read from a genome's text with numbers, colours and words", () 
 });
 
 test("what something is made of is told by what it has", () => {
-  assert.equal(modelsInWords([...GENOME.layers, GENOME.layers[0]]), "2 lambert, cook-torrance");
-  assert.equal(makeupInWords(12, GENOME.layers), "12 live instructions, lambert, cook-torrance");
-  assert.equal(makeupInWords(0, GENOME.layers), "lambert, cook-torrance");
-  assert.equal(makeupInWords(12, null), "12 live instructions");
-  assert.equal(makeupInWords(0, []), "0 live instructions");
-  assert.equal(makeupInWords(0, null), "");
+  const of = (/** @type {number} */ live_instructions, /** @type {string[]|undefined} */ layers) => makeupInWords(/** @type {any} */ ({ live_instructions, layers }));
+  assert.equal(modelsInWords(["lambert", "cook-torrance", "lambert"]), "2 lambert, cook-torrance");
+  assert.equal(of(12, ["lambert", "cook-torrance"]), "12 live instructions, lambert, cook-torrance");
+  assert.equal(of(0, ["lambert"]), "lambert");
+  assert.equal(of(12, undefined), "12 live instructions");
+  assert.equal(of(0, undefined), "0 live instructions");
   assert.equal(plainName("base_color"), "base color");
 });
 

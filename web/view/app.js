@@ -4,6 +4,7 @@
 import { html } from "../html.js";
 import { announcement, detailsOpen, fileOver, knobsOpen } from "../state.js";
 import { Bar } from "./bar.js";
+import { Comparison } from "./comparison.js";
 import { Details } from "./details.js";
 import { Frames } from "./frames.js";
 import { Hint } from "./hint.js";
@@ -33,6 +34,7 @@ export function App() {
     <${Lineages} />
     <${Presets} />
     <${Inspector} />
+    <${Comparison} />
     <${TokenQuestion} />
     ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, or a .brood to breed from it</p></div>`}
     <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>

@@ -6,9 +6,9 @@
  */
 import { pictureUrl } from "../api.js";
 import { choosing, flip, flipped, pin, pinPasted, pinned, unpin } from "../compare.js";
-import { isLayered, layersOf } from "../genomes.js";
+import { openComparison } from "../comparison.js";
 import { html } from "../html.js";
-import { modelsInWords } from "../layers.js";
+import { isLayered, modelsInWords, modelsOf } from "../layers.js";
 import { large, lineage, tell } from "../state.js";
 import { Switch } from "./control.js";
 import { madeBy } from "./words.js";
@@ -38,7 +38,7 @@ const genome = (of) => html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}
 /** @param {{a: Individual, b: Individual}} props */
 function Facts({ a, b }) {
   const both = [a, b];
-  const models = (/** @type {Individual} */ of) => modelsInWords(layersOf(of) ?? []) || "none";
+  const models = (/** @type {Individual} */ of) => modelsInWords(modelsOf(of)) || "none";
   return html`
     <table class="both">
       <thead><tr><th scope="col"><span class="unseen">Fact</span></th><th scope="col">A</th><th scope="col">B</th></tr></thead>
@@ -100,6 +100,7 @@ export function Compare() {
     <section aria-labelledby="compare-title" data-testid="compare-section">
       <h2 id="compare-title">A / B</h2>
       ${b ? html`<${Both} a=${a} b=${b} />` : html`<${Choice} of=${a} />`}
+      <button type="button" class="start" data-testid="compare-several" title="Pictures, differences, curves and numbers of two to six materials (C)" onClick=${openComparison}>Side by side, measured …</button>
       <${Trouble} place="compare" />
     </section>
   `;

@@ -6,11 +6,12 @@
 import * as api from "../api.js";
 import { nameOf, setNote } from "../breed.js";
 import { pin } from "../compare.js";
+import { genomes } from "../genomes.js";
 import { html } from "../html.js";
-import { layersOf } from "../genomes.js";
 import { inspect, inspections } from "../inspections.js";
 import { openInspector } from "../inspector.js";
 import { isPlain } from "../keys.js";
+import { isLayered } from "../layers.js";
 import { guarded, visit } from "../lineage.js";
 import { ready } from "../pictures.js";
 import { effect, signal } from "../vendor/signals-core.js";
@@ -62,9 +63,7 @@ const limitedExports = signal(true);
 
 /** Models have no source code, and nobody is to find that out by a download that fails. @param {{of: Individual}} props */
 function SourceCode({ of }) {
-  const layers = layersOf(of);
-  if (layers === null) return null;
-  if (layers.length > 0) {
+  if (isLayered(of)) {
     const names = formats.value.map(({ label }) => label.replace(/ functions.*$/, ""));
     return html`<li class="small" data-testid="no-source">Not as ${names.join(", ")}: models are not written as source code.</li>`;
   }
@@ -100,19 +99,19 @@ function Centre() {
   const within = generation.value;
   if (!of || !within) return null;
   const energy = inspections.value.get(of.hash)?.energy;
-  const layers = layersOf(of);
+  const layers = isLayered(of) ? genomes.value.get(of.hash)?.layers : undefined;
   return html`
     <section aria-labelledby="centre-title">
       <h2 id="centre-title">Centre</h2>
       <dl>
-        ${(of.live_instructions > 0 || layers?.length === 0) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
+        ${(of.live_instructions > 0 || !isLayered(of)) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
         <${Fact} name="reflects at most" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />
         <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
-      ${layers && layers.length > 0 && html`<${Layers} of=${layers} lockable=${true} />`}
+      ${layers && html`<${Layers} of=${layers} lockable=${true} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       <${Exports} of=${of} within=${within} />
       <label class="note">Note

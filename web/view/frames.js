@@ -7,7 +7,6 @@ import { signal } from "../vendor/signals-core.js";
 import { pictureUrl } from "../api.js";
 import { nameOf, toggleFavourite } from "../breed.js";
 import { flip, flipped, pinCell, pinned } from "../compare.js";
-import { layersOf } from "../genomes.js";
 import { listenToHands } from "../hands.js";
 import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
@@ -43,7 +42,7 @@ function attach(element) {
 
 /** @param {Cell} cell @param {Individual} of */
 function label(cell, of) {
-  const parts = [nameOf(cell), makeupInWords(of.live_instructions, layersOf(of))].filter((part) => part !== "");
+  const parts = [nameOf(cell), makeupInWords(of)];
   if (of.favourite) parts.push("favourite");
   if (of.twin) parts.push("twin of another");
   if (mate.value?.id === of.id) parts.push("mate");

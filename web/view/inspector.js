@@ -50,7 +50,7 @@ function Facts({ of }) {
     <section aria-labelledby="facts-title">
       <h3 id="facts-title">Facts</h3>
       <dl>
-        ${layers.length > 0 && html`<${Fact} name="models" value=${modelsInWords(layers)} title=${layers.length > 1 ? "What they reflect is added" : undefined} />`}
+        ${layers.length > 0 && html`<${Fact} name="models" value=${modelsInWords(layers.map(({ model }) => model))} title=${layers.length > 1 ? "What they reflect is added" : undefined} />`}
         ${counts.instructions > 0 && html`<${ProgramFacts} of=${of} />`}
       </dl>
     </section>

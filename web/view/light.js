@@ -4,7 +4,7 @@
  * @import { Vec3 } from "../types.js"
  */
 import { seenIn } from "../compare.js";
-import { isLayered } from "../genomes.js";
+import { isLayered } from "../layers.js";
 import { html } from "../html.js";
 import { PLAIN } from "../light_color.js";
 import { lamp, lampKnown, leaveLamp, turnLamp } from "../lighting.js";

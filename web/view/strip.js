@@ -5,11 +5,10 @@
  * @import { Generation } from "../types.js"
  */
 import { pin } from "../compare.js";
-import { genomes, layersOf } from "../genomes.js";
 import { html } from "../html.js";
 import { ancestry, links } from "../history.js";
 import { isPlain } from "../keys.js";
-import { modelsInWords } from "../layers.js";
+import { modelsInWords, modelsOf } from "../layers.js";
 import { visit } from "../lineage.js";
 import { descent, largeOf, shown } from "../state.js";
 import { Pin } from "./compare.js";
@@ -55,7 +54,7 @@ function Stop({ of, column, onPath }) {
   return html`
     <li style=${{ left: times(column * STEP) }} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
       <button type="button" ref=${now ? seen : undefined} data-generation=${of.id} data-testid=${`history-${of.index}`} class=${onPath ? "stop on" : "stop"}
-        aria-label=${`Generation ${of.index}`} aria-current=${now ? "true" : undefined} title=${[`generation ${of.index}`, standing && modelsInWords(layersOf(standing) ?? [])].filter(Boolean).join(": ")} onClick=${() => visit(of.id)}>
+        aria-label=${`Generation ${of.index}`} aria-current=${now ? "true" : undefined} title=${[`generation ${of.index}`, standing && modelsInWords(modelsOf(standing))].filter(Boolean).join(": ")} onClick=${() => visit(of.id)}>
         ${picture && html`<img src=${picture} alt="" loading="lazy" draggable=${false} />`}
       </button>
       ${standing && html`<${Pin} name=${`generation ${of.index}`} does=${compare} />`}
@@ -63,14 +62,13 @@ function Stop({ of, column, onPath }) {
   `;
 }
 
-/** What was drawn last: a long strip is not drawn again while only pictures arrive. @type {{of: unknown, now: unknown, made: unknown, view: unknown}} */
-let last = { of: null, now: null, made: null, view: null };
+/** What was drawn last: a long strip is not drawn again while only pictures arrive. @type {{of: unknown, now: unknown, view: unknown}} */
+let last = { of: null, now: null, view: null };
 
 export function Strip() {
   const of = descent.value;
   const now = shown.value;
-  const made = genomes.value;
-  if (last.of !== of || last.now !== now || last.made !== made) last = { of, now, made, view: draw(of, now) };
+  if (last.of !== of || last.now !== now) last = { of, now, view: draw(of, now) };
   return last.view;
 }
 

@@ -4,40 +4,31 @@
 
 mod curve;
 mod page;
-mod phenomena;
 mod subject;
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use brood_eval::{Developed, encode_png};
+use brood_inspect::{
+    COMPARED, CurvePoint, LightCircle, LinearImage, OTHER_LIGHT_DEG, Phenomena, curves,
+};
 use brood_protocol::PictureFormat;
 use brood_scene::{Exposure, Scene};
 use brood_worker::Renderer;
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::diff::{self, Picture as Pixels};
 use crate::frame::FrameArgs;
 use crate::model_picture::{Picture, Shot};
 use crate::{logging, output};
-use curve::Curves;
-use phenomena::Phenomena;
 pub use subject::Subject;
-
-/// More would neither fit beside each other nor be told apart in a chart.
-const MOST: usize = 6;
-/// The other light: this much further along the light circle, in degrees.
-const OTHER_LIGHT_DEG: f64 = 60.0;
-
-/// Pictures that only their exposure is wanted of.
-const SMALL_PX: u32 = 64;
 
 /// Options of `brood compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// Two to six materials: `.brood` or JSON files of genomes and models, or measured tables; the others are held against the first
-    #[arg(required = true, num_args = 2..=MOST)]
+    #[arg(required = true, num_args = COMPARED)]
     pub materials: Vec<PathBuf>,
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -49,7 +40,7 @@ pub struct CompareArgs {
 /// A material with all that was found of it.
 pub struct Found {
     pub name: String,
-    pub curves: Curves,
+    pub curves: Vec<CurvePoint>,
     pub phenomena: Phenomena,
     /// Its pictures, relative to the page.
     pub picture: String,
@@ -80,12 +71,12 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
         Shot { mesh: mesh.mesh(), scene, assets: &assets, size_px, sampling }.take(subject)
     };
     let spinner = output::spinner("comparing");
-    let first = shot(&scene, &subjects[0]);
+    let circle = LightCircle::trace(mesh.mesh(), &scene, &assets);
     // One exposure for all, or what is darker would not look so.
-    let exposure_ev = first.developed.exposure_ev;
+    let exposure_ev = circle.ev(&subjects[0].specimen(), scene.film);
     scene.film.exposure = Exposure::Ev(exposure_ev);
     let other = scene.with_light_deg(scene.light_deg + OTHER_LIGHT_DEG);
-    let reference = pixels(&first, exposure_ev);
+    let mut reference = None;
     let mut all = Vec::with_capacity(subjects.len());
     for (index, subject) in subjects.iter().enumerate() {
         let write = |what: &str, developed: &Developed| -> Result<String> {
@@ -95,29 +86,25 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
             Ok(file)
         };
         let picture = shot(&scene, subject);
-        let difference = match index {
-            0 => None,
-            _ => {
-                let own = pixels(&picture, exposure_ev);
+        let own = pixels(&picture, exposure_ev);
+        let difference = match &reference {
+            None => {
+                reference = Some(own);
+                None
+            }
+            Some(reference) => {
                 let file = format!("{index:02}-difference.png");
-                let apart = diff::absolute(&reference, &own).encoded();
-                let path = args.output.join(&file);
-                apart.save(&path).with_context(|| format!("write {}", path.display()))?;
-                let (rmse, flip) = (diff::rmse(&reference, &own), diff::flip(&reference, &own));
+                let (width, height) = own.size();
+                let apart = reference.absolute_difference(&own).encoded_rgba();
+                output::write_file(&args.output.join(&file), &encode_png(width, height, &apart))?;
+                let (rmse, flip) = (reference.rmse(&own), reference.flip(&own));
                 Some(Difference { picture: file, rmse, flip })
             }
         };
-        let curves = Curves::of(subject);
+        let curves = curves(&subject.specimen());
         all.push(Found {
             name: subject.name().to_owned(),
-            phenomena: Phenomena::of(subject, &curves, |degrees| {
-                let mut scene = scene.with_light_deg(degrees);
-                scene.film.exposure = Exposure::Auto;
-                let (mesh, sampling) = (mesh.mesh(), args.frame.samples);
-                let (scene, assets) = (&scene, &assets);
-                let small = Shot { mesh, scene, assets, size_px: SMALL_PX, sampling };
-                small.take(subject).developed.exposure_ev
-            }),
+            phenomena: Phenomena::of(&subject.specimen(), &curves, &circle),
             curves,
             picture: write("picture", &picture.developed)?,
             other_light: write("other-light", &shot(&other, subject).developed)?,
@@ -135,12 +122,10 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
 }
 
 /// Linear pixels as exposed, over black.
-fn pixels(picture: &Picture, exposure_ev: f64) -> Pixels {
-    let gain = exposure_ev.exp2();
+fn pixels(picture: &Picture, exposure_ev: f64) -> LinearImage {
     let radiance = &picture.radiance;
-    let exposed = |rgb: &[f32; 3]| rgb.map(|channel| f64::from(channel) * gain);
-    let linear = radiance.premultiplied().iter().map(exposed).collect();
-    Pixels::from_linear(radiance.width(), radiance.height(), linear)
+    let linear = radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
+    LinearImage::new(radiance.width(), radiance.height(), linear).exposed(exposure_ev)
 }
 
 fn report(all: &[Found], exposure_ev: f64) -> Value {
@@ -153,8 +138,8 @@ fn report(all: &[Found], exposure_ev: f64) -> Value {
             "picture": found.picture,
             "other_light": found.other_light,
             "difference": difference,
-            "albedo": found.curves.report(),
-            "phenomena": found.phenomena.report(),
+            "curves": found.curves,
+            "phenomena": found.phenomena,
         })
     };
     json!({ "exposure_ev": exposure_ev, "materials": all.iter().map(one).collect::<Vec<Value>>() })

@@ -154,9 +154,8 @@ fn pictures(args: &FitArgs, renderer: &Renderer, best: &Genome) -> Result<()> {
     let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;
     let assets = renderer.light_assets();
-    for (name, subject) in
-        [("target.png", Subject::read(&args.target)?), ("best.png", Subject::of(best.clone()))]
-    {
+    let subjects = [Subject::read(&args.target)?, Subject::of("best", best.clone())];
+    for (name, subject) in ["target.png", "best.png"].into_iter().zip(subjects) {
         let (size_px, sampling) = (args.frame.size, args.frame.samples);
         let shot = Shot { mesh: mesh.mesh(), scene: &scene, assets: &assets, size_px, sampling };
         let developed = shot.take(&subject).developed;

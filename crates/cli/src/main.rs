@@ -14,6 +14,7 @@ mod eval;
 mod export;
 mod fit;
 mod frame;
+mod gallery;
 mod genome_file;
 mod inspect;
 mod light_file;

@@ -7,7 +7,7 @@ use brood_brdf::{Brdf, Merl, Rgl, Samples, Scattered, Slice};
 use brood_genome::Genome;
 use brood_search::MeasuredTarget;
 
-use crate::diff::Picture;
+use crate::diff;
 use crate::genome_file;
 use crate::output::read_file;
 
@@ -112,7 +112,8 @@ fn tell_skipped(path: &Path, samples: &Samples) {
 }
 
 fn read_slice(path: &Path) -> Result<Slice> {
-    let (width, height, pixels) = Picture::read(path)?.into_linear();
+    let picture = diff::read(path)?;
+    let ((width, height), pixels) = (picture.size(), picture.linear().to_vec());
     #[expect(clippy::cast_possible_truncation, reason = "the file holds f32 or less")]
     let values = pixels.into_iter().map(|rgb| rgb.map(|value| value as f32)).collect();
     Ok(Slice::new(width as usize, height as usize, values)?)

@@ -10,6 +10,7 @@ use brood_genome::{Genome, Output};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
+use crate::gallery::{self, GalleryArgs};
 use crate::material_file::{self, Material};
 use crate::output;
 
@@ -25,6 +26,8 @@ pub enum ModelCommand {
     },
     /// Print how much of the light a material sends back, by the angle of incidence
     Albedo(AlbedoArgs),
+    /// Render all models, layers and lights, with a page of captions
+    Gallery(GalleryArgs),
 }
 
 /// Options of `brood model albedo`.
@@ -47,6 +50,7 @@ pub fn run(command: &ModelCommand, json: bool) -> Result<()> {
         ModelCommand::List => list(json),
         ModelCommand::Show { name } => show(name, json),
         ModelCommand::Albedo(args) => albedo(args, json),
+        ModelCommand::Gallery(args) => gallery::run(args, json),
     }
 }
 

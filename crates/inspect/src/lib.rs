@@ -1,9 +1,10 @@
 //! What a genome is: its source with what is dead marked, its scalar code, counts, physical checks, how much it reflects,
-//! and its reflectance over a plane and over the half-angle square.
+//! and its reflectance over a plane and over the half-angle square; and what several materials are beside each other.
 //!
-//! This crate owns the words and figures of an inspection, the same on the command line, over HTTP and on the page. It
-//! refuses to know where genomes are kept. Figures are those of the canonical evaluator.
+//! This crate owns the words and figures of an inspection and of a comparison, the same on the command line, over HTTP and on
+//! the page. It refuses to know where genomes are kept and who renders pictures. Figures are those of the canonical evaluator.
 
+mod compare;
 mod energy;
 mod evaluate;
 mod listing;
@@ -12,6 +13,10 @@ mod plane;
 mod report;
 mod slice;
 
+pub use compare::{
+    COMPARED, CurvePoint, LightCircle, LinearImage, LinearImageError, OTHER_LIGHT_DEG, Phenomena,
+    Specimen, curves, luminance,
+};
 pub use energy::Energy;
 pub use listing::{marked_source, scalar_code};
 pub use physics::Physics;

@@ -22,6 +22,9 @@ pub struct Individual {
     pub operator: String,
     /// Instructions that can change the result.
     pub live_instructions: u32,
+    /// Names of the models that it has besides its program, lowest first; absent where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
     /// Where its picture is.
     pub thumbnail: String,
     /// Marked by a person.

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering;
 
-use brood_genome::{GenomeHash, Locks};
+use brood_genome::{GenomeHash, Locks, ModelKind};
 use brood_protocol::{
     Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
@@ -73,6 +73,8 @@ pub struct NewIndividual {
     pub operator: &'static str,
     /// Instructions that can change the result.
     pub live_instructions: u32,
+    /// The models that it has besides its program, lowest first.
+    pub layers: Vec<ModelKind>,
     /// How often it was drawn, at least once.
     pub attempts: u32,
     /// No draw gave a program unlike its parents' and siblings'.
@@ -293,6 +295,7 @@ fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
         bytes: child.genome_bytes.clone(),
         program_hash: child.program_hash,
         live_instructions: child.live_instructions,
+        layers: child.layers.clone(),
     };
     individuals.iter().map(genome).collect()
 }
@@ -309,6 +312,7 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
         parents: new.parents.clone(),
         operator: child.operator.to_owned(),
         live_instructions: child.live_instructions,
+        layers: child.layers,
         attempts: child.attempts,
         twin: child.twin,
         favourite: false,

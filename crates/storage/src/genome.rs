@@ -1,12 +1,13 @@
-//! Genomes: their bytes by content hash. Owns the table `genome`; refuses to know what the bytes mean.
+//! Genomes: their bytes by content hash. Owns the table `genome`; refuses to know what the bytes mean, but for the models of
+//! rows that do not say them.
 
 use std::collections::HashMap;
 
-use brood_genome::GenomeHash;
+use brood_genome::{Genome, GenomeHash, ModelKind};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::row::{Columns, set};
+use crate::row::{Columns, damaged, set};
 use crate::{StorageError, Store};
 
 /// Rows of one INSERT: keeps statements small however large a brood is.
@@ -23,6 +24,8 @@ pub struct NewGenome {
     pub program_hash: [u8; 32],
     /// Instructions that can change the result.
     pub live_instructions: u32,
+    /// The models that it has besides its program, lowest first.
+    pub layers: Vec<ModelKind>,
 }
 
 /// A genome as it was stored.
@@ -37,14 +40,7 @@ pub enum StoredGenome {
 impl Store {
     /// Stores a genome that someone saves by hand; one that is there already is kept from now on, whatever becomes of
     /// the individuals that carry it.
-    pub async fn put_genome(
-        &self,
-        hash: GenomeHash,
-        bytes: Vec<u8>,
-        program_hash: [u8; 32],
-        live_instructions: u32,
-    ) -> Result<(), StorageError> {
-        let genome = NewGenome { hash, bytes, program_hash, live_instructions };
+    pub async fn put_genome(&self, genome: NewGenome) -> Result<(), StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
                 insert(conn, std::slice::from_ref(&genome)).await?;
@@ -101,12 +97,13 @@ pub(crate) async fn insert(
 ) -> Result<(), StorageError> {
     for chunk in genomes.chunks(CHUNK_ROWS) {
         let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO genome (hash, program_hash, live_instructions, kept, text, bytes) ",
+            "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ",
         );
         query.push_values(chunk, |mut row, genome| {
             row.push_bind(genome.hash.as_bytes().as_slice())
                 .push_bind(genome.program_hash.as_slice())
                 .push_bind(genome.live_instructions)
+                .push_bind(names(&genome.layers))
                 .push("0")
                 .push("''")
                 .push_bind(genome.bytes.as_slice());
@@ -115,4 +112,24 @@ pub(crate) async fn insert(
         query.build().execute(&mut *conn).await?;
     }
     Ok(())
+}
+
+/// Models as the column has them.
+fn names(layers: &[ModelKind]) -> String {
+    layers.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(" ")
+}
+
+/// The models of a row of `layers` and, where that is NULL, `unread_bytes`; a genome of the first version, which is text, had none.
+pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>, StorageError> {
+    const COLUMN: &str = "layers";
+    match (row.optional_text(COLUMN)?, row.optional_blob("unread_bytes")?) {
+        (Some(names), _) => {
+            names.split_whitespace().map(|name| name.parse().map_err(|_| damaged(COLUMN))).collect()
+        }
+        (None, Some(bytes)) => {
+            let genome = Genome::from_canonical_bytes(&bytes).map_err(|_| damaged("bytes"))?;
+            Ok(genome.layers().iter().map(|model| model.kind()).collect())
+        }
+        (None, None) => Ok(Vec::new()),
+    }
 }

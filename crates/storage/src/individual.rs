@@ -4,13 +4,13 @@
 use std::collections::HashMap;
 use std::collections::HashSet;
 
-use brood_genome::GenomeHash;
+use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual};
 use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteRow;
 
 use crate::row::{Columns, Key, set, signed};
-use crate::{StorageError, Store};
+use crate::{StorageError, Store, genome};
 
 /// An individual as it is stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub struct StoredIndividual {
     pub operator: String,
     /// Instructions that can change the result.
     pub live_instructions: u32,
+    /// The models that it has besides its program, lowest first.
+    pub layers: Vec<ModelKind>,
     /// How often it was drawn.
     pub attempts: u32,
     /// No draw gave a program unlike its parents' and siblings'.
@@ -52,7 +54,9 @@ macro_rules! select_individual {
             "SELECT individual.id, individual.lineage_id, individual.generation_id,
                     individual.genome_hash, individual.slot, individual.operator,
                     individual.attempts, individual.twin, individual.favourite, individual.note,
-                    individual.version, genome.program_hash, genome.live_instructions
+                    individual.version, genome.program_hash, genome.live_instructions,
+                    genome.layers,
+                    CASE WHEN genome.layers IS NULL THEN genome.bytes END AS unread_bytes
              FROM individual JOIN genome ON genome.hash = individual.genome_hash ",
             $rest
         )
@@ -233,6 +237,7 @@ fn read(row: &SqliteRow) -> Result<StoredIndividual, StorageError> {
         parents: Vec::new(),
         operator: row.text("operator")?,
         live_instructions: row.whole("live_instructions")?,
+        layers: genome::layers(row)?,
         attempts: row.whole("attempts")?,
         twin: row.flag("twin")?,
         favourite: row.flag("favourite")?,

@@ -34,6 +34,7 @@ pub(crate) trait Columns {
     fn blob(&self, column: &str) -> Result<Vec<u8>, StorageError>;
     fn optional_blob(&self, column: &str) -> Result<Option<Vec<u8>>, StorageError>;
     fn text(&self, column: &str) -> Result<String, StorageError>;
+    fn optional_text(&self, column: &str) -> Result<Option<String>, StorageError>;
     fn real(&self, column: &str) -> Result<f64, StorageError>;
     fn integer(&self, column: &str) -> Result<i64, StorageError>;
 
@@ -73,6 +74,10 @@ impl Columns for SqliteRow {
     }
 
     fn text(&self, column: &str) -> Result<String, StorageError> {
+        Ok(self.try_get(column)?)
+    }
+
+    fn optional_text(&self, column: &str) -> Result<Option<String>, StorageError> {
         Ok(self.try_get(column)?)
     }
 

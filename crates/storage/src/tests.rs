@@ -8,7 +8,7 @@ mod history;
 mod queue;
 mod removal;
 
-use brood_genome::{Dialect, GenomeHash, Locks};
+use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
 use brood_protocol::{
     Backend, Curation, DialectConstraints, GenerationId, IndividualId, JobId, LineageId, ParentRef,
     PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -16,8 +16,8 @@ use brood_protocol::{
 use tempfile::TempDir;
 
 use crate::{
-    Idempotency, JobKind, NewGeneration, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
-    Store, StoredGeneration, StoredGenome,
+    Idempotency, JobKind, NewGeneration, NewGenome, NewIndividual, NewJob, NewLineage, NewPicture,
+    Queue, Store, StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -32,6 +32,17 @@ fn hash(text: &str) -> [u8; 32] {
 
 fn genome(name: &str) -> GenomeHash {
     GenomeHash::from_bytes(hash(name))
+}
+
+/// A genome to be saved by hand, told by its name, its bytes and its program's name.
+fn saved(name: &str, bytes: &[u8], program: &str) -> NewGenome {
+    NewGenome {
+        hash: genome(name),
+        bytes: bytes.to_vec(),
+        program_hash: hash(program),
+        live_instructions: 41,
+        layers: Vec::new(),
+    }
 }
 
 fn bytes(text: &str) -> StoredGenome {
@@ -75,6 +86,7 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
         program_hash: hash(&format!("program of {genome_name}")),
         operator: "mutate",
         live_instructions: 41,
+        layers: vec![ModelKind::Lambert],
         attempts: 2,
         twin: false,
     }

@@ -8,6 +8,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use brood_genome::Model;
 use brood_program::ProgramHash;
 use brood_protocol::{
     Breed, DialectConstraints, Generation, GenerationId, IndividualId, JobId, Lineage, ParentRef,
@@ -70,6 +71,7 @@ impl AppState {
                 program_hash: *child.program_hash.as_bytes(),
                 operator: brood.operator,
                 live_instructions: child.live_instructions,
+                layers: child.genome.layers().iter().map(Model::kind).collect(),
                 attempts: child.attempts,
                 twin: child.twin,
             });
@@ -303,6 +305,7 @@ fn stored(
         parents: parents.to_vec(),
         operator: new.operator.to_owned(),
         live_instructions: new.live_instructions,
+        layers: new.layers.clone(),
         attempts: new.attempts,
         twin: new.twin,
         favourite: false,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_eval::{Gain, SheetCell, centre_px, decode_png, encode_apng, encode_png};
+use brood_eval::{SheetCell, centre_px, decode_png, encode_apng, encode_png};
 use brood_protocol::{GenerationId, IndividualId, LineageId, PictureFormat, SceneId};
 use brood_scene::{EV_MAX, Exposure, Film, Sampling, Scene};
 use brood_storage::{PictureRow, StoredIndividual};
@@ -261,7 +261,7 @@ pub async fn circle_ev(
 ) -> Result<f64, ApiError> {
     let circle = app.library.circle(scene).await?;
     let material = app.library.material(individual.hash).await?;
-    app.on_processor(move || Gain::common(&material.program, &circle).ev).await
+    app.on_processor(move || circle.common_ev(&material.program)).await
 }
 
 /// The pixels of pictures of one size.

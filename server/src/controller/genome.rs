@@ -5,7 +5,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_eval::express;
-use brood_genome::{Genome, GenomeHash, live_instructions};
+use brood_genome::{Genome, GenomeHash, Model, live_instructions};
+use brood_storage::NewGenome;
 use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::{created, has_already};
@@ -53,8 +54,14 @@ pub async fn create(
     let (genome, program, live) = parsed.await??;
     let hash = genome.hash();
     let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
-    let program_hash = *program.hash().as_bytes();
-    app.store.put_genome(hash, genome.canonical_bytes(), program_hash, live).await?;
+    let new = NewGenome {
+        hash,
+        bytes: genome.canonical_bytes(),
+        program_hash: *program.hash().as_bytes(),
+        live_instructions: live,
+        layers: genome.layers().iter().map(Model::kind).collect(),
+    };
+    app.store.put_genome(new).await?;
     app.library.keep(hash, genome, program);
     let answer = GenomeAnswer { hash: hash.to_string() };
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {

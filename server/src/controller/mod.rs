@@ -1,6 +1,7 @@
 //! Handlers, one file a resource: requests in, answers out, and nothing that another file could know better.
 
 pub mod circle;
+pub mod comparison;
 pub mod event;
 pub mod export;
 pub mod generation;

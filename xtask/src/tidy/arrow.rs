@@ -21,10 +21,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
         "brood-inspect",
         &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
     ),
-    (
-        "brood-search",
-        &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
-    ),
+    ("brood-search", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
     ("brood-preset", &["brood-genome"]),
     ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
     ("brood-storage", &["brood-protocol", "brood-genome"]),

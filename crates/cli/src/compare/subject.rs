@@ -1,11 +1,12 @@
-//! A material to be compared: where it is from does not matter any more.
+//! A material to be compared, as an argument names it.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use brood_brdf::{Brdf, DirectionPair};
-use brood_eval::{CanonicalEvaluator, Evaluator, express, model_reflectance};
+use brood_brdf::Brdf;
+use brood_eval::express;
 use brood_genome::Genome;
+use brood_inspect::Specimen;
 use brood_program::Program;
 use brood_scene::SampleSet;
 
@@ -41,47 +42,26 @@ impl Subject {
     }
 
     /// One that was made here.
-    pub fn of(genome: Genome) -> Self {
+    pub fn of(name: &str, genome: Genome) -> Self {
         let program = Box::new(express(&genome));
-        Self { name: String::new(), kind: Kind::Bred(Box::new(genome), program) }
+        Self { name: name.to_owned(), kind: Kind::Bred(Box::new(genome), program) }
     }
 
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its genome, where it was bred.
-    pub fn genome(&self) -> Option<&Genome> {
+    /// What is looked at.
+    pub fn specimen(&self) -> Specimen<'_> {
         match &self.kind {
-            Kind::Bred(genome, _) => Some(genome),
-            Kind::Measured(_) => None,
+            Kind::Bred(genome, program) => Specimen::Bred(genome, program),
+            Kind::Measured(brdf) => Specimen::Measured(&**brdf),
         }
-    }
-
-    /// Its program, or what was measured.
-    pub fn either(&self) -> Result<&Program, &dyn Brdf> {
-        match &self.kind {
-            Kind::Bred(_, program) => Ok(program),
-            Kind::Measured(brdf) => Err(&**brdf),
-        }
-    }
-
-    /// f of some pairs, at texture position 0.
-    pub fn f(&self, pairs: &[DirectionPair]) -> Vec<[f64; 3]> {
-        let mut out = Vec::new();
-        self.shade(&SampleSet::from_pairs(pairs, &[]), &mut out);
-        let channel = |channel: usize, index: usize| f64::from(out[channel * pairs.len() + index]);
-        (0..pairs.len()).map(|index| [0, 1, 2].map(|c| channel(c, index))).collect()
     }
 }
 
 impl Shade for Subject {
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
-        match &self.kind {
-            Kind::Measured(brdf) => model_reflectance(&**brdf, set, out),
-            Kind::Bred(_, program) => CanonicalEvaluator::default()
-                .eval(&[&**program], set, out)
-                .expect("the CPU runs every program"),
-        }
+        self.specimen().shade(set, out);
     }
 }

@@ -1,85 +1,42 @@
-//! Pictures to be compared: read from PNG or EXR, held as linear RGB over black.
+//! Pictures to be compared, read from PNG or EXR.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use image::{DynamicImage, ImageFormat, ImageReader, RgbImage};
+use brood_inspect::LinearImage;
+use image::{DynamicImage, ImageFormat, ImageReader};
 
 use crate::output::read_file;
 
 const LIMIT_BYTES: u64 = 256 << 20;
 
-/// Linear RGB, composed over black where the file has alpha.
-pub struct Picture {
-    width: u32,
-    height: u32,
-    linear: Vec<[f64; 3]>,
+/// Reads a PNG (8 or 16 bits, sRGB) or an EXR (linear, colour multiplied by alpha as the format has it).
+pub fn read(path: &Path) -> Result<LinearImage> {
+    let bytes = read_file(path, LIMIT_BYTES)?;
+    let context = || format!("read the picture {}", path.display());
+    let mut reader = ImageReader::new(std::io::Cursor::new(&bytes))
+        .with_guessed_format()
+        .with_context(context)?;
+    let format = reader.format();
+    let mut limits = image::Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(16384), Some(16384));
+    reader.limits(limits);
+    let linear = match format {
+        Some(ImageFormat::Png) => over_black,
+        Some(ImageFormat::OpenExr) => LinearImage::of_premultiplied,
+        _ => bail!("{} is neither PNG nor EXR", path.display()),
+    };
+    Ok(linear(&reader.decode().with_context(context)?))
 }
 
-impl Picture {
-    /// Reads a PNG (8 or 16 bits, sRGB) or an EXR (linear, colour multiplied by alpha as the format has it).
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_file(path, LIMIT_BYTES)?;
-        let context = || format!("read the picture {}", path.display());
-        let mut reader = ImageReader::new(std::io::Cursor::new(&bytes))
-            .with_guessed_format()
-            .with_context(context)?;
-        let format = reader.format();
-        let mut limits = image::Limits::default();
-        (limits.max_image_width, limits.max_image_height) = (Some(16384), Some(16384));
-        reader.limits(limits);
-        let premultiplied = match format {
-            Some(ImageFormat::Png) => false,
-            Some(ImageFormat::OpenExr) => true,
-            _ => bail!("{} is neither PNG nor EXR", path.display()),
-        };
-        let decoded = reader.decode().with_context(context)?;
-        Ok(Self::from_decoded(&decoded, premultiplied))
-    }
-
-    /// Width, height, and linear pixels row by row.
-    pub fn into_linear(self) -> (u32, u32, Vec<[f64; 3]>) {
-        (self.width, self.height, self.linear)
-    }
-
-    /// A picture of linear pixels, row by row.
-    pub fn from_linear(width: u32, height: u32, linear: Vec<[f64; 3]>) -> Self {
-        Self { width, height, linear }
-    }
-
-    fn from_decoded(decoded: &DynamicImage, is_linear: bool) -> Self {
-        let (width, height) = (decoded.width(), decoded.height());
-        let linear = if is_linear {
-            let pixels = decoded.to_rgb32f();
-            pixels.pixels().map(|pixel| pixel.0.map(f64::from)).collect()
-        } else {
-            let pixels = decoded.to_rgba16();
-            let unit = |value: u16| f64::from(value) / 65535.0;
-            let over_black = |pixel: &image::Rgba<u16>| {
-                let [r, g, b, alpha] = pixel.0;
-                [r, g, b].map(|value| decode(unit(value)) * unit(alpha))
-            };
-            pixels.pixels().map(over_black).collect()
-        };
-        Self { width, height, linear }
-    }
-
-    /// Width and height in pixels.
-    pub fn size(&self) -> (u32, u32) {
-        (self.width, self.height)
-    }
-
-    /// The pixels, row by row.
-    pub fn linear(&self) -> &[[f64; 3]] {
-        &self.linear
-    }
-
-    /// 8-bit sRGB, clipped to 0..1.
-    pub fn encoded(&self) -> RgbImage {
-        let bytes =
-            self.linear.iter().flatten().map(|value| brood_eval::encode_srgb(*value as f32));
-        RgbImage::from_raw(self.width, self.height, bytes.collect()).expect("three bytes a pixel")
-    }
+fn over_black(decoded: &DynamicImage) -> LinearImage {
+    let unit = |value: u16| f64::from(value) / 65535.0;
+    let over_black = |pixel: &image::Rgba<u16>| {
+        let [r, g, b, alpha] = pixel.0;
+        [r, g, b].map(|value| decode(unit(value)) * unit(alpha))
+    };
+    let linear = decoded.to_rgba16().pixels().map(over_black).collect();
+    LinearImage::new(decoded.width(), decoded.height(), linear)
 }
 
 /// The sRGB transfer curve, from encoded to linear.
@@ -96,12 +53,12 @@ mod tests {
         let mut image = image::RgbaImage::new(2, 1);
         image.put_pixel(0, 0, image::Rgba([255, 188, 0, 255]));
         image.put_pixel(1, 0, image::Rgba([255, 255, 255, 51]));
-        let picture = Picture::from_decoded(&DynamicImage::ImageRgba8(image), false);
+        let picture = over_black(&DynamicImage::ImageRgba8(image));
         let [[r, g, b], [faint, ..]] = [picture.linear()[0], picture.linear()[1]];
         assert!(
             (r, b) == (1.0, 0.0) && (g - 0.502_886).abs() < 1e-5 && (faint - 0.2).abs() < 1e-12
         );
-        assert_eq!(picture.encoded().as_raw()[..3], [255, 188, 0]);
+        assert_eq!(picture.encoded()[..3], [255, 188, 0]);
     }
 
     #[test]

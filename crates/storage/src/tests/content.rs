@@ -4,16 +4,16 @@ use std::collections::HashMap;
 
 use brood_protocol::{Backend, MeshId, PictureFormat};
 
-use super::{bytes, genome, hash, key, open, picture, scene};
+use super::{bytes, genome, hash, key, open, picture, saved, scene};
 use crate::{MeshRow, NewMesh, StorageError, StoredGenome};
 
 #[tokio::test]
 async fn genome_is_stored_once() {
     let (_dir, store) = open().await;
     for _ in 0..2 {
-        store.put_genome(genome("a"), b"first".to_vec(), hash("p"), 3).await.unwrap();
+        store.put_genome(saved("a", b"first", "p")).await.unwrap();
     }
-    store.put_genome(genome("b"), b"second".to_vec(), hash("p"), 4).await.unwrap();
+    store.put_genome(saved("b", b"second", "p")).await.unwrap();
     assert_eq!(store.counts().await.unwrap().genomes, 2);
     assert_eq!(store.genome(genome("a")).await.unwrap(), bytes("first"));
     let missing = store.genome(genome("c")).await;
@@ -27,7 +27,7 @@ async fn genome_is_stored_once() {
 #[tokio::test]
 async fn genome_of_the_first_version_is_found_as_its_text() {
     let (_dir, store) = open().await;
-    store.put_genome(genome("a"), b"bytes".to_vec(), hash("p"), 3).await.unwrap();
+    store.put_genome(saved("a", b"bytes", "p")).await.unwrap();
     let age = "UPDATE genome SET text = 'brood 1', bytes = NULL";
     let aged = store.write(move |conn| {
         Box::pin(async move {
@@ -39,7 +39,7 @@ async fn genome_of_the_first_version_is_found_as_its_text() {
     let old = StoredGenome::Text("brood 1".to_owned());
     assert_eq!(store.genome(genome("a")).await.unwrap(), old);
     // Born again, it stays as it is.
-    store.put_genome(genome("a"), b"bytes".to_vec(), hash("p"), 3).await.unwrap();
+    store.put_genome(saved("a", b"bytes", "p")).await.unwrap();
     assert_eq!(store.genomes(&[genome("a")]).await.unwrap()[&genome("a")], old);
 }
 
@@ -87,7 +87,7 @@ async fn mesh_keeps_its_id_when_stored_again() {
 async fn picture_keys_stay_as_first_stored() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
-    store.put_genome(genome("a"), Vec::new(), hash("p"), 1).await.unwrap();
+    store.put_genome(saved("a", b"", "p")).await.unwrap();
     let mut first = picture("1", "a", scene);
     first.format = PictureFormat::Exr;
     first.backend = Backend::Reference;

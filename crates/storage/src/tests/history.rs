@@ -1,5 +1,6 @@
 //! Lineages, generations and individuals.
 
+use brood_genome::ModelKind;
 use brood_protocol::{
     GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual, PatchLineage, SceneId,
 };
@@ -231,4 +232,39 @@ async fn import_is_all_or_nothing() {
     let made = store.import_lineage(import).await.unwrap();
     assert_eq!((made.generations, made.name.as_str()), (2, "brought"));
     assert_eq!(store.favourites(None, 5).await.unwrap()[0].id, parent);
+}
+
+#[tokio::test]
+async fn models_of_an_individual_are_told_whether_its_row_says_them_or_not() {
+    const PLASTIC: &str = "brood 1\n.model lambert\n.model cook-torrance\n";
+    let (_dir, store) = open().await;
+    let id = lineage(&store).await;
+    let parsed: brood_genome::Genome = PLASTIC.parse().unwrap();
+    let mut new = new_generation(id, &[], "g");
+    new.individuals[1].genome_bytes = parsed.canonical_bytes();
+    new.individuals[1].layers = vec![ModelKind::Lambert, ModelKind::CookTorrance];
+    new.individuals[2].layers = Vec::new();
+    let ids: Vec<_> = new.individuals.iter().map(|child| child.id).collect();
+    let made = store.create_generation(new).await.unwrap();
+    let told = |found: &[crate::StoredIndividual]| -> Vec<String> {
+        let names =
+            |layers: &[ModelKind]| -> Vec<&str> { layers.iter().map(|kind| kind.name()).collect() };
+        found.iter().map(|one| names(&one.layers).join(" ")).collect()
+    };
+    let found = store.individuals(&ids).await.unwrap();
+    assert_eq!(told(&found), ["lambert", "lambert cook-torrance", ""]);
+    assert_eq!(made.individuals, found);
+
+    // As rows were before they said it: bytes, or the text of the first version.
+    let age = "UPDATE genome SET layers = NULL,
+                   bytes = CASE WHEN layers = 'lambert cook-torrance' THEN bytes END";
+    let aged = store.write(move |conn| {
+        Box::pin(async move {
+            sqlx::query(age).execute(conn).await?;
+            Ok(())
+        })
+    });
+    aged.await.unwrap();
+    let found = store.individuals(&ids).await.unwrap();
+    assert_eq!(told(&found), ["", "lambert cook-torrance", ""]);
 }

@@ -3,7 +3,8 @@
 use brood_protocol::{GenerationId, LineageId, ParentRef};
 
 use super::{
-    bytes, child, generation, genome, hash, job, key, lineage, new_generation, open, picture, scene,
+    bytes, child, generation, genome, hash, job, key, lineage, new_generation, open, picture,
+    saved, scene,
 };
 use crate::{Queue, StorageError};
 
@@ -51,8 +52,7 @@ async fn purge_spares_what_is_shared_or_saved() {
     let scene = scene(&store).await;
     generation(&store, old, &[], "a").await;
     // `a 0` is saved by hand, `a 1` was born elsewhere as well, `twin` has the program of `a 2`.
-    let program = hash("program of a 0");
-    store.put_genome(genome("a 0"), b"not stored again".to_vec(), program, 41).await.unwrap();
+    store.put_genome(saved("a 0", b"not stored again", "program of a 0")).await.unwrap();
     let mut new = new_generation(young, &[], "b");
     new.individuals = vec![child(0, "a 1"), child(1, "twin")];
     new.individuals[1].program_hash = hash("program of a 2");

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
-use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
+use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, LineageId, MeshId, ParentRef, PatchIndividual,
     SceneId, decode,
@@ -86,6 +86,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
             bytes: genome.canonical_bytes(),
             program_hash: *express(&genome).hash().as_bytes(),
             live_instructions: u32::try_from(live).expect("at most 1024 instructions"),
+            layers: genome.layers().iter().map(Model::kind).collect(),
         };
         genomes.insert(found, new);
     }
@@ -278,6 +279,7 @@ impl Assembly<'_> {
             program_hash: genome.program_hash,
             operator,
             live_instructions: genome.live_instructions,
+            layers: genome.layers.clone(),
             attempts: from.attempts,
             twin: from.twin,
         })

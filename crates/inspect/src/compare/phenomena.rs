@@ -1,15 +1,15 @@
 //! What physics makes of a reflection, in numbers: the Fresnel rise, energy over roughness, the colour of highlights, and how a
 //! material takes another light.
 
-use brood_eval::{around, pair};
+use brood_eval::{around, express, pair};
 use brood_genome::{Genome, Model};
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
-use super::curve::{Curves, albedo, luminance};
-use super::subject::Subject;
+use super::curve::albedo;
+use super::{CurvePoint, LightCircle, Specimen, luminance};
 
-/// Positions of the light that are tried, along the light circle.
-const LIGHTS: u32 = 8;
+/// Degrees of incidence at which the mirror direction is held against the normal.
+const GRAZING_DEG: f64 = 80.0;
 /// Shares of a parameter's range at which energy is looked at.
 const ROUGHNESS_SHARES: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
 /// Parameters that make highlights wider or narrower, all of a model at once.
@@ -17,6 +17,7 @@ const WIDTHS: [&str; 7] =
     ["roughness", "alpha_x", "alpha_y", "exponent", "exponent_u", "exponent_v", "b"];
 
 /// Numbers of one material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Phenomena {
     /// The mirror direction at 80 degrees over that at the normal; 1 where nothing changes.
     pub fresnel_rise: f64,
@@ -34,38 +35,31 @@ pub struct Phenomena {
 }
 
 impl Phenomena {
-    /// `exposure` gives the automatic exposure of the material's picture at a position of the light.
-    pub fn of(subject: &Subject, curves: &Curves, exposure: impl Fn(f64) -> f64) -> Self {
+    /// Of a material with its curves, lit from all around.
+    #[must_use]
+    pub fn of(specimen: &Specimen<'_>, curves: &[CurvePoint], circle: &LightCircle) -> Self {
+        Self::exposed(specimen, curves, circle.extremes_ev(specimen))
+    }
+
+    fn exposed(specimen: &Specimen<'_>, curves: &[CurvePoint], exposures_ev: [f64; 2]) -> Self {
         let largest = |rgb: &[f64; 3]| rgb.iter().copied().fold(0.0, f64::max);
         let (sin, cos) = (std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2);
         let light = around(sin, cos, 0.0);
         let pairs = [pair(light, around(sin, cos, 0.5)), pair(light, around(sin, cos, 0.25))];
-        let f = subject.f(&pairs);
+        let f = specimen.f(&pairs);
         let added = [0, 1, 2].map(|channel| (f[0][channel] - f[1][channel]).max(0.0));
-        let positions = (0..LIGHTS).map(|step| 360.0 * f64::from(step) / f64::from(LIGHTS));
-        let exposures: Vec<f64> = positions.map(exposure).collect();
+        let grazing = curves.iter().find(|point| point.theta_deg == GRAZING_DEG);
         Self {
-            fresnel_rise: Curves::at(&curves.mirror, 80.0),
-            largest_albedo: curves.albedo.iter().map(largest).fold(0.0, f64::max),
-            energy_kept: subject.genome().and_then(energy_kept),
+            fresnel_rise: grazing.expect("curves have that angle").mirror,
+            largest_albedo: curves.iter().map(|point| largest(&point.albedo)).fold(0.0, f64::max),
+            energy_kept: match specimen {
+                Specimen::Bred(genome, _) => energy_kept(genome),
+                Specimen::Measured(_) => None,
+            },
             highlight: chromaticity(added),
             body: chromaticity(f[1]),
-            exposures_ev: [
-                exposures.iter().copied().fold(f64::INFINITY, f64::min),
-                exposures.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            ],
+            exposures_ev,
         }
-    }
-
-    pub fn report(&self) -> Value {
-        json!({
-            "fresnel_rise": self.fresnel_rise,
-            "largest_albedo": self.largest_albedo,
-            "energy_kept": self.energy_kept,
-            "highlight": self.highlight,
-            "body": self.body,
-            "exposures_ev": self.exposures_ev,
-        })
     }
 }
 
@@ -85,7 +79,8 @@ fn energy_kept(genome: &Genome) -> Option<f64> {
         .map(|share| {
             let layers = genome.layers().iter().map(|model| widened(model, *share)).collect();
             let wider = Genome::of_models(layers).expect("there are as many models as before");
-            luminance(albedo(&Subject::of(wider.with_output(*genome.output())), 30.0))
+            let wider = wider.with_output(*genome.output());
+            luminance(albedo(&Specimen::Bred(&wider, &express(&wider)), 30.0))
         })
         .collect();
     let least = albedos.iter().copied().fold(f64::INFINITY, f64::min);
@@ -104,13 +99,14 @@ fn widened(model: &Model, share: f64) -> Model {
 
 #[cfg(test)]
 mod tests {
+    use super::super::curves;
     use super::*;
 
     fn of(text: &str) -> Phenomena {
         let genome: Genome = format!("brood 1\n{text}").parse().unwrap();
-        let subject = Subject::of(genome);
-        let curves = Curves::of(&subject);
-        Phenomena::of(&subject, &curves, |_| 0.0)
+        let program = express(&genome);
+        let specimen = Specimen::Bred(&genome, &program);
+        Phenomena::exposed(&specimen, &curves(&specimen), [0.0; 2])
     }
 
     #[test]

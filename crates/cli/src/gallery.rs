@@ -1,0 +1,103 @@
+//! `brood model gallery`: pictures of every model, of layers and of lights, with a page of captions and a contact sheet.
+//!
+//! Owns the options, the rendering and the files. What is shown is `exhibit`'s, the words around it are `page`'s. The same
+//! version writes the same bytes everywhere.
+
+mod exhibit;
+mod page;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use brood_eval::{CanonicalEvaluator, Developed, Evaluator, SheetCell, express, sheet};
+use brood_program::Program;
+use brood_scene::{Mesh, MeshRef, SampleSet, Sampling};
+use clap::Args;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use serde_json::json;
+
+use crate::model_picture::{Shade, Shot};
+use crate::{logging, output};
+use exhibit::Exhibit;
+
+/// Side of a picture, and of a cell of the contact sheet with the gap between two.
+const SIZE_PX: u32 = 112;
+const CELL_PX: u32 = 80;
+const GAP_PX: u32 = 4;
+/// Where pictures are, from the page.
+const FOLDER: &str = "pictures/gallery";
+const SHEET: &str = "pictures/gallery.png";
+
+/// Options of `brood model gallery`.
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// Where gallery.md and pictures/ go
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// What a picture is taken of.
+struct Surface(Program);
+
+impl Shade for Surface {
+    fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
+        CanonicalEvaluator::default()
+            .eval(&[&self.0], set, out)
+            .expect("the CPU runs every program");
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let rooms = exhibit::rooms()?;
+    let all: Vec<&Exhibit> = rooms.iter().flat_map(|room| &room.exhibits).collect();
+    output::make_dir(&args.output.join(FOLDER))?;
+    let bar = output::bar(all.len() as u64, "pictures");
+    let mut pictures = Vec::with_capacity(all.len());
+    for exhibit in &all {
+        let picture = taken(exhibit)?;
+        let file = args.output.join(FOLDER).join(exhibit.file());
+        output::write_file(&file, &encoded(picture.width, picture.height, &picture.rgba)?)?;
+        pictures.push(picture);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let cells: Vec<SheetCell<'_>> = pictures
+        .iter()
+        .map(|Developed { width, height, rgba, .. }| SheetCell {
+            width: *width,
+            height: *height,
+            rgba,
+        })
+        .collect();
+    let (width, height, rgba) = sheet(&cells, None, CELL_PX, GAP_PX);
+    output::write_file(&args.output.join(SHEET), &encoded(width, height, &rgba)?)?;
+    let page = args.output.join("gallery.md");
+    output::write_file(&page, page::markdown(&rooms).as_bytes())?;
+    if json {
+        let names: Vec<String> = all.iter().map(|exhibit| exhibit.file()).collect();
+        return output::print_json(&json!({ "page": page, "pictures": names }));
+    }
+    output::print(&format!("{} pictures, {}\n", all.len(), page.display()))
+}
+
+fn taken(exhibit: &Exhibit) -> Result<Developed> {
+    let MeshRef::Builtin(name) = exhibit.scene.mesh else {
+        anyhow::bail!("{} is shown on a mesh that is not built in", exhibit.name)
+    };
+    let mesh = Mesh::builtin(name);
+    let (scene, assets) = (&exhibit.scene, &exhibit.assets);
+    let shot = Shot { mesh: &mesh, scene, assets, size_px: SIZE_PX, sampling: Sampling::default() };
+    Ok(shot.take(&Surface(express(&exhibit.genome))).developed)
+}
+
+/// A PNG as small as it gets: these are kept beside the text.
+fn encoded(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        .write_image(rgba, width, height, ExtendedColorType::Rgba8)
+        .context("write a picture")?;
+    Ok(bytes)
+}

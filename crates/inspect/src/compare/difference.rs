@@ -1,0 +1,140 @@
+//! Pictures held against each other: linear RGB over black, as exposed, and how far two of them are apart.
+
+use image::{DynamicImage, ImageFormat};
+
+/// Linear RGB of a picture, composed over black.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearImage {
+    width: u32,
+    height: u32,
+    linear: Vec<[f64; 3]>,
+}
+
+/// Why bytes are no linear picture.
+#[derive(Debug, thiserror::Error)]
+#[error("this is no EXR picture: {0}")]
+pub struct LinearImageError(#[from] image::ImageError);
+
+impl LinearImage {
+    /// A picture of linear pixels, row by row.
+    ///
+    /// # Panics
+    /// Where there are not `width * height`.
+    #[must_use]
+    pub fn new(width: u32, height: u32, linear: Vec<[f64; 3]>) -> Self {
+        assert_eq!(linear.len(), width as usize * height as usize, "one colour for each pixel");
+        Self { width, height, linear }
+    }
+
+    /// Radiance from an EXR, whose colour is multiplied by alpha, exposed.
+    pub fn from_exr(bytes: &[u8], exposure_ev: f64) -> Result<Self, LinearImageError> {
+        let decoded = image::load_from_memory_with_format(bytes, ImageFormat::OpenExr)?;
+        Ok(Self::of_premultiplied(&decoded).exposed(exposure_ev))
+    }
+
+    /// What a decoded picture shows whose colour is linear and multiplied by alpha.
+    #[must_use]
+    pub fn of_premultiplied(decoded: &DynamicImage) -> Self {
+        let linear = decoded.to_rgb32f().pixels().map(|pixel| pixel.0.map(f64::from)).collect();
+        Self::new(decoded.width(), decoded.height(), linear)
+    }
+
+    /// The same, exposed.
+    #[must_use]
+    pub fn exposed(mut self, ev: f64) -> Self {
+        let gain = libm::exp2(ev);
+        self.linear.iter_mut().flatten().for_each(|channel| *channel *= gain);
+        self
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// The pixels, row by row.
+    #[must_use]
+    pub fn linear(&self) -> &[[f64; 3]] {
+        &self.linear
+    }
+
+    /// 8-bit sRGB, clipped to 0..1: red, green and blue of each pixel in turn.
+    #[must_use]
+    pub fn encoded(&self) -> Vec<u8> {
+        self.linear.iter().flatten().map(|value| brood_eval::encode_srgb(*value as f32)).collect()
+    }
+
+    /// 8-bit sRGB with full alpha, clipped to 0..1.
+    #[must_use]
+    pub fn encoded_rgba(&self) -> Vec<u8> {
+        self.encoded().chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect()
+    }
+
+    /// Root mean square error of linear RGB against a picture of the same size.
+    #[must_use]
+    pub fn rmse(&self, other: &Self) -> f64 {
+        let pairs = self.linear.iter().zip(&other.linear);
+        let squares: f64 =
+            pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]) * (a[c] - b[c]))).sum();
+        (squares / (3.0 * self.linear.len().max(1) as f64)).sqrt()
+    }
+
+    /// The absolute difference from a picture of the same size.
+    #[must_use]
+    pub fn absolute_difference(&self, other: &Self) -> Self {
+        let apart = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
+        let linear = self.linear.iter().zip(&other.linear).map(apart).collect();
+        Self::new(self.width, self.height, linear)
+    }
+
+    /// Mean error of the FLIP difference evaluator against a picture of the same size.
+    ///
+    /// # Source
+    /// Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020.
+    #[must_use]
+    pub fn flip(&self, other: &Self) -> f64 {
+        let image = |picture: &Self| {
+            nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, &picture.encoded())
+        };
+        let map = nv_flip::flip(image(self), image(other), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+        f64::from(nv_flip::FlipPool::from_image(&map).mean())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient(shift: f64) -> LinearImage {
+        let pixel = |i: u32| [f64::from(i % 32) / 32.0 + shift, f64::from(i / 32) / 32.0, 0.25];
+        LinearImage::new(32, 32, (0..1024).map(pixel).collect())
+    }
+
+    #[test]
+    fn equal_pictures_have_no_difference() {
+        let (a, b) = (gradient(0.0), gradient(0.0));
+        assert_eq!((a.rmse(&b), a.flip(&b)), (0.0, 0.0));
+        assert!(a.absolute_difference(&b).linear().iter().flatten().all(|value| *value == 0.0));
+    }
+
+    #[test]
+    fn difference_grows_with_the_shift() {
+        let (a, b, c) = (gradient(0.0), gradient(0.05), gradient(0.2));
+        assert!((a.rmse(&b) - 0.05 / 3f64.sqrt()).abs() < 1e-12);
+        assert!(a.flip(&b) > 0.0 && a.flip(&c) > a.flip(&b));
+        let apart = b.absolute_difference(&a);
+        assert!((apart.linear()[0][0] - 0.05).abs() < 1e-12 && apart.linear()[0][1] == 0.0);
+    }
+
+    #[test]
+    fn exposure_multiplies_what_an_exr_holds() {
+        let stored = image::Rgba32FImage::from_raw(1, 1, vec![0.25, 0.5, 3.0, 0.5]).unwrap();
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        DynamicImage::ImageRgba32F(stored).write_to(&mut bytes, ImageFormat::OpenExr).unwrap();
+        let read = LinearImage::from_exr(bytes.get_ref(), -1.0).unwrap();
+        assert_eq!(read.linear(), [[0.125, 0.25, 1.5]]);
+        assert_eq!(read.encoded_rgba()[2..], [255, 255]);
+        assert!(LinearImage::from_exr(b"EXR?", 0.0).is_err());
+    }
+}
