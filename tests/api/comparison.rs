@@ -118,7 +118,7 @@ async fn comparison_is_refused_with_words_where_it_cannot_be_made() {
     let hash = "0".repeat(64);
     for (query, status, words) in [
         (format!("materials={one}"), 400, "2 to 6, not 1"),
-        (format!("materials={}", vec![one.as_str(); 7].join(",")), 400, "2 to 6, not 7"),
+        (format!("materials={}", [one.as_str(); 7].join(",")), 400, "2 to 6, not 7"),
         ("materials=".to_owned(), 400, "2 to 6"),
         ("size=64".to_owned(), 400, "materials"),
         (format!("materials={one},gold"), 400, "neither an id nor the hash of a genome"),
