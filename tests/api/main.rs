@@ -15,6 +15,7 @@ mod comparison;
 mod energy;
 mod event;
 mod export;
+mod fit;
 mod gallery;
 mod genome;
 mod guide;

@@ -26,6 +26,8 @@ use report::{Found, Report};
 /// Sizes of the family that are tried: units and terms.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 const SECONDS: f64 = 10.0;
+/// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
+const KEPT: (f64, f64) = (0.4, 4.0);
 
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
@@ -120,7 +122,7 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
         spinner.set_message(line);
         let is_over = match args.generations {
             Some(generations) => progress.generation >= generations,
-            None => begun.elapsed().as_secs_f64() >= seconds,
+            None => begun.elapsed().as_secs_f64() >= seconds - (KEPT.0 * seconds).min(KEPT.1),
         };
         if is_over {
             spinner.set_message("shortening what was found");

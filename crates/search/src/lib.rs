@@ -8,4 +8,4 @@ pub mod lobes;
 pub mod metric;
 mod target;
 
-pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs};
+pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs, narrow_pairs};

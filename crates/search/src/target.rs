@@ -4,7 +4,7 @@ mod draw;
 mod measured;
 mod samples;
 
-pub use draw::draw_pairs;
 pub(crate) use draw::from_half;
+pub use draw::{draw_pairs, narrow_pairs};
 pub use measured::{MeasuredTarget, TargetError};
 pub use samples::Samples;

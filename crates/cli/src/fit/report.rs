@@ -2,13 +2,16 @@
 //! says of it.
 
 use anyhow::{Context, Result};
-use brood_eval::energy_limit;
+use brood_eval::{energy_limit, express};
 use brood_genome::Genome;
 use brood_inspect::{Inspection, inspect};
 use brood_program::Program;
 use brood_search::lobes::Lobes;
-use brood_search::{MeasuredTarget, Samples, metric};
+use brood_search::{MeasuredTarget, Samples, metric, narrow_pairs};
 use serde_json::{Value, json};
+
+/// Pairs that are looked at for spikes.
+const NARROW: usize = 1 << 16;
 
 /// A material that was found.
 pub struct Found {
@@ -59,6 +62,8 @@ pub struct Report<'a> {
     e_cbrt: f64,
     rel_l2: f64,
     inspection: Inspection,
+    /// The largest f it has where samples are few.
+    spike: f64,
 }
 
 impl<'a> Report<'a> {
@@ -68,7 +73,9 @@ impl<'a> Report<'a> {
         let (e_cbrt, rel_l2) =
             (metric::e_cbrt(&wanted, &weighted), metric::relative_l2(&wanted, &weighted));
         let inspection = inspect(&found.genome);
-        Ok(Self { found, target, kind, e_cbrt, rel_l2, inspection })
+        let narrow = Samples::of_program(&express(&found.genome), narrow_pairs(NARROW, 3))?;
+        let spike = narrow.largest().max(inspection.physics.max_f.into());
+        Ok(Self { found, target, kind, e_cbrt, rel_l2, inspection, spike })
     }
 
     /// The largest f of all samples of the target.
@@ -94,6 +101,7 @@ impl<'a> Report<'a> {
             "rel_l2": self.rel_l2,
             "operations": found.operations,
             "numbers": found.numbers,
+            "largest_f": self.spike,
             "limit_divisor": found.divisor,
             "energy": inspection.energy,
             "physics": inspection.physics,
@@ -126,7 +134,7 @@ impl<'a> Report<'a> {
             found.operations,
             found.numbers,
             physics.min_f,
-            physics.max_f,
+            self.spike,
             self.largest(),
             physics.non_finite,
             found.divisor,

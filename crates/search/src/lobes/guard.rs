@@ -5,25 +5,17 @@
 //! angle of incidence. A bound is held better than the value of the nearest sample: reflectance changes so much there that any value
 //! would be wrong.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
 use brood_brdf::{DirectionPair, Input};
-use brood_genome::{BirthKey, Operator, Stream};
 use glam::DVec2;
 
 use super::Shape;
 use super::batch::{Point, points};
-use crate::Samples;
-use crate::target::from_half;
+use crate::{Samples, narrow_pairs};
 
 /// Points, each bounded from above and from below.
 const COUNT: usize = 1024;
 /// What a squared excess counts of the squared difference of a sample.
 const IMPORTANCE: f64 = 0.2;
-/// ln of the narrowest theta_h, of 90 degrees.
-const NARROWEST: f64 = -9.0;
-/// The least theta_d of every second point, of 90 degrees.
-const LEAST: f64 = 0.75;
 /// cos_i counts as at least this.
 const FLOOR: f64 = 0.17;
 /// What a bound is of the largest sample, from above and from below.
@@ -38,7 +30,7 @@ const ALIKE: (f64, f64) = (10.0 / 180.0 * std::f64::consts::PI, 2.0 / 180.0 * st
 /// The bounded points.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 pub(super) fn guard(samples: &Samples, shape: &Shape, seed: u64) -> Vec<Point> {
-    let pairs = draw(seed);
+    let pairs = narrow_pairs(COUNT, seed);
     let places: Vec<Place> = samples.pairs().iter().map(Place::of).collect();
     let bounds: Vec<[Option<[f64; 3]>; 2]> =
         pairs.iter().map(|pair| bounds(&places, samples.values(), &Place::of(pair))).collect();
@@ -57,23 +49,6 @@ pub(super) fn guard(samples: &Samples, shape: &Shape, seed: u64) -> Vec<Point> {
         [above.map(|bound| of(1.0, bound)), below.map(|bound| of(-1.0, bound))]
     };
     unbounded.into_iter().zip(&bounds).flat_map(bounded).flatten().collect()
-}
-
-/// Pairs with half vectors as often between 0.01 and 0.1 degrees from the normal as between 1 and 10, half of them grazing.
-fn draw(seed: u64) -> Vec<DirectionPair> {
-    let mut stream = Stream::new(BirthKey { seed, slot: 1, attempt: 0 }, Operator::Directions);
-    let mut unit = || f64::from(stream.unit());
-    let mut pairs = Vec::with_capacity(COUNT);
-    while pairs.len() < COUNT {
-        let theta_h = FRAC_PI_2 * libm::exp(NARROWEST * unit());
-        let least = if pairs.len() % 2 == 0 { LEAST } else { 0.0 };
-        let theta_d = FRAC_PI_2 * (least + (1.0 - least) * unit());
-        let (wi, wo) = from_half([theta_h, theta_d, TAU * unit(), TAU * unit()]);
-        if wi.z.min(wo.z) >= 1e-4 {
-            pairs.push(DirectionPair::new(wi, wo).expect("both are unit"));
-        }
-    }
-    pairs
 }
 
 /// What a bound looks at of a pair.

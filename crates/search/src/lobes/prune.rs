@@ -7,8 +7,8 @@ use super::normal::normal;
 use super::solve::inverse_diagonal;
 
 /// Of the weights that are left, this share goes in a step.
-const SHARE: f64 = 0.05;
-const STEPS: usize = 12;
+const SHARE: f64 = 0.08;
+const STEPS: usize = 8;
 /// Fits that are this many times as far off as the first one are not looked for.
 const WORST: f64 = 6.0;
 /// So that what changes nothing can be told apart from what cannot be known.

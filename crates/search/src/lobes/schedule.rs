@@ -31,7 +31,7 @@ const PERTURBED_STEPS: usize = 30;
 /// sample says anything.
 const RIDGE: f64 = 2e-3;
 /// Steps on all samples at the end.
-const LAST_STEPS: usize = 20;
+const LAST_STEPS: usize = 10;
 /// Every so many samples one is left out of the fit, to choose by.
 const HELD: usize = 7;
 
@@ -272,3 +272,7 @@ fn perturbed(lobes: &Lobes, stream: &mut Stream) -> Lobes {
     }
     next
 }
+
+#[cfg(test)]
+#[path = "schedule_tests.rs"]
+mod tests;

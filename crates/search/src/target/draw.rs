@@ -8,6 +8,11 @@ use glam::DVec3;
 
 /// Pairs with a smaller cosine are drawn again.
 const LEAST_COSINE: f64 = 0.01;
+const LEAST_NARROW_COSINE: f64 = 1e-4;
+/// ln of the narrowest theta_h, of 90 degrees.
+const NARROWEST: f64 = -9.0;
+/// The least theta_d of every second narrow pair, of 90 degrees.
+const GRAZING: f64 = 0.75;
 
 /// Pairs of directions above the surface, the same for the same seed.
 ///
@@ -27,6 +32,25 @@ pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
             continue;
         }
         pairs.push(DirectionPair::new(wi, wo).expect("both have been made unit"));
+    }
+    pairs
+}
+
+/// Pairs of directions where highlights are and samples are few: half vectors as often between 0.01 and 0.1 degrees from the
+/// normal as between 1 and 10, every second pair with theta_d above 67 degrees.
+#[must_use]
+pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    let mut stream = Stream::new(BirthKey { seed, slot: 1, attempt: 0 }, Operator::Directions);
+    let mut pairs = Vec::with_capacity(count);
+    while pairs.len() < count {
+        let theta_h = FRAC_PI_2 * libm::exp(NARROWEST * unit(&mut stream));
+        let least = if pairs.len() % 2 == 0 { GRAZING } else { 0.0 };
+        let theta_d = FRAC_PI_2 * (least + (1.0 - least) * unit(&mut stream));
+        let [phi_d, phi_h] = [(); 2].map(|()| TAU * unit(&mut stream));
+        let (wi, wo) = from_half([theta_h, theta_d, phi_d, phi_h]);
+        if wi.z.min(wo.z) >= LEAST_NARROW_COSINE {
+            pairs.push(DirectionPair::new(wi, wo).expect("both have been made unit"));
+        }
     }
     pairs
 }

@@ -1,0 +1,79 @@
+use brood_brdf::{Brdf, Model, ModelKind};
+use brood_program::Program;
+
+use super::*;
+use crate::{draw_pairs, metric, narrow_pairs};
+
+fn shapes() -> Vec<Shape> {
+    vec![Shape::new(2, 3, true), Shape::new(3, 3, true)]
+}
+
+fn metal() -> Box<dyn Brdf> {
+    Model::new(ModelKind::Conductor).brdf()
+}
+
+fn fit(generations: u32, seed: u64) -> Fit {
+    let samples = Samples::of(&*metal(), draw_pairs(1000, 1));
+    let mut fit = Fit::new(&samples, shapes(), seed);
+    for _ in 0..generations {
+        fit.step();
+    }
+    fit
+}
+
+fn e_log(lobes: &Lobes, samples: &Samples) -> f64 {
+    let program = Program::lower(&lobes.genome().unwrap().with_limit(false));
+    let found = Samples::of_program(&program, samples.pairs().to_vec()).unwrap();
+    metric::e_log(&samples.weighted(), &found.weighted())
+}
+
+#[test]
+fn model_is_matched_where_it_was_not_looked_at() {
+    let outcome = fit(4, 1).finish().unwrap();
+    let test = Samples::of(&*metal(), draw_pairs(4000, 2));
+    let nothing = metric::e_log(&test.weighted(), &vec![[0.0; 3]; test.len()]);
+    let off = e_log(&outcome.front[outcome.best].lobes, &test);
+    assert!(off < 0.15 * nothing, "{off} of {nothing}");
+}
+
+#[test]
+fn front_gets_shorter_and_is_no_better_for_it() {
+    let front = fit(3, 2).finish().unwrap().front;
+    assert!(front.len() > 5, "{}", front.len());
+    let lengths: Vec<usize> = front.iter().map(|fitted| fitted.lobes.free()).collect();
+    assert!(lengths.windows(2).all(|pair| pair[1] < pair[0]), "{lengths:?}");
+    let last = front.last().unwrap();
+    assert!(last.fitted > front[0].fitted && last.lobes.genome().is_ok());
+    let operations = |lobes: &Lobes| Program::lower(&lobes.genome().unwrap()).steps().len();
+    assert!(3 * operations(&last.lobes) < 2 * operations(&front[0].lobes));
+}
+
+#[test]
+fn generations_do_not_depend_on_the_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let fit = fit(4, 3);
+            (fit.best().unwrap().clone(), fit.finish().unwrap().front.pop().unwrap().lobes)
+        })
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(one, three);
+    assert_ne!(fit(4, 4).best().unwrap(), &one.0);
+}
+
+#[test]
+fn nothing_is_found_before_the_first_generation() {
+    let fit = fit(0, 1);
+    assert!(fit.best().is_none() && fit.finish().is_none());
+}
+
+#[test]
+fn fit_has_no_spikes_where_no_sample_is() {
+    let outcome = fit(4, 1).finish().unwrap();
+    let pairs = narrow_pairs(20_000, 5);
+    let own = Samples::of(&*metal(), pairs.clone()).largest();
+    let program = Program::lower(&outcome.front[outcome.best].lobes.genome().unwrap());
+    let found = Samples::of_program(&program, pairs).unwrap().largest();
+    assert!(found < 2.0 * own, "{found} of {own}");
+}
