@@ -26,6 +26,8 @@ const USAGE: &str = "usage: cargo xtask <task>
   callgrind [--update]        instructions of fixed work against docs/bench/instructions.json, or write it anew
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
                               other programs on the same work, installed below target/, with ratios
+  bench fit --data DIR [--materials NAME,...] [--out DIR] [--release | --brood FILE] [--require]
+                              fits of measured materials beside symbolic regression and published fits
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               another renderer's pictures of the same materials, and how far ours are from them
   tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         ["callgrind", "--update"] => callgrind::run(true),
         ["bench", "peers", options @ ..] => bench::peers(options),
         ["bench", "pictures", options @ ..] => bench::pictures(options),
+        ["bench", "fit", options @ ..] => bench::fit(options),
         ["tidy"] => tidy::run(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         [] | ["help" | "--help" | "-h"] => {

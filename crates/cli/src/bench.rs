@@ -6,6 +6,7 @@ mod breed;
 mod brood;
 mod derivative;
 mod export;
+mod fit;
 mod fitness;
 mod flip;
 mod frame;
@@ -38,6 +39,8 @@ pub enum BenchCommand {
     Derivative(derivative::BenchDerivativeArgs),
     /// A page that holds exported programs, run by a browser, against the bits they must have
     Export(export::BenchExportArgs),
+    /// Fits of measured materials after some seconds, beside published ones
+    Fit(fit::BenchFitArgs),
     /// Genomes a second against a target, everything included
     Fitness(fitness::BenchFitnessArgs),
     /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
@@ -63,6 +66,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Brood(args) => brood::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),
         BenchCommand::Export(args) => export::run(args, json),
+        BenchCommand::Fit(args) => fit::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),
         BenchCommand::Frame(args) => frame::run(args, json),
         BenchCommand::Model(args) => model::run(args, json),

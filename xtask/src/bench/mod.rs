@@ -1,5 +1,5 @@
-//! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), and picture by picture
-//! (`pictures`).
+//! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), picture by picture
+//! (`pictures`), and material by material (`fit`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is named and left out; the run fails for
 //! that only when asked to. How peers come here is the environment's business, what they are held against the
@@ -7,6 +7,7 @@
 
 mod compare;
 mod environment;
+mod fit;
 mod measure;
 mod picture;
 mod table;
@@ -19,6 +20,7 @@ use serde_json::{Value, json};
 use crate::shell;
 use environment::{Environment, Peer};
 
+pub use fit::run as fit;
 pub use picture::run as pictures;
 
 /// What is compared.
@@ -28,6 +30,8 @@ enum Task {
     Peers,
     /// Pictures.
     Pictures,
+    /// Fits of measured materials.
+    Fit,
 }
 
 impl Task {
@@ -36,6 +40,7 @@ impl Task {
         match self {
             Self::Peers => "peers",
             Self::Pictures => "pictures",
+            Self::Fit => "fit",
         }
     }
 }
@@ -53,8 +58,10 @@ struct Options {
     brood: Option<PathBuf>,
     /// How often everything is run; the best of each counts. Of speed.
     rounds: u32,
-    /// Where meshes and recorded pictures are. Of pictures.
+    /// Where meshes, recorded pictures and measured materials are. Of pictures and fits.
     data: Option<PathBuf>,
+    /// Names of materials with commas between them. Of fits.
+    materials: Option<String>,
 }
 
 impl Options {
@@ -66,6 +73,7 @@ impl Options {
             brood: None,
             rounds: 2,
             data: None,
+            materials: None,
         };
         let mut words = words.iter();
         while let Some(word) = words.next() {
@@ -77,8 +85,12 @@ impl Options {
                     let file = words.next().context("--brood needs a file")?;
                     options.brood = Some(std::path::absolute(file).context("find brood")?);
                 }
-                "--data" if task == Task::Pictures => {
+                "--data" if task != Task::Peers => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
+                }
+                "--materials" if task == Task::Fit => {
+                    let names = words.next().context("--materials needs names")?;
+                    options.materials = Some((*names).to_owned());
                 }
                 "--rounds" if task == Task::Peers => {
                     let count = words.next().and_then(|word| word.parse().ok());

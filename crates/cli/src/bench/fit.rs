@@ -1,0 +1,241 @@
+//! How far fits of measured materials are from them after some seconds, beside published fits of the same materials on the same
+//! held-out samples; and the samples as CSV, for programs of others.
+
+mod published;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use brood_brdf::Neural;
+use brood_eval::express;
+use brood_search::lobes::{Fit, Shape};
+use brood_search::{MeasuredTarget, Samples, metric, narrow_pairs};
+use clap::Args;
+
+use super::record::Folder;
+use crate::chart::{Axis, Bar, BarChart, Cell, Group, Scale, Table};
+use crate::{logging, output};
+use published::Published;
+
+/// The materials that figures are told of.
+const MATERIALS: [&str; 20] = [
+    "alum-bronze",
+    "aluminium",
+    "black-obsidian",
+    "blue-acrylic",
+    "chrome",
+    "delrin",
+    "gold-metallic-paint",
+    "green-fabric",
+    "light-red-paint",
+    "pearl-paint",
+    "red-plastic",
+    "white-diffuse-bball",
+    "blue-metallic-paint",
+    "teflon",
+    "nickel",
+    "pvc",
+    "yellow-paint",
+    "white-paint",
+    "pink-fabric",
+    "steel",
+];
+/// Sizes that are tried: units and terms.
+const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
+/// Of a budget this share is kept for shortening, or so many seconds where that is less.
+const KEPT: (f64, f64) = (0.4, 4.0);
+/// Pairs where spikes are looked for.
+const NARROW: usize = 1 << 16;
+
+/// Options of `brood bench fit`.
+#[derive(Debug, Args)]
+pub struct BenchFitArgs {
+    /// Folder with nbrdf/merl.json and tables/
+    data: PathBuf,
+    /// Materials by their names in the file of weights; the twenty that figures are told of where none is given
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    materials: Vec<String>,
+    /// Budgets in seconds, each from the beginning
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1.0, 5.0, 25.0])]
+    seconds: Vec<f64>,
+    /// Threads
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// Seed of the fits; samples are the same for all
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for fit.json, fit.csv and fit.svg, and the samples of each material
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A material's figures.
+struct Row {
+    material: String,
+    floor: f64,
+    /// For each budget.
+    runs: Vec<Run>,
+    published: Vec<(&'static str, Option<f64>)>,
+}
+
+struct Run {
+    budget: f64,
+    seconds: f64,
+    e_log: f64,
+    operations: usize,
+    generations: u32,
+    /// Its largest f over that of the target, where samples are few.
+    spike: f64,
+    not_reciprocal: usize,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let budget = |seconds: &f64| (0.01..=1e5).contains(seconds);
+    ensure!(args.seconds.iter().all(budget), "--seconds are numbers from 0.01 to 100000");
+    let path = args.data.join("nbrdf/merl.json");
+    let bytes = output::read_file(&path, 64 << 20)?;
+    let published = Published::read(&args.data.join("tables"))?;
+    let folder = Folder::make(args.out.as_deref())?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
+    let pool = pool.context("start the threads of the fits")?;
+    let names: Vec<String> = match args.materials.as_slice() {
+        [] => MATERIALS.map(str::to_owned).to_vec(),
+        names => names.to_vec(),
+    };
+    let mut rows = Vec::new();
+    for name in names {
+        let neural = Neural::read(&bytes, &name).with_context(|| path.display().to_string())?;
+        let target = MeasuredTarget::of(&neural)?;
+        if let Some(out) = &args.out {
+            write_samples(out, &name, &target)?;
+        }
+        let run = |seconds: &f64| pool.install(|| one(&target, &neural, *seconds, args.seed));
+        let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
+        let published = published.e_log(&name, &target.held)?;
+        let row = Row { material: name, floor: target.floor.unwrap_or(0.0), runs, published };
+        eprintln!("{}", line(&row));
+        rows.push(row);
+    }
+    let table = table(&rows);
+    folder.write("fit.csv", &table.csv())?;
+    folder.write("fit.svg", &chart(&rows, args).svg())?;
+    folder.add_json("fit", &table)?;
+    if json {
+        return output::print(&(serde_json::to_string_pretty(&table)? + "\n"));
+    }
+    output::print(&table.text())
+}
+
+fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Result<Run> {
+    let begun = Instant::now();
+    let shapes = SHAPES.map(|(units, terms)| Shape::new(units, terms, false));
+    let mut fit = Fit::new(&target.fitted, shapes.to_vec(), seed);
+    let last = budget - (KEPT.0 * budget).min(KEPT.1);
+    let generations = loop {
+        let generation = fit.step().generation;
+        if begun.elapsed().as_secs_f64() >= last {
+            break generation;
+        }
+    };
+    let outcome = fit.finish().context("nothing was found")?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let genome = outcome.front[outcome.best].lobes.genome()?;
+    let program = express(&genome);
+    let found = Samples::of_program(&program, target.held.pairs().to_vec())?;
+    let narrow = narrow_pairs(NARROW, 3);
+    let swapped = narrow.iter().map(|pair| pair.swapped()).collect();
+    let (here, there) =
+        (Samples::of_program(&program, narrow.clone())?, Samples::of_program(&program, swapped)?);
+    let bits = here.values().iter().zip(there.values());
+    Ok(Run {
+        budget,
+        seconds,
+        e_log: metric::e_log(&target.held.weighted(), &found.weighted()),
+        operations: program.steps().len(),
+        generations,
+        spike: here.largest() / Samples::of(neural, narrow).largest(),
+        not_reciprocal: bits.filter(|(a, b)| a != b).count(),
+    })
+}
+
+/// What is fitted and what is held out, as CSV.
+fn write_samples(out: &Path, name: &str, target: &MeasuredTarget) -> Result<()> {
+    let folder = out.join("samples");
+    output::make_dir(&folder)?;
+    for (part, samples) in [("fitted", &target.fitted), ("held", &target.held)] {
+        let mut text = String::from("wix,wiy,wiz,wox,woy,woz,r,g,b\n");
+        for (pair, [r, g, b]) in samples.pairs().iter().zip(samples.values()) {
+            let (wi, wo) = (pair.wi(), pair.wo());
+            text += &format!("{},{},{},{},{},{},{r},{g},{b}\n", wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
+        }
+        output::write_file(&folder.join(format!("{name}-{part}.csv")), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn line(row: &Row) -> String {
+    let runs = row.runs.iter().map(|run| format!("{:.5} after {:.1} s", run.e_log, run.seconds));
+    let published = row.published.iter().map(|(name, e_log)| match e_log {
+        Some(e_log) => format!("{name} {e_log:.5}"),
+        None => format!("no {name}"),
+    });
+    let all: Vec<String> = runs.chain(published).collect();
+    format!("{}: {}", row.material, all.join(", "))
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(&[
+        "material",
+        "budget_seconds",
+        "e_log",
+        "seconds",
+        "generations",
+        "operations",
+        "largest_over_target",
+        "not_reciprocal",
+        "reciprocal_floor",
+        "e_log_sgd",
+        "e_log_abc",
+    ]);
+    for row in rows {
+        for run in &row.runs {
+            let cells: [Cell; 9] = [
+                row.material.as_str().into(),
+                run.budget.into(),
+                run.e_log.into(),
+                run.seconds.into(),
+                run.generations.into(),
+                run.operations.into(),
+                run.spike.into(),
+                run.not_reciprocal.into(),
+                row.floor.into(),
+            ];
+            // Materials that nobody published a fit of have none.
+            let published = row.published.iter().map(|(_, e_log)| e_log.unwrap_or(f64::NAN).into());
+            table.push(cells.into_iter().chain(published));
+        }
+    }
+    table
+}
+
+fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
+    let group = |row: &Row| {
+        let own = row.runs.last().map(|run| run.e_log);
+        let all = own.into_iter().chain(row.published.iter().filter_map(|(_, e_log)| *e_log));
+        let bar =
+            |(series, value): (usize, f64)| Bar { series, value, label: format!("{value:.4}") };
+        Group { name: row.material.clone(), bars: all.enumerate().map(bar).collect() }
+    };
+    BarChart {
+        title: "Fits of measured materials, E_log on held-out samples".to_owned(),
+        subtitle: format!(
+            "from above: brood fit on {} threads after its longest budget, published fits of SGD and ABC",
+            args.threads
+        ),
+        axis: Axis { title: "E_log", scale: Scale::Log },
+        groups: rows.iter().map(group).collect(),
+    }
+}

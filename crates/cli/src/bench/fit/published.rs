@@ -1,0 +1,120 @@
+//! Published fits of the same materials, from tables of their parameters.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use brood_brdf::{Model, ModelKind};
+use brood_search::{Samples, metric};
+
+use crate::output;
+
+/// A model, the table of its fits, and for each parameter the column that holds it; `_r`, `_g` and `_b` are added for colours.
+struct Source {
+    name: &'static str,
+    kind: ModelKind,
+    table: &'static str,
+    columns: &'static [(&'static str, &'static str)],
+}
+
+const SOURCES: [Source; 2] = [
+    Source {
+        name: "sgd",
+        kind: ModelKind::Sgd,
+        table: "sgd_bagher2012.csv",
+        columns: &[
+            ("rho_d", "rhoD"),
+            ("rho_s", "rhoS"),
+            ("alpha", "alpha"),
+            ("p", "p"),
+            ("f0", "F0"),
+            ("f1", "F1"),
+            ("k_normal", "K"),
+            ("lambda", "lambda"),
+            ("c", "c"),
+            ("k", "k"),
+            ("theta0", "theta0"),
+        ],
+    },
+    Source {
+        name: "abc",
+        kind: ModelKind::Abc,
+        table: "abc_low2012_microfacet.csv",
+        columns: &[("diffuse", "kD"), ("a", "A"), ("b", "B"), ("c", "C"), ("ior", "ior")],
+    },
+];
+
+/// Fits of many materials, by source and material.
+pub struct Published(Vec<HashMap<String, Model>>);
+
+impl Published {
+    /// Reads the tables of a folder.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let models = |source: &Source| {
+            let path = folder.join(source.table);
+            let text = String::from_utf8(output::read_file(&path, 1 << 20)?);
+            let text = text.with_context(|| format!("{} is no text", path.display()))?;
+            models(source, &text).with_context(|| path.display().to_string())
+        };
+        Ok(Self(SOURCES.iter().map(models).collect::<Result<_>>()?))
+    }
+
+    /// E_log of each source's fit of a material, as it was published, where there is one.
+    pub fn e_log(
+        &self,
+        material: &str,
+        held: &Samples,
+    ) -> Result<Vec<(&'static str, Option<f64>)>> {
+        let e_log = |(source, models): (&Source, &HashMap<String, Model>)| {
+            let model = models.get(material)?;
+            let found = Samples::of(&*model.brdf(), held.pairs().to_vec());
+            Some((source.name, metric::e_log(&held.weighted(), &found.weighted())))
+        };
+        let all = SOURCES.iter().zip(&self.0);
+        Ok(all.map(|both| (both.0.name, e_log(both).map(|(_, e_log)| e_log))).collect())
+    }
+}
+
+fn models(source: &Source, text: &str) -> Result<HashMap<String, Model>> {
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().context("it is empty")?.split(',').collect();
+    let mut models = HashMap::new();
+    for line in lines {
+        let cells: HashMap<&str, &str> = head.iter().copied().zip(line.split(',')).collect();
+        let name = *cells.get("material").context("it has no column material")?;
+        let mut model = Model::new(source.kind);
+        for (parameter, column) in source.columns {
+            let number = |column: &str| -> Result<f64> {
+                let cell = cells.get(column).with_context(|| format!("no {column} of {name}"))?;
+                cell.parse().with_context(|| format!("{column} of {name} is {cell}"))
+            };
+            let numbers = match cells.contains_key(column) {
+                true => vec![number(column)?],
+                false => ["r", "g", "b"]
+                    .iter()
+                    .map(|channel| number(&format!("{column}_{channel}")))
+                    .collect::<Result<_>>()?,
+            };
+            model = model.with(parameter, &numbers)?;
+        }
+        models.insert(name.to_owned(), model);
+    }
+    Ok(models)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_becomes_models_and_what_it_lacks_is_said() {
+        let head = "material,kD_r,kD_g,kD_b,A_r,A_g,A_b,B,C,ior\n";
+        let found =
+            models(&SOURCES[1], &format!("{head}red,0.1,0.2,0.3,4,5,6,7,1.5,1.4\n")).unwrap();
+        assert_eq!(found["red"].get("diffuse"), Some(&[0.1, 0.2, 0.3][..]));
+        assert_eq!(found["red"].get("ior"), Some(&[1.4][..]));
+        let error = models(&SOURCES[1], &format!("{head}red,0.1,0.2,x,4,5,6,7,1.5,1.4\n"));
+        assert_eq!(error.unwrap_err().to_string(), "kD_b of red is x");
+        assert!(models(&SOURCES[1], "material,kD\nred,1\n").is_err());
+    }
+}

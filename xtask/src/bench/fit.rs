@@ -1,0 +1,178 @@
+//! `cargo xtask bench fit`: fits of measured materials by brood and by symbolic regression, from the same samples, measured on the
+//! same others, one after the other on the same machine.
+//!
+//! Owns the order of the work and the table. What a fit is, and what it is told of, is brood's own benchmark's business.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+
+use super::environment::{Environment, Peer};
+use super::{Options, Task, write_report};
+use crate::{shell, suite};
+
+/// What each channel of the peer gets, in seconds, and brood's longest budget for all three.
+const SECONDS: &str = "25";
+/// Threads of both.
+const THREADS: &str = "2";
+
+/// Runs the comparison.
+pub fn run(words: &[&str]) -> Result<()> {
+    let options = Options::parse(Task::Fit, words)?;
+    let data = options.data.as_ref().context("--data is missing")?;
+    let data = data.canonicalize().context("find the data")?;
+    let mut environment = Environment::prepare(&options, &[Peer::Operon])?;
+    let mut missing = std::mem::take(&mut environment.missing);
+    let folder = suite::target_directory()?.join("peers/fit");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).context("empty the folder of samples")?;
+    }
+    let mut brood = environment.brood();
+    brood.args(["bench", "fit", "--threads", THREADS, "--seconds"]).arg(format!("1,5,{SECONDS}"));
+    brood.arg("--out").arg(&folder);
+    if let Some(materials) = &options.materials {
+        brood.arg("--materials").arg(materials);
+    }
+    let own = shell::output(brood.arg(&data).arg("--json"))?;
+    let own: Vec<Value> = serde_json::from_str(&own).context("read brood's table")?;
+    let mut peers = BTreeMap::new();
+    if environment.has(Peer::Operon) {
+        let mut script = environment.script("operon_fit.py");
+        script.args(["--seconds", SECONDS, "--threads", THREADS]).arg(folder.join("samples"));
+        match shell::output(&mut script) {
+            Ok(text) => peers = by_material(&text)?,
+            Err(error) => missing.push(format!("pyoperon: {error:#}")),
+        }
+    }
+    let text = markdown(&own, &peers, &environment.machine(), &missing)?;
+    let report = json!({
+        "machine": environment.machine(), "brood": own, "pyoperon": peers, "missing": missing,
+    });
+    write_report(&options.out, "fit", &report, &text)?;
+    copy_chart(&folder, &options.out)?;
+    if options.require && !missing.is_empty() {
+        bail!("not everything could be compared: {}", missing.join("; "));
+    }
+    Ok(())
+}
+
+fn copy_chart(folder: &Path, out: &Path) -> Result<()> {
+    let chart = folder.join("fit.svg");
+    std::fs::copy(&chart, shell::root().join(out).join("fit.svg")).context("copy the chart")?;
+    Ok(())
+}
+
+/// The peer's lines by their materials.
+fn by_material(text: &str) -> Result<BTreeMap<String, Value>> {
+    let line = |line: &str| {
+        let value: Value = serde_json::from_str(line).context("read the peer's answer")?;
+        let name = value["material"].as_str().context("a line names its material")?.to_owned();
+        Ok((name, value))
+    };
+    text.lines().filter(|line| line.starts_with('{')).map(line).collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_f64().filter(|number| number.is_finite())
+}
+
+/// The middle one; of an even count the mean of the two in the middle.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => None,
+        count if count % 2 == 1 => Some(values[middle]),
+        _ => Some(0.5 * (values[middle - 1] + values[middle])),
+    }
+}
+
+fn markdown(
+    own: &[Value],
+    peers: &BTreeMap<String, Value>,
+    machine: &Value,
+    missing: &[String],
+) -> Result<String> {
+    ensure!(!own.is_empty(), "brood fitted nothing");
+    let mut budgets: Vec<f64> =
+        own.iter().filter_map(|row| number(&row["budget_seconds"])).collect();
+    budgets.sort_by(f64::total_cmp);
+    budgets.dedup();
+    let mut materials: Vec<&str> = own.iter().filter_map(|row| row["material"].as_str()).collect();
+    materials.dedup();
+    let mut text = format!(
+        "# Fits of measured materials\n\nE_log over all channels on 16384 held-out samples, {THREADS} threads; brood fits all channels at once, pyoperon one after \
+         the other with {SECONDS} s each. {}\n\n",
+        machine["processor"].as_str().unwrap_or_default()
+    );
+    text += "| material |";
+    for budget in &budgets {
+        write!(text, " brood {budget} s | operations |")?;
+    }
+    text += " pyoperon | SGD | ABC |\n|---|";
+    text += &"---|".repeat(2 * budgets.len() + 3);
+    text.push('\n');
+    let of = |material: &str, budget: f64| {
+        own.iter().find(|row| {
+            row["material"] == material && number(&row["budget_seconds"]) == Some(budget)
+        })
+    };
+    let shown = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));
+    for material in &materials {
+        write!(text, "| {material} |")?;
+        for budget in &budgets {
+            let row = of(material, *budget).context("every material has every budget")?;
+            write!(text, " {} | {} |", shown(number(&row["e_log"])), row["operations"])?;
+        }
+        let peer = peers.get(*material).and_then(|peer| number(&peer["e_log"]));
+        let row = of(material, budgets[0]).context("every material has every budget")?;
+        let (sgd, abc) = (number(&row["e_log_sgd"]), number(&row["e_log_abc"]));
+        writeln!(text, " {} | {} | {} |", shown(peer), shown(sgd), shown(abc))?;
+    }
+    text += "\nMedian of the ratios of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |\n|---|---|---|\n";
+    for budget in &budgets {
+        let ratios = |other: &dyn Fn(&Value) -> Option<f64>| {
+            let ratio = |material: &&str| {
+                let row = of(material, *budget)?;
+                Some(number(&row["e_log"])? / other(row)?)
+            };
+            median(materials.iter().filter_map(ratio).collect())
+        };
+        let peer = ratios(&|row| number(&peers.get(row["material"].as_str()?)?["e_log"]));
+        let published = ratios(&|row| {
+            let both = [number(&row["e_log_sgd"]), number(&row["e_log_abc"])];
+            both.into_iter().flatten().reduce(f64::min)
+        });
+        let shown =
+            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+        writeln!(text, "| {budget} s | {} | {} |", shown(peer), shown(published))?;
+    }
+    for reason in missing {
+        write!(text, "\nMissing: {reason}\n")?;
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_has_a_row_for_each_material_and_medians_of_the_ratios() {
+        let row = |material: &str, e_log: f64| {
+            json!({"material": material, "budget_seconds": 5.0, "e_log": e_log, "operations": 9,
+                   "e_log_sgd": 0.4, "e_log_abc": null})
+        };
+        let own = [row("gold", 0.1), row("paint", 0.3), row("cloth", 0.2)];
+        let peers = by_material(
+            "starting\n{\"material\": \"gold\", \"e_log\": 0.2}\n{\"material\": \"cloth\", \"e_log\": 0.2}\n",
+        );
+        let text = markdown(&own, &peers.unwrap(), &json!({"processor": "P"}), &[]).unwrap();
+        assert!(text.contains("| gold | 0.10000 | 9 | 0.20000 | 0.40000 | - |"), "{text}");
+        assert!(text.contains("| paint | 0.30000 | 9 | - | 0.40000 | - |"), "{text}");
+        assert!(text.contains("| 5 s | 0.750 | 0.500 |"), "{text}");
+    }
+}
