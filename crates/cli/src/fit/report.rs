@@ -47,7 +47,7 @@ impl Found {
             numbers: lobes.free(),
             fitted: e_log(&target.fitted, &of(&target.fitted)?),
             e_log: e_log(&target.held, &held),
-            divisor: divisor.into(),
+            divisor,
             held,
             genome,
         })

@@ -1,3 +1,5 @@
+//! Normal equations against differences of the error, and the program against the fit.
+
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_program::Program;

@@ -1,3 +1,5 @@
+//! What fits of a model come to, and that threads change nothing.
+
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_program::Program;
 
