@@ -84,7 +84,9 @@ export async function inspect(hand, step, shot, base) {
 
   await step("plots and lists it in other ways", async () => {
     const inspector = hand.id("inspector");
-    const drawn = () => inspector.getByTestId("polar").locator("g > .curve").first().getAttribute("d");
+    // All of them: of one channel alone there may be nothing, and nothing looks alike however it is drawn.
+    const drawn = () => inspector.getByTestId("polar").locator("g > .curve").evaluateAll(
+      (curves) => curves.map((curve) => curve.getAttribute("d")).join());
     const seen = new Set([await drawn()]);
     const choices = ["log", "f cos θₒ", "red"];
     if (looked.found.planes.length > 1) choices.push("across u");
