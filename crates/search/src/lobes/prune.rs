@@ -6,8 +6,8 @@ use super::damped::Damped;
 use super::normal::normal;
 use super::solve::inverse_diagonal;
 
-/// Of the weights that are left, this share goes in a step.
-const SHARE: f64 = 0.08;
+/// Of the weights that are left, this share goes in a step; where that is too much, the next one.
+const SHARES: [f64; 3] = [0.08, 0.02, 0.0];
 const STEPS: usize = 8;
 /// Fits that are this many times as far off as the first one are not looked for.
 const WORST: f64 = 6.0;
@@ -22,19 +22,19 @@ const DAMPING: f64 = 1e-9;
 pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Damped> {
     let mut all = vec![fit.clone()];
     let worst = WORST * WORST * fit.error;
-    while let Some(lobes) = without_least(&fit.lobes, batch) {
-        fit = Damped::new(lobes, batch);
-        fit.refine(batch, STEPS);
-        if fit.error > worst {
-            break;
-        }
-        all.push(fit.clone());
+    while let Some(shorter) = SHARES.iter().find_map(|share| {
+        let mut shorter = Damped::new(without_least(&fit.lobes, batch, *share)?, batch);
+        shorter.refine(batch, STEPS);
+        (shorter.error <= worst).then_some(shorter)
+    }) {
+        all.push(shorter.clone());
+        fit = shorter;
     }
     all
 }
 
-/// The lobes without the weights that are needed least; nothing where none would be left.
-fn without_least(lobes: &Lobes, batch: &Batch) -> Option<Lobes> {
+/// The lobes without that share of the weights, at least one, those that are needed least; nothing where none would be left.
+fn without_least(lobes: &Lobes, batch: &Batch, share: f64) -> Option<Lobes> {
     let mut next = lobes.clone();
     let colours = lobes.shape.colour(0, 0);
     let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
@@ -57,7 +57,7 @@ fn without_least(lobes: &Lobes, batch: &Batch) -> Option<Lobes> {
         clippy::cast_sign_loss,
         reason = "it is a small share"
     )]
-    let gone = ((SHARE * weights.len() as f64) as usize).max(1);
+    let gone = ((share * weights.len() as f64) as usize).max(1);
     if weights.len() <= gone {
         return None;
     }
