@@ -12,8 +12,7 @@ use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_protocol::PictureFormat;
 use brood_scene::Exposure;
-use brood_search::MeasuredTarget;
-use brood_search::lobes::{Fit, Outcome, Shape};
+use brood_search::{Found, MeasuredTarget, Options, Outcome, Progress, Search, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
 
@@ -21,10 +20,8 @@ use crate::compare::Subject;
 use crate::frame::FrameArgs;
 use crate::model_picture::Shot;
 use crate::{logging, material_file, output};
-use report::{Found, Report};
+use report::Report;
 
-/// Sizes of the family that are tried: units and terms.
-const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 const SECONDS: f64 = 10.0;
 /// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
 const KEPT: (f64, f64) = (0.4, 4.0);
@@ -35,6 +32,9 @@ pub struct FitArgs {
     /// What is to be matched: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's `.brdf`, or an image slice as
     /// `.exr`
     pub target: PathBuf,
+    /// How to search
+    #[arg(long, value_name = "S", default_value_t = Strategy::Lobes, value_parser = str::parse::<Strategy>)]
+    pub strategy: Strategy,
     /// Search for that long; 10 seconds where no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
     pub seconds: Option<f64>,
@@ -73,7 +73,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     }
     let pool = pool.build().context("start the threads of the search")?;
     let begun = Instant::now();
-    let (outcome, generations) = pool.install(|| search(args, &target, seconds))?;
+    let (outcome, progress) = pool.install(|| search(args, &target, seconds))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front = front(&outcome, &target)?;
     let best = &front[outcome.best];
@@ -83,7 +83,8 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (seed, threads) = (args.seed, pool.current_num_threads());
     let report = Report::of(best, &target, kind)?;
     let run = serde_json::json!({
-        "strategy": "lobes", "seed": seed, "threads": threads, "generations": generations, "seconds": seconds,
+        "strategy": args.strategy, "seed": seed, "threads": threads, "generations": progress.generation,
+        "evaluations": progress.evaluations, "seconds": seconds,
     });
     let text = serde_json::to_string_pretty(&report.json(&run)).context("write JSON")?;
     output::write_file(&args.output.join("report.json"), text.as_bytes())?;
@@ -91,22 +92,24 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         return output::print(&format!("{text}\n"));
     }
     output::print(&format!(
-        "{}{generations} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
+        "{}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
          front.csv with its genomes, and report.json\n",
         report.text(),
+        progress.generation,
         args.output.display(),
     ))
 }
 
-/// Searches until the budget is used up; also how many generations that were.
-fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, u32)> {
-    let shapes = SHAPES.map(|(units, terms)| Shape::new(units, terms, args.mirrored));
+/// Searches until the budget is used up; also what the last generation came to.
+fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, Progress)> {
+    let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
+    let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
     let begun = Instant::now();
-    let mut fit = Fit::new(&target.fitted, shapes.to_vec(), args.seed);
+    let mut search = Search::new(&target.fitted, &options);
     let spinner = output::spinner("searching");
     let mut told = f64::INFINITY;
     loop {
-        let progress = fit.step();
+        let progress = search.step();
         let line = format!(
             "generation {}, {:.1} s: E_log {:.5} where it was fitted, {:.5} where it was not",
             progress.generation,
@@ -126,15 +129,16 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
         };
         if is_over {
             spinner.set_message("shortening what was found");
-            let outcome = fit.finish().context("the search found nothing")?;
+            let outcome = search.finish().context("the search found nothing")?;
             spinner.finish_and_clear();
-            return Ok((outcome, progress.generation));
+            return Ok((outcome, progress));
         }
     }
 }
 
 fn front(outcome: &Outcome, target: &MeasuredTarget) -> Result<Vec<Found>> {
-    outcome.front.iter().map(|fitted| Found::of(&fitted.lobes, target)).collect()
+    let found = |candidate| Found::of(candidate, target).context("evaluate what was found");
+    outcome.front.iter().map(found).collect()
 }
 
 /// The front as CSV and its genomes, from the longest to the shortest.

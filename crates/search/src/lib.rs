@@ -4,8 +4,14 @@
 //! directions. It refuses to know files, networks, databases and jobs: whoever runs a search hands over samples and keeps
 //! what comes back.
 
+mod found;
 pub mod lobes;
+mod method;
 pub mod metric;
+mod search;
 mod target;
 
+pub use found::Found;
+pub use method::{Candidate, Outcome, Progress};
+pub use search::{Options, Search, SearchError, Strategy};
 pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs, narrow_pairs};

@@ -5,6 +5,7 @@
 //! are. docs/maths/fit.md says why, and how the numbers are found.
 
 mod batch;
+mod checkpoint;
 mod damped;
 mod guard;
 mod normal;
@@ -19,5 +20,5 @@ mod sweep;
 
 pub use batch::Batch;
 pub use program::LobesError;
-pub use schedule::{Fit, Fitted, Outcome, Progress};
+pub use schedule::{Fit, Fitted, FittedFront};
 pub use shape::{Lobes, Shape};

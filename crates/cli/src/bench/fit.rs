@@ -9,8 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use brood_brdf::Neural;
 use brood_eval::express;
-use brood_search::lobes::{Fit, Shape};
-use brood_search::{MeasuredTarget, Samples, metric, narrow_pairs};
+use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs};
 use clap::Args;
 
 use super::record::Folder;
@@ -41,8 +40,6 @@ const MATERIALS: [&str; 20] = [
     "pink-fabric",
     "steel",
 ];
-/// Sizes that are tried: units and terms.
-const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// Of a budget this share is kept for shortening, or so many seconds where that is less.
 const KEPT: (f64, f64) = (0.4, 4.0);
 /// Pairs where spikes are looked for.
@@ -131,19 +128,19 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
 
 fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Result<Run> {
     let begun = Instant::now();
-    let shapes = SHAPES.map(|(units, terms)| Shape::new(units, terms, false));
-    let mut fit = Fit::new(&target.fitted, shapes.to_vec(), seed);
+    let (strategy, start) = (Strategy::Lobes, Vec::new());
+    let options = Options { strategy, seed, is_mirrored: false, start };
+    let mut search = Search::new(&target.fitted, &options);
     let last = budget - (KEPT.0 * budget).min(KEPT.1);
     let generations = loop {
-        let generation = fit.step().generation;
+        let generation = search.step().generation;
         if begun.elapsed().as_secs_f64() >= last {
             break generation;
         }
     };
-    let outcome = fit.finish().context("nothing was found")?;
+    let outcome = search.finish().context("nothing was found")?;
     let seconds = begun.elapsed().as_secs_f64();
-    let genome = outcome.front[outcome.best].lobes.genome()?;
-    let program = express(&genome);
+    let program = express(&outcome.front[outcome.best].genome);
     let found = Samples::of_program(&program, target.held.pairs().to_vec())?;
     let narrow = narrow_pairs(NARROW, 3);
     let swapped = narrow.iter().map(|pair| pair.swapped()).collect();

@@ -27,7 +27,9 @@ pub(super) struct Damped {
     pub(super) lobes: Lobes,
     /// Mean of the squared differences.
     pub(super) error: f64,
-    damping: f64,
+    pub(super) damping: f64,
+    /// Steps that have been tried since this was last counted.
+    pub(super) tries: u64,
 }
 
 impl Damped {
@@ -35,18 +37,21 @@ impl Damped {
         let error = error(&lobes, batch);
         // A start that is nowhere is the worst of all.
         let error = if error.is_finite() { error } else { f64::MAX };
-        Self { lobes, error, damping: DAMPING }
+        Self { lobes, error, damping: DAMPING, tries: 1 }
     }
 
     /// The same numbers on other samples.
     pub(super) fn on(self, batch: &Batch) -> Self {
-        Self::new(self.lobes, batch)
+        let tries = self.tries;
+        let fit = Self::new(self.lobes, batch);
+        Self { tries: fit.tries + tries, ..fit }
     }
 
     /// Tries that many steps, fewer where none makes a difference any more.
     pub(super) fn refine(&mut self, batch: &Batch, steps: usize) {
         let mut known: Option<Normal> = None;
         for _ in 0..steps {
+            self.tries += 1;
             let normal = known.get_or_insert_with(|| normal(&self.lobes, batch).0);
             let next = step(&self.lobes, normal, self.damping);
             let found = next.map(|lobes| (error(&lobes, batch), lobes));

@@ -1,6 +1,8 @@
 //! The order in which starts are tried, refined and perturbed: a deterministic sequence of generations, of which a budget
 //! decides how many there are.
 
+use std::mem::take;
+
 use brood_genome::{BirthKey, Operator, Stream};
 use rayon::prelude::*;
 
@@ -11,7 +13,7 @@ use super::normal::error;
 use super::prune::prune;
 use super::seed::start;
 use super::{Lobes, Shape};
-use crate::Samples;
+use crate::{Progress, Samples};
 
 /// Starts of a generation of starts.
 const STARTS: usize = 16;
@@ -37,15 +39,18 @@ const HELD: usize = 7;
 
 /// A fit of lobes to samples.
 pub struct Fit {
-    seed: u64,
-    shapes: Vec<Problem>,
-    generation: u32,
-    kept: Vec<Kept>,
+    pub(super) seed: u64,
+    pub(super) shapes: Vec<Problem>,
+    pub(super) generation: u32,
+    pub(super) evaluations: u64,
+    /// What weights cost, in mean squared differences.
+    pub(super) cost: f64,
+    pub(super) kept: Vec<Kept>,
 }
 
 /// The samples as one shape reads them.
-struct Problem {
-    shape: Shape,
+pub(super) struct Problem {
+    pub(super) shape: Shape,
     points: Vec<Point>,
     part: Batch,
     all: Batch,
@@ -54,21 +59,10 @@ struct Problem {
 }
 
 #[derive(Debug, Clone)]
-struct Kept {
-    problem: usize,
-    damped: Damped,
-    held: f64,
-}
-
-/// What a generation has come to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// How many there have been.
-    pub generation: u32,
-    /// E_log of the best on the samples it is fitted to, and on those held back.
-    pub fitted: f64,
-    /// On those held back.
-    pub held: f64,
+pub(super) struct Kept {
+    pub(super) problem: usize,
+    pub(super) damped: Damped,
+    pub(super) held: f64,
 }
 
 /// A fit that is done.
@@ -80,9 +74,9 @@ pub struct Fitted {
     pub fitted: f64,
 }
 
-/// What a search has found.
+/// What a fit has come to.
 #[derive(Debug, Clone)]
-pub struct Outcome {
+pub struct FittedFront {
     /// From the longest to the shortest.
     pub front: Vec<Fitted>,
     /// Index of the one that did best on samples that were held back from it, before it was refined on these as well.
@@ -116,7 +110,7 @@ impl Fit {
     pub fn new(samples: &Samples, shapes: Vec<Shape>, seed: u64) -> Self {
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, seed)).collect();
-        Self { seed, shapes, generation: 0, kept: Vec::new() }
+        Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept: Vec::new() }
     }
 
     /// One generation.
@@ -148,7 +142,7 @@ impl Fit {
     /// The best and the shorter ones that come of leaving out, one after the other, what it needs least, all of them refined on all
     /// samples; nothing where there has been no generation.
     #[must_use]
-    pub fn finish(&self) -> Option<Outcome> {
+    pub fn finish(&self) -> Option<FittedFront> {
         let best = self.kept.first()?;
         let Problem { all, held, whole, .. } = &self.shapes[best.problem];
         let found = prune(best.damped.clone(), all);
@@ -163,14 +157,15 @@ impl Fit {
                 Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes }
             })
             .collect();
-        Some(Outcome { front, best })
+        Some(FittedFront { front, best })
     }
 
-    fn progress(&self) -> Progress {
+    pub(super) fn progress(&self) -> Progress {
         let best = self.kept.first();
         let of = |value: fn(&Kept) -> f64| best.map_or(f64::INFINITY, |kept| value(kept).sqrt());
         Progress {
             generation: self.generation,
+            evaluations: self.evaluations,
             fitted: of(|kept| kept.damped.error),
             held: of(|kept| kept.held),
         }
@@ -184,17 +179,22 @@ impl Fit {
     /// From now on weights cost something. What has been found is weighed anew.
     fn weigh(&mut self) {
         let Some(best) = self.kept.first() else { return };
-        let cost = RIDGE * best.damped.error;
-        for problem in &mut self.shapes {
-            for batch in [&mut problem.part, &mut problem.all, &mut problem.whole] {
-                batch.cost = cost;
-            }
-        }
+        self.set_cost(RIDGE * best.damped.error);
         for kept in &mut self.kept {
             let all = &self.shapes[kept.problem].all;
             kept.damped = kept.damped.clone().on(all);
             kept.damped.refine(all, STEPS[2]);
             kept.held = error(&kept.damped.lobes, &self.shapes[kept.problem].held);
+            self.evaluations += take(&mut kept.damped.tries);
+        }
+    }
+
+    pub(super) fn set_cost(&mut self, cost: f64) {
+        self.cost = cost;
+        for problem in &mut self.shapes {
+            for batch in [&mut problem.part, &mut problem.all, &mut problem.whole] {
+                batch.cost = cost;
+            }
         }
     }
 
@@ -210,9 +210,11 @@ impl Fit {
             })
             .collect();
         fits.sort_by(|a, b| a.error.total_cmp(&b.error));
+        self.evaluations += fits.iter_mut().map(|fit| take(&mut fit.tries)).sum::<u64>();
         fits.truncate(BETTER);
         fits.par_iter_mut().for_each(|fit| fit.refine(part, STEPS[1]));
         fits.sort_by(|a, b| a.error.total_cmp(&b.error));
+        self.evaluations += fits.iter_mut().map(|fit| take(&mut fit.tries)).sum::<u64>();
         fits.truncate(BEST);
         let found: Vec<Damped> = fits
             .into_par_iter()
@@ -252,7 +254,8 @@ impl Fit {
     }
 
     fn keep(&mut self, problem: usize, found: Vec<Damped>) {
-        for damped in found {
+        for mut damped in found {
+            self.evaluations += take(&mut damped.tries);
             let held = error(&damped.lobes, &self.shapes[problem].held);
             self.kept.push(Kept { problem, damped, held });
         }

@@ -1,0 +1,94 @@
+//! The state of a fit of lobes as bytes, and a fit as a search's method.
+
+use serde::{Deserialize, Serialize};
+
+use super::Lobes;
+use super::damped::Damped;
+use super::schedule::{Fit, Kept};
+use crate::method::{Candidate, Method, Outcome, Progress};
+
+/// All that the next generations depend on besides samples, shapes and seed.
+#[derive(Serialize, Deserialize)]
+struct State {
+    generation: u32,
+    evaluations: u64,
+    cost: f64,
+    kept: Vec<KeptState>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptState {
+    problem: u32,
+    numbers: Vec<f64>,
+    free: Vec<bool>,
+    error: f64,
+    damping: f64,
+    held: f64,
+}
+
+impl Fit {
+    /// Goes on where a state was kept; nothing where it is not one of this fit's.
+    pub(crate) fn load(&mut self, state: &[u8]) -> Option<()> {
+        let state: State = postcard::from_bytes(state).ok()?;
+        let kept = |kept: KeptState| {
+            let problem = usize::try_from(kept.problem).ok()?;
+            let shape = self.shapes.get(problem)?.shape.clone();
+            let is_whole = kept.numbers.len() == shape.len() && kept.free.len() == shape.len();
+            let KeptState { numbers, free, error, damping, held, .. } = kept;
+            let lobes = Lobes { shape, numbers, free };
+            is_whole.then_some(Kept {
+                problem,
+                held,
+                damped: Damped { lobes, error, damping, tries: 0 },
+            })
+        };
+        let kept = state.kept.into_iter().map(kept).collect::<Option<Vec<_>>>()?;
+        self.set_cost(state.cost);
+        (self.generation, self.evaluations, self.kept) =
+            (state.generation, state.evaluations, kept);
+        Some(())
+    }
+}
+
+impl Method for Fit {
+    fn step(&mut self) -> Progress {
+        Self::step(self)
+    }
+
+    fn progress(&self) -> Progress {
+        Self::progress(self)
+    }
+
+    fn best(&self) -> Option<Candidate> {
+        Self::best(self).map(candidate)
+    }
+
+    fn finish(&self) -> Option<Outcome> {
+        let found = Self::finish(self)?;
+        let front = found.front.iter().map(|fitted| candidate(&fitted.lobes)).collect();
+        Some(Outcome { front, best: found.best })
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let kept = |kept: &Kept| {
+            let Damped { lobes, error, damping, .. } = &kept.damped;
+            KeptState {
+                problem: u32::try_from(kept.problem).expect("there are few shapes"),
+                numbers: lobes.numbers.clone(),
+                free: lobes.free.clone(),
+                error: *error,
+                damping: *damping,
+                held: kept.held,
+            }
+        };
+        let kept = self.kept.iter().map(kept).collect();
+        let (generation, evaluations, cost) = (self.generation, self.evaluations, self.cost);
+        let state = State { generation, evaluations, cost, kept };
+        postcard::to_stdvec(&state).expect("numbers can be written")
+    }
+}
+
+fn candidate(lobes: &Lobes) -> Candidate {
+    let genome = lobes.genome().expect("a search's shapes have room in a program");
+    Candidate { genome, numbers: lobes.free() }
+}

@@ -1,0 +1,157 @@
+//! A search of any strategy: a deterministic sequence of generations that can be kept and gone on with.
+
+use std::fmt;
+use std::str::FromStr;
+
+use brood_genome::Genome;
+use serde::{Deserialize, Serialize};
+
+use crate::Samples;
+use crate::lobes::{Fit, Shape};
+use crate::method::{Candidate, Method, Outcome, Progress};
+
+/// Sizes of the family of lobes that are tried: units and terms.
+const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
+/// What the first byte of a checkpoint says. Counted up whenever a strategy changes what it does.
+const VERSION: u8 = 1;
+
+/// How a search goes about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Strategy {
+    /// Fits of a smooth family, and what is left of it when it is shortened.
+    Lobes,
+}
+
+impl Strategy {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Lobes];
+
+    /// As it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lobes => "lobes",
+        }
+    }
+}
+
+impl fmt::Display for Strategy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that no strategy has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a strategy is one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
+pub struct UnknownStrategy;
+
+impl FromStr for Strategy {
+    type Err = UnknownStrategy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownStrategy> {
+        Self::ALL.into_iter().find(|strategy| strategy.name() == text).ok_or(UnknownStrategy)
+    }
+}
+
+/// What a search depends on besides its samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// How it goes about it.
+    pub strategy: Strategy,
+    /// What it draws from.
+    pub seed: u64,
+    /// Whether the material is its own mirror image, so that nothing need tell left from right.
+    pub is_mirrored: bool,
+    /// Materials to start from, by the strategies that can.
+    pub start: Vec<Genome>,
+}
+
+/// Why a search cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SearchError {
+    /// Written by something else.
+    #[error("the checkpoint was written by another version of this program")]
+    Version,
+    /// Not what was written.
+    #[error("the checkpoint is damaged, or one of another search")]
+    Damaged,
+}
+
+/// A search. Everything that comes of it depends on the samples, the options and the number of generations alone.
+pub struct Search {
+    method: Box<dyn Method>,
+}
+
+impl Search {
+    /// Begins one.
+    #[must_use]
+    pub fn new(samples: &Samples, options: &Options) -> Self {
+        let method = match options.strategy {
+            Strategy::Lobes => Box::new(fit(samples, options)) as Box<dyn Method>,
+        };
+        Self { method }
+    }
+
+    /// Goes on with one that was kept: with the same samples and options the next generations have the same bits as if there
+    /// had been no break.
+    pub fn resume(
+        samples: &Samples,
+        options: &Options,
+        checkpoint: &[u8],
+    ) -> Result<Self, SearchError> {
+        let (version, state) = checkpoint.split_first().ok_or(SearchError::Damaged)?;
+        if *version != VERSION {
+            return Err(SearchError::Version);
+        }
+        let method = match options.strategy {
+            Strategy::Lobes => {
+                let mut fit = fit(samples, options);
+                fit.load(state).ok_or(SearchError::Damaged)?;
+                Box::new(fit) as Box<dyn Method>
+            }
+        };
+        Ok(Self { method })
+    }
+
+    /// One generation.
+    pub fn step(&mut self) -> Progress {
+        self.method.step()
+    }
+
+    /// What the last generation came to.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        self.method.progress()
+    }
+
+    /// The best so far by the samples that are held back; nothing before the first generation.
+    #[must_use]
+    pub fn best(&self) -> Option<Candidate> {
+        self.method.best()
+    }
+
+    /// The front of error against length; nothing before the first generation.
+    #[must_use]
+    pub fn finish(&self) -> Option<Outcome> {
+        self.method.finish()
+    }
+
+    /// The state: what [`Search::resume`] reads. Two searches that have come to the same have the same bytes.
+    #[must_use]
+    pub fn checkpoint(&self) -> Vec<u8> {
+        let mut bytes = vec![VERSION];
+        bytes.extend(self.method.save());
+        bytes
+    }
+}
+
+fn fit(samples: &Samples, options: &Options) -> Fit {
+    let shape = |(units, terms): (usize, usize)| Shape::new(units, terms, options.is_mirrored);
+    Fit::new(samples, SHAPES.map(shape).to_vec(), options.seed)
+}
+
+#[cfg(test)]
+#[path = "search_tests.rs"]
+mod tests;

@@ -1,0 +1,49 @@
+//! That a search goes on after a break as if there had been none.
+
+use brood_brdf::{Model, ModelKind};
+
+use super::*;
+use crate::draw_pairs;
+
+fn samples() -> Samples {
+    Samples::of(&*Model::new(ModelKind::Conductor).brdf(), draw_pairs(600, 1))
+}
+
+fn options(strategy: Strategy) -> Options {
+    Options { strategy, seed: 5, is_mirrored: true, start: Vec::new() }
+}
+
+#[test]
+fn breaks_change_no_bit() {
+    let samples = samples();
+    for strategy in Strategy::ALL {
+        let options = options(strategy);
+        let mut whole = Search::new(&samples, &options);
+        let mut broken = Search::new(&samples, &options);
+        for _ in 0..6 {
+            let state = broken.checkpoint();
+            broken = Search::resume(&samples, &options, &state).unwrap();
+            assert_eq!(broken.checkpoint(), state, "{strategy}");
+            assert_eq!(broken.step(), whole.step(), "{strategy}");
+        }
+        assert_eq!(broken.checkpoint(), whole.checkpoint(), "{strategy}");
+        assert_eq!(broken.best(), whole.best(), "{strategy}");
+    }
+}
+
+#[test]
+fn what_is_no_checkpoint_is_refused() {
+    let samples = samples();
+    for strategy in Strategy::ALL {
+        let options = options(strategy);
+        let mut search = Search::new(&samples, &options);
+        search.step();
+        let state = search.checkpoint();
+        let refused = |bytes: &[u8]| Search::resume(&samples, &options, bytes).err().unwrap();
+        assert_eq!(refused(&[]), SearchError::Damaged);
+        assert_eq!(refused(&state[..state.len() / 2]), SearchError::Damaged);
+        let mut newer = state.clone();
+        newer[0] += 1;
+        assert_eq!(refused(&newer), SearchError::Version);
+    }
+}
