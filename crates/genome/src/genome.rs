@@ -208,6 +208,17 @@ impl Genome {
         Self { output, ..self }
     }
 
+    /// The same instructions with other constants.
+    ///
+    /// # Panics
+    /// Where one is beyond the range of the machine.
+    #[must_use]
+    pub fn with_constants(self, constants: Box<[[f32; 4]; CONSTANTS]>) -> Self {
+        let is_held = |value: &f32| (-RANGE..=RANGE).contains(value);
+        assert!(constants.as_flattened().iter().all(is_held), "constants are within the range");
+        Self { constants, ..self }
+    }
+
     /// The same program under the energy limit, or not.
     #[must_use]
     pub fn with_limit(self, limited: bool) -> Self {

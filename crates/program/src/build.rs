@@ -43,6 +43,8 @@ pub(crate) enum Node {
     Input(Input),
     /// The index of its value.
     Constant(u32),
+    /// The index of the value of a constant that may be another one later, so that nothing is folded with it.
+    Parameter(u32),
     Operation {
         operation: Operation,
         a: u32,
@@ -69,6 +71,8 @@ pub(crate) struct Builder {
     /// Open addressing by shape: one more than the index of a node, 0 where there is none.
     known: Vec<u32>,
     constants: Vec<Constant>,
+    /// Indices of parameters and their places.
+    places: Vec<(u32, u32)>,
     fold: bool,
 }
 
@@ -76,13 +80,20 @@ impl Builder {
     /// With `fold` false only value numbering happens, for the counts.
     pub(crate) fn new(fold: bool) -> Self {
         let entries = Vec::with_capacity(FIRST_SLOTS / 2);
-        Self { entries, known: vec![0; FIRST_SLOTS], constants: Vec::new(), fold }
+        Self {
+            entries,
+            known: vec![0; FIRST_SLOTS],
+            constants: Vec::new(),
+            places: Vec::new(),
+            fold,
+        }
     }
 
     /// Forgets all nodes but not the room for them.
     pub(crate) fn clear(&mut self) {
         self.entries.clear();
         self.constants.clear();
+        self.places.clear();
         self.known.clear();
         self.known.resize(FIRST_SLOTS, 0);
     }
@@ -121,6 +132,29 @@ impl Builder {
 
     pub(crate) fn constant(&mut self, value: f32) -> Reference {
         self.folded(value, f64::from(value))
+    }
+
+    /// A constant of the genome, one node for each place whatever its value.
+    pub(crate) fn parameter(&mut self, place: u32, value: f32) -> Reference {
+        let shape = mix(20, u64::from(place), 0);
+        let is_it = |builder: &Self, node| match node {
+            Node::Parameter(index) => builder.place_of(index) == Some(place),
+            Node::Input(_) | Node::Constant(_) | Node::Operation { .. } => false,
+        };
+        match self.find(shape, is_it) {
+            Ok(reference) => reference,
+            Err(slot) => {
+                let index = u32::try_from(self.constants.len()).expect("at most as many as nodes");
+                self.constants.push(Constant { canonical: value, reference: f64::from(value) });
+                self.places.push((index, place));
+                self.add_entry(slot, Entry { shape, node: Node::Parameter(index), need: 0 })
+            }
+        }
+    }
+
+    /// Which place the parameter of that index stands for.
+    pub(crate) fn place_of(&self, index: u32) -> Option<u32> {
+        self.places.iter().find(|(known, _)| *known == index).map(|(_, place)| *place)
     }
 
     pub(crate) fn add(&mut self, a: Reference, b: Reference) -> Reference {
@@ -254,7 +288,7 @@ impl Builder {
         let value = Constant { canonical, reference };
         let is_it = |builder: &Self, node| match node {
             Node::Constant(index) => builder.constant_of(index) == value,
-            Node::Input(_) | Node::Operation { .. } => false,
+            Node::Input(_) | Node::Parameter(_) | Node::Operation { .. } => false,
         };
         let found = match self.find(shape, is_it) {
             Ok(reference) => reference,

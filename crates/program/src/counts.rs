@@ -30,7 +30,7 @@ impl Counts {
         let live = Liveness::of(genome);
         let instructions = genome.instructions();
         let mut builder = Builder::new(false);
-        let results = scalarise(genome, &live, &mut builder);
+        let results = scalarise(genome, &live, &mut builder, false);
         let numbered = Collected::default().collect(&builder, results, genome);
         let sum = |masks: &mut dyn Iterator<Item = u8>| {
             instructions.iter().zip(masks).map(|(i, mask)| scalar_cost(i.opcode(), mask)).sum()

@@ -23,6 +23,7 @@ mod lower;
 mod program;
 mod range;
 mod tape;
+mod tunable;
 mod words;
 
 pub use brood::{
@@ -35,4 +36,5 @@ pub use hash::ProgramHash;
 pub use program::{Constant, Operand, Operation, Program, Step};
 pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};
+pub use tunable::Tunable;
 pub use words::WordsError;

@@ -9,14 +9,14 @@ use crate::{Constant, Operand, Program, Step};
 
 /// What lowering writes to before it knows how much of it a program keeps. Used again for the next genome, because
 /// asking for memory takes as long as lowering does.
-struct Scratch {
-    liveness: Liveness,
-    builder: Builder,
-    collected: Collected,
+pub(crate) struct Scratch {
+    pub(crate) liveness: Liveness,
+    pub(crate) builder: Builder,
+    pub(crate) collected: Collected,
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
+    pub(crate) static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
         liveness: Liveness::default(),
         builder: Builder::new(true),
         collected: Collected::default(),
@@ -31,7 +31,7 @@ impl Program {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
             liveness.find(genome);
             builder.clear();
-            let results = scalarise(genome, liveness, builder);
+            let results = scalarise(genome, liveness, builder, false);
             collected.collect(builder, results, genome)
         })
     }
@@ -42,6 +42,7 @@ pub(crate) fn scalarise(
     genome: &Genome,
     liveness: &Liveness,
     builder: &mut Builder,
+    is_tunable: bool,
 ) -> [Reference; 3] {
     let zero = builder.constant(0.0);
     if genome.instructions().is_empty() {
@@ -66,7 +67,9 @@ pub(crate) fn scalarise(
         if live == 0 {
             continue;
         }
-        let result = Expansion { genome, registers: &registers, instruction, live, builder }.run();
+        let result =
+            Expansion { genome, registers: &registers, instruction, live, is_tunable, builder }
+                .run();
         let dst = &mut registers[usize::from(instruction.dst())];
         for (component, (place, value)) in dst.iter_mut().zip(result).enumerate() {
             // A choice of values, not of ways to go on, which nothing could foretell.
@@ -82,6 +85,7 @@ struct Expansion<'a> {
     registers: &'a [[Reference; 4]; REGISTERS],
     instruction: &'a Instruction,
     live: u8,
+    is_tunable: bool,
     builder: &'a mut Builder,
 }
 
@@ -186,7 +190,12 @@ impl Expansion<'_> {
             Register::Temporary(register) => self.registers[usize::from(register)][component],
             Register::Constant(register) => {
                 let value = self.genome.constants()[usize::from(register)][component];
-                self.builder.constant(value)
+                if self.is_tunable {
+                    let component = u32::try_from(component).expect("there are four");
+                    self.builder.parameter(4 * u32::from(register) + component, value)
+                } else {
+                    self.builder.constant(value)
+                }
             }
         };
         if operand.negate { value.negated() } else { value }
@@ -202,6 +211,8 @@ pub(crate) struct Collected {
     pending: Vec<u32>,
     steps: Vec<Step>,
     constants: Vec<Constant>,
+    /// The builder's index of each.
+    pub(crate) sources: Vec<u32>,
 }
 
 impl Collected {
@@ -216,6 +227,7 @@ impl Collected {
         self.pending.clear();
         self.steps.clear();
         self.constants.clear();
+        self.sources.clear();
         let results = results.map(|result| self.visit(builder, result.node()));
         let is_isotropic = genome.dialect().isotropic;
         let seen = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
@@ -269,8 +281,9 @@ impl Collected {
         }
         let operand = match builder.node(node) {
             Node::Input(input) => Operand::Input(input),
-            Node::Constant(index) => {
+            Node::Constant(index) | Node::Parameter(index) => {
                 self.constants.push(builder.constant_of(index));
+                self.sources.push(index);
                 Operand::Constant(narrow(self.constants.len() - 1))
             }
             Node::Operation { .. } => return None,

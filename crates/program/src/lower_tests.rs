@@ -5,7 +5,7 @@ use brood_genome::{
     live_instructions,
 };
 
-use crate::{Counts, Operand, Program, Tape, execute};
+use crate::{Counts, Operand, Program, Tape, Tunable, execute};
 
 fn random(seed: u64, dialect: Dialect) -> Genome {
     let output = seed.is_multiple_of(3).then(|| Output::saturation(0.65).unwrap());
@@ -51,6 +51,35 @@ fn lowering_preserves_every_bit() {
             }
         }
     }
+}
+
+#[test]
+fn constants_can_be_tuned_and_written_back() {
+    let mut tuned = 0;
+    for dialect in dialects() {
+        for seed in 0..60 {
+            let genome = random(seed, dialect);
+            let mut tunable = Tunable::lower(&genome);
+            assert_eq!(tunable.write(&genome), genome);
+            for other in [false, true] {
+                for index in 0..tunable.places().len() {
+                    if tunable.places()[index].is_some() && other {
+                        let value = tunable.program().constants()[index].reference;
+                        tunable.set(index, 0.25 - 1.5 * value);
+                        tuned += 1;
+                    }
+                }
+                let written = tunable.write(&genome);
+                for sample in 0..6 {
+                    let bits = |f: [f32; 3]| f.map(f32::to_bits);
+                    let own = execute(tunable.program(), |i| input(sample, i), |c| c.canonical);
+                    let canonical = interpret(&written, |i| input(sample, i));
+                    assert_eq!(bits(own), bits(canonical), "seed {seed} sample {sample}\n{genome}");
+                }
+            }
+        }
+    }
+    assert!(tuned > 1000, "{tuned}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ pub mod lobes;
 mod method;
 pub mod metric;
 mod search;
+mod solve;
 mod target;
 
 pub use found::Found;

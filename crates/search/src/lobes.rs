@@ -15,7 +15,6 @@ mod prune;
 mod schedule;
 mod seed;
 mod shape;
-mod solve;
 mod sweep;
 
 pub use batch::Batch;

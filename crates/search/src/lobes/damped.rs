@@ -3,7 +3,7 @@
 use super::Lobes;
 use super::batch::Batch;
 use super::normal::{Normal, error, normal};
-use super::solve::solve;
+use crate::solve::solve;
 
 /// The diagonal counts at least this share of its largest entry in the damping: without, numbers that change next to nothing run
 /// away.

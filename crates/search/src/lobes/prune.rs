@@ -4,7 +4,7 @@ use super::Lobes;
 use super::batch::Batch;
 use super::damped::Damped;
 use super::normal::normal;
-use super::solve::inverse_diagonal;
+use crate::solve::inverse_diagonal;
 
 /// Of the weights that are left, this share goes in a step; where that is too much, the next one.
 const SHARES: [f64; 3] = [0.08, 0.02, 0.0];

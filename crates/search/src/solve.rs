@@ -4,12 +4,12 @@
 use brood_eval::{Level, Work};
 
 /// Solves A x = b, A being `count` x `count`, row by row; none where A is not positive definite.
-pub(super) fn solve(matrix: Vec<f64>, right: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn solve(matrix: Vec<f64>, right: &[f64]) -> Option<Vec<f64>> {
     Level::best().run(Solve { matrix, right })
 }
 
 /// The diagonal of A^-1; none where A is not positive definite.
-pub(super) fn inverse_diagonal(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+pub(crate) fn inverse_diagonal(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     Level::best().run(InverseDiagonal { matrix, count })
 }
 

@@ -1,0 +1,69 @@
+//! Programs whose constants can be tuned and written back into the genome.
+
+use brood_genome::{CONSTANTS, Genome, RANGE};
+
+use crate::Program;
+use crate::lower::{SCRATCH, Scratch, scalarise};
+
+/// A program whose constants are those of its genome, each by itself.
+#[derive(Debug, Clone)]
+pub struct Tunable {
+    program: Program,
+    places: Vec<Option<(u8, u8)>>,
+}
+
+impl Tunable {
+    /// The genome's live code, nothing being folded with its constants: more operations than [`Program::lower`] leaves, of the same
+    /// meaning to the bit.
+    #[must_use]
+    pub fn lower(genome: &Genome) -> Self {
+        SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
+            liveness.find(genome);
+            builder.clear();
+            let results = scalarise(genome, liveness, builder, true);
+            let program = collected.collect(builder, results, genome);
+            let narrow = |part: u32| u8::try_from(part).expect("a register's or a component's");
+            let place = |index: &u32| {
+                let place = builder.place_of(*index)?;
+                Some((narrow(place / 4), narrow(place % 4)))
+            };
+            Self { places: collected.sources.iter().map(place).collect(), program }
+        })
+    }
+
+    /// The program.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// For each constant of the program its register and component in the genome; nothing where it is none of the genome's.
+    #[must_use]
+    pub fn places(&self) -> &[Option<(u8, u8)>] {
+        &self.places
+    }
+
+    /// Sets a constant of the program, as far as the machine has such a number.
+    ///
+    /// # Panics
+    /// Where the program has no constant of that index, or it is none of the genome's.
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
+    pub fn set(&mut self, index: usize, value: f64) {
+        assert!(self.places[index].is_some(), "the constant is one of the genome's");
+        let canonical = (value as f32).clamp(-RANGE, RANGE);
+        let constant = &mut self.program.constants[index];
+        (constant.canonical, constant.reference) = (canonical, f64::from(canonical));
+    }
+
+    /// The genome with these constants.
+    #[must_use]
+    pub fn write(&self, genome: &Genome) -> Genome {
+        let mut constants: Box<[[f32; 4]; CONSTANTS]> = Box::new(*genome.constants());
+        for (constant, place) in self.program.constants.iter().zip(&self.places) {
+            if let Some((register, component)) = place {
+                constants[usize::from(*register)][usize::from(*component)] = constant.canonical;
+            }
+        }
+        genome.clone().with_constants(constants)
+    }
+}
