@@ -40,6 +40,8 @@ pub enum Operator {
     Directions = 10,
     /// Starts of a fit of lobes.
     Lobes = 11,
+    /// Parents of a genetic search, and how children come of them.
+    Genetic = 12,
 }
 
 /// One block of Philox4x32-10.

@@ -5,6 +5,7 @@
 //! what comes back.
 
 mod found;
+mod gp;
 pub mod lobes;
 mod method;
 pub mod metric;

@@ -7,6 +7,7 @@ use brood_genome::Genome;
 use serde::{Deserialize, Serialize};
 
 use crate::Samples;
+use crate::gp::Gp;
 use crate::lobes::{Fit, Shape};
 use crate::method::{Candidate, Method, Outcome, Progress};
 
@@ -21,17 +22,20 @@ const VERSION: u8 = 1;
 pub enum Strategy {
     /// Fits of a smooth family, and what is left of it when it is shortened.
     Lobes,
+    /// Genetic programs, tuned by their derivatives; from nothing or from materials that are there.
+    Gp,
 }
 
 impl Strategy {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Lobes];
+    pub const ALL: [Self; 2] = [Self::Lobes, Self::Gp];
 
     /// As it is written.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Lobes => "lobes",
+            Self::Gp => "gp",
         }
     }
 }
@@ -90,6 +94,7 @@ impl Search {
     pub fn new(samples: &Samples, options: &Options) -> Self {
         let method = match options.strategy {
             Strategy::Lobes => Box::new(fit(samples, options)) as Box<dyn Method>,
+            Strategy::Gp => Box::new(Gp::new(samples, &options.start, options.seed)),
         };
         Self { method }
     }
@@ -110,6 +115,11 @@ impl Search {
                 let mut fit = fit(samples, options);
                 fit.load(state).ok_or(SearchError::Damaged)?;
                 Box::new(fit) as Box<dyn Method>
+            }
+            Strategy::Gp => {
+                let mut gp = Gp::new(samples, &options.start, options.seed);
+                gp.load(state).ok_or(SearchError::Damaged)?;
+                Box::new(gp)
             }
         };
         Ok(Self { method })

@@ -1,0 +1,17 @@
+//! Genetic programs: islands of genomes that are bred against samples.
+//!
+//! Children come of mutation and recombination as a brood's do; parents are chosen by tournaments or by lexicase selection. Scale and
+//! offset of every child are solved for, constants of the best are tuned by their derivatives. Programs that were there before are not
+//! evaluated again, and evaluation ends as soon as a sum cannot be among the best. docs/maths/fit.md has the amounts.
+
+mod breed;
+mod cases;
+mod checkpoint;
+mod front;
+mod island;
+mod judge;
+mod scale;
+mod schedule;
+mod tune;
+
+pub(crate) use schedule::Gp;

@@ -1,0 +1,126 @@
+//! Parents chosen, and children of them.
+
+use std::sync::Arc;
+
+use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream, Variation};
+use brood_program::Program;
+use rayon::prelude::*;
+
+use super::cases::Cases;
+use super::judge::{Member, values};
+
+/// Members of a tournament.
+const TOURNAMENT: u32 = 3;
+/// Samples that make a case of lexicase selection.
+const GROUP: usize = 8;
+/// Amounts of mutation, one of which a child gets: from one change to many.
+const AMOUNTS: [f32; 4] = [0.02, 0.06, 0.15, 0.35];
+/// Share of children that have two parents.
+const CROSSED: f32 = 0.4;
+
+/// Draws children of one island in one generation.
+pub(super) struct Breeder<'a> {
+    pub(super) members: &'a [Member],
+    /// Errors of each member on each case, and within how much of the best of a case one is as good.
+    cases: (Vec<Vec<f64>>, Vec<f64>),
+}
+
+impl<'a> Breeder<'a> {
+    pub(super) fn new(members: &'a [Member], cases: &Cases) -> Self {
+        let errors = errors(members, cases);
+        let tolerance = tolerances(&errors);
+        Self { members, cases: (errors, tolerance) }
+    }
+
+    /// The child of that key.
+    pub(super) fn child(&self, key: BirthKey) -> Genome {
+        let mut stream = Stream::new(key, Operator::Genetic);
+        let first = &self.members[self.parent(&mut stream)].genome;
+        let second = &self.members[self.parent(&mut stream)].genome;
+        let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
+        let may_cross = first.dialect().is_compatible(second.dialect()) && first != second;
+        if may_cross && stream.chance(CROSSED) {
+            let share = 0.1 + 0.4 * stream.unit();
+            // Often nothing but what the parents had.
+            let amount = if stream.chance(0.5) { 0.0 } else { amount };
+            Variation::recombine(first, second, share, amount).birth(key)
+        } else {
+            Variation::mutate(first, amount).birth(key)
+        }
+    }
+
+    fn parent(&self, stream: &mut Stream) -> usize {
+        if stream.chance(0.5) { self.tournament(stream) } else { self.lexicase(stream) }
+    }
+
+    /// The best of a few; members stand in the order of their sums.
+    fn tournament(&self, stream: &mut Stream) -> usize {
+        let count = self.members.len() as u32;
+        (0..TOURNAMENT).map(|_| stream.below(count)).min().unwrap_or(0) as usize
+    }
+
+    /// The one that is left when, case by case in a drawn order, those go that are worse than the best by more than the tolerance.
+    ///
+    /// # Source
+    /// La Cava, Spector and Danai, *Epsilon-Lexicase Selection for Regression* (2016), the static form.
+    fn lexicase(&self, stream: &mut Stream) -> usize {
+        let (errors, tolerances) = &self.cases;
+        let mut left: Vec<usize> = (0..self.members.len()).collect();
+        let mut order: Vec<usize> = (0..tolerances.len()).collect();
+        while left.len() > 1 && !order.is_empty() {
+            let case = order.swap_remove(stream.below(order.len() as u32) as usize);
+            let least = left.iter().map(|at| errors[*at][case]).fold(f64::INFINITY, f64::min);
+            left.retain(|at| errors[*at][case] <= least + tolerances[case]);
+        }
+        left[stream.below(left.len().max(1) as u32) as usize]
+    }
+}
+
+/// Random genomes of that dialect.
+pub(super) fn random(dialect: Dialect, key: BirthKey) -> Genome {
+    Variation::random(dialect).birth(key)
+}
+
+/// A mutant of one of the genomes to start from, changed much or little.
+pub(super) fn started(start: &[Arc<Genome>], key: BirthKey) -> Genome {
+    let mut stream = Stream::new(key, Operator::Genetic);
+    let first = &start[stream.below(start.len() as u32) as usize];
+    let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
+    Variation::mutate(first, amount).birth(key)
+}
+
+fn errors(members: &[Member], cases: &Cases) -> Vec<Vec<f64>> {
+    let programs: Vec<Program> =
+        members.par_iter().map(|member| Program::lower(&member.genome)).collect();
+    let programs: Vec<&Program> = programs.iter().collect();
+    let (few, values) = (&cases.few, values(&programs, &cases.few));
+    let count = few.len();
+    let of = |index: usize| {
+        let mut sums = vec![0.0; count.div_ceil(GROUP)];
+        for channel in 0..3 {
+            let own = &values[(3 * index + channel) * count..][..count];
+            for (sample, f) in own.iter().enumerate() {
+                let found = libm::log1p(f64::from(*f) * few.weight[sample]);
+                let off = found - few.wanted[sample][channel];
+                sums[sample / GROUP] += off * off;
+            }
+        }
+        sums
+    };
+    (0..members.len()).into_par_iter().map(of).collect()
+}
+
+/// The median distance from the median, for each case.
+fn tolerances(errors: &[Vec<f64>]) -> Vec<f64> {
+    let cases = errors.first().map_or(0, Vec::len);
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let of = |case: usize| {
+        let own: Vec<f64> = errors.iter().map(|errors| errors[case]).collect();
+        let middle = median(own.clone());
+        median(own.iter().map(|error| (error - middle).abs()).collect())
+    };
+    (0..cases).map(of).collect()
+}

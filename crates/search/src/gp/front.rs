@@ -1,0 +1,79 @@
+//! The best of every length: members that no shorter one is as good as.
+
+use super::judge::Member;
+
+/// Members of a front.
+const MOST: usize = 24;
+
+/// Members by their operations, each with a smaller sum than all shorter ones.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Front {
+    /// From the shortest to the longest.
+    pub(super) members: Vec<Member>,
+}
+
+impl Front {
+    /// Takes a member in, if no other one is both as short and as good; those that it replaces go.
+    pub(super) fn offer(&mut self, member: &Member) {
+        let is_beaten =
+            |by: &Member, it: &Member| by.operations <= it.operations && by.sum <= it.sum;
+        if self.members.iter().any(|own| is_beaten(own, member)) {
+            return;
+        }
+        self.members.retain(|own| !is_beaten(member, own));
+        let place = self.members.partition_point(|own| own.operations < member.operations);
+        self.members.insert(place, member.clone());
+        if self.members.len() > MOST {
+            self.thin();
+        }
+    }
+
+    /// Leaves out the one that is least better than the next shorter one; never the shortest, never the best.
+    fn thin(&mut self) {
+        let gain =
+            |at: &usize| self.members[at - 1].sum / self.members[*at].sum.max(f64::MIN_POSITIVE);
+        let least = (1..self.members.len() - 1).min_by(|a, b| gain(a).total_cmp(&gain(b)));
+        if let Some(at) = least {
+            self.members.remove(at);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gp::breed::random;
+    use brood_genome::{BirthKey, Dialect};
+    use brood_program::Program;
+
+    fn member(operations: u32, sum: f64) -> Member {
+        let key = BirthKey { seed: 1, slot: 0, attempt: 0 };
+        let genome = random(Dialect::default(), key);
+        let hash = Program::lower(&genome).hash();
+        Member { genome, hash, operations, sum, is_tuned: false }
+    }
+
+    fn pairs(front: &Front) -> Vec<(u32, f64)> {
+        front.members.iter().map(|member| (member.operations, member.sum)).collect()
+    }
+
+    #[test]
+    fn front_holds_what_nothing_shorter_is_as_good_as() {
+        let mut front = Front::default();
+        for (operations, sum) in [(10, 5.0), (20, 4.0), (15, 6.0), (12, 4.0), (12, 4.5), (30, 1.0)]
+        {
+            front.offer(&member(operations, sum));
+        }
+        assert_eq!(pairs(&front), [(10, 5.0), (12, 4.0), (30, 1.0)]);
+    }
+
+    #[test]
+    fn front_stays_short_and_keeps_its_ends() {
+        let mut front = Front::default();
+        for operations in 1..=60 {
+            front.offer(&member(operations, 100.0 / f64::from(operations)));
+        }
+        let pairs = pairs(&front);
+        assert_eq!((pairs.len(), pairs[0].0, pairs[MOST - 1].0), (MOST, 1, 60));
+    }
+}

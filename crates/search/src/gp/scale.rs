@@ -1,0 +1,149 @@
+//! Scale and offset of a channel, solved for: what a program gets right but for a factor is not lost.
+
+/// Gauss-Newton steps from the weighted start.
+const STEPS: usize = 3;
+/// Steps are halved that often where they make it worse.
+const HALVINGS: usize = 2;
+
+/// a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2: non-negative least squares weighted by 1 / (1 + y)^2, then
+/// damped Gauss-Newton steps, kept as long as the sum falls; never worse than `start`.
+///
+/// # Shapes
+/// p, q and y as long as one another: what the program reflects times cos_i, cos_i, and what is wanted times cos_i.
+///
+/// # Domain
+/// Finite, not negative.
+pub(super) fn scale_and_offset(p: &[f64], q: &[f64], y: &[f64], start: [f64; 2]) -> [f64; 2] {
+    let problem = Problem { p, q, y, wanted: y.iter().map(|y| libm::log1p(*y)).collect() };
+    let start = (problem.error(start), start);
+    let mut best = problem.improved(problem.weighted());
+    if start.0 <= best.0 {
+        best = problem.improved(start.1);
+    }
+    if best.0 < start.0 { best.1 } else { start.1 }
+}
+
+struct Problem<'a> {
+    p: &'a [f64],
+    q: &'a [f64],
+    y: &'a [f64],
+    wanted: Vec<f64>,
+}
+
+impl Problem<'_> {
+    fn error(&self, [a, b]: [f64; 2]) -> f64 {
+        let pairs = self.p.iter().zip(self.q).zip(&self.wanted);
+        let off = |((p, q), wanted): ((&f64, &f64), &f64)| libm::log1p(a * p + b * q) - wanted;
+        pairs.map(off).map(|off| off * off).sum()
+    }
+
+    /// The solution where ln(1 + y) is as good as straight about every y.
+    fn weighted(&self) -> [f64; 2] {
+        let mut sums = Sums::default();
+        for ((p, q), y) in self.p.iter().zip(self.q).zip(self.y) {
+            let weight = 1.0 / (1.0 + y);
+            sums.add(p * weight, q * weight, y * weight);
+        }
+        sums.solve()
+    }
+
+    fn improved(&self, from: [f64; 2]) -> (f64, [f64; 2]) {
+        let mut best = (self.error(from), from);
+        for _ in 0..STEPS {
+            let [a, b] = best.1;
+            let mut sums = Sums::default();
+            for ((p, q), wanted) in self.p.iter().zip(self.q).zip(&self.wanted) {
+                let value = a * p + b * q;
+                let slope = 1.0 / (1.0 + value);
+                // Linear about here: what (a, b) must give for nothing to be off.
+                let aim = wanted - libm::log1p(value) + slope * value;
+                sums.add(p * slope, q * slope, aim);
+            }
+            let mut next = sums.solve();
+            let mut found = self.error(next);
+            for _ in 0..HALVINGS {
+                if found < best.0 {
+                    break;
+                }
+                next = [0, 1].map(|k| 0.5 * (next[k] + best.1[k]));
+                found = self.error(next);
+            }
+            if found.is_nan() || found >= best.0 {
+                break;
+            }
+            best = (found, next);
+        }
+        best
+    }
+}
+
+/// Normal equations of two unknowns.
+#[derive(Default)]
+struct Sums {
+    pp: f64,
+    pq: f64,
+    qq: f64,
+    py: f64,
+    qy: f64,
+}
+
+impl Sums {
+    fn add(&mut self, p: f64, q: f64, y: f64) {
+        self.pp += p * p;
+        self.pq += p * q;
+        self.qq += q * q;
+        self.py += p * y;
+        self.qy += q * y;
+    }
+
+    /// The non-negative solution: the free one where that is not negative, otherwise the better of the two with one unknown.
+    fn solve(&self) -> [f64; 2] {
+        let Self { pp, pq, qq, py, qy } = *self;
+        let determinant = pp * qq - pq * pq;
+        if determinant > 1e-12 * pp * qq {
+            let (a, b) = ((py * qq - qy * pq) / determinant, (qy * pp - py * pq) / determinant);
+            if a >= 0.0 && b >= 0.0 {
+                return [a, b];
+            }
+        }
+        let ratio =
+            |above: f64, below: f64| if below > 0.0 { (above / below).max(0.0) } else { 0.0 };
+        let (a, b) = (ratio(py, pp), ratio(qy, qq));
+        // What each alone takes off the sum of squares.
+        if a * py >= b * qy { [a, 0.0] } else { [0.0, b] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows() -> [Vec<f64>; 2] {
+        let p = (0..60).map(|k| f64::from(k * k) * 0.01).collect();
+        [p, (0..60).map(|k| 1.0 - f64::from(k) / 80.0).collect()]
+    }
+
+    #[test]
+    fn scale_and_offset_are_found() {
+        let [p, q] = rows();
+        for (a, b) in [(0.3, 2.0), (25.0, 0.0), (0.0, 0.4), (1e-3, 1e3)] {
+            let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| a * p + b * q).collect();
+            let found = scale_and_offset(&p, &q, &y, [1.0, 0.0]);
+            assert!((found[0] - a).abs() < 1e-6 * (1.0 + a), "{found:?} for {a}, {b}");
+            assert!((found[1] - b).abs() < 1e-6 * (1.0 + b), "{found:?} for {a}, {b}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_made_worse() {
+        let [p, q] = rows();
+        let y: Vec<f64> = p.iter().map(|p| 1.0 / (1.0 + p)).collect();
+        let problem =
+            Problem { p: &p, q: &q, y: &y, wanted: y.iter().map(|y| libm::log1p(*y)).collect() };
+        for start in [[1.0, 0.0], [0.0, 0.0], [0.0, 0.5], [3.0, 4.0]] {
+            let found = scale_and_offset(&p, &q, &y, start);
+            assert!(problem.error(found) <= problem.error(start));
+            assert!(found.iter().all(|value| *value >= 0.0));
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Generations of all islands.
+
+use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
+
+use brood_genome::{Dialect, Genome, OpcodeSet};
+use brood_program::{Program, ProgramHash, Tunable};
+
+use super::breed::{random, started};
+use super::cases::Cases;
+use super::front::Front;
+use super::island::{Island, Surroundings, Taken};
+use super::judge::{Member, values};
+use crate::method::{Candidate, Method, Outcome, Progress};
+use crate::{Samples, metric};
+
+const ISLANDS: usize = 4;
+/// Slots of an island in a generation.
+const SLOTS: u32 = 1 << 16;
+/// Every so many generations the best of each island goes to the next one.
+const MIGRATION: u32 = 8;
+/// Generations without an improvement after which an island that is not the best one begins again.
+const STALE: u32 = 40;
+/// Programs that are remembered, so that they are not held against the samples again.
+const REMEMBERED: usize = 4096;
+
+/// A genetic search.
+pub(crate) struct Gp {
+    pub(super) seed: u64,
+    pub(super) start: Vec<Arc<Genome>>,
+    pub(super) cases: Cases,
+    pub(super) generation: u32,
+    pub(super) evaluations: u64,
+    pub(super) islands: Vec<Island>,
+    pub(super) seen: VecDeque<ProgramHash>,
+    pub(super) front: Front,
+    pub(super) best: Option<Best>,
+}
+
+/// The one that is ahead where nothing is fitted as well as where it is.
+#[derive(Debug, Clone)]
+pub(super) struct Best {
+    pub(super) member: Member,
+    pub(super) fitted: f64,
+    pub(super) held: f64,
+}
+
+impl Gp {
+    pub(crate) fn new(samples: &Samples, start: &[Genome], seed: u64) -> Self {
+        // A search looks at what genomes are without the limit, under which their results are put.
+        let start = start.iter().map(|genome| Arc::new(genome.clone().with_limit(false)));
+        Self {
+            seed,
+            start: start.collect(),
+            cases: Cases::new(samples, seed),
+            generation: 0,
+            evaluations: 0,
+            islands: vec![Island::default(); ISLANDS],
+            seen: VecDeque::new(),
+            front: Front::default(),
+            best: None,
+        }
+    }
+
+    fn begin(&self, island: &mut Island, around: &Surroundings<'_>) -> Taken {
+        let given: Vec<Genome> = self.start.iter().map(|genome| Genome::clone(genome)).collect();
+        island.start(around, &given, |key| match self.start.as_slice() {
+            [] => random(dialect(), key),
+            start => started(start, key),
+        })
+    }
+
+    fn advance(&mut self) {
+        let seen: HashSet<ProgramHash> = self.seen.iter().copied().collect();
+        let mut islands = std::mem::take(&mut self.islands);
+        let best = islands.iter().map(Island::least).fold(f64::INFINITY, f64::min);
+        for (slot, island) in (0..).step_by(SLOTS as usize).zip(&mut islands) {
+            let (seed, generation) = (self.seed, self.generation);
+            let around = Surroundings { cases: &self.cases, seen: &seen, seed, generation, slot };
+            let is_over = island.stale >= STALE && island.least() > best;
+            let taken = if island.members.is_empty() || is_over {
+                self.begin(island, &around)
+            } else {
+                island.step(&around)
+            };
+            self.evaluations += taken.evaluations;
+            self.seen.extend(taken.hashes);
+        }
+        let spare = self.seen.len().saturating_sub(REMEMBERED);
+        self.seen.drain(..spare);
+        self.islands = islands;
+        self.generation += 1;
+        if self.generation.is_multiple_of(MIGRATION) {
+            self.migrate();
+        }
+        self.note();
+    }
+
+    fn migrate(&mut self) {
+        let best: Vec<Option<Member>> =
+            self.islands.iter().map(|island| island.members.first().cloned()).collect();
+        for (index, member) in best.into_iter().enumerate() {
+            if let Some(member) = member {
+                self.islands[(index + 1) % ISLANDS].welcome(member);
+            }
+        }
+    }
+
+    /// What is on the front, and which is the best.
+    fn note(&mut self) {
+        for member in self.islands.iter().flat_map(|island| &island.members) {
+            self.front.offer(member);
+        }
+        for member in self.islands.iter().filter_map(|island| island.members.first()) {
+            if self.best.as_ref().is_some_and(|best| best.member == *member) {
+                continue;
+            }
+            let (fitted, held) = (self.fitted(member), self.held(member));
+            let both = |fitted: f64, held: f64| fitted * fitted + held * held;
+            if self
+                .best
+                .as_ref()
+                .is_none_or(|best| both(fitted, held) < both(best.fitted, best.held))
+            {
+                self.best = Some(Best { member: member.clone(), fitted, held });
+            }
+        }
+    }
+
+    /// E_log on the samples it was fitted to.
+    fn fitted(&self, member: &Member) -> f64 {
+        let count = 3.0 * self.cases.target.samples() as f64;
+        std::f64::consts::LN_2 * (member.sum / count).sqrt()
+    }
+
+    /// E_log on those held back.
+    fn held(&self, member: &Member) -> f64 {
+        let held = &self.cases.held;
+        let values = values(&[&Program::lower(&member.genome)], held);
+        let count = held.len();
+        let found: Vec<[f64; 3]> = (0..count)
+            .map(|at| [0, 1, 2].map(|c| f64::from(values[c * count + at]) * held.weight[at]))
+            .collect();
+        metric::e_log(&held.weighted, &found)
+    }
+}
+
+/// Of genomes that start from nothing.
+fn dialect() -> Dialect {
+    Dialect {
+        opcodes: OpcodeSet::Extended,
+        registers: 10,
+        length: 60,
+        isotropic: true,
+        homogeneous: true,
+        ..Dialect::default()
+    }
+}
+
+impl Method for Gp {
+    fn step(&mut self) -> Progress {
+        self.advance();
+        self.progress()
+    }
+
+    fn progress(&self) -> Progress {
+        let of = |value: fn(&Best) -> f64| self.best.as_ref().map_or(f64::INFINITY, value);
+        Progress {
+            generation: self.generation,
+            evaluations: self.evaluations,
+            fitted: of(|best| best.fitted),
+            held: of(|best| best.held),
+        }
+    }
+
+    fn best(&self) -> Option<Candidate> {
+        self.best.as_ref().map(|best| candidate(&best.member))
+    }
+
+    fn finish(&self) -> Option<Outcome> {
+        let best = self.best.as_ref()?;
+        let mut members: Vec<&Member> = self.front.members.iter().rev().collect();
+        if !members.contains(&&best.member) {
+            let place = members.partition_point(|own| own.operations > best.member.operations);
+            members.insert(place, &best.member);
+        }
+        let held: Vec<f64> = members.iter().map(|member| self.held(member)).collect();
+        let best = (0..held.len()).reduce(|a, b| if held[b] < held[a] { b } else { a })?;
+        Some(Outcome { front: members.into_iter().map(candidate).collect(), best })
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.state()
+    }
+}
+
+fn candidate(member: &Member) -> Candidate {
+    let genome = member.genome.clone().with_limit(true);
+    let places = Tunable::lower(&genome).places().iter().flatten().count();
+    // Scale and offset of each channel besides.
+    Candidate { genome, numbers: places + 6 }
+}
