@@ -2,6 +2,7 @@
 //!
 //! Owns the options, the budget and the files; how far off what was found is, and what physics says of it, stands in `report`.
 
+pub mod budget;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -20,11 +21,10 @@ use crate::compare::Subject;
 use crate::frame::FrameArgs;
 use crate::model_picture::Shot;
 use crate::{logging, material_file, output};
+use budget::{Budget, spend};
 use report::Report;
 
 const SECONDS: f64 = 10.0;
-/// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
-const KEPT: (f64, f64) = (0.4, 4.0);
 
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub struct FitArgs {
     /// `.exr`
     pub target: PathBuf,
     /// How to search
-    #[arg(long, value_name = "S", default_value_t = Strategy::Lobes, value_parser = str::parse::<Strategy>)]
+    #[arg(long, value_name = "S", default_value_t = Strategy::Hybrid, value_parser = str::parse::<Strategy>)]
     pub strategy: Strategy,
     /// Search for that long; 10 seconds where no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
@@ -104,16 +104,15 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
 fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, Progress)> {
     let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
     let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
-    let begun = Instant::now();
+    let budget = args.generations.map_or(Budget::Seconds(seconds), Budget::Generations);
     let mut search = Search::new(&target.fitted, &options);
     let spinner = output::spinner("searching");
     let mut told = f64::INFINITY;
-    loop {
-        let progress = search.step();
+    let found = spend(&mut search, budget, |progress, elapsed| {
         let line = format!(
             "generation {}, {:.1} s: E_log {:.5} where it was fitted, {:.5} where it was not",
             progress.generation,
-            begun.elapsed().as_secs_f64(),
+            elapsed.as_secs_f64(),
             progress.fitted,
             progress.held,
         );
@@ -123,17 +122,9 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
             spinner.suspend(|| eprintln!("{line}"));
         }
         spinner.set_message(line);
-        let is_over = match args.generations {
-            Some(generations) => progress.generation >= generations,
-            None => begun.elapsed().as_secs_f64() >= seconds - (KEPT.0 * seconds).min(KEPT.1),
-        };
-        if is_over {
-            spinner.set_message("shortening what was found");
-            let outcome = search.finish().context("the search found nothing")?;
-            spinner.finish_and_clear();
-            return Ok((outcome, progress));
-        }
-    }
+    });
+    spinner.finish_and_clear();
+    found.context("the search found nothing")
 }
 
 fn front(outcome: &Outcome, target: &MeasuredTarget) -> Result<Vec<Found>> {

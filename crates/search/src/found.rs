@@ -31,7 +31,7 @@ pub struct Found {
 impl Found {
     /// Measures a candidate.
     pub fn of(candidate: &Candidate, target: &MeasuredTarget) -> Result<Self, EvalError> {
-        let Candidate { genome, numbers } = candidate;
+        let Candidate { genome, numbers, .. } = candidate;
         let program = Program::lower(genome);
         let divisor = energy_limit(&program).divisor;
         let program = if divisor > 1.0 { program.divided(divisor) } else { program };

@@ -6,6 +6,7 @@
 
 mod found;
 mod gp;
+mod hybrid;
 pub mod lobes;
 mod method;
 pub mod metric;
@@ -15,5 +16,5 @@ mod target;
 
 pub use found::Found;
 pub use method::{Candidate, Outcome, Progress};
-pub use search::{Options, Search, SearchError, Strategy};
+pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs, narrow_pairs};

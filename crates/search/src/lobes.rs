@@ -18,6 +18,7 @@ mod shape;
 mod sweep;
 
 pub use batch::Batch;
+pub(crate) use checkpoint::outcome;
 pub use program::LobesError;
-pub use schedule::{Fit, Fitted, FittedFront};
+pub use schedule::{Fit, Fitted};
 pub use shape::{Lobes, Shape};

@@ -22,6 +22,8 @@ pub struct Candidate {
     pub genome: Genome,
     /// How many numbers of it were fitted.
     pub numbers: usize,
+    /// E_log on the samples that were held back from it, before it was refined on these as well.
+    pub held: f64,
 }
 
 /// What a search has found.
@@ -32,6 +34,17 @@ pub struct Outcome {
     /// Index of the one that does best where it was not fitted.
     pub best: usize,
 }
+
+impl Outcome {
+    /// The best is the one that does best on what was held back; the first of those that are as good.
+    pub(crate) fn of(front: Vec<Candidate>) -> Option<Self> {
+        let better = |a: usize, b: usize| if front[b].held < front[a].held { b } else { a };
+        (0..front.len()).reduce(better).map(|best| Self { front, best })
+    }
+}
+
+/// Whether there is time for more.
+pub(crate) type GoOn<'a> = dyn Fn() -> bool + 'a;
 
 /// A strategy at work.
 pub(crate) trait Method: Send {
@@ -44,9 +57,18 @@ pub(crate) trait Method: Send {
     /// The best so far; nothing before the first generation.
     fn best(&self) -> Option<Candidate>;
 
-    /// The front; nothing before the first generation.
-    fn finish(&self) -> Option<Outcome>;
+    /// The front, as long as it may go on shortening; nothing before the first generation.
+    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome>;
+
+    /// Whether there is nothing to be shortened at the end.
+    fn is_short(&self) -> bool {
+        true
+    }
 
     /// All that the next generations depend on besides samples and options.
     fn save(&self) -> Vec<u8>;
+
+    /// Goes on where a state was kept, of a search that has just been begun with the same samples and options; nothing where it is
+    /// none of its.
+    fn load(&mut self, state: &[u8]) -> Option<()>;
 }

@@ -3,13 +3,25 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::Genome;
+use brood_genome::{Dialect, Genome, OpcodeSet, Parametrisation};
 use serde::{Deserialize, Serialize};
 
 use crate::Samples;
 use crate::gp::Gp;
+use crate::hybrid::Hybrid;
 use crate::lobes::{Fit, Shape};
 use crate::method::{Candidate, Method, Outcome, Progress};
+
+/// The dialect of what searches find from nothing, so that it can be bred further. Fits of lobes are shorter and can be padded
+/// to this length.
+pub const DIALECT: Dialect = Dialect {
+    opcodes: OpcodeSet::Extended,
+    parametrisation: Parametrisation::Smooth,
+    registers: 16,
+    length: 120,
+    isotropic: true,
+    homogeneous: true,
+};
 
 /// Sizes of the family of lobes that are tried: units and terms.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
@@ -24,11 +36,13 @@ pub enum Strategy {
     Lobes,
     /// Genetic programs, tuned by their derivatives; from nothing or from materials that are there.
     Gp,
+    /// Lobes first, then genetic programs, of which every second island starts from them.
+    Hybrid,
 }
 
 impl Strategy {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Lobes, Self::Gp];
+    pub const ALL: [Self; 3] = [Self::Hybrid, Self::Lobes, Self::Gp];
 
     /// As it is written.
     #[must_use]
@@ -36,6 +50,7 @@ impl Strategy {
         match self {
             Self::Lobes => "lobes",
             Self::Gp => "gp",
+            Self::Hybrid => "hybrid",
         }
     }
 }
@@ -92,9 +107,10 @@ impl Search {
     /// Begins one.
     #[must_use]
     pub fn new(samples: &Samples, options: &Options) -> Self {
-        let method = match options.strategy {
-            Strategy::Lobes => Box::new(fit(samples, options)) as Box<dyn Method>,
-            Strategy::Gp => Box::new(Gp::new(samples, &options.start, options.seed)),
+        let method: Box<dyn Method> = match options.strategy {
+            Strategy::Lobes => Box::new(lobes(samples, options)),
+            Strategy::Gp => Box::new(genetic(samples, options)),
+            Strategy::Hybrid => Box::new(hybrid(samples, options)),
         };
         Self { method }
     }
@@ -110,18 +126,8 @@ impl Search {
         if *version != VERSION {
             return Err(SearchError::Version);
         }
-        let method = match options.strategy {
-            Strategy::Lobes => {
-                let mut fit = fit(samples, options);
-                fit.load(state).ok_or(SearchError::Damaged)?;
-                Box::new(fit) as Box<dyn Method>
-            }
-            Strategy::Gp => {
-                let mut gp = Gp::new(samples, &options.start, options.seed);
-                gp.load(state).ok_or(SearchError::Damaged)?;
-                Box::new(gp)
-            }
-        };
+        let mut method = Self::new(samples, options).method;
+        method.load(state).ok_or(SearchError::Damaged)?;
         Ok(Self { method })
     }
 
@@ -145,7 +151,19 @@ impl Search {
     /// The front of error against length; nothing before the first generation.
     #[must_use]
     pub fn finish(&self) -> Option<Outcome> {
-        self.method.finish()
+        self.method.finish(&|| true)
+    }
+
+    /// The same, but for shorter ones that `go_on` leaves no time for.
+    #[must_use]
+    pub fn finish_while(&self, go_on: impl Fn() -> bool) -> Option<Outcome> {
+        self.method.finish(&go_on)
+    }
+
+    /// Whether finishing takes next to no time.
+    #[must_use]
+    pub fn is_short(&self) -> bool {
+        self.method.is_short()
     }
 
     /// The state: what [`Search::resume`] reads. Two searches that have come to the same have the same bytes.
@@ -157,9 +175,17 @@ impl Search {
     }
 }
 
-fn fit(samples: &Samples, options: &Options) -> Fit {
+fn lobes(samples: &Samples, options: &Options) -> Fit {
     let shape = |(units, terms): (usize, usize)| Shape::new(units, terms, options.is_mirrored);
     Fit::new(samples, SHAPES.map(shape).to_vec(), options.seed)
+}
+
+fn genetic(samples: &Samples, options: &Options) -> Gp {
+    Gp::new(samples, &options.start, options.seed, false)
+}
+
+fn hybrid(samples: &Samples, options: &Options) -> Hybrid {
+    Hybrid::new(lobes(samples, options), samples, &options.start, options.seed)
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ fn breaks_change_no_bit() {
         let options = options(strategy);
         let mut whole = Search::new(&samples, &options);
         let mut broken = Search::new(&samples, &options);
-        for _ in 0..6 {
+        for _ in 0..10 {
             let state = broken.checkpoint();
             broken = Search::resume(&samples, &options, &state).unwrap();
             assert_eq!(broken.checkpoint(), state, "{strategy}");

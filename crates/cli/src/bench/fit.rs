@@ -14,6 +14,7 @@ use clap::Args;
 
 use super::record::Folder;
 use crate::chart::{Axis, Bar, BarChart, Cell, Group, Scale, Table};
+use crate::fit::budget::{Budget, spend};
 use crate::{logging, output};
 use published::Published;
 
@@ -40,8 +41,6 @@ const MATERIALS: [&str; 20] = [
     "pink-fabric",
     "steel",
 ];
-/// Of a budget this share is kept for shortening, or so many seconds where that is less.
-const KEPT: (f64, f64) = (0.4, 4.0);
 /// Pairs where spikes are looked for.
 const NARROW: usize = 1 << 16;
 
@@ -131,14 +130,9 @@ fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Resu
     let (strategy, start) = (Strategy::Lobes, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
     let mut search = Search::new(&target.fitted, &options);
-    let last = budget - (KEPT.0 * budget).min(KEPT.1);
-    let generations = loop {
-        let generation = search.step().generation;
-        if begun.elapsed().as_secs_f64() >= last {
-            break generation;
-        }
-    };
-    let outcome = search.finish().context("nothing was found")?;
+    let (outcome, progress) =
+        spend(&mut search, Budget::Seconds(budget), |_, _| {}).context("nothing was found")?;
+    let generations = progress.generation;
     let seconds = begun.elapsed().as_secs_f64();
     let program = express(&outcome.front[outcome.best].genome);
     let found = Samples::of_program(&program, target.held.pairs().to_vec())?;

@@ -1,7 +1,5 @@
 //! Parents chosen, and children of them.
 
-use std::sync::Arc;
-
 use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream, Variation};
 use brood_program::Program;
 use rayon::prelude::*;
@@ -82,7 +80,7 @@ pub(super) fn random(dialect: Dialect, key: BirthKey) -> Genome {
 }
 
 /// A mutant of one of the genomes to start from, changed much or little.
-pub(super) fn started(start: &[Arc<Genome>], key: BirthKey) -> Genome {
+pub(super) fn started(start: &[Genome], key: BirthKey) -> Genome {
     let mut stream = Stream::new(key, Operator::Genetic);
     let first = &start[stream.below(start.len() as u32) as usize];
     let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];

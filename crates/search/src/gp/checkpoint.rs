@@ -69,8 +69,8 @@ impl Gp {
         postcard::to_stdvec(&state).expect("numbers and bytes can be written")
     }
 
-    /// Goes on where a state was kept; nothing where it is not one of this search's.
-    pub(crate) fn load(&mut self, state: &[u8]) -> Option<()> {
+    /// Nothing where it is not one of this search's.
+    pub(super) fn set_state(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
         if state.islands.len() != self.islands.len() {
             return None;

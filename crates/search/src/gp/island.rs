@@ -12,14 +12,15 @@ use super::judge::{Member, Plain, judge};
 use super::tune::tuned;
 
 /// Members that are kept from one generation to the next.
-const KEPT: usize = 48;
+const KEPT: usize = 64;
 /// Children of a generation.
 const CHILDREN: u32 = 192;
 /// Genomes that an island starts with, of which the best are kept.
 const FIRST: u32 = 512;
-/// Members whose constants are tuned in a generation, and the steps of each.
-const TUNED: usize = 4;
+/// Members whose constants are tuned in a generation, and the steps of each; fewer of both where operations are many.
+const TUNED: usize = 6;
 const STEPS: usize = 6;
+const MANY: u32 = 120;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-3;
 
@@ -113,10 +114,12 @@ impl Island {
 
     /// Tunes the best that have not been yet.
     fn tune(&mut self, cases: &Cases) -> u64 {
-        let untuned = self.members.iter().filter(|member| !member.is_tuned).take(TUNED);
-        let chosen: Vec<&Member> = untuned.collect();
+        let untuned = || self.members.iter().filter(|member| !member.is_tuned);
+        let is_long = untuned().next().is_some_and(|member| member.operations > MANY);
+        let (count, steps) = if is_long { (TUNED / 3, STEPS / 2) } else { (TUNED, STEPS) };
+        let chosen: Vec<&Member> = untuned().take(count).collect();
         let found: Vec<(Member, u64)> =
-            chosen.par_iter().map(|member| tuned(member, cases, STEPS)).collect();
+            chosen.par_iter().map(|member| tuned(member, cases, steps)).collect();
         let mut tries = 0;
         for (member, count) in found {
             tries += count;

@@ -1,9 +1,8 @@
 //! Generations of all islands.
 
 use std::collections::{HashSet, VecDeque};
-use std::sync::Arc;
 
-use brood_genome::{Dialect, Genome, OpcodeSet};
+use brood_genome::{Dialect, Genome};
 use brood_program::{Program, ProgramHash, Tunable};
 
 use super::breed::{random, started};
@@ -11,14 +10,14 @@ use super::cases::Cases;
 use super::front::Front;
 use super::island::{Island, Surroundings, Taken};
 use super::judge::{Member, values};
-use crate::method::{Candidate, Method, Outcome, Progress};
-use crate::{Samples, metric};
+use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::{DIALECT, Samples, metric};
 
 const ISLANDS: usize = 4;
 /// Slots of an island in a generation.
 const SLOTS: u32 = 1 << 16;
 /// Every so many generations the best of each island goes to the next one.
-const MIGRATION: u32 = 8;
+const MIGRATION: u32 = 16;
 /// Generations without an improvement after which an island that is not the best one begins again.
 const STALE: u32 = 40;
 /// Programs that are remembered, so that they are not held against the samples again.
@@ -27,7 +26,9 @@ const REMEMBERED: usize = 4096;
 /// A genetic search.
 pub(crate) struct Gp {
     pub(super) seed: u64,
-    pub(super) start: Vec<Arc<Genome>>,
+    pub(super) start: Vec<Genome>,
+    /// Whether every second island starts from nothing all the same.
+    pub(super) is_mixed: bool,
     pub(super) cases: Cases,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
@@ -46,12 +47,13 @@ pub(super) struct Best {
 }
 
 impl Gp {
-    pub(crate) fn new(samples: &Samples, start: &[Genome], seed: u64) -> Self {
-        // A search looks at what genomes are without the limit, under which their results are put.
-        let start = start.iter().map(|genome| Arc::new(genome.clone().with_limit(false)));
+    pub(crate) fn new(samples: &Samples, start: &[Genome], seed: u64, is_mixed: bool) -> Self {
+        // A search looks at what genomes are without the limit, under which its results are put.
+        let start = start.iter().map(|genome| roomy(genome.clone()).with_limit(false));
         Self {
             seed,
             start: start.collect(),
+            is_mixed,
             cases: Cases::new(samples, seed),
             generation: 0,
             evaluations: 0,
@@ -63,9 +65,10 @@ impl Gp {
     }
 
     fn begin(&self, island: &mut Island, around: &Surroundings<'_>) -> Taken {
-        let given: Vec<Genome> = self.start.iter().map(|genome| Genome::clone(genome)).collect();
-        island.start(around, &given, |key| match self.start.as_slice() {
-            [] => random(dialect(), key),
+        let is_fresh = self.is_mixed && !(around.slot / SLOTS).is_multiple_of(2);
+        let start = if is_fresh { &[] } else { self.start.as_slice() };
+        island.start(around, start, |key| match start {
+            [] => random(DIALECT, key),
             start => started(start, key),
         })
     }
@@ -145,16 +148,11 @@ impl Gp {
     }
 }
 
-/// Of genomes that start from nothing.
-fn dialect() -> Dialect {
-    Dialect {
-        opcodes: OpcodeSet::Extended,
-        registers: 10,
-        length: 60,
-        isotropic: true,
-        homogeneous: true,
-        ..Dialect::default()
-    }
+/// With room for more code, where it is of the dialect of results.
+fn roomy(genome: Genome) -> Genome {
+    let own = Dialect { length: DIALECT.length, ..*genome.dialect() };
+    let has_room = own == DIALECT && genome.dialect().length < DIALECT.length;
+    if has_room { genome.padded(DIALECT.length).expect("there is room") } else { genome }
 }
 
 impl Method for Gp {
@@ -174,29 +172,32 @@ impl Method for Gp {
     }
 
     fn best(&self) -> Option<Candidate> {
-        self.best.as_ref().map(|best| candidate(&best.member))
+        self.best.as_ref().map(|best| candidate(&best.member, best.held))
     }
 
-    fn finish(&self) -> Option<Outcome> {
+    fn finish(&self, _: &GoOn<'_>) -> Option<Outcome> {
         let best = self.best.as_ref()?;
         let mut members: Vec<&Member> = self.front.members.iter().rev().collect();
         if !members.contains(&&best.member) {
             let place = members.partition_point(|own| own.operations > best.member.operations);
             members.insert(place, &best.member);
         }
-        let held: Vec<f64> = members.iter().map(|member| self.held(member)).collect();
-        let best = (0..held.len()).reduce(|a, b| if held[b] < held[a] { b } else { a })?;
-        Some(Outcome { front: members.into_iter().map(candidate).collect(), best })
+        let judged = members.into_iter().map(|member| candidate(member, self.held(member)));
+        Outcome::of(judged.collect())
     }
 
     fn save(&self) -> Vec<u8> {
         self.state()
     }
+
+    fn load(&mut self, state: &[u8]) -> Option<()> {
+        self.set_state(state)
+    }
 }
 
-fn candidate(member: &Member) -> Candidate {
+fn candidate(member: &Member, held: f64) -> Candidate {
     let genome = member.genome.clone().with_limit(true);
     let places = Tunable::lower(&genome).places().iter().flatten().count();
     // Scale and offset of each channel besides.
-    Candidate { genome, numbers: places + 6 }
+    Candidate { genome, numbers: places + 6, held }
 }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Lobes;
 use super::damped::Damped;
-use super::schedule::{Fit, Kept};
-use crate::method::{Candidate, Method, Outcome, Progress};
+use super::schedule::{Fit, Fitted, Kept};
+use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
 
 /// All that the next generations depend on besides samples, shapes and seed.
 #[derive(Serialize, Deserialize)]
@@ -26,9 +26,47 @@ struct KeptState {
     held: f64,
 }
 
-impl Fit {
-    /// Goes on where a state was kept; nothing where it is not one of this fit's.
-    pub(crate) fn load(&mut self, state: &[u8]) -> Option<()> {
+impl Method for Fit {
+    fn step(&mut self) -> Progress {
+        Self::step(self)
+    }
+
+    fn progress(&self) -> Progress {
+        Self::progress(self)
+    }
+
+    fn best(&self) -> Option<Candidate> {
+        let held = Self::progress(self).held;
+        Self::best(self).map(|lobes| candidate(lobes, held))
+    }
+
+    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome> {
+        outcome(self.refine(&self.shorten(go_on)))
+    }
+
+    fn is_short(&self) -> bool {
+        false
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let kept = |kept: &Kept| {
+            let Damped { lobes, error, damping, .. } = &kept.damped;
+            KeptState {
+                problem: u32::try_from(kept.problem).expect("there are few shapes"),
+                numbers: lobes.numbers.clone(),
+                free: lobes.free.clone(),
+                error: *error,
+                damping: *damping,
+                held: kept.held,
+            }
+        };
+        let kept = self.kept.iter().map(kept).collect();
+        let (generation, evaluations, cost) = (self.generation, self.evaluations, self.cost);
+        let state = State { generation, evaluations, cost, kept };
+        postcard::to_stdvec(&state).expect("numbers can be written")
+    }
+
+    fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
         let kept = |kept: KeptState| {
             let problem = usize::try_from(kept.problem).ok()?;
@@ -50,45 +88,12 @@ impl Fit {
     }
 }
 
-impl Method for Fit {
-    fn step(&mut self) -> Progress {
-        Self::step(self)
-    }
-
-    fn progress(&self) -> Progress {
-        Self::progress(self)
-    }
-
-    fn best(&self) -> Option<Candidate> {
-        Self::best(self).map(candidate)
-    }
-
-    fn finish(&self) -> Option<Outcome> {
-        let found = Self::finish(self)?;
-        let front = found.front.iter().map(|fitted| candidate(&fitted.lobes)).collect();
-        Some(Outcome { front, best: found.best })
-    }
-
-    fn save(&self) -> Vec<u8> {
-        let kept = |kept: &Kept| {
-            let Damped { lobes, error, damping, .. } = &kept.damped;
-            KeptState {
-                problem: u32::try_from(kept.problem).expect("there are few shapes"),
-                numbers: lobes.numbers.clone(),
-                free: lobes.free.clone(),
-                error: *error,
-                damping: *damping,
-                held: kept.held,
-            }
-        };
-        let kept = self.kept.iter().map(kept).collect();
-        let (generation, evaluations, cost) = (self.generation, self.evaluations, self.cost);
-        let state = State { generation, evaluations, cost, kept };
-        postcard::to_stdvec(&state).expect("numbers can be written")
-    }
+/// Lobes as a search's result.
+pub(crate) fn outcome(front: Vec<Fitted>) -> Option<Outcome> {
+    Outcome::of(front.iter().map(|fitted| candidate(&fitted.lobes, fitted.held)).collect())
 }
 
-fn candidate(lobes: &Lobes) -> Candidate {
+fn candidate(lobes: &Lobes, held: f64) -> Candidate {
     let genome = lobes.genome().expect("a search's shapes have room in a program");
-    Candidate { genome, numbers: lobes.free() }
+    Candidate { genome, numbers: lobes.free(), held }
 }

@@ -9,24 +9,31 @@ use crate::solve::inverse_diagonal;
 /// Of the weights that are left, this share goes in a step; where that is too much, the next one.
 const SHARES: [f64; 3] = [0.08, 0.02, 0.0];
 const STEPS: usize = 8;
-/// Fits that are this many times as far off as the first one are not looked for.
+/// Fits that are this many times as far off as the first one, where it is fitted or where it is not, are not looked for.
 const WORST: f64 = 6.0;
 /// So that what changes nothing can be told apart from what cannot be known.
 const DAMPING: f64 = 1e-9;
 
-/// The fit and its shorter ones.
+/// The fit, whose mean squared difference where it was not fitted is `held`, and its shorter ones.
 ///
 /// # Source
 /// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993): a weight w is needed by
 /// w^2 / (2 [H^-1]_ww).
-pub(super) fn prune(mut fit: Damped, batch: &Batch) -> Vec<Damped> {
+pub(super) fn prune(
+    mut fit: Damped,
+    held: f64,
+    batch: &Batch,
+    go_on: &dyn Fn() -> bool,
+) -> Vec<Damped> {
     let mut all = vec![fit.clone()];
-    let worst = WORST * WORST * fit.error;
-    while let Some(shorter) = SHARES.iter().find_map(|share| {
-        let mut shorter = Damped::new(without_least(&fit.lobes, batch, *share)?, batch);
-        shorter.refine(batch, STEPS);
-        (shorter.error <= worst).then_some(shorter)
-    }) {
+    let worst = WORST * WORST * fit.error.max(held);
+    while go_on() {
+        let shorter = SHARES.iter().find_map(|share| {
+            let mut shorter = Damped::new(without_least(&fit.lobes, batch, *share)?, batch);
+            shorter.refine(batch, STEPS);
+            (shorter.error <= worst).then_some(shorter)
+        });
+        let Some(shorter) = shorter else { break };
         all.push(shorter.clone());
         fit = shorter;
     }

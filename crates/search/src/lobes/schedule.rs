@@ -72,15 +72,8 @@ pub struct Fitted {
     pub lobes: Lobes,
     /// Its E_log on the samples it was fitted to, with what bounds and ridge add.
     pub fitted: f64,
-}
-
-/// What a fit has come to.
-#[derive(Debug, Clone)]
-pub struct FittedFront {
-    /// From the longest to the shortest.
-    pub front: Vec<Fitted>,
-    /// Index of the one that did best on samples that were held back from it, before it was refined on these as well.
-    pub best: usize,
+    /// On those held back, before it was refined on these as well.
+    pub held: f64,
 }
 
 impl Problem {
@@ -139,25 +132,31 @@ impl Fit {
         self.kept.first().map(|kept| &kept.damped.lobes)
     }
 
-    /// The best and the shorter ones that come of leaving out, one after the other, what it needs least, all of them refined on all
-    /// samples; nothing where there has been no generation.
+    /// The best and the shorter ones that come of leaving out, one after the other, what it needs least, for as
+    /// long as `go_on` says so; nothing where there has been no generation.
     #[must_use]
-    pub fn finish(&self) -> Option<FittedFront> {
-        let best = self.kept.first()?;
-        let Problem { all, held, whole, .. } = &self.shapes[best.problem];
-        let found = prune(best.damped.clone(), all);
-        let apart: Vec<f64> = found.iter().map(|fit| error(&fit.lobes, held)).collect();
-        // The one that does best where it was not fitted; the first of those that are as good.
-        let best = (0..found.len()).reduce(|a, b| if apart[b] < apart[a] { b } else { a })?;
-        let front = found
-            .into_par_iter()
-            .map(|fit| {
-                let mut fit = fit.on(whole);
-                fit.refine(whole, LAST_STEPS);
-                Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes }
-            })
-            .collect();
-        Some(FittedFront { front, best })
+    pub fn shorten(&self, go_on: &dyn Fn() -> bool) -> Vec<Fitted> {
+        let Some(best) = self.kept.first() else { return Vec::new() };
+        let Problem { all, held, .. } = &self.shapes[best.problem];
+        let fitted = |fit: Damped| Fitted {
+            fitted: fit.error.sqrt(),
+            held: error(&fit.lobes, held).sqrt(),
+            lobes: fit.lobes,
+        };
+        prune(best.damped.clone(), best.held, all, go_on).into_iter().map(fitted).collect()
+    }
+
+    /// The same refined on all samples, those held back as well.
+    #[must_use]
+    pub fn refine(&self, fits: &[Fitted]) -> Vec<Fitted> {
+        let Some(best) = self.kept.first() else { return Vec::new() };
+        let whole = &self.shapes[best.problem].whole;
+        let refined = |fitted: &Fitted| {
+            let mut fit = Damped::new(fitted.lobes.clone(), whole);
+            fit.refine(whole, LAST_STEPS);
+            Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes, held: fitted.held }
+        };
+        fits.par_iter().map(refined).collect()
     }
 
     pub(super) fn progress(&self) -> Progress {

@@ -1,0 +1,142 @@
+//! Lobes first, then genetic programs: fits give the least error, programs the short ones, and both are on one front.
+
+use brood_genome::Genome;
+use brood_program::Program;
+use serde::{Deserialize, Serialize};
+
+use crate::Samples;
+use crate::gp::Gp;
+use crate::lobes::{Fit, outcome};
+use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+
+/// Generations of lobes.
+const LOBES: u32 = 8;
+/// Of their front, that many are started from.
+const STARTED: usize = 6;
+
+/// A search of two strategies.
+pub(crate) struct Hybrid {
+    lobes: Fit,
+    samples: Samples,
+    start: Vec<Genome>,
+    seed: u64,
+    gp: Option<Later>,
+}
+
+/// What there is once lobes are done.
+struct Later {
+    /// The front of lobes, refined on all samples.
+    found: Outcome,
+    gp: Gp,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    lobes: Vec<u8>,
+    gp: Option<Vec<u8>>,
+}
+
+impl Hybrid {
+    pub(crate) fn new(lobes: Fit, samples: &Samples, start: &[Genome], seed: u64) -> Self {
+        Self { lobes, samples: samples.clone(), start: start.to_vec(), seed, gp: None }
+    }
+
+    /// Genetic programs after the lobes.
+    fn later(&self) -> Option<Later> {
+        let front = self.lobes.shorten(&|| true);
+        let found = outcome(self.lobes.refine(&front))?;
+        let unrefined = outcome(front)?;
+        // Not refined on what the programs are chosen by.
+        let genome = |candidate: &Candidate| candidate.genome.clone();
+        let step = unrefined.front.len().div_ceil(STARTED).max(1);
+        let mut start = self.start.clone();
+        start.push(genome(&unrefined.front[unrefined.best]));
+        start.extend(unrefined.front.iter().step_by(step).map(genome));
+        let gp = Gp::new(&self.samples, &start, self.seed, true);
+        Some(Later { found, gp })
+    }
+}
+
+/// Of two fronts what nothing as short is as good as, from the longest to the shortest.
+fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
+    let mut all: Vec<(usize, Candidate)> = a
+        .front
+        .into_iter()
+        .chain(b.front)
+        .map(|candidate| (Program::lower(&candidate.genome).operations(), candidate))
+        .collect();
+    all.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.held.total_cmp(&second.held)));
+    let mut least = f64::INFINITY;
+    all.retain(|(_, candidate)| {
+        let is_better = candidate.held < least;
+        least = least.min(candidate.held);
+        is_better
+    });
+    Outcome::of(all.into_iter().rev().map(|(_, candidate)| candidate).collect())
+}
+
+impl Method for Hybrid {
+    fn step(&mut self) -> Progress {
+        match &mut self.gp {
+            Some(later) => {
+                later.gp.step();
+            }
+            None => {
+                let progress = self.lobes.step();
+                if progress.generation == LOBES {
+                    self.gp = self.later();
+                }
+            }
+        }
+        self.progress()
+    }
+
+    fn progress(&self) -> Progress {
+        let lobes = Method::progress(&self.lobes);
+        let Some(later) = &self.gp else { return lobes };
+        let gp = later.gp.progress();
+        let (generation, evaluations) =
+            (lobes.generation + gp.generation, lobes.evaluations + gp.evaluations);
+        let ahead = if gp.held < lobes.held { gp } else { lobes };
+        Progress { generation, evaluations, ..ahead }
+    }
+
+    fn best(&self) -> Option<Candidate> {
+        let lobes = Method::best(&self.lobes);
+        let Some(gp) = self.gp.as_ref().and_then(|later| later.gp.best()) else { return lobes };
+        let is_behind = |lobes: &Candidate| gp.held < lobes.held;
+        if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
+    }
+
+    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome> {
+        let Some(later) = &self.gp else { return Method::finish(&self.lobes, go_on) };
+        match later.gp.finish(go_on) {
+            Some(gp) => joined(later.found.clone(), gp),
+            None => Some(later.found.clone()),
+        }
+    }
+
+    fn is_short(&self) -> bool {
+        self.gp.is_some()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let state =
+            State { lobes: self.lobes.save(), gp: self.gp.as_ref().map(|later| later.gp.save()) };
+        postcard::to_stdvec(&state).expect("bytes can be written")
+    }
+
+    fn load(&mut self, state: &[u8]) -> Option<()> {
+        let state: State = postcard::from_bytes(state).ok()?;
+        self.lobes.load(&state.lobes)?;
+        self.gp = match state.gp {
+            Some(state) => {
+                let mut later = self.later()?;
+                later.gp.load(&state)?;
+                Some(later)
+            }
+            None => None,
+        };
+        Some(())
+    }
+}
