@@ -8,7 +8,12 @@ use std::time::Instant;
 
 use brood_brdf::Neural;
 use brood_program::Program;
-use brood_search::{Candidate, MeasuredTarget, Options, Samples, Search, Strategy, metric};
+use brood_search::{
+    Candidate, MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs,
+};
+
+/// Pairs at which spikes are looked for.
+const NARROW: usize = 1 << 16;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -17,18 +22,26 @@ fn main() -> Result<(), Box<dyn Error>> {
     let generations: u32 = arguments.next().ok_or("GENERATIONS are missing")?.parse()?;
     let bytes = std::fs::read(format!("{data}/nbrdf/merl.json"))?;
     for name in arguments {
-        let target = MeasuredTarget::of(&Neural::read(&bytes, &name)?)?;
+        let neural = Neural::read(&bytes, &name)?;
+        let target = MeasuredTarget::of(&neural)?;
+        let own = Samples::of(&neural, narrow_pairs(NARROW, 3)).largest();
+        println!(
+            "{name}: largest f {own:.3} where samples are few, {:.3} on samples",
+            target.fitted.largest()
+        );
         let options = Options { strategy, seed: 1, is_mirrored: false, start: Vec::new() };
         let begun = Instant::now();
         let show = |what: &str, candidate: &Candidate| -> Result<(), Box<dyn Error>> {
             let program = Program::lower(&candidate.genome);
             let (on_train, on_test) =
                 (e_log(&program, &target.fitted)?, e_log(&program, &target.held)?);
+            let largest = Samples::of_program(&program, narrow_pairs(NARROW, 3))?.largest();
             println!(
-                "{name} {:6.2} s, {what}: E_log {on_train:.5} train, {on_test:.5} test; {} numbers, {} operations",
+                "{name} {:6.2} s, {what}: E_log {on_train:.5} train, {on_test:.5} test; {} numbers, {} operations, largest f {:.2} of the target's",
                 begun.elapsed().as_secs_f64(),
                 candidate.numbers,
                 program.operations(),
+                largest / own,
             );
             Ok(())
         };

@@ -19,7 +19,7 @@ impl Row {
 }
 
 /// What is known of the samples of a block.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Block {
     /// Of each input of the shape.
     pub(super) inputs: Vec<Row>,
@@ -34,7 +34,7 @@ pub(super) struct Block {
 }
 
 /// Samples in blocks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Batch {
     pub(super) blocks: Vec<Block>,
     /// Sum of what the squared differences count, over samples and channels.
@@ -57,7 +57,7 @@ pub(super) struct Point {
 
 impl Batch {
     /// Of points whose inputs are those of one shape.
-    pub(super) fn new<'a>(points: impl ExactSizeIterator<Item = &'a Point>) -> Self {
+    pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         let mut batch = Self { blocks: Vec::new(), total: 0.0, ridge: Vec::new(), cost: 0.0 };
         let mut lane = LANES;
         for point in points {
@@ -91,6 +91,15 @@ impl Batch {
 }
 
 impl Batch {
+    /// The same with more points, of the same shape.
+    pub(super) fn with<'a>(&self, points: impl Iterator<Item = &'a Point>) -> Self {
+        let Self { blocks, total, .. } = Self::new(points);
+        let mut both = self.clone();
+        both.blocks.extend(blocks);
+        both.total += total;
+        both
+    }
+
     /// The same under a cost of large weights, each as far as its feature spreads, which says next to nothing where samples do.
     pub(super) fn with_ridge(self, shape: &Shape, points: &[Point]) -> Self {
         let spread = |input: usize| {

@@ -7,13 +7,27 @@
 
 use brood_brdf::{DirectionPair, Input};
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::Shape;
-use super::batch::{Point, points};
+use super::batch::{Batch, Point, points};
+use super::damped::Damped;
+use super::normal::excesses;
 use crate::{Samples, narrow_pairs};
 
 /// Points, each bounded from above and from below.
 const COUNT: usize = 1024;
+/// Points that a fit is looked at in when it is done; those are held that it stands out in, so many at once and so often.
+const POOL: usize = 4096;
+const WORST: usize = 256;
+const ROUNDS: usize = 5;
+const STEPS: usize = 8;
+/// What a squared excess counts there.
+const IMPORTANCE_ABOVE: f64 = 2.0;
+/// What a bound there is of the one that fits are held by.
+const WIDER: f64 = 1.4;
+/// Squared excesses, summed over channels, that are let be: a fifth more in one channel.
+const TOLERATED: f32 = 2.0 * 0.033;
 /// What a squared excess counts of the squared difference of a sample.
 const IMPORTANCE: f64 = 0.2;
 /// cos_i counts as at least this.
@@ -27,28 +41,102 @@ const CLOSE: f64 = -2.949;
 /// theta_d of samples that bound a point is within this of its own, from above and from below.
 const ALIKE: (f64, f64) = (10.0 / 180.0 * std::f64::consts::PI, 2.0 / 180.0 * std::f64::consts::PI);
 
-/// The bounded points.
-#[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
-pub(super) fn guard(samples: &Samples, shape: &Shape, seed: u64) -> Vec<Point> {
-    let pairs = narrow_pairs(COUNT, seed);
-    let places: Vec<Place> = samples.pairs().iter().map(Place::of).collect();
-    let bounds: Vec<[Option<[f64; 3]>; 2]> =
-        pairs.iter().map(|pair| bounds(&places, samples.values(), &Place::of(pair))).collect();
-    let values = vec![[0.0; 3]; pairs.len()];
-    let unbounded = points(&Samples::new(pairs, values), shape);
-    let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
-        let weight = f64::from(point.weight).max(FLOOR);
-        let of = |side: f32, bound: [f64; 3]| Point {
-            wanted: bound.map(|f| libm::log1p(f * weight) as f32),
-            weight: weight as f32,
-            importance: IMPORTANCE.sqrt() as f32,
-            side,
-            ..point.clone()
+/// Pairs of directions where samples are few, and what samples say of them.
+pub(super) struct Bounds {
+    pairs: Vec<DirectionPair>,
+    /// From above and from below.
+    values: Vec<[Option<[f64; 3]>; 2]>,
+}
+
+impl Bounds {
+    /// Of the points that every fit is held by, from both sides.
+    pub(super) fn of_fits(samples: &Samples, seed: u64) -> Self {
+        Self::new(samples, narrow_pairs(COUNT, seed))
+    }
+
+    /// Of the points that fits are looked at in afterwards.
+    pub(super) fn of_pool(samples: &Samples, seed: u64) -> Self {
+        Self::new(samples, narrow_pairs(POOL, seed.wrapping_add(1 << 32)))
+    }
+
+    fn new(samples: &Samples, pairs: Vec<DirectionPair>) -> Self {
+        let places: Vec<Place> = samples.pairs().par_iter().map(Place::of).collect();
+        let of = |pair: &DirectionPair| bounds(&places, samples.values(), &Place::of(pair));
+        Self { values: pairs.par_iter().map(of).collect(), pairs }
+    }
+
+    /// The points as a shape reads them, bounded from both sides.
+    pub(super) fn points(&self, shape: &Shape) -> Vec<Point> {
+        self.with(shape, IMPORTANCE, |[above, below]| [above, below])
+    }
+
+    /// The points as a shape reads them, bounded from above.
+    fn above(&self, shape: &Shape) -> Vec<Point> {
+        self.with(shape, IMPORTANCE_ABOVE, |[above, _]| {
+            [above.map(|bound| bound.map(|f| WIDER * f)), None]
+        })
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
+    fn with(
+        &self,
+        shape: &Shape,
+        importance: f64,
+        sides: impl Fn([Option<[f64; 3]>; 2]) -> [Option<[f64; 3]>; 2],
+    ) -> Vec<Point> {
+        let values = vec![[0.0; 3]; self.pairs.len()];
+        let unbounded = points(&Samples::new(self.pairs.clone(), values), shape);
+        let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
+            let weight = f64::from(point.weight).max(FLOOR);
+            let of = |side: f32, bound: [f64; 3]| Point {
+                wanted: bound.map(|f| libm::log1p(f * weight) as f32),
+                weight: weight as f32,
+                importance: importance.sqrt() as f32,
+                side,
+                ..point.clone()
+            };
+            let [above, below] = sides(*bounds);
+            [above.map(|bound| of(1.0, bound)), below.map(|bound| of(-1.0, bound))]
         };
-        let [above, below] = *bounds;
-        [above.map(|bound| of(1.0, bound)), below.map(|bound| of(-1.0, bound))]
-    };
-    unbounded.into_iter().zip(&bounds).flat_map(bounded).flatten().collect()
+        unbounded.into_iter().zip(&self.values).flat_map(bounded).flatten().collect()
+    }
+}
+
+/// Where a fit that is done is looked at for spikes.
+pub(super) struct Pool {
+    points: Vec<Point>,
+    batch: Batch,
+}
+
+impl Pool {
+    pub(super) fn new(bounds: &Bounds, shape: &Shape) -> Self {
+        let points = bounds.above(shape);
+        Self { batch: Batch::new(points.iter()), points }
+    }
+
+    /// The fit, gone on with on `batch` and those of the points that it stands out in, as long as it does.
+    pub(super) fn hold(&self, mut fit: Damped, batch: &Batch) -> Damped {
+        let mut held = vec![false; self.points.len()];
+        for _ in 0..ROUNDS {
+            let excesses = excesses(&fit.lobes, &self.batch);
+            let mut over: Vec<(usize, f32)> = (0..self.points.len())
+                .map(|at| (at, excesses[at]))
+                .filter(|(at, excess)| *excess > TOLERATED && !held[*at])
+                .collect();
+            if over.is_empty() {
+                break;
+            }
+            over.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            for (at, _) in over.iter().take(WORST) {
+                held[*at] = true;
+            }
+            let points = self.points.iter().zip(&held).filter(|(_, held)| **held);
+            let bounded = batch.with(points.map(|(point, _)| point));
+            fit = fit.on(&bounded);
+            fit.refine(&bounded, STEPS);
+        }
+        fit.on(batch)
+    }
 }
 
 /// What a bound looks at of a pair.

@@ -35,6 +35,20 @@ pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
     parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch)
 }
 
+/// The squared differences of each sample, each times what it counts, summed over its channels.
+///
+/// # Shapes
+/// One for each sample of the batch and as many as there are until its last block is full.
+pub(super) fn excesses(lobes: &Lobes, batch: &Batch) -> Vec<f32> {
+    let (numbers, level) = (Numbers::new(lobes), Level::best());
+    let task = |block: &Block| {
+        let mut room = Room::new(&numbers.shape);
+        level.run(Sweep { numbers: &numbers, block, room: &mut room, sums: None });
+        room.squares()
+    };
+    batch.blocks.par_iter().flat_map_iter(task).collect()
+}
+
 fn ridge(lobes: &Lobes, batch: &Batch) -> f64 {
     let numbers = batch.ridge.iter().zip(&lobes.numbers);
     batch.cost * numbers.map(|(ridge, number)| ridge * number * number).sum::<f64>()

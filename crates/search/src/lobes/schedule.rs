@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::batch::{Batch, Point, points};
 use super::damped::Damped;
-use super::guard::guard;
+use super::guard::{Bounds, Pool};
 use super::normal::error;
 use super::prune::prune;
 use super::seed::start;
@@ -56,6 +56,7 @@ pub(super) struct Problem {
     all: Batch,
     held: Batch,
     whole: Batch,
+    pool: Pool,
 }
 
 #[derive(Debug, Clone)]
@@ -77,7 +78,7 @@ pub struct Fitted {
 }
 
 impl Problem {
-    fn new(samples: &Samples, shape: Shape, seed: u64) -> Self {
+    fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2]) -> Self {
         let points = points(samples, &shape);
         let is_held = |at: &usize| at % HELD == HELD - 1;
         let of = |keep: bool| {
@@ -85,7 +86,7 @@ impl Problem {
             indices.map(|at| &points[at]).collect::<Vec<_>>()
         };
         let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
-        let guard = guard(samples, &shape, seed);
+        let (guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape));
         let part: Vec<&Point> =
             fitted.iter().copied().step_by(4).chain(guard.iter().step_by(4)).collect();
         let part = Batch::new(part.into_iter()).with_ridge(&shape, &points);
@@ -93,7 +94,7 @@ impl Problem {
         let all = Batch::new(all.into_iter()).with_ridge(&shape, &points);
         let whole: Vec<&Point> = points.iter().chain(&guard).collect();
         let whole = Batch::new(whole.into_iter()).with_ridge(&shape, &points);
-        Self { shape, points, part, all, held, whole }
+        Self { shape, points, part, all, held, whole, pool }
     }
 }
 
@@ -101,8 +102,9 @@ impl Fit {
     /// Begins one. Everything that comes of it depends on the samples, the shapes and the seed alone.
     #[must_use]
     pub fn new(samples: &Samples, shapes: Vec<Shape>, seed: u64) -> Self {
+        let bounds = [Bounds::of_fits(samples, seed), Bounds::of_pool(samples, seed)];
         let shapes: Vec<Problem> =
-            shapes.into_par_iter().map(|shape| Problem::new(samples, shape, seed)).collect();
+            shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
         Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept: Vec::new() }
     }
 
@@ -150,10 +152,11 @@ impl Fit {
     #[must_use]
     pub fn refine(&self, fits: &[Fitted]) -> Vec<Fitted> {
         let Some(best) = self.kept.first() else { return Vec::new() };
-        let whole = &self.shapes[best.problem].whole;
+        let Problem { whole, pool, .. } = &self.shapes[best.problem];
         let refined = |fitted: &Fitted| {
             let mut fit = Damped::new(fitted.lobes.clone(), whole);
             fit.refine(whole, LAST_STEPS);
+            let fit = pool.hold(fit, whole);
             Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes, held: fitted.held }
         };
         fits.par_iter().map(refined).collect()
@@ -180,9 +183,10 @@ impl Fit {
         let Some(best) = self.kept.first() else { return };
         self.set_cost(RIDGE * best.damped.error);
         for kept in &mut self.kept {
-            let all = &self.shapes[kept.problem].all;
+            let Problem { all, pool, .. } = &self.shapes[kept.problem];
             kept.damped = kept.damped.clone().on(all);
             kept.damped.refine(all, STEPS[2]);
+            kept.damped = pool.hold(kept.damped.clone(), all);
             kept.held = error(&kept.damped.lobes, &self.shapes[kept.problem].held);
             self.evaluations += take(&mut kept.damped.tries);
         }
@@ -198,7 +202,7 @@ impl Fit {
     }
 
     fn start(&mut self, problem: usize) {
-        let Problem { shape, points, part, all, .. } = &self.shapes[problem];
+        let Problem { shape, points, part, all, pool, .. } = &self.shapes[problem];
         let mut fits: Vec<Damped> = (0..STARTS)
             .into_par_iter()
             .map(|slot| {
@@ -220,7 +224,7 @@ impl Fit {
             .map(|fit| {
                 let mut fit = fit.on(all);
                 fit.refine(all, STEPS[2]);
-                fit
+                pool.hold(fit, all)
             })
             .collect();
         self.keep(problem, found);
@@ -240,11 +244,11 @@ impl Fit {
             .map(|(slot, parent)| {
                 let mut stream = self.stream(1000 + slot);
                 let kept = &self.kept[parent];
-                let all = &self.shapes[kept.problem].all;
+                let Problem { all, pool, .. } = &self.shapes[kept.problem];
                 let lobes = perturbed(&kept.damped.lobes, &mut stream);
                 let mut fit = Damped::new(lobes, all);
                 fit.refine(all, PERTURBED_STEPS);
-                (kept.problem, fit)
+                (kept.problem, pool.hold(fit, all))
             })
             .collect();
         for (problem, fit) in found {

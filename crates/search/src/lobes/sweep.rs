@@ -110,6 +110,14 @@ impl Room {
     }
 }
 
+impl Room {
+    /// The squared differences of each sample, summed over its channels.
+    pub(super) fn squares(&self) -> Vec<f32> {
+        let of = |lane: usize| self.residuals.iter().map(|row| row.0[lane] * row.0[lane]).sum();
+        (0..LANES).map(of).collect()
+    }
+}
+
 /// The sum of squared differences of a block, and with `sums` how it changes.
 pub(super) struct Sweep<'a> {
     pub(super) numbers: &'a Numbers,
