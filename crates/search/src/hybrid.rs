@@ -57,8 +57,10 @@ impl Hybrid {
     }
 }
 
-/// Of two fronts what nothing as short is as good as, from the longest to the shortest.
+/// Of two fronts what nothing as short is as good as, from the longest to the shortest, and the better of their best.
 fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
+    let [first, second] = [&a, &b].map(|outcome| outcome.front[outcome.best].clone());
+    let best = if second.held < first.held { second } else { first };
     let mut all: Vec<(usize, Candidate)> = a
         .front
         .into_iter()
@@ -70,9 +72,11 @@ fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
     all.retain(|(_, candidate)| {
         let is_better = candidate.held < least;
         least = least.min(candidate.held);
-        is_better
+        is_better || *candidate == best
     });
-    Outcome::of(all.into_iter().rev().map(|(_, candidate)| candidate).collect())
+    let front: Vec<Candidate> = all.into_iter().rev().map(|(_, candidate)| candidate).collect();
+    let index = front.iter().position(|candidate| *candidate == best)?;
+    Some(Outcome { front, best: index })
 }
 
 impl Method for Hybrid {

@@ -182,8 +182,10 @@ impl Method for Gp {
             let place = members.partition_point(|own| own.operations > best.member.operations);
             members.insert(place, &best.member);
         }
-        let judged = members.into_iter().map(|member| candidate(member, self.held(member)));
-        Outcome::of(judged.collect())
+        let is_best = |member: &&Member| **member == best.member;
+        let index = members.iter().position(is_best).expect("it has been put in");
+        let front = members.into_iter().map(|member| candidate(member, self.held(member)));
+        Some(Outcome { front: front.collect(), best: index })
     }
 
     fn save(&self) -> Vec<u8> {
@@ -201,3 +203,7 @@ fn candidate(member: &Member, held: f64) -> Candidate {
     // Scale and offset of each channel besides.
     Candidate { genome, numbers: places + 6, held }
 }
+
+#[cfg(test)]
+#[path = "schedule_tests.rs"]
+mod tests;

@@ -1,0 +1,82 @@
+//! What genetic searches come to, that threads change nothing, and that what is there to start from is not lost.
+
+use brood_brdf::{Model, ModelKind};
+use brood_genome::BirthKey;
+
+use super::*;
+use crate::draw_pairs;
+
+fn samples() -> Samples {
+    Samples::of(&*Model::new(ModelKind::Conductor).brdf(), draw_pairs(700, 1))
+}
+
+fn search(generations: u32, start: &[Genome], seed: u64) -> Gp {
+    let mut gp = Gp::new(&samples(), start, seed, false);
+    for _ in 0..generations {
+        gp.step();
+    }
+    gp
+}
+
+fn e_log(genome: &Genome, samples: &Samples) -> f64 {
+    let found = Samples::of_program(&Program::lower(genome), samples.pairs().to_vec()).unwrap();
+    metric::e_log(&samples.weighted(), &found.weighted())
+}
+
+#[test]
+fn model_is_come_close_to() {
+    let gp = search(12, &[], 1);
+    let samples = samples();
+    let nothing = metric::e_log(&samples.weighted(), &vec![[0.0; 3]; samples.len()]);
+    let best = Method::best(&gp).unwrap();
+    let off = e_log(&best.genome, &samples);
+    assert!(off < 0.45 * nothing, "{off} of {nothing}");
+    let progress = gp.progress();
+    let squares = (6.0 * progress.fitted * progress.fitted + progress.held * progress.held) / 7.0;
+    assert!((squares.sqrt() - off).abs() < 0.01 * off, "{progress:?}, {off}");
+}
+
+#[test]
+fn shorter_ones_of_the_front_are_no_better() {
+    let front = Method::finish(&search(6, &[], 2), &|| true).unwrap().front;
+    assert!(front.len() > 4, "{}", front.len());
+    let operations: Vec<usize> =
+        front.iter().map(|found| Program::lower(&found.genome).operations()).collect();
+    assert!(operations.windows(2).all(|pair| pair[1] <= pair[0]), "{operations:?}");
+    assert!(front.iter().all(|found| found.genome.is_limited()));
+}
+
+#[test]
+fn generations_do_not_depend_on_the_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| search(5, &[], 3).save())
+    };
+    let one = on(1);
+    assert_eq!(one, on(3));
+    assert_ne!(one, search(5, &[], 4).save());
+}
+
+#[test]
+fn start_is_gone_on_from() {
+    let samples = samples();
+    let found = Method::best(&search(6, &[], 1)).unwrap().genome;
+    let started = search(2, std::slice::from_ref(&found), 9);
+    let best = Method::best(&started).unwrap().genome;
+    assert!(e_log(&best, &samples) <= 1.02 * e_log(&found, &samples));
+    assert_eq!(best.dialect(), found.dialect());
+    // Whatever dialect they are of; two that cannot be crossed are changed by themselves.
+    let paper = random(Dialect::default(), BirthKey { seed: 1, slot: 0, attempt: 0 });
+    let both = search(3, &[paper, found], 9);
+    assert!(both.islands.iter().all(|island| !island.members.is_empty()));
+}
+
+#[test]
+fn nothing_stands_out_where_samples_are_few() {
+    let gp = search(4, &[], 5);
+    for member in gp.islands.iter().flat_map(|island| &island.members) {
+        let pairs = gp.cases.narrow.pairs(0..gp.cases.narrow.len()).to_vec();
+        let found = Samples::of_program(&Program::lower(&member.genome), pairs).unwrap();
+        assert!(found.largest() <= gp.cases.ceiling);
+    }
+}
