@@ -1,6 +1,6 @@
 //! `brood diff`: how far apart two pictures are, in a named metric.
 
-mod itp;
+pub mod itp;
 mod picture;
 
 use std::path::PathBuf;

@@ -2,13 +2,14 @@
 //! held-out samples; and the samples as CSV, for programs of others.
 
 mod published;
+mod unseen;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use brood_brdf::Neural;
-use brood_eval::express;
+use brood_eval::{energy_limit, express};
 use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs};
 use clap::Args;
 
@@ -17,6 +18,7 @@ use crate::chart::{Axis, Bar, BarChart, Cell, Group, Scale, Table};
 use crate::fit::budget::{Budget, spend};
 use crate::{logging, output};
 use published::Published;
+use unseen::{Studio, Unseen};
 
 /// The materials that figures are told of.
 const MATERIALS: [&str; 20] = [
@@ -84,6 +86,11 @@ struct Run {
     /// Its largest f over that of the target, where samples are few.
     spike: f64,
     not_reciprocal: usize,
+    /// Of all its values where samples are few.
+    least_f: f64,
+    max_albedo: f64,
+    unseen: Unseen,
+    picture: Vec<u8>,
 }
 
 /// Runs the command.
@@ -101,15 +108,21 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
         [] => MATERIALS.map(str::to_owned).to_vec(),
         names => names.to_vec(),
     };
-    let mut rows = Vec::new();
+    let (studio, mut rows) = (Studio::new(), Vec::new());
     for name in names {
         let neural = Neural::read(&bytes, &name).with_context(|| path.display().to_string())?;
         let target = MeasuredTarget::of(&neural)?;
         if let Some(out) = &args.out {
             write_samples(out, &name, &target)?;
         }
-        let run = |seconds: &f64| pool.install(|| one(&target, &neural, *seconds, args.seed));
+        let run =
+            |seconds: &f64| pool.install(|| one(&target, &neural, &studio, *seconds, args.seed));
         let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
+        if let (Some(out), Some(run)) = (&args.out, runs.last()) {
+            let pictures = out.join("pictures");
+            output::make_dir(&pictures)?;
+            output::write_file(&pictures.join(format!("{name}.png")), &run.picture)?;
+        }
         let published = published.e_log(&name, &target.held)?;
         let row = Row { material: name, floor: target.floor.unwrap_or(0.0), runs, published };
         eprintln!("{}", line(&row));
@@ -125,7 +138,13 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     output::print(&table.text())
 }
 
-fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Result<Run> {
+fn one(
+    target: &MeasuredTarget,
+    neural: &Neural,
+    studio: &Studio,
+    budget: f64,
+    seed: u64,
+) -> Result<Run> {
     let begun = Instant::now();
     let (strategy, start) = (Strategy::Lobes, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
@@ -134,13 +153,17 @@ fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Resu
         spend(&mut search, Budget::Seconds(budget), |_, _| {}).context("nothing was found")?;
     let generations = progress.generation;
     let seconds = begun.elapsed().as_secs_f64();
-    let program = express(&outcome.front[outcome.best].genome);
+    let genome = &outcome.front[outcome.best].genome;
+    let program = express(genome);
     let found = Samples::of_program(&program, target.held.pairs().to_vec())?;
     let narrow = narrow_pairs(NARROW, 3);
     let swapped = narrow.iter().map(|pair| pair.swapped()).collect();
     let (here, there) =
         (Samples::of_program(&program, narrow.clone())?, Samples::of_program(&program, swapped)?);
     let bits = here.values().iter().zip(there.values());
+    let (unseen, picture) = studio.compare(neural, genome)?;
+    let values = || here.values().iter().chain(there.values()).flatten();
+    ensure!(values().all(|f| f.is_finite()), "a fit has values that are no numbers");
     Ok(Run {
         budget,
         seconds,
@@ -149,6 +172,10 @@ fn one(target: &MeasuredTarget, neural: &Neural, budget: f64, seed: u64) -> Resu
         generations,
         spike: here.largest() / Samples::of(neural, narrow).largest(),
         not_reciprocal: bits.filter(|(a, b)| a != b).count(),
+        least_f: values().copied().fold(f64::INFINITY, f64::min),
+        max_albedo: energy_limit(&program).albedo,
+        unseen,
+        picture,
     })
 }
 
@@ -187,13 +214,18 @@ fn table(rows: &[Row]) -> Table {
         "operations",
         "largest_over_target",
         "not_reciprocal",
+        "least_f",
+        "max_albedo",
+        "unseen_itp",
+        "unseen_flip",
         "reciprocal_floor",
         "e_log_sgd",
         "e_log_abc",
+        "e_log_ward",
     ]);
     for row in rows {
         for run in &row.runs {
-            let cells: [Cell; 9] = [
+            let cells: [Cell; 13] = [
                 row.material.as_str().into(),
                 run.budget.into(),
                 run.e_log.into(),
@@ -202,6 +234,10 @@ fn table(rows: &[Row]) -> Table {
                 run.operations.into(),
                 run.spike.into(),
                 run.not_reciprocal.into(),
+                run.least_f.into(),
+                run.max_albedo.into(),
+                run.unseen.itp.into(),
+                run.unseen.flip.into(),
                 row.floor.into(),
             ];
             // Materials that nobody published a fit of have none.
@@ -223,7 +259,7 @@ fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
     BarChart {
         title: "Fits of measured materials, E_log on held-out samples".to_owned(),
         subtitle: format!(
-            "from above: brood fit on {} threads after its longest budget, published fits of SGD and ABC",
+            "from above: brood fit on {} threads after its longest budget, published fits of SGD, ABC and Ward",
             args.threads
         ),
         axis: Axis { title: "E_log", scale: Scale::Log },

@@ -27,8 +27,12 @@ pub(super) struct Block {
     pub(super) weight: Row,
     /// ln(1 + f cos_i) that is wanted of red, green and blue.
     pub(super) wanted: [Row; 3],
+    /// ln(1 + f cos_i / m) that is wanted of them, m being the median of what is wanted.
+    pub(super) relative: [Row; 3],
     /// Root of what a squared difference counts; 0 beyond the last sample.
     pub(super) importance: Row,
+    /// Root of what a squared difference of `relative` counts; 0 where what is wanted is a bound, and beyond the last sample.
+    pub(super) share: Row,
     /// 1 where what is wanted is a bound from above, -1 where it is one from below, 0 where it is a value.
     pub(super) side: Row,
 }
@@ -37,6 +41,8 @@ pub(super) struct Block {
 #[derive(Debug, Clone)]
 pub struct Batch {
     pub(super) blocks: Vec<Block>,
+    /// 1 / m.
+    pub(super) gain: f32,
     /// Sum of what the squared differences count, over samples and channels.
     pub(super) total: f64,
     /// What the square of each number of the shape costs, as often as `cost` says.
@@ -51,14 +57,24 @@ pub(super) struct Point {
     pub(super) inputs: Vec<f32>,
     pub(super) weight: f32,
     pub(super) wanted: [f32; 3],
+    pub(super) relative: [f32; 3],
+    pub(super) gain: f32,
     pub(super) importance: f32,
+    pub(super) share: f32,
     pub(super) side: f32,
 }
+
+/// Root of what squared differences of ln(1 + f cos_i / m) count of those of ln(1 + f cos_i). Without, a dark body under a bright
+/// highlight is as good as black.
+const SHARE: f64 = 0.2;
+/// m is at least this and at most 1, and then the two are the same.
+const DARKEST: f64 = 1e-4;
 
 impl Batch {
     /// Of points whose inputs are those of one shape.
     pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
-        let mut batch = Self { blocks: Vec::new(), total: 0.0, ridge: Vec::new(), cost: 0.0 };
+        let mut batch =
+            Self { blocks: Vec::new(), gain: 1.0, total: 0.0, ridge: Vec::new(), cost: 0.0 };
         let mut lane = LANES;
         for point in points {
             if lane == LANES {
@@ -68,7 +84,9 @@ impl Batch {
                     inputs: point.inputs.iter().map(|value| repeated(*value)).collect(),
                     weight: repeated(point.weight),
                     wanted: point.wanted.map(repeated),
+                    relative: point.relative.map(repeated),
                     importance: Row::ZERO,
+                    share: Row::ZERO,
                     side: Row::ZERO,
                 });
                 lane = 0;
@@ -80,6 +98,14 @@ impl Batch {
             for (row, value) in block.wanted.iter_mut().zip(point.wanted) {
                 row.0[lane] = value;
             }
+            for (row, value) in block.relative.iter_mut().zip(point.relative) {
+                row.0[lane] = value;
+            }
+            // Bounds have nothing to be relative to.
+            if point.share > 0.0 {
+                batch.gain = point.gain;
+            }
+            block.share.0[lane] = point.share;
             block.weight.0[lane] = point.weight;
             block.importance.0[lane] = point.importance;
             block.side.0[lane] = point.side;
@@ -127,18 +153,30 @@ impl Batch {
     }
 }
 
+/// 1 / m of samples: what differences are relative to that can be seen although they are small.
+fn gain(weighted: &[[f64; 3]]) -> f64 {
+    let mut all: Vec<f64> = weighted.iter().map(|value| value.iter().sum::<f64>() / 3.0).collect();
+    all.sort_by(f64::total_cmp);
+    let median = all.get(all.len() / 2).copied().unwrap_or(1.0);
+    1.0 / median.clamp(DARKEST, 1.0)
+}
+
 /// The points of samples, with the inputs of a shape, each counting 1.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {
     let set = SampleSet::from_pairs(samples.pairs(), &[]);
     let inputs: Vec<&[f32]> = shape.inputs.iter().map(|input: &Input| set.input(*input)).collect();
     let weighted = samples.weighted();
+    let gain = gain(&weighted);
     (0..samples.len())
         .map(|k| Point {
             inputs: inputs.iter().map(|row| row[k]).collect(),
             weight: samples.pairs()[k].cos_i() as f32,
             wanted: weighted[k].map(|value| libm::log1p(value) as f32),
+            relative: weighted[k].map(|value| libm::log1p(gain * value) as f32),
+            gain: gain as f32,
             importance: 1.0,
+            share: SHARE as f32,
             side: 0.0,
         })
         .collect()

@@ -92,6 +92,7 @@ impl Bounds {
                 wanted: bound.map(|f| libm::log1p(f * weight) as f32),
                 weight: weight as f32,
                 importance: importance.sqrt() as f32,
+                share: 0.0,
                 side,
                 ..point.clone()
             };

@@ -22,12 +22,12 @@ pub(super) struct Normal {
 /// # Error
 /// The same to the bit for any number of threads.
 pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
-    let (numbers, level) = (Numbers::new(lobes), Level::best());
+    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
         let mut room = Room::new(&numbers.shape);
         let mut sum = 0.0;
         for block in blocks {
-            sum += level.run(Sweep { numbers: &numbers, block, room: &mut room, sums: None });
+            sum += level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
         }
         sum
     };
@@ -35,15 +35,31 @@ pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
     parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch)
 }
 
+/// E_log: the root of the mean of the squared differences of ln(1 + f cos_i) alone.
+pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
+    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
+    let task = |blocks: &[Block]| {
+        let mut room = Room::new(&numbers.shape);
+        let mut sum = 0.0;
+        for block in blocks {
+            level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
+            sum += room.logarithmic();
+        }
+        sum
+    };
+    let parts: Vec<f64> = batch.blocks.par_chunks(TOGETHER).map(task).collect();
+    (parts.iter().sum::<f64>() / batch.total).sqrt()
+}
+
 /// The squared differences of each sample, each times what it counts, summed over its channels.
 ///
 /// # Shapes
 /// One for each sample of the batch and as many as there are until its last block is full.
 pub(super) fn excesses(lobes: &Lobes, batch: &Batch) -> Vec<f32> {
-    let (numbers, level) = (Numbers::new(lobes), Level::best());
+    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
     let task = |block: &Block| {
         let mut room = Room::new(&numbers.shape);
-        level.run(Sweep { numbers: &numbers, block, room: &mut room, sums: None });
+        level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
         room.squares()
     };
     batch.blocks.par_iter().flat_map_iter(task).collect()
@@ -56,13 +72,13 @@ fn ridge(lobes: &Lobes, batch: &Batch) -> f64 {
 
 /// The normal equations, and the same error.
 pub(super) fn normal(lobes: &Lobes, batch: &Batch) -> (Normal, f64) {
-    let (numbers, level) = (Numbers::new(lobes), Level::best());
+    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
         let mut room = Room::new(&numbers.shape);
         let mut sums = Sums::zero(&numbers.shape);
         for block in blocks {
             let (room, sums_now) = (&mut room, Some(&mut sums));
-            let error = level.run(Sweep { numbers: &numbers, block, room, sums: sums_now });
+            let error = level.run(Sweep { numbers: &numbers, block, gain, room, sums: sums_now });
             sums.error += error;
         }
         sums

@@ -50,7 +50,11 @@ fn matrix_is_that_of_the_slopes_of_the_residuals() {
     let count = normal.gradient.len();
     let residuals = |lobes: &Lobes| -> Vec<f64> {
         let weighted = values(lobes, &samples);
-        weighted.as_flattened().iter().map(|value| libm::log1p(*value)).collect()
+        let both = |value: &f64| {
+            let relative = libm::log1p(f64::from(batch.gain) * value);
+            [libm::log1p(*value), f64::from(batch.blocks[0].share.0[0]) * relative]
+        };
+        weighted.as_flattened().iter().flat_map(both).collect()
     };
     let columns: Vec<Vec<f64>> = (0..count)
         .map(|at| {
@@ -84,7 +88,7 @@ fn program_has_the_error_that_was_fitted() {
     for (units, terms) in [(3, 4), (4, 5), (6, 7)] {
         let (lobes, batch, samples) = lobes(3, &Shape::new(units, terms, false));
         let found = metric::e_log(&samples.weighted(), &values(&lobes, &samples));
-        let fitted = error(&lobes, &batch).sqrt();
+        let fitted = e_log(&lobes, &batch);
         assert!((found / fitted - 1.0).abs() < 1e-5, "{units} {terms}: {found} {fitted}");
     }
 }

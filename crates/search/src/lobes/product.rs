@@ -76,19 +76,19 @@ fn add_part(sums: &mut [f32], factors: &[f32; TOGETHER], part: &[f32]) {
     }
 }
 
-/// The sum of the squares of a row.
+/// The sum of a row.
 #[inline(always)]
-pub(super) fn sum_of_squares(row: &Row) -> f64 {
-    let mut squares = row.0.map(|value| value * value);
+pub(super) fn sum(row: &Row) -> f64 {
+    let mut sums = row.0;
     let mut count = LANES;
     while count > 1 {
         count /= 2;
-        let (low, high) = squares.split_at_mut(count);
+        let (low, high) = sums.split_at_mut(count);
         for (sum, value) in low.iter_mut().zip(high) {
             *sum += *value;
         }
     }
-    f64::from(squares[0])
+    f64::from(sums[0])
 }
 
 #[cfg(test)]
@@ -113,7 +113,7 @@ mod tests {
                 assert_eq!(sums[8 * i + j], f64::from(1.0 + wanted));
             }
         }
-        let squares: f32 = left[0].0.iter().map(|value| value * value).sum();
-        assert_eq!(sum_of_squares(&left[0]), f64::from(squares));
+        let all: f32 = left[0].0.iter().sum();
+        assert_eq!(sum(&left[0]), f64::from(all));
     }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::batch::{Batch, Point, points};
 use super::damped::Damped;
 use super::guard::{Bounds, Pool};
-use super::normal::error;
+use super::normal::{e_log, error};
 use super::prune::prune;
 use super::seed::start;
 use super::{Lobes, Shape};
@@ -142,7 +142,7 @@ impl Fit {
         let Problem { all, held, .. } = &self.shapes[best.problem];
         let fitted = |fit: Damped| Fitted {
             fitted: fit.error.sqrt(),
-            held: error(&fit.lobes, held).sqrt(),
+            held: e_log(&fit.lobes, held),
             lobes: fit.lobes,
         };
         prune(best.damped.clone(), best.held, all, go_on).into_iter().map(fitted).collect()
@@ -163,13 +163,16 @@ impl Fit {
     }
 
     pub(super) fn progress(&self) -> Progress {
-        let best = self.kept.first();
-        let of = |value: fn(&Kept) -> f64| best.map_or(f64::INFINITY, |kept| value(kept).sqrt());
+        let of = |batch: fn(&Problem) -> &Batch| {
+            let best = self.kept.first();
+            let e_log = |kept: &Kept| e_log(&kept.damped.lobes, batch(&self.shapes[kept.problem]));
+            best.map_or(f64::INFINITY, e_log)
+        };
         Progress {
             generation: self.generation,
             evaluations: self.evaluations,
-            fitted: of(|kept| kept.damped.error),
-            held: of(|kept| kept.held),
+            fitted: of(|problem| &problem.all),
+            held: of(|problem| &problem.held),
         }
     }
 

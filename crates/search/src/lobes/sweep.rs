@@ -5,7 +5,7 @@ use brood_eval::Work;
 use brood_genome::Functions;
 
 use super::batch::{Block, LANES, Row};
-use super::product::{Turned, add_products, sum_of_squares};
+use super::product::{Turned, add_products, sum};
 use super::{Lobes, Shape};
 
 /// The numbers as the machine has them.
@@ -80,10 +80,14 @@ pub(super) struct Room {
     /// Of each unit: du by its argument.
     slopes: Vec<Row>,
     terms: Vec<Row>,
-    /// [channel].
+    /// [channel]: of the two differences the one residual that has both their slopes and gradients.
     residuals: [Row; 3],
     /// [channel]: the residual by S.
     by_result: [Row; 3],
+    /// The squared differences, summed over channels.
+    squares: Row,
+    /// Those of ln(1 + f cos_i) alone.
+    logarithmic: Row,
     /// [channel][slot]: the residual by the slot's argument.
     by_slot: Vec<Row>,
     left: Vec<Row>,
@@ -101,6 +105,8 @@ impl Room {
             terms: rows(shape.terms),
             residuals: [Row::ZERO; 3],
             by_result: [Row::ZERO; 3],
+            squares: Row::ZERO,
+            logarithmic: Row::ZERO,
             by_slot: rows(3 * slots(shape)),
             left: Vec::new(),
             pairs: Turned::new(triangle(slots(shape))),
@@ -113,8 +119,12 @@ impl Room {
 impl Room {
     /// The squared differences of each sample, summed over its channels.
     pub(super) fn squares(&self) -> Vec<f32> {
-        let of = |lane: usize| self.residuals.iter().map(|row| row.0[lane] * row.0[lane]).sum();
-        (0..LANES).map(of).collect()
+        self.squares.0.to_vec()
+    }
+
+    /// The sum of those of ln(1 + f cos_i) alone.
+    pub(super) fn logarithmic(&self) -> f64 {
+        sum(&self.logarithmic)
     }
 }
 
@@ -122,6 +132,8 @@ impl Room {
 pub(super) struct Sweep<'a> {
     pub(super) numbers: &'a Numbers,
     pub(super) block: &'a Block,
+    /// Of the batch.
+    pub(super) gain: f32,
     pub(super) room: &'a mut Room,
     pub(super) sums: Option<&'a mut Sums>,
 }
@@ -137,7 +149,7 @@ impl Work for Sweep<'_> {
             self.slots();
             self.products();
         }
-        self.room.residuals.iter().map(sum_of_squares).sum()
+        sum(&self.room.squares)
     }
 }
 
@@ -172,8 +184,10 @@ impl Sweep<'_> {
     #[inline(always)]
     fn residuals(&mut self) {
         let functions = std::hint::black_box(Functions::KNOWN);
-        let Block { weight, wanted, importance, side, .. } = self.block;
-        let Room { terms, residuals, by_result, .. } = &mut *self.room;
+        let Block { weight, wanted, relative, importance, share, side, .. } = self.block;
+        let Room { terms, residuals, by_result, squares, logarithmic, .. } = &mut *self.room;
+        (*squares, *logarithmic) = (Row::ZERO, Row::ZERO);
+        let gain = self.gain;
         for channel in 0..3 {
             let mut result = Row::ZERO;
             for (e, factors) in terms.iter().zip(&self.numbers.factors) {
@@ -188,8 +202,19 @@ impl Sweep<'_> {
                 let difference = found - wanted[channel].0[lane];
                 // What is within its bound does not change with anything.
                 let counts = if difference * side.0[lane] < 0.0 { 0.0 } else { counts };
-                residuals[channel].0[lane] = counts * difference;
-                by_result[channel].0[lane] = counts * (2.0 * (s * w)) / whole;
+                let (first, by_first) = (counts * difference, counts * (2.0 * (s * w)) / whole);
+                let share = share.0[lane];
+                let whole = 1.0 + gain * ((s * s) * w);
+                let found = std::f32::consts::LN_2 * functions.log2(whole);
+                let second = share * (found - relative[channel].0[lane]);
+                let by_second = share * (gain * (2.0 * (s * w))) / whole;
+                // One residual r with slope j: j^2 and j r are the sums of both. No slope is nothing at all.
+                let slope = (by_first * by_first + by_second * by_second).sqrt();
+                let both = by_first * first + by_second * second;
+                residuals[channel].0[lane] = both / slope.max(f32::MIN_POSITIVE);
+                by_result[channel].0[lane] = slope;
+                squares.0[lane] += first * first + second * second;
+                logarithmic.0[lane] += first * first;
             }
         }
     }

@@ -15,9 +15,11 @@ struct Source {
     kind: ModelKind,
     table: &'static str,
     columns: &'static [(&'static str, &'static str)],
+    /// Parameters that are a choice, and what is chosen.
+    choices: &'static [(&'static str, &'static str)],
 }
 
-const SOURCES: [Source; 2] = [
+const SOURCES: [Source; 3] = [
     Source {
         name: "sgd",
         kind: ModelKind::Sgd,
@@ -35,12 +37,26 @@ const SOURCES: [Source; 2] = [
             ("k", "k"),
             ("theta0", "theta0"),
         ],
+        choices: &[],
     },
     Source {
         name: "abc",
         kind: ModelKind::Abc,
         table: "abc_low2012_microfacet.csv",
         columns: &[("diffuse", "kD"), ("a", "A"), ("b", "B"), ("c", "C"), ("ior", "ior")],
+        choices: &[],
+    },
+    Source {
+        name: "ward",
+        kind: ModelKind::Ward,
+        table: "ngan_ward.csv",
+        columns: &[
+            ("diffuse", "diffuse_albedo"),
+            ("specular", "spec_albedo"),
+            ("alpha_x", "spec_roughness"),
+            ("alpha_y", "spec_roughness"),
+        ],
+        choices: &[("form", "ward")],
     },
 ];
 
@@ -96,6 +112,9 @@ fn models(source: &Source, text: &str) -> Result<HashMap<String, Model>> {
                     .collect::<Result<_>>()?,
             };
             model = model.with(parameter, &numbers)?;
+        }
+        for (parameter, choice) in source.choices {
+            model = model.with_text(parameter, choice)?;
         }
         models.insert(name.to_owned(), model);
     }

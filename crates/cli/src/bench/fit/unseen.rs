@@ -1,0 +1,110 @@
+//! How far a fit looks from its material where neither light nor shape was seen before: colour differences of pictures.
+
+use std::io::Cursor;
+
+use anyhow::{Context, Result};
+use brood_brdf::{Brdf, Claims, DirectionPair};
+use brood_genome::Genome;
+use brood_inspect::{LinearImage, OTHER_LIGHT_DEG};
+use brood_scene::{BuiltinMesh, Exposure, LightAssets, Mesh, MeshRef, Sampling, Scene};
+use glam::DVec3;
+use image::{ImageFormat, RgbImage, imageops};
+
+use crate::compare::Subject;
+use crate::diff::itp;
+use crate::model_picture::{Picture, Shade, Shot};
+
+const SIZE_PX: u32 = 128;
+/// Luminance of linear 1 in cd/m2.
+const WHITE: f64 = 100.0;
+
+/// The mean over the exchange of light and eye, which is what fits are told of.
+struct Exchanged<'a>(&'a dyn Brdf);
+
+impl Brdf for Exchanged<'_> {
+    fn f(&self, pair: &DirectionPair) -> DVec3 {
+        (0.5 * (self.0.f(pair) + self.0.f(&pair.swapped()))).max(DVec3::ZERO)
+    }
+
+    fn claims(&self) -> Claims {
+        Claims { reciprocal: true, ..self.0.claims() }
+    }
+}
+
+/// Means over the pixels that the object covers, and over both lights.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Unseen {
+    pub itp: f64,
+    pub flip: f64,
+}
+
+/// What pictures are taken of: a knob under the usual light, and under one that is elsewhere.
+pub struct Studio {
+    mesh: Mesh,
+    assets: LightAssets,
+}
+
+impl Studio {
+    /// Sets it up.
+    pub fn new() -> Self {
+        Self { mesh: Mesh::builtin(BuiltinMesh::Knob), assets: LightAssets::default() }
+    }
+
+    /// A material held against another, at the exposure of that; and a picture of the other above it, light by light.
+    pub fn compare(&self, wanted: &dyn Brdf, genome: &Genome) -> Result<(Unseen, Vec<u8>)> {
+        let (wanted, found) = (&Exchanged(wanted) as &dyn Brdf, Subject::of("fit", genome.clone()));
+        let usual = Scene { mesh: MeshRef::Builtin(BuiltinMesh::Knob), ..Scene::default() };
+        let other = usual.with_light_deg(usual.light_deg + OTHER_LIGHT_DEG);
+        let (mut sum, mut sheet) = (Unseen::default(), RgbImage::new(2 * SIZE_PX, 2 * SIZE_PX));
+        for (column, mut scene) in [usual, other].into_iter().enumerate() {
+            let first = self.take(&scene, wanted);
+            scene.film.exposure = Exposure::Ev(first.developed.exposure_ev);
+            let second = self.take(&scene, &found);
+            let covered: f64 =
+                first.radiance.coverage().iter().map(|share| f64::from(*share)).sum();
+            let ev = first.developed.exposure_ev;
+            let (a, b) = (linear(&first, ev), linear(&second, ev));
+            // The background is the same in both, so that means over pictures are too small by what they are covered.
+            let share = covered / a.linear().len() as f64;
+            sum.itp += itp::mean_difference(a.linear(), b.linear(), WHITE) / share / 2.0;
+            sum.flip += a.flip(&b) / share / 2.0;
+            for (row, picture) in [a, b].iter().enumerate() {
+                let cell = RgbImage::from_raw(SIZE_PX, SIZE_PX, picture.encoded());
+                let cell = cell.context("three bytes a pixel")?;
+                let place = |index: usize| index as i64 * i64::from(SIZE_PX);
+                imageops::replace(&mut sheet, &cell, place(column), place(row));
+            }
+        }
+        let mut png = Cursor::new(Vec::new());
+        sheet.write_to(&mut png, ImageFormat::Png).context("write a picture")?;
+        Ok((sum, png.into_inner()))
+    }
+
+    fn take(&self, scene: &Scene, material: &(impl Shade + ?Sized)) -> Picture {
+        let (mesh, assets, sampling) = (&self.mesh, &self.assets, Sampling::default());
+        Shot { mesh, scene, assets, size_px: SIZE_PX, sampling }.take(material)
+    }
+}
+
+fn linear(picture: &Picture, ev: f64) -> LinearImage {
+    let radiance = &picture.radiance;
+    let pixels = radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
+    LinearImage::new(radiance.width(), radiance.height(), pixels).exposed(ev)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use brood_brdf::{Model, ModelKind};
+
+    #[test]
+    fn material_does_not_differ_from_itself_and_does_from_another() {
+        let studio = Studio::new();
+        let model = Model::new(ModelKind::Conductor);
+        let genome = Genome::of_models(vec![model.clone()]).unwrap();
+        let same = studio.compare(&*model.brdf(), &genome).unwrap().0;
+        assert!(same.itp < 0.05 && same.flip < 0.002, "{same:?}");
+        let other = studio.compare(&*Model::new(ModelKind::Lambert).brdf(), &genome).unwrap().0;
+        assert!(other.itp > 5.0 && other.flip > 0.05, "{other:?}");
+    }
+}
