@@ -16,6 +16,13 @@ use crate::{shell, suite};
 
 /// What each channel of the peer gets, in seconds, and brood's longest budget for all three.
 const SECONDS: &str = "25";
+/// Other fits of the same materials: the column of brood's table, and the name.
+const OTHERS: [(&str, &str); 4] = [
+    ("e_log_sgd", "SGD"),
+    ("e_log_abc", "ABC"),
+    ("e_log_ward", "Ward"),
+    ("e_log_ggx2", "two lobes of GGX"),
+];
 /// Threads of both.
 const THREADS: &str = "2";
 
@@ -112,8 +119,12 @@ fn markdown(
     for budget in &budgets {
         write!(text, " brood {budget} s | operations |")?;
     }
-    text += " pyoperon | SGD | ABC |\n|---|";
-    text += &"---|".repeat(2 * budgets.len() + 3);
+    text += " pyoperon |";
+    for (_, name) in OTHERS {
+        write!(text, " {name} |")?;
+    }
+    text += "\n|---|";
+    text += &"---|".repeat(2 * budgets.len() + 1 + OTHERS.len());
     text.push('\n');
     let of = |material: &str, budget: f64| {
         own.iter().find(|row| {
@@ -128,11 +139,15 @@ fn markdown(
             write!(text, " {} | {} |", shown(number(&row["e_log"])), row["operations"])?;
         }
         let peer = peers.get(*material).and_then(|peer| number(&peer["e_log"]));
+        write!(text, " {} |", shown(peer))?;
         let row = of(material, budgets[0]).context("every material has every budget")?;
-        let (sgd, abc) = (number(&row["e_log_sgd"]), number(&row["e_log_abc"]));
-        writeln!(text, " {} | {} | {} |", shown(peer), shown(sgd), shown(abc))?;
+        for (column, _) in OTHERS {
+            write!(text, " {} |", shown(number(&row[column])))?;
+        }
+        text.push('\n');
     }
-    text += "\nMedian of the ratios of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |\n|---|---|---|\n";
+    text += "\nMedian of the ratios of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |";
+    text += " two lobes of GGX | seconds | generations |\n|---|---|---|---|---|---|\n";
     for budget in &budgets {
         let ratios = |other: &dyn Fn(&Value) -> Option<f64>| {
             let ratio = |material: &&str| {
@@ -146,13 +161,64 @@ fn markdown(
             let both = [number(&row["e_log_sgd"]), number(&row["e_log_abc"])];
             both.into_iter().flatten().reduce(f64::min)
         });
+        let lobes = ratios(&|row| number(&row["e_log_ggx2"]));
+        let middle = |column: &str| {
+            let value = |material: &&str| number(&of(material, *budget)?[column]);
+            median(materials.iter().filter_map(value).collect())
+        };
         let shown =
             |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
-        writeln!(text, "| {budget} s | {} | {} |", shown(peer), shown(published))?;
+        let (seconds, generations) = (shown(middle("seconds")), shown(middle("generations")));
+        let (peer, published, lobes) = (shown(peer), shown(published), shown(lobes));
+        writeln!(
+            text,
+            "| {budget} s | {peer} | {published} | {lobes} | {seconds} | {generations} |"
+        )?;
+    }
+    if let Some(budget) = budgets.last() {
+        let rows: Vec<&Value> =
+            materials.iter().filter_map(|material| of(material, *budget)).collect();
+        text += &looks(&rows, *budget)?;
     }
     for reason in missing {
         write!(text, "\nMissing: {reason}\n")?;
     }
+    Ok(text)
+}
+
+/// What physics and eyes say of the fits of one budget.
+fn looks(rows: &[&Value], budget: f64) -> Result<String> {
+    let mut text = format!(
+        "\nAfter {budget} s, on a knob under two lights that no sample is of: mean Delta E_ITP (linear 1 is 100 cd/m2) and mean FLIP of the pixels that it \
+         covers. Largest f is over the target's own at 65536 pairs close to the mirror direction and at grazing angles, reciprocal the pairs of them that are not the \
+         same when swapped, albedo the largest of any channel.\n\n\
+         | material | Delta E_ITP | FLIP | largest f | least f | not reciprocal | albedo |\n|---|---|---|---|---|---|---|\n"
+    );
+    for row in rows {
+        let of = |column: &str| number(&row[column]).unwrap_or(f64::NAN);
+        writeln!(
+            text,
+            "| {} | {:.2} | {:.4} | {:.2} | {:.2e} | {} | {:.3} |",
+            row["material"].as_str().context("a row names its material")?,
+            of("unseen_itp"),
+            of("unseen_flip"),
+            of("largest_over_target"),
+            of("least_f"),
+            row["not_reciprocal"],
+            of("max_albedo"),
+        )?;
+    }
+    let below = |column: &str, most: f64| {
+        rows.iter().filter(|row| number(&row[column]).is_some_and(|value| value <= most)).count()
+    };
+    writeln!(
+        text,
+        "\n{} of {} are within 1 Delta E_ITP, {} within 0.02 FLIP, {} within twice the target's largest f.",
+        below("unseen_itp", 1.0),
+        rows.len(),
+        below("unseen_flip", 0.02),
+        below("largest_over_target", 2.0),
+    )?;
     Ok(text)
 }
 
@@ -164,15 +230,20 @@ mod tests {
     fn table_has_a_row_for_each_material_and_medians_of_the_ratios() {
         let row = |material: &str, e_log: f64| {
             json!({"material": material, "budget_seconds": 5.0, "e_log": e_log, "operations": 9,
-                   "e_log_sgd": 0.4, "e_log_abc": null})
+                   "e_log_sgd": 0.4, "e_log_abc": null, "e_log_ward": 0.5, "seconds": 4.0,
+                   "generations": 7, "unseen_itp": 10.0 * e_log, "unseen_flip": 0.01})
         };
         let own = [row("gold", 0.1), row("paint", 0.3), row("cloth", 0.2)];
         let peers = by_material(
             "starting\n{\"material\": \"gold\", \"e_log\": 0.2}\n{\"material\": \"cloth\", \"e_log\": 0.2}\n",
         );
         let text = markdown(&own, &peers.unwrap(), &json!({"processor": "P"}), &[]).unwrap();
-        assert!(text.contains("| gold | 0.10000 | 9 | 0.20000 | 0.40000 | - |"), "{text}");
-        assert!(text.contains("| paint | 0.30000 | 9 | - | 0.40000 | - |"), "{text}");
-        assert!(text.contains("| 5 s | 0.750 | 0.500 |"), "{text}");
+        assert!(
+            text.contains("| gold | 0.10000 | 9 | 0.20000 | 0.40000 | - | 0.50000 | - |"),
+            "{text}"
+        );
+        assert!(text.contains("| paint | 0.30000 | 9 | - | 0.40000 | - | 0.50000 | - |"), "{text}");
+        assert!(text.contains("1 of 3 are within 1 Delta E_ITP, 3 within 0.02 FLIP"), "{text}");
+        assert!(text.contains("| 5 s | 0.750 | 0.500 | - | 4.000 | 7.000 |"), "{text}");
     }
 }
