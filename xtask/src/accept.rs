@@ -1,6 +1,7 @@
 //! `cargo xtask accept`: that the functions keep their promises for every f32, and that nothing random breaks anything.
 //!
-//! Owns how much is run: `--short` is what continuous integration can afford, `--long` is everything. The work itself
+//! Owns how much is run: `--short` is what continuous integration can afford, `--long` is everything; `--data` adds what others rendered and
+//! measured, `--peers` metrics by packages from PyPI. The work itself
 //! is an example of the genome crate and `brood bench stress`; each fails by itself where something is beyond a bound.
 
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::json;
 
 use crate::prerequisite::Prerequisites;
-use crate::{shell, suite};
+use crate::{bench, shell, suite};
 
 /// Every so many bit patterns in the short form; a prime, so that no pattern of bits is left out.
 const SHORT_STRIDE: u32 = 61;
@@ -47,6 +48,7 @@ const PRINCIPLED: &str = "principled\nbase_color 0.6 0.2 0.1\nroughness 0.35\nsh
 #[derive(Debug, Default, PartialEq)]
 struct Options {
     long: bool,
+    peers: bool,
     data: Option<PathBuf>,
 }
 
@@ -58,6 +60,7 @@ impl Options {
             match *word {
                 "--short" => options.long = false,
                 "--long" => options.long = true,
+                "--peers" => options.peers = true,
                 "--data" => {
                     options.data = Some(words.next().context("--data needs a folder")?.into())
                 }
@@ -90,6 +93,9 @@ pub fn run(words: &[&str]) -> Result<()> {
     };
     step("functions", functions(&binaries, options.long));
     step("stress", stress(&binaries, &found, options.long));
+    if options.peers {
+        step("metrics", bench::metrics(&binaries.join("brood")));
+    }
     match &options.data {
         None => println!("without --data nothing is held against pictures from outside"),
         Some(data) => {
@@ -228,8 +234,8 @@ mod tests {
     #[test]
     fn form_is_short_unless_told_otherwise() {
         assert_eq!(Options::parse(&[]).unwrap(), Options::default());
-        let long = Options::parse(&["--long", "--data", "d"]).unwrap();
-        assert!(long.long && long.data.is_some());
+        let long = Options::parse(&["--long", "--peers", "--data", "d"]).unwrap();
+        assert!(long.long && long.peers && long.data.is_some());
     }
 
     #[test]

@@ -5,10 +5,8 @@ mod picture;
 
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
-use brood_inspect::LinearImage;
+use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
-use image::RgbImage;
 use serde_json::json;
 
 use crate::{logging, output};
@@ -60,7 +58,7 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
     );
     let value = match args.metric {
         Metric::Rmse => a.rmse(&b),
-        Metric::Ssim => ssim(&a, &b)?,
+        Metric::Ssim => a.ssim(&b).context("pictures for ssim are at least 11 x 11 pixels")?,
         Metric::Flip => a.flip(&b),
         Metric::Itp => itp::mean_difference(a.linear(), b.linear(), args.white),
     };
@@ -72,19 +70,10 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
     output::print(&format!("{value}\n"))
 }
 
-fn ssim(a: &LinearImage, b: &LinearImage) -> Result<f64> {
-    let algorithm = image_compare::Algorithm::MSSIMSimple;
-    let encoded = |picture: &LinearImage| {
-        let (width, height) = picture.size();
-        RgbImage::from_raw(width, height, picture.encoded()).expect("three bytes a pixel")
-    };
-    let (a, b) = (encoded(a), encoded(b));
-    Ok(image_compare::rgb_similarity_structure(&algorithm, &a, &b)?.score)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use brood_inspect::LinearImage;
 
     fn gradient(shift: f64) -> LinearImage {
         let pixel = |i: u32| [f64::from(i % 32) / 32.0 + shift, f64::from(i / 32) / 32.0, 0.25];
@@ -95,7 +84,7 @@ mod tests {
     fn equal_pictures_have_no_difference_in_any_metric() {
         let (a, b) = (gradient(0.0), gradient(0.0));
         assert_eq!(itp::mean_difference(a.linear(), b.linear(), 100.0), 0.0);
-        assert!((ssim(&a, &b).unwrap() - 1.0).abs() < 1e-9);
+        assert_eq!(a.ssim(&b), Some(1.0));
     }
 
     #[test]
@@ -103,6 +92,6 @@ mod tests {
         let (a, b, c) = (gradient(0.0), gradient(0.05), gradient(0.2));
         let itp = |other: &LinearImage| itp::mean_difference(a.linear(), other.linear(), 100.0);
         assert!(itp(&b) > 0.0 && itp(&c) > itp(&b));
-        assert!(ssim(&a, &c).unwrap() < ssim(&a, &b).unwrap());
+        assert!(a.ssim(&c).unwrap() < a.ssim(&b).unwrap());
     }
 }

@@ -7,6 +7,7 @@ mod curve;
 mod difference;
 mod exposure;
 mod phenomena;
+mod similarity;
 mod specimen;
 
 pub use curve::{CurvePoint, curves, luminance};

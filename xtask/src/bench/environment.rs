@@ -26,17 +26,28 @@ pub enum Peer {
     Operon,
     /// A renderer that compiles materials.
     Mitsuba,
+    /// Metrics of pictures.
+    Metrics,
 }
 
 impl Peer {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Operon, Self::Mitsuba];
+    /// Those that are as fast as they can be.
+    pub const FAST: [Self; 2] = [Self::Operon, Self::Mitsuba];
 
     /// The name of the package, and of its list of versions.
     pub fn package(self) -> &'static str {
         match self {
             Self::Operon => "pyoperon",
             Self::Mitsuba => "mitsuba",
+            Self::Metrics => "scikit-image",
+        }
+    }
+
+    /// What is imported of it.
+    fn module(self) -> &'static str {
+        match self {
+            Self::Operon | Self::Mitsuba => self.package(),
+            Self::Metrics => "skimage",
         }
     }
 }
@@ -99,7 +110,8 @@ impl Environment {
             self.llvm = Some(find_or_install_llvm()?);
         }
         let import = format!(
-            "import {0}; from importlib.metadata import version; print(version('{0}'))",
+            "import {}; from importlib.metadata import version; print(version('{}'))",
+            peer.module(),
             peer.package()
         );
         let version = shell::output(self.python().args(["-c", &import])).context("import it")?;

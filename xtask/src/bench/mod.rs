@@ -9,6 +9,7 @@ mod compare;
 mod environment;
 mod fit;
 mod measure;
+mod metric;
 mod picture;
 mod table;
 
@@ -21,6 +22,7 @@ use crate::shell;
 use environment::{Environment, Peer};
 
 pub use fit::run as fit;
+pub use metric::run as metrics;
 pub use picture::run as pictures;
 
 /// What is compared.
@@ -108,7 +110,7 @@ impl Options {
 /// Runs the comparison with peers.
 pub fn peers(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Peers, words)?;
-    let environment = Environment::prepare(&options, &Peer::ALL)?;
+    let environment = Environment::prepare(&options, &Peer::FAST)?;
     let mut findings = measure::Findings::new(&environment);
     for round in 1..=options.rounds {
         println!("\n== round {round} of {}", options.rounds);

@@ -2,6 +2,8 @@
 
 use image::{DynamicImage, ImageFormat};
 
+use super::similarity::ssim;
+
 /// Linear RGB of a picture, composed over black.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearImage {
@@ -86,6 +88,17 @@ impl LinearImage {
         let apart = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
         let linear = self.linear.iter().zip(&other.linear).map(apart).collect();
         Self::new(self.width, self.height, linear)
+    }
+
+    /// Mean structural similarity in 8-bit sRGB, 1 for equal pictures, against one of the same size; nothing where they are smaller
+    /// than 11 x 11.
+    ///
+    /// # Source
+    /// Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004.
+    #[must_use]
+    pub fn ssim(&self, other: &Self) -> Option<f64> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        ssim(&self.encoded(), &other.encoded(), width, height)
     }
 
     /// Mean error of the FLIP difference evaluator against a picture of the same size.

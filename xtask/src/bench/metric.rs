@@ -1,0 +1,52 @@
+//! Metrics of pictures held against packages of others: FLIP, SSIM and Delta E_ITP of two rendered materials.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+
+use super::environment::{Environment, Peer, json_of};
+use super::{Options, Task};
+use crate::{shell, suite};
+
+/// A metric, and by how much it may differ, relative to what is found. Matrices of colour spaces are published with four digits.
+const METRICS: [(&str, f64); 3] = [("flip", 1e-3), ("ssim", 1e-6), ("itp", 1e-3)];
+/// Two materials that differ in colour, in highlights and in grain.
+const PRESETS: [&str; 2] = ["gold", "red-plastic"];
+
+/// Compares them; a package that cannot be installed is a failure.
+pub fn run(brood: &Path) -> Result<()> {
+    let brood = brood.to_str().context("the path of brood is text")?;
+    let options = Options::parse(Task::Pictures, &["--brood", brood])?;
+    let environment = Environment::prepare(&options, &[Peer::Metrics])?;
+    if let [first, ..] = environment.missing.as_slice() {
+        bail!("{first}");
+    }
+    let folder = suite::target_directory()?.join("accept");
+    std::fs::create_dir_all(&folder).context("make a folder")?;
+    let pictures = [0, 1].map(|index| folder.join(format!("metric-{index}.png")));
+    for (name, picture) in PRESETS.iter().zip(&pictures) {
+        render(&environment, name, picture)?;
+    }
+    let theirs = json_of(environment.script("metrics.py").args(&pictures))?;
+    for (metric, most) in METRICS {
+        let mut diff = environment.brood();
+        diff.args(["diff", "--metric", metric]).args(&pictures);
+        let own = shell::output(&mut diff)?;
+        let own: f64 = own.trim().parse().context("read the difference")?;
+        let other = theirs.get(metric).and_then(Value::as_f64).context("they name the metric")?;
+        println!("{metric}: {own:.6}, by others {other:.6}");
+        let off = (own - other).abs() / other.abs();
+        ensure!(off <= most, "{metric} differs by {off:.1e} of it, more than {most:.0e}");
+    }
+    Ok(())
+}
+
+fn render(environment: &Environment, model: &str, picture: &PathBuf) -> Result<()> {
+    let text = shell::output(environment.brood().args(["model", "show", model]))?;
+    let file = picture.with_extension("brood");
+    std::fs::write(&file, text).context("write the material")?;
+    let mut render = environment.brood();
+    render.args(["render", "--size", "128", "--output"]).arg(picture).arg(&file);
+    shell::run(&mut render)
+}
