@@ -26,10 +26,12 @@ pub enum Peer {
     Operon,
     /// A renderer that compiles materials.
     Mitsuba,
+    /// An evolution strategy.
+    Cma,
 }
 
 impl Peer {
-    /// Both.
+    /// Those whose speed is compared.
     pub const ALL: [Self; 2] = [Self::Operon, Self::Mitsuba];
 
     /// The name of the package, and of its list of versions.
@@ -37,6 +39,7 @@ impl Peer {
         match self {
             Self::Operon => "pyoperon",
             Self::Mitsuba => "mitsuba",
+            Self::Cma => "cma",
         }
     }
 }
