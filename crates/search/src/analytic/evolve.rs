@@ -4,6 +4,9 @@ use brood_genome::Stream;
 
 use crate::solve::factor;
 
+/// What was drawn: its worth, the draw, and the step it makes.
+type Drawn = (f64, Vec<f64>, Vec<f64>);
+
 /// The search is over where no step is longer than this.
 const SHORTEST: f64 = 1e-7;
 
@@ -56,7 +59,7 @@ pub(super) fn evolve(
     };
     let mut best = (start.x.to_vec(), worth(start.x));
     for generation in 0..start.generations {
-        let mut drawn: Vec<(f64, Vec<f64>, Vec<f64>)> = (0..offspring)
+        let mut drawn: Vec<Drawn> = (0..offspring)
             .map(|_| {
                 let z: Vec<f64> = (0..count).map(|_| f64::from(stream.bell())).collect();
                 let y = times(&lower, &z);
@@ -72,7 +75,7 @@ pub(super) fn evolve(
             })
             .collect();
         drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mixed = |part: fn(&(f64, Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
+        let mixed = |part: fn(&Drawn) -> &Vec<f64>| -> Vec<f64> {
             (0..count)
                 .map(|k| weights.iter().zip(&drawn).map(|(w, d)| w * part(d)[k]).sum())
                 .collect()
@@ -105,7 +108,8 @@ pub(super) fn evolve(
         let Some(upper) = factor(covariance.clone(), count) else { break };
         lower = transposed(&upper, count);
         let widest = (0..count).map(|k| covariance[k * count + k]).fold(0.0, f64::max).sqrt();
-        if !(sigma * widest > SHORTEST) {
+        let is_wide = sigma * widest > SHORTEST;
+        if !is_wide {
             break;
         }
     }

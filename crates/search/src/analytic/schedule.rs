@@ -4,12 +4,13 @@ use brood_brdf::{Brdf, Model, ModelKind, TableDetail};
 use brood_genome::{BirthKey, Genome, Operator, Stream};
 use rayon::prelude::*;
 
+use super::Form;
 use super::batch::{Batch, some_of};
 use super::climb::{Climb, Plan};
 use super::evolve::{Start, evolve};
 use super::recover::drawn;
 use super::residual::{Bench, Space};
-use super::{Form, LobeForm};
+use super::vary::{changed, pushed, second, told};
 use crate::{Progress, Samples};
 
 /// Every so many samples one is left out of the fit, to choose by.
@@ -29,8 +30,8 @@ const KEPT: usize = 24;
 /// Fits that are tried in each later generation.
 const TRIED: u32 = 16;
 const EVOLVE_GENERATIONS: usize = 80;
-/// What a variation of a fit is.
-const SECOND: u32 = 4;
+/// Every so many generations an evolution strategy goes on from the best.
+const EVOLVE: u32 = 4;
 /// A fit with so many more numbers has to be better by this share.
 const WORTH: f64 = 0.01;
 
@@ -155,7 +156,7 @@ impl Analytic {
                 (space, climb)
             })
             .collect();
-        let told = self.started.iter().filter_map(|genome| told(genome)).collect::<Vec<_>>();
+        let told = self.started.iter().filter_map(told).collect::<Vec<_>>();
         let mut better = Vec::new();
         for part in begun.chunks(STARTS as usize) {
             let mut part = part.to_vec();
@@ -180,7 +181,7 @@ impl Analytic {
                 let parent = &kept[stream.below(count).min(stream.below(count)) as usize];
                 let (space, mut climb) = match slot % 8 {
                     // The best first, each generation of one sort.
-                    0 if self.generation % SECOND == 0 => {
+                    0 if self.generation.is_multiple_of(EVOLVE) => {
                         let climb = self.evolved(bench, best, &mut stream);
                         (best.space.clone(), climb)
                     }
@@ -278,47 +279,6 @@ impl Analytic {
     }
 }
 
-/// What a genome of one or two models is; none where it is something else.
-fn told(genome: &Genome) -> Option<(Space, Climb)> {
-    let layers = genome.layers();
-    let (first, rest) = layers.split_first()?;
-    if !genome.instructions().is_empty() || rest.len() > 1 {
-        return None;
-    }
-    let form = Form::of(first);
-    let form =
-        rest.first().map_or(form.clone(), |second| form.with(Form::of(second).lobes()[0].clone()));
-    let x = form.place(layers);
-    Some((Space::new(form), Climb::new(x)))
-}
-
-/// Some numbers of a fit pushed.
-fn pushed(parent: &Kept, stream: &mut Stream) -> (Space, Climb) {
-    let space = parent.space.clone();
-    let mut x = parent.climb.x.clone();
-    for _ in 0..=stream.below(3) {
-        let at = stream.below(x.len() as u32) as usize;
-        x[at] += 0.6 * space.coordinates[at].longest * f64::from(stream.bell());
-    }
-    space.clamp(&mut x);
-    (space, Climb::new(x))
-}
-
-/// The numbers of a fit in another form of the same kinds.
-fn changed(parent: &Kept, form: Form) -> (Space, Climb) {
-    let x = form.place(&parent.space.models(&parent.climb.x));
-    (Space::new(form), Climb::new(x))
-}
-
-/// A fit with a second model; none where it has one.
-fn second(parent: &Kept, kinds: &[ModelKind], stream: &mut Stream) -> Option<(Space, Climb)> {
-    if parent.space.form.lobes().len() > 1 {
-        return None;
-    }
-    let kind = kinds[stream.below(kinds.len() as u32) as usize];
-    let form = parent.space.form.with(LobeForm::new(kind));
-    let space = Space::new(form);
-    let mut x = drawn(&space, stream);
-    x[..parent.climb.x.len()].copy_from_slice(&parent.climb.x);
-    Some((space, Climb::new(x)))
-}
+#[cfg(test)]
+#[path = "schedule_tests.rs"]
+mod tests;
