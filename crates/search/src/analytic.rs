@@ -13,6 +13,7 @@ mod form;
 mod recover;
 mod residual;
 mod schedule;
+mod vary;
 
 pub use form::{Form, LobeForm};
 pub use recover::{Recovered, Recovery};

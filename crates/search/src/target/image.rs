@@ -307,7 +307,9 @@ fn film(view: &View<'_>) -> Result<Shown, ImageTargetError> {
 }
 
 /// Samples of several pictures together; refused where there are too few.
-pub fn pooled(views: &[(ImageView, Samples)]) -> Result<(Samples, PixelCounts), ImageTargetError> {
+pub fn pooled<'a>(
+    views: impl IntoIterator<Item = (&'a ImageView, &'a Samples)>,
+) -> Result<(Samples, PixelCounts), ImageTargetError> {
     let mut counts = PixelCounts::default();
     let (mut pairs, mut values) = (Vec::new(), Vec::new());
     for (view, samples) in views {

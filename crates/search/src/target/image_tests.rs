@@ -114,7 +114,7 @@ fn what_is_no_target_is_refused() {
     let refused = |scene: &Scene, picture: &LinearPicture, mask: Option<LinearPicture>| {
         let view = View { mask: mask.as_ref(), ..view(&mesh, scene, &assets, picture) };
         match ImageView::new(&view) {
-            Ok(view) => pooled(&[view]).err().map(|error| error.to_string()),
+            Ok((view, samples)) => pooled([(&view, &samples)]).err().map(|error| error.to_string()),
             Err(error) => Some(error.to_string()),
         }
     };
