@@ -16,6 +16,7 @@ mod energy;
 mod event;
 mod export;
 mod fit;
+mod fit_image;
 mod gallery;
 mod genome;
 mod guide;

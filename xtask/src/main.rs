@@ -28,6 +28,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               other programs on the same work, installed below target/, with ratios
   bench fit --data DIR [--materials NAME,...] [--out DIR] [--release | --brood FILE] [--require]
                               fits of measured materials beside symbolic regression and published fits
+  bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
+                              known kinds of material recovered from one picture, beside Mitsuba with Adam and pycma
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               another renderer's pictures of the same materials, and how far ours are from them
   tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
         ["bench", "peers", options @ ..] => bench::peers(options),
         ["bench", "pictures", options @ ..] => bench::pictures(options),
         ["bench", "fit", options @ ..] => bench::fit(options),
+        ["bench", "inverse", options @ ..] => bench::inverse(options),
         ["tidy"] => tidy::run(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         [] | ["help" | "--help" | "-h"] => {

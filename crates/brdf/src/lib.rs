@@ -31,7 +31,8 @@ pub use measured::{
     Samples, Scattered, Slice, SliceError, TensorError,
 };
 pub use model::{
-    Brdf, Claims, Model, ModelKind, ModelPreset, NumbersError, Parameter, ParameterError,
-    ParameterTextError, PreparedModel, Scale, Shape, UnknownModel, model_presets,
+    Brdf, Claims, CoatTables, Model, ModelKind, ModelPreset, NumbersError, Parameter,
+    ParameterError, ParameterTextError, PreparedModel, Scale, Shape, TableDetail, UnknownModel,
+    model_presets,
 };
 pub use swapped::Swapped;

@@ -30,6 +30,7 @@ use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
+pub use rough_plastic::{CoatTables, TableDetail};
 pub use text::ParameterTextError;
 
 /// What reflects light.
@@ -250,6 +251,25 @@ impl Model {
     pub fn prepare(&self) -> PreparedModel {
         let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
         PreparedModel(self.kind.make(values))
+    }
+
+    /// What takes long to prepare, which models that differ in colour alone share; none where nothing takes long.
+    #[must_use]
+    pub fn coat_tables(&self, detail: TableDetail) -> Option<CoatTables> {
+        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
+        (self.kind == ModelKind::RoughPlastic).then(|| CoatTables::new(values, detail))
+    }
+
+    /// As [`Model::prepare`], with tables that have been made; models that have none do not look at them.
+    #[must_use]
+    pub fn prepare_with(&self, tables: &CoatTables) -> PreparedModel {
+        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
+        match self.kind {
+            ModelKind::RoughPlastic => {
+                PreparedModel(rough_plastic::rough_plastic_with(values, tables))
+            }
+            _ => self.prepare(),
+        }
     }
 
     /// The same among all else that reflects light.

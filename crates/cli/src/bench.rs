@@ -10,6 +10,7 @@ mod fit;
 mod fitness;
 mod flip;
 mod frame;
+mod inverse;
 mod measure;
 mod model;
 mod ops;
@@ -45,6 +46,8 @@ pub enum BenchCommand {
     Fitness(fitness::BenchFitnessArgs),
     /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
     Frame(frame::BenchFrameArgs),
+    /// Known kinds of material recovered from one picture, from random starts
+    Inverse(inverse::BenchInverseArgs),
     /// Models of reflectance: time a sample, and what breaks on hard parameters and directions
     Model(model::BenchModelArgs),
     /// Scalar operations a second on one core, at every level of vector instructions
@@ -69,6 +72,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Fit(args) => fit::run(args, json),
         BenchCommand::Fitness(args) => fitness::run(args, json),
         BenchCommand::Frame(args) => frame::run(args, json),
+        BenchCommand::Inverse(args) => inverse::run(args, json),
         BenchCommand::Model(args) => model::run(args, json),
         BenchCommand::Ops(args) => ops::run(args, json),
         BenchCommand::Pareto(args) => pareto::run(args, json),

@@ -1,8 +1,9 @@
-//! `brood fit`: a search for a material that matches a measured one, without a server.
+//! `brood fit`: a search for a material that matches a measured one or pictures of one, without a server.
 //!
 //! Owns the options, the budget and the files; how far off what was found is, and what physics says of it, stands in `report`.
 
 pub mod budget;
+mod image;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use brood_eval::encode_png;
-use brood_genome::Genome;
+use brood_genome::{Genome, ModelKind};
 use brood_protocol::PictureFormat;
 use brood_scene::Exposure;
 use brood_search::{Found, MeasuredTarget, Options, Outcome, Progress, Search, Strategy};
@@ -29,8 +30,8 @@ const SECONDS: f64 = 10.0;
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
-    /// What is to be matched: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's `.brdf`, or an image slice as
-    /// `.exr`
+    /// What is to be matched: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's `.brdf`, an image slice as
+    /// `.exr`; with --scene a picture of that scene as `.exr`, `.hdr`, `.png` or `.jpg`; several pictures as `.json`
     pub target: PathBuf,
     /// How to search
     #[arg(long, value_name = "S", default_value_t = Strategy::Hybrid, value_parser = str::parse::<Strategy>)]
@@ -50,6 +51,18 @@ pub struct FitArgs {
     /// The material is its own mirror image, so that the fit need not tell left from right
     #[arg(long)]
     pub mirrored: bool,
+    /// Models that strategy analytic may use, with commas between them; all reciprocal ones where none is named
+    #[arg(long, value_name = "MODEL", value_delimiter = ',', value_parser = str::parse::<ModelKind>)]
+    pub models: Vec<ModelKind>,
+    /// A picture of the target's size: pixels that are looked at are white in it
+    #[arg(long, value_name = "PICTURE")]
+    pub mask: Option<PathBuf>,
+    /// The brightness of the picture is not known: a gain is solved for
+    #[arg(long)]
+    pub gain: bool,
+    /// An .exr is an image slice, also where there is a scene
+    #[arg(long)]
+    pub slice: bool,
     #[command(flatten)]
     pub frame: FrameArgs,
     /// Where best.brood, the front, the report and the pictures go
@@ -62,10 +75,18 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let seconds = args.seconds.unwrap_or(SECONDS);
     ensure!(seconds > 0.0 && seconds <= 1e6, "--seconds is a number above 0, up to a million");
+    let is_analytic = args.strategy == Strategy::Analytic;
+    ensure!(args.models.is_empty() || is_analytic, "--models is for --strategy analytic");
     let renderer = Renderer::new(args.frame.backend);
     // Before the search, so that what cannot be drawn is known at once.
-    args.frame.load(&renderer, PictureFormat::Png)?;
-    let (target, kind) = material_file::read_target(&args.target)?;
+    let images = image::read(args, &renderer)?;
+    let (target, kind) = match &images {
+        Some(images) => (images.target()?, "picture"),
+        None => {
+            args.frame.load(&renderer, PictureFormat::Png)?;
+            material_file::read_target(&args.target)?
+        }
+    };
     output::make_dir(&args.output)?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
@@ -79,20 +100,34 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let best = &front[outcome.best];
     write_front(&args.output, &front)?;
     output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;
-    pictures(args, &renderer, &best.genome)?;
+    let views = match &images {
+        Some(images) => images.write(&args.output, &best.genome)?,
+        None => {
+            pictures(args, &renderer, &best.genome)?;
+            Vec::new()
+        }
+    };
     let (seed, threads) = (args.seed, pool.current_num_threads());
     let report = Report::of(best, &target, kind)?;
     let run = serde_json::json!({
         "strategy": args.strategy, "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
-    let text = serde_json::to_string_pretty(&report.json(&run)).context("write JSON")?;
+    let mut told = report.json(&run);
+    if let Some(images) = &images {
+        told["target"]["pixels"] = serde_json::json!(images.counts());
+        told["image_rmse"] = views[0]["rmse"].clone();
+        told["views"] = serde_json::json!(views);
+    }
+    let text = serde_json::to_string_pretty(&told).context("write JSON")?;
     output::write_file(&args.output.join("report.json"), text.as_bytes())?;
     if json {
         return output::print(&format!("{text}\n"));
     }
+    let of_pictures =
+        images.map_or_else(String::new, |images| image::text(&views, images.counts()));
     output::print(&format!(
-        "{}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
+        "{}{of_pictures}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
          front.csv with its genomes, and report.json\n",
         report.text(),
         progress.generation,
@@ -105,7 +140,10 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
     let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
     let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
     let budget = args.generations.map_or(Budget::Seconds(seconds), Budget::Generations);
-    let mut search = Search::new(&target.fitted, &options);
+    let mut search = match args.models.as_slice() {
+        [] => Search::new(&target.fitted, &options),
+        kinds => Search::of_kinds(&target.fitted, &options, kinds.to_vec()),
+    };
     let spinner = output::spinner("searching");
     let mut told = f64::INFINITY;
     let found = spend(&mut search, budget, |progress, elapsed| {

@@ -167,7 +167,8 @@ impl FrameArgs {
     }
 }
 
-fn read_obj(path: &Path) -> Result<LoadedMesh> {
+/// Reads an OBJ file; says on stderr what is odd about it.
+pub fn read_obj(path: &Path) -> Result<LoadedMesh> {
     let bytes = read_file(path, OBJ_LIMIT_BYTES)?;
     let file =
         parse_obj(&bytes, &ObjLimits::default()).with_context(|| path.display().to_string())?;

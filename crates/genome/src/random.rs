@@ -42,6 +42,8 @@ pub enum Operator {
     Lobes = 11,
     /// Parents of a genetic search, and how children come of them.
     Genetic = 12,
+    /// Starts of a fit of models.
+    Analytic = 20,
 }
 
 /// One block of Philox4x32-10.

@@ -4,6 +4,7 @@
 //! directions. It refuses to know files, networks, databases and jobs: whoever runs a search hands over samples and keeps
 //! what comes back.
 
+pub mod analytic;
 mod found;
 mod gp;
 mod hybrid;
@@ -17,4 +18,7 @@ mod target;
 pub use found::Found;
 pub use method::{Candidate, Outcome, Progress};
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
-pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs, narrow_pairs};
+pub use target::{
+    ImageError, ImageTargetError, ImageView, MeasuredTarget, PixelCounts, Samples, TargetError,
+    View, draw_pairs, narrow_pairs, pooled,
+};

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::{Dialect, Genome, OpcodeSet, Parametrisation};
+use brood_genome::{Dialect, Genome, ModelKind, OpcodeSet, Parametrisation};
 use serde::{Deserialize, Serialize};
 
 use crate::Samples;
+use crate::analytic::{Analytic, usual_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::lobes::{Fit, Shape};
@@ -34,6 +35,8 @@ const VERSION: u8 = 1;
 pub enum Strategy {
     /// Fits of a smooth family, and what is left of it when it is shortened.
     Lobes,
+    /// Models of reflectance that everybody knows, one of them or the sum of two, by their own parameters.
+    Analytic,
     /// Genetic programs, tuned by their derivatives; from nothing or from materials that are there.
     Gp,
     /// Lobes first, then genetic programs, of which every second island starts from them.
@@ -42,13 +45,14 @@ pub enum Strategy {
 
 impl Strategy {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Hybrid, Self::Lobes, Self::Gp];
+    pub const ALL: [Self; 4] = [Self::Hybrid, Self::Lobes, Self::Analytic, Self::Gp];
 
     /// As it is written.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Lobes => "lobes",
+            Self::Analytic => "analytic",
             Self::Gp => "gp",
             Self::Hybrid => "hybrid",
         }
@@ -109,10 +113,17 @@ impl Search {
     pub fn new(samples: &Samples, options: &Options) -> Self {
         let method: Box<dyn Method> = match options.strategy {
             Strategy::Lobes => Box::new(lobes(samples, options)),
+            Strategy::Analytic => Box::new(analytic(samples, options, usual_kinds())),
             Strategy::Gp => Box::new(genetic(samples, options)),
             Strategy::Hybrid => Box::new(hybrid(samples, options)),
         };
         Self { method }
+    }
+
+    /// Begins one of [`Strategy::Analytic`] with these models alone; [`Search::resume`] goes on with them.
+    #[must_use]
+    pub fn of_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
+        Self { method: Box::new(analytic(samples, options, kinds)) }
     }
 
     /// Goes on with one that was kept: with the same samples and options the next generations have the same bits as if there
@@ -178,6 +189,10 @@ impl Search {
 fn lobes(samples: &Samples, options: &Options) -> Fit {
     let shape = |(units, terms): (usize, usize)| Shape::new(units, terms, options.is_mirrored);
     Fit::new(samples, SHAPES.map(shape).to_vec(), options.seed)
+}
+
+fn analytic(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Analytic {
+    Analytic::new(samples, kinds, &options.start, options.seed)
 }
 
 fn genetic(samples: &Samples, options: &Options) -> Gp {

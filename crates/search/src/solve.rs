@@ -13,6 +13,11 @@ pub(crate) fn inverse_diagonal(matrix: Vec<f64>, count: usize) -> Option<Vec<f64
     Level::best().run(InverseDiagonal { matrix, count })
 }
 
+/// U with U^T U = A, row by row; what is below its diagonal says nothing. None where A is not positive definite.
+pub(crate) fn factor(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    decompose(matrix, count)
+}
+
 struct Solve<'a> {
     matrix: Vec<f64>,
     right: &'a [f64],

@@ -26,12 +26,14 @@ pub enum Peer {
     Operon,
     /// A renderer that compiles materials.
     Mitsuba,
+    /// An evolution strategy.
+    Cma,
     /// Metrics of pictures.
     Metrics,
 }
 
 impl Peer {
-    /// Those that are as fast as they can be.
+    /// Those whose speed is compared.
     pub const FAST: [Self; 2] = [Self::Operon, Self::Mitsuba];
 
     /// The name of the package, and of its list of versions.
@@ -39,6 +41,7 @@ impl Peer {
         match self {
             Self::Operon => "pyoperon",
             Self::Mitsuba => "mitsuba",
+            Self::Cma => "cma",
             Self::Metrics => "scikit-image",
         }
     }
@@ -46,7 +49,7 @@ impl Peer {
     /// What is imported of it.
     fn module(self) -> &'static str {
         match self {
-            Self::Operon | Self::Mitsuba => self.package(),
+            Self::Operon | Self::Mitsuba | Self::Cma => self.package(),
             Self::Metrics => "skimage",
         }
     }

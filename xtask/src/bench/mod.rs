@@ -1,5 +1,5 @@
 //! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), picture by picture
-//! (`pictures`), and material by material (`fit`).
+//! (`pictures`), material by material (`fit`), and from pictures back to materials (`inverse`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is named and left out; the run fails for
 //! that only when asked to. How peers come here is the environment's business, what they are held against the
@@ -8,6 +8,7 @@
 mod compare;
 mod environment;
 mod fit;
+mod inverse;
 mod measure;
 mod metric;
 mod picture;
@@ -22,6 +23,7 @@ use crate::shell;
 use environment::{Environment, Peer};
 
 pub use fit::run as fit;
+pub use inverse::run as inverse;
 pub use metric::run as metrics;
 pub use picture::run as pictures;
 
@@ -34,6 +36,8 @@ enum Task {
     Pictures,
     /// Fits of measured materials.
     Fit,
+    /// Materials recovered from pictures.
+    Inverse,
 }
 
 impl Task {
@@ -43,6 +47,7 @@ impl Task {
             Self::Peers => "peers",
             Self::Pictures => "pictures",
             Self::Fit => "fit",
+            Self::Inverse => "inverse",
         }
     }
 }
@@ -64,6 +69,8 @@ struct Options {
     data: Option<PathBuf>,
     /// Names of materials with commas between them. Of fits.
     materials: Option<String>,
+    /// Random starts. Of recovering.
+    starts: Option<u32>,
 }
 
 impl Options {
@@ -76,6 +83,7 @@ impl Options {
             rounds: 2,
             data: None,
             materials: None,
+            starts: None,
         };
         let mut words = words.iter();
         while let Some(word) = words.next() {
@@ -87,7 +95,12 @@ impl Options {
                     let file = words.next().context("--brood needs a file")?;
                     options.brood = Some(std::path::absolute(file).context("find brood")?);
                 }
-                "--data" if task != Task::Peers => {
+                "--starts" if task == Task::Inverse => {
+                    let count = words.next().and_then(|word| word.parse().ok());
+                    let count = count.filter(|count| (1..=1000).contains(count));
+                    options.starts = Some(count.context("--starts needs a number from 1 to 1000")?);
+                }
+                "--data" if !matches!(task, Task::Peers | Task::Inverse) => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
                 }
                 "--materials" if task == Task::Fit => {

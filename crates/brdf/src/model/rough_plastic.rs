@@ -39,6 +39,8 @@ pub(super) const ROUGH_PLASTIC: &[Parameter] = &[
 const TABLED: usize = 64;
 /// Points of the quadrature over the facets' normals, along each of two axes.
 const POINTS: u32 = 40;
+/// The same where it need not be exact.
+const COARSE_POINTS: u32 = 8;
 
 /// f = D F G / (4 cos_i cos_o) + rho T(i) T(o) / (pi eta^2 (1 - rho' R)): T is the share of light that passes the rough coat
 /// from outside, R what it reflects back from inside; rho' is 1 for linear scattering, rho otherwise.
@@ -56,16 +58,52 @@ pub(super) struct RoughPlastic {
     passes: [f64; TABLED],
 }
 
+/// What takes long to prepare of rough plastic: what passes its coat, and what the coat sends back. The same for all colours of
+/// the base.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoatTables {
+    passes: [f64; TABLED],
+    /// Sum over the tabled cosines, and that of the last.
+    back: (f64, f64),
+}
+
+/// How finely tables are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableDetail {
+    /// As models are defined.
+    Full,
+    /// In a thirtieth of the time, off by some thousandths: for derivatives, and to come near.
+    Coarse,
+}
+
+impl CoatTables {
+    pub(super) fn new(values: Values<'_>, detail: TableDetail) -> Self {
+        let eta = values.scalar("ior");
+        let alpha = values.scalar("roughness");
+        let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
+        let cosine = |k: usize| (k as f64 / (TABLED - 1) as f64).max(1e-6);
+        let turns = half_turns(match detail {
+            TableDetail::Full => POINTS,
+            TableDetail::Coarse => COARSE_POINTS,
+        });
+        let passes =
+            std::array::from_fn(|k| through(distribution, &turns, (alpha, eta), cosine(k)));
+        let inside =
+            |k: usize| 2.0 * cosine(k) * back(distribution, &turns, (alpha, 1.0 / eta), cosine(k));
+        let all = (0..TABLED).map(inside).sum();
+        Self { passes, back: (all, inside(TABLED - 1)) }
+    }
+}
+
 pub(super) fn rough_plastic(values: Values<'_>) -> Prepared {
+    rough_plastic_with(values, &CoatTables::new(values, TableDetail::Full))
+}
+
+pub(super) fn rough_plastic_with(values: Values<'_>, tables: &CoatTables) -> Prepared {
     let eta = values.scalar("ior");
     let alpha = values.scalar("roughness");
     let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
-    let cosine = |k: usize| (k as f64 / (TABLED - 1) as f64).max(1e-6);
-    let turns = half_turns(POINTS);
-    let passing = |eta: f64, k: usize| passing(distribution, &turns, (alpha, eta), cosine(k));
-    let passes = std::array::from_fn(|k| passing(eta, k).through);
-    let inside = |k: usize| 2.0 * cosine(k) * passing(1.0 / eta, k).back;
-    let (all, last) = ((0..TABLED).map(inside).sum::<f64>(), inside(TABLED - 1));
+    let (all, last) = tables.back;
     // Over the hemisphere, of light that is even there: by the trapezoid rule, or by the mean of the values.
     let back = match values.choice("internal") {
         "mitsuba" => all / TABLED as f64,
@@ -77,7 +115,12 @@ pub(super) fn rough_plastic(values: Values<'_>) -> Prepared {
         _ => DVec3::splat(back),
     };
     let base = albedo * FRAC_1_PI / (eta * eta) / (DVec3::ONE - again);
-    Prepared::RoughPlastic(Box::new(RoughPlastic { base, eta, distribution, passes }))
+    Prepared::RoughPlastic(Box::new(RoughPlastic {
+        base,
+        eta,
+        distribution,
+        passes: tables.passes,
+    }))
 }
 
 impl RoughPlastic {
@@ -133,29 +176,61 @@ fn half_turns(count: u32) -> Vec<(f64, f64)> {
     (0..count).map(turn).map(|phi| (libm::cos(phi), libm::sin(phi))).collect()
 }
 
-/// Shares of the light from one direction.
-struct Passing {
-    through: f64,
-    back: f64,
-}
-
-/// What a rough boundary lets through and sends back of light at that cosine, by the midpoint rule over the facets' normals,
-/// which are drawn as they are distributed.
-/// `turns` are the cosines and sines of the columns; there are as many rows.
-fn passing(
+/// The share of the light from one direction that a rough boundary lets through.
+fn through(
     distribution: Distribution,
     turns: &[(f64, f64)],
     (alpha, eta): (f64, f64),
     cosine: f64,
-) -> Passing {
+) -> f64 {
+    over_facets(distribution, turns, (alpha, cosine), |wi, m, c, weight| {
+        let reflected = fresnel::dielectric(eta, c);
+        let cos_t = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
+        let refracted = m * (c / eta - cos_t) - wi / eta;
+        if reflected < 1.0 && refracted.z < 0.0 {
+            let below = DVec3::new(refracted.x, refracted.y, -refracted.z);
+            let seen = distribution.masking::<Libm>(below) * below.z;
+            return weight * (1.0 - reflected) * seen;
+        }
+        0.0
+    })
+}
+
+/// The share that it sends back.
+fn back(
+    distribution: Distribution,
+    turns: &[(f64, f64)],
+    (alpha, eta): (f64, f64),
+    cosine: f64,
+) -> f64 {
+    over_facets(distribution, turns, (alpha, cosine), |wi, m, c, weight| {
+        let mirrored = m * (2.0 * c) - wi;
+        if mirrored.z > 0.0 {
+            let seen = distribution.masking::<Libm>(mirrored);
+            return weight * fresnel::dielectric(eta, c) * seen * mirrored.z;
+        }
+        0.0
+    })
+}
+
+/// The mean of what `share` makes of the direction of light, a facet's normal, the cosine between these and the facet's weight
+/// among those that are seen, by the midpoint rule over the facets' normals, which are drawn as they are distributed.
+/// `turns` are the cosines and sines of the columns; there are as many rows.
+#[inline(always)]
+fn over_facets(
+    distribution: Distribution,
+    turns: &[(f64, f64)],
+    (alpha, cosine): (f64, f64),
+    share: impl Fn(DVec3, DVec3, f64, f64) -> f64,
+) -> f64 {
     let wi = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let seen_from_wi = distribution.masking::<Libm>(wi);
-    let mut sums = Passing { through: 0.0, back: 0.0 };
+    let mut sum = 0.0;
     let rows = turns.len();
     for row in 0..rows {
-        let share = (row as f64 + 0.5) / rows as f64;
+        let at = (row as f64 + 0.5) / rows as f64;
         // What a grazing view sees is far out in GGX's tail: by this substitution rows stand closer there.
-        let left = 1.0 - share;
+        let left = 1.0 - at;
         let rest = left * left * left;
         let density = 3.0 * left * left;
         let tan2 = match distribution {
@@ -172,25 +247,10 @@ fn passing(
             }
             // Of the facets that are seen from wi.
             let weight = density * seen_from_wi * c / z;
-            let reflected = fresnel::dielectric(eta, c);
-            let mirrored = m * (2.0 * c) - wi;
-            if mirrored.z > 0.0 {
-                sums.back +=
-                    weight * reflected * distribution.masking::<Libm>(mirrored) * mirrored.z;
-            }
-            if reflected < 1.0 {
-                let cos_t = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
-                let refracted = m * (c / eta - cos_t) - wi / eta;
-                if refracted.z < 0.0 {
-                    let below = DVec3::new(refracted.x, refracted.y, -refracted.z);
-                    let seen = distribution.masking::<Libm>(below) * below.z;
-                    sums.through += weight * (1.0 - reflected) * seen;
-                }
-            }
+            sum += share(wi, m, c, weight);
         }
     }
-    let count = (rows * rows) as f64;
-    Passing { through: sums.through / count, back: sums.back / count }
+    sum / (rows * rows) as f64
 }
 
 #[cfg(test)]
@@ -203,9 +263,8 @@ mod tests {
             for alpha in [0.02, 0.1, 0.3, 0.8] {
                 let distribution = Distribution::named(word, DVec2::splat(alpha));
                 for cosine in [1e-6, 0.05, 0.2, 0.5, 1.0] {
-                    let of = |count| {
-                        passing(distribution, &half_turns(count), (alpha, 1.5), cosine).through
-                    };
+                    let of =
+                        |count| through(distribution, &half_turns(count), (alpha, 1.5), cosine);
                     let off = (of(POINTS) - of(1000)).abs();
                     assert!(off < 1.5e-3, "{word} {alpha} {cosine}: {off}");
                 }
@@ -220,9 +279,8 @@ mod tests {
             let of = |count| {
                 let turns = half_turns(count);
                 let cosine = |k: u32| (f64::from(k) / 63.0).max(1e-6);
-                let inside = |k: u32| {
-                    cosine(k) * passing(distribution, &turns, (alpha, 1.0 / 1.5), cosine(k)).back
-                };
+                let inside =
+                    |k: u32| cosine(k) * back(distribution, &turns, (alpha, 1.0 / 1.5), cosine(k));
                 (0..64).map(inside).sum::<f64>() / 32.0
             };
             let off = (of(POINTS) - of(300)).abs();

@@ -13,6 +13,8 @@ const FITTED: usize = 4096;
 const HELD: usize = 16384;
 /// Of samples that were measured at pairs of their own, one in so many is held out.
 const ONE_IN: usize = 5;
+/// Pixels that are looked at, at most.
+const PIXELS: usize = 10_240;
 /// Fewer cannot be told from noise.
 const FEWEST: usize = 100;
 /// Streams of what is fitted and what is held out.
@@ -84,6 +86,17 @@ impl MeasuredTarget {
         let rows = samples.rows().iter().filter(|(pair, _)| is_above(pair));
         let of = |(pair, f): &(DirectionPair, DVec3)| (*pair, f.to_array().map(|f| f.max(0.0)));
         let (pairs, values) = rows.map(of).unzip();
+        Self::split(&Samples::new(pairs, values))
+    }
+
+    /// Of the pixels of pictures: of very many only some, evenly.
+    pub fn of_pixels(samples: &Samples) -> Result<Self, TargetError> {
+        let count = samples.len();
+        if count <= PIXELS {
+            return Self::split(samples);
+        }
+        let picked = (0..PIXELS).map(|k| k * count / PIXELS);
+        let (pairs, values) = picked.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
         Self::split(&Samples::new(pairs, values))
     }
 

@@ -1,0 +1,123 @@
+//! One free number of a form: how a parameter of a model is spread, and between which bounds.
+
+use brood_brdf::{Parameter, Scale};
+
+/// A range that is wider than this, from 0, is spread by ratios but for its lower end.
+const WIDE: f64 = 100.0;
+/// Where that end begins.
+const NEAR_ZERO: f64 = 1e-3;
+/// The most that a number changes by in a step: of its range, or in natural logarithms.
+const LONGEST: (f64, f64) = (0.5, 1.5);
+
+/// How values become coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Spread {
+    Linear,
+    Logarithmic,
+    /// ln (value + [`NEAR_ZERO`])
+    Wide,
+}
+
+/// A free number.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Coordinate {
+    spread: Spread,
+    /// Of values.
+    range: (f64, f64),
+    /// Of the coordinate.
+    pub(super) bounds: (f64, f64),
+    /// No step is longer.
+    pub(super) longest: f64,
+    /// Which lobe's, and which of its numbers.
+    pub(super) lobe: usize,
+    pub(super) at: usize,
+    /// Another number of the lobe that is the same.
+    pub(super) also: Option<usize>,
+    /// Starts are drawn between these shares of the bounds.
+    pub(super) starts: (f64, f64),
+}
+
+impl Coordinate {
+    pub(super) fn new(parameter: &Parameter, lobe: usize, at: usize) -> Self {
+        let range = parameter.range;
+        let spread = match parameter.scale {
+            Scale::Logarithmic => Spread::Logarithmic,
+            Scale::Linear if range.0 >= 0.0 && range.1 > WIDE => Spread::Wide,
+            Scale::Linear => Spread::Linear,
+        };
+        let bounds = (into(spread, range.0), into(spread, range.1));
+        let longest = match spread {
+            Spread::Linear => LONGEST.0 * (bounds.1 - bounds.0),
+            Spread::Logarithmic | Spread::Wide => LONGEST.1,
+        };
+        let starts = starts(parameter.name);
+        Self { spread, range, bounds, longest, lobe, at, also: None, starts }
+    }
+
+    /// The coordinate of a value.
+    pub(super) fn of(&self, value: f64) -> f64 {
+        into(self.spread, value.clamp(self.range.0, self.range.1))
+    }
+
+    /// The value of a coordinate, in its range whatever rounding does.
+    pub(super) fn value(&self, x: f64) -> f64 {
+        let value = match self.spread {
+            Spread::Linear => x,
+            Spread::Logarithmic => libm::exp(x),
+            Spread::Wide => libm::exp(x) - NEAR_ZERO,
+        };
+        value.clamp(self.range.0, self.range.1)
+    }
+
+    /// The coordinate at a share of what starts are drawn from.
+    pub(super) fn start(&self, share: f64) -> f64 {
+        let (low, high) = self.bounds;
+        let share = self.starts.0 + (self.starts.1 - self.starts.0) * share;
+        low + (high - low) * share
+    }
+}
+
+fn into(spread: Spread, value: f64) -> f64 {
+    match spread {
+        Spread::Linear => value,
+        Spread::Logarithmic => libm::log(value),
+        Spread::Wide => libm::log(value + NEAR_ZERO),
+    }
+}
+
+/// Starts keep off what next to nothing can be seen of: highlights narrower than any sample, sheen alone.
+fn starts(name: &str) -> (f64, f64) {
+    match name {
+        // From 0.03 of the logarithmic range from 1e-4, and from 1e-3.
+        "roughness" => (0.62, 1.0),
+        "alpha_x" | "alpha_y" => (0.5, 1.0),
+        "exponent" | "exponent_u" | "exponent_v" => (0.15, 0.8),
+        "eta" => (0.25, 0.9),
+        "k" => (0.5, 0.9),
+        "ior" => (0.1, 0.8),
+        "a" | "b" => (0.2, 0.8),
+        _ => (0.05, 0.95),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_brdf::ModelKind;
+
+    use super::*;
+
+    #[test]
+    fn every_value_comes_back_from_its_coordinate() {
+        for kind in ModelKind::ALL {
+            for parameter in kind.parameters() {
+                let coordinate = Coordinate::new(parameter, 0, 0);
+                for share in [0.0, 0.01, 0.3, 0.99, 1.0] {
+                    let value = parameter.at_share(share);
+                    let back = coordinate.value(coordinate.of(value));
+                    let size = value.abs().max(1e-3);
+                    assert!((back - value).abs() < 1e-12 * size, "{kind} {}", parameter.name);
+                }
+            }
+        }
+    }
+}

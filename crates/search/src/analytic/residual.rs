@@ -1,0 +1,269 @@
+//! How far models are from samples, and how that changes with their numbers.
+
+use brood_brdf::{CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
+use brood_eval::{Level, Work};
+
+use super::Form;
+use super::batch::{Batch, LANES, Lanes};
+use super::coordinate::Coordinate;
+
+/// Residuals of one block: three channels.
+const ROW: usize = 3 * LANES;
+/// Partial sums.
+const SUMS: usize = 8;
+/// By this a coordinate differs for a derivative: of its range, or in natural logarithms.
+const DIFFERENCE: f64 = 1e-6;
+/// Tables that are kept: of the place itself and of both neighbours.
+const KEPT: usize = 4;
+
+/// A form with its coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Space {
+    pub(super) form: Form,
+    pub(super) coordinates: Vec<Coordinate>,
+}
+
+/// What evaluations take again and again.
+pub(super) struct Bench {
+    level: Level,
+    tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
+    base: Vec<f64>,
+    columns: Vec<f64>,
+}
+
+/// J^T J and J^T r.
+#[derive(Debug, Clone)]
+pub(super) struct Normal {
+    /// Row by row, whole.
+    pub(super) matrix: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+}
+
+impl Space {
+    pub(super) fn new(form: Form) -> Self {
+        Self { coordinates: form.coordinates(), form }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    pub(super) fn models(&self, x: &[f64]) -> Vec<Model> {
+        self.form.models(&self.coordinates, x)
+    }
+
+    /// x within the bounds.
+    pub(super) fn clamp(&self, x: &mut [f64]) {
+        for (x, coordinate) in x.iter_mut().zip(&self.coordinates) {
+            *x = x.clamp(coordinate.bounds.0, coordinate.bounds.1);
+        }
+    }
+}
+
+impl Bench {
+    pub(super) fn new() -> Self {
+        Self { level: Level::best(), tables: Vec::new(), base: Vec::new(), columns: Vec::new() }
+    }
+
+    fn prepare(&mut self, model: &Model, detail: TableDetail) -> PreparedModel {
+        if model.kind() != brood_brdf::ModelKind::RoughPlastic {
+            return model.prepare();
+        }
+        let key = model.parameters().filter(|(parameter, _)| parameter.name != "albedo");
+        let key: Vec<f64> = key.flat_map(|(_, numbers)| numbers.iter().copied()).collect();
+        let known = self.tables.iter().position(|(of, other, _)| *of == detail && *other == key);
+        let known = known.unwrap_or_else(|| {
+            if self.tables.len() == KEPT {
+                self.tables.remove(0);
+            }
+            let tables = model.coat_tables(detail).expect("rough plastic has tables");
+            self.tables.push((detail, key, tables));
+            self.tables.len() - 1
+        });
+        model.prepare_with(&self.tables[known].2)
+    }
+
+    /// Sum of the squared residuals at a place.
+    pub(super) fn error(
+        &mut self,
+        space: &Space,
+        x: &[f64],
+        batch: &Batch,
+        detail: TableDetail,
+    ) -> f64 {
+        let mut out = std::mem::take(&mut self.base);
+        out.resize(batch.residuals(), 0.0);
+        let sum = self.residuals(space, x, (batch, detail), &mut out);
+        self.base = out;
+        sum
+    }
+
+    fn residuals(
+        &mut self,
+        space: &Space,
+        x: &[f64],
+        (batch, detail): (&Batch, TableDetail),
+        out: &mut [f64],
+    ) -> f64 {
+        let models = space.models(x);
+        let models: Vec<PreparedModel> = models.iter().map(|m| self.prepare(m, detail)).collect();
+        let mut sum = 0.0;
+        for (lanes, out) in batch.lanes.iter().zip(out.chunks_exact_mut(ROW)) {
+            let mut f = models[0].f_block(self.level, &lanes.block);
+            for model in &models[1..] {
+                let more = model.f_block(self.level, &lanes.block);
+                Machine::run(self.level, Add { sum: &mut f, f: &more });
+            }
+            sum += Machine::run(self.level, Compare { lanes, f: &f, out });
+        }
+        sum
+    }
+
+    /// The normal equations at a place, by differences. Tables of the derivatives are coarse ones.
+    pub(super) fn normal(
+        &mut self,
+        space: &Space,
+        x: &[f64],
+        batch: &Batch,
+        detail: TableDetail,
+    ) -> Normal {
+        let (count, rows) = (space.len(), batch.residuals());
+        let (mut base, mut columns) =
+            (std::mem::take(&mut self.base), std::mem::take(&mut self.columns));
+        base.resize(rows, 0.0);
+        columns.resize(count * rows, 0.0);
+        let mut here = x.to_vec();
+        let coarse = (batch, TableDetail::Coarse);
+        self.residuals(space, x, coarse, &mut base);
+        for (k, coordinate) in space.coordinates.iter().enumerate() {
+            let (low, high) = coordinate.bounds;
+            let step = DIFFERENCE * (high - low).min(1.0);
+            let step = if x[k] + step > high { -step } else { step };
+            here[k] = x[k] + step;
+            let column = &mut columns[k * rows..][..rows];
+            self.residuals(space, &here, coarse, column);
+            self.level.run(Difference { column, base: &base, by: 1.0 / (here[k] - x[k]) });
+            here[k] = x[k];
+        }
+        let exact =
+            space.form.has(brood_brdf::ModelKind::RoughPlastic) && detail == TableDetail::Full;
+        if exact {
+            self.residuals(space, x, (batch, detail), &mut base);
+        }
+        let normal = self.level.run(Products { columns: &columns, base: &base, count });
+        (self.base, self.columns) = (base, columns);
+        normal
+    }
+}
+
+/// Adds what one more model reflects.
+struct Add<'a> {
+    sum: &'a mut [[f64; LANES]; 3],
+    f: &'a [[f64; LANES]; 3],
+}
+
+impl Loop for Add<'_> {
+    type Values = ();
+
+    #[inline(always)]
+    fn run<F: Elementary>(self) {
+        for (sum, f) in self.sum.iter_mut().zip(self.f) {
+            for (sum, f) in sum.iter_mut().zip(f) {
+                let (own, more) =
+                    (if *sum > 0.0 { *sum } else { 0.0 }, if *f > 0.0 { *f } else { 0.0 });
+                *sum = own + more;
+            }
+        }
+    }
+}
+
+/// ln(1 + f cos_i) less what is wanted; the sum of the squares.
+struct Compare<'a> {
+    lanes: &'a Lanes,
+    f: &'a [[f64; LANES]; 3],
+    out: &'a mut [f64],
+}
+
+impl Loop for Compare<'_> {
+    type Values = f64;
+
+    #[inline(always)]
+    fn run<F: Elementary>(self) -> f64 {
+        let Self { lanes, f, out } = self;
+        let mut sums = [0.0; SUMS];
+        for ((f, wanted), out) in f.iter().zip(&lanes.wanted).zip(out.chunks_exact_mut(LANES)) {
+            for k in 0..LANES {
+                let f = if f[k] > 0.0 { f[k] } else { 0.0 };
+                out[k] = lanes.counts[k] * (F::ln(1.0 + f * lanes.weight[k]) - wanted[k]);
+            }
+            for part in out.chunks_exact(SUMS) {
+                for (sum, value) in sums.iter_mut().zip(part) {
+                    *sum += value * value;
+                }
+            }
+        }
+        sums.iter().sum()
+    }
+}
+
+/// Makes a column of changed residuals one of derivatives.
+struct Difference<'a> {
+    column: &'a mut [f64],
+    base: &'a [f64],
+    by: f64,
+}
+
+impl Work for Difference<'_> {
+    type Done = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (value, base) in self.column.iter_mut().zip(self.base) {
+            *value = (*value - base) * self.by;
+        }
+    }
+}
+
+/// Products of columns with each other and with the residuals.
+struct Products<'a> {
+    columns: &'a [f64],
+    base: &'a [f64],
+    count: usize,
+}
+
+impl Work for Products<'_> {
+    type Done = Normal;
+
+    #[inline(always)]
+    fn run(self) -> Normal {
+        let Self { columns, base, count } = self;
+        let rows = base.len();
+        let mut normal = Normal { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+        for start in (0..rows).step_by(ROW) {
+            let part = |k: usize| &columns[k * rows + start..][..ROW];
+            for a in 0..count {
+                for b in 0..=a {
+                    normal.matrix[a * count + b] += dot(part(a), part(b));
+                }
+                normal.gradient[a] += dot(part(a), &base[start..][..ROW]);
+            }
+        }
+        for a in 0..count {
+            for b in 0..a {
+                normal.matrix[b * count + a] = normal.matrix[a * count + b];
+            }
+        }
+        normal
+    }
+}
+
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; SUMS];
+    for (a, b) in a.chunks_exact(SUMS).zip(b.chunks_exact(SUMS)) {
+        for k in 0..SUMS {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum()
+}

@@ -1,0 +1,84 @@
+//! What generations find, and that nothing but samples, kinds and seed decides it.
+
+use brood_brdf::DirectionPair;
+use glam::DVec3;
+
+use super::*;
+use crate::method::Method;
+use crate::{Found, MeasuredTarget, draw_pairs};
+
+fn conductor() -> Model {
+    Model::new(ModelKind::Conductor).with("roughness", &[0.3]).unwrap()
+}
+
+fn samples(models: &[Model]) -> Samples {
+    let f = |pair: &DirectionPair| -> DVec3 { models.iter().map(|m| m.brdf().f(pair)).sum() };
+    let pairs = draw_pairs(1500, 9);
+    let values = pairs.iter().map(|pair| f(pair).to_array()).collect();
+    Samples::new(pairs, values)
+}
+
+fn run(samples: &Samples, generations: u32) -> Analytic {
+    let mut fit = Analytic::new(samples, usual_kinds(), &[], 4);
+    (0..generations).for_each(|_| {
+        fit.step();
+    });
+    fit
+}
+
+#[test]
+fn usual_kinds_are_reciprocal() {
+    let kinds = usual_kinds();
+    assert!(kinds.contains(&ModelKind::Principled) && !kinds.contains(&ModelKind::Phong));
+    assert_eq!(kinds.len(), 11);
+}
+
+#[test]
+fn known_model_is_found_among_all_kinds() {
+    let fit = run(&samples(&[conductor()]), 1);
+    assert!(fit.progress().held < 1e-6, "{:?}", fit.progress());
+    let outcome = fit.finish(&|| true).unwrap();
+    let best = &outcome.front[outcome.best];
+    assert_eq!(best.genome.layers()[0].kind(), ModelKind::Conductor);
+    assert!(best.genome.is_limited());
+    let target = MeasuredTarget::of(&*conductor().brdf()).unwrap();
+    let found = Found::of(best, &target).unwrap();
+    assert!(found.e_log < 1e-5 && found.divisor == 1.0, "{found:?}");
+    // Each has fewer numbers than the one before, and is farther off.
+    for both in outcome.front.windows(2) {
+        assert!(both[0].numbers > both[1].numbers && both[0].held < both[1].held);
+    }
+}
+
+#[test]
+fn sum_of_two_models_comes_nearer_than_any_of_them() {
+    let coat = conductor().with("roughness", &[0.08]).unwrap();
+    let base = Model::new(ModelKind::Ward).with("alpha_x", &[0.5]).unwrap();
+    let base = base.with("alpha_y", &[0.5]).unwrap().with("specular", &[0.3, 0.1, 0.1]).unwrap();
+    let samples = samples(&[base, coat]);
+    let (one, many) = (run(&samples, 1), run(&samples, 8));
+    let (first, last) = (one.progress().held, many.progress().held);
+    assert!(last < 0.3 * first, "{first} {last}");
+    assert_eq!(many.best().unwrap().genome.layers().len(), 2);
+}
+
+#[test]
+fn generations_do_not_depend_on_the_threads() {
+    let samples = samples(&[Model::new(ModelKind::Coated)]);
+    let state = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&samples, 3).save())
+    };
+    assert_eq!(state(1), state(3));
+}
+
+#[test]
+fn what_it_starts_from_is_kept() {
+    let start = Genome::of_models(vec![conductor(), Model::new(ModelKind::Lambert)]).unwrap();
+    let samples = samples(&[conductor(), Model::new(ModelKind::Lambert)]);
+    let mut fit = Analytic::new(&samples, Vec::new(), &[start], 1);
+    assert!(fit.step().held < 1e-9);
+    assert_eq!(fit.best().unwrap().genome.layers().len(), 2);
+    // Nothing to go on with but that.
+    assert!(fit.step().held < 1e-9);
+}

@@ -1,0 +1,101 @@
+//! `cargo xtask bench inverse`: known kinds of material recovered from one picture, by brood, by Mitsuba's derivatives with Adam
+//! and by pycma on Mitsuba's pictures, one after the other on the same machine.
+//!
+//! Owns the order of the work and the table. What is recovered, and when that is success, each side's script says.
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+
+use super::environment::{Environment, Peer, json_of};
+use super::{Options, Task, write_report};
+
+/// Random starts of each material, of every side.
+const STARTS: u32 = 50;
+const THREADS: &str = "2";
+
+/// Runs the comparison.
+pub fn run(words: &[&str]) -> Result<()> {
+    let options = Options::parse(Task::Inverse, words)?;
+    let starts = options.starts.unwrap_or(STARTS).to_string();
+    let mut environment = Environment::prepare(&options, &[Peer::Mitsuba, Peer::Cma])?;
+    let mut missing = std::mem::take(&mut environment.missing);
+    let mut brood = environment.brood();
+    brood.args(["bench", "inverse", "--json", "--starts", &starts]);
+    let own = json_of(&mut brood).context("brood's own side")?;
+    let mut peers = Vec::new();
+    let methods = [(Peer::Mitsuba, "adam"), (Peer::Cma, "cma")];
+    for (peer, method) in methods {
+        if !(environment.has(Peer::Mitsuba) && environment.has(peer)) {
+            continue;
+        }
+        let mut script = environment.script("mitsuba_inverse.py");
+        script.args(["--threads", THREADS, "--starts", &starts, "--method", method]);
+        match json_of(&mut script) {
+            Ok(found) => peers.push(found),
+            Err(error) => missing.push(format!("{method}: {error:#}")),
+        }
+    }
+    let text = markdown(&own, &peers, &environment.machine(), &missing)?;
+    let report = json!({
+        "machine": environment.machine(), "brood": own, "peers": peers, "missing": missing,
+    });
+    write_report(&options.out, "inverse", &report, &text)?;
+    if options.require && !missing.is_empty() {
+        bail!("not everything could be compared: {}", missing.join("; "));
+    }
+    Ok(())
+}
+
+/// Seconds in the mean over all starts, and how many of them were successes.
+fn figures(row: &Value) -> Option<(f64, u64)> {
+    let seconds = row["seconds"]["mean"].as_f64();
+    let seconds = seconds.or_else(|| Some(1e-3 * row["ms"]["mean"].as_f64()?))?;
+    Some((seconds, row["successes"].as_u64()?))
+}
+
+fn markdown(own: &Value, peers: &[Value], machine: &Value, missing: &[String]) -> Result<String> {
+    let rows = |side: &Value| side["rows"].as_array().cloned().unwrap_or_default();
+    let mut text = String::from(
+        "# One picture, 128 x 128: materials recovered from random starts\n\n\
+         Success is a root mean square error of linear radiance of at most 1e-4 over the whole picture. brood runs on one thread, \
+         Mitsuba on two; each recovers its own picture, free of noise. A success costs the time of all starts over the number of \
+         successes.\n\n\
+         | material | by | unknowns | successes | seconds a start | RMSE in the median | seconds a success | times brood's |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    for row in rows(own) {
+        let (seconds, successes) = figures(&row).context("brood's row has figures")?;
+        let cost = |seconds: f64, row: &Value, successes: u64| {
+            row["starts"].as_f64().unwrap_or(f64::NAN) * seconds / successes as f64
+        };
+        let own_cost = cost(seconds, &row, successes);
+        let mut line = |by: &str, row: &Value, (seconds, successes): (f64, u64)| {
+            let each = cost(seconds, row, successes);
+            writeln!(
+                text,
+                "| {} | {by} | {} | {successes} of {} | {seconds:.4} | {:.1e} | {each:.4} | {:.0} |",
+                row["material"].as_str().unwrap_or_default(),
+                row["unknowns"],
+                row["starts"],
+                row["rmse"]["median"].as_f64().unwrap_or(f64::NAN),
+                each / own_cost,
+            )
+        };
+        line("brood", &row, (seconds, successes))?;
+        let same = |other: &Value| other["material"] == row["material"];
+        for other in peers.iter().flat_map(rows).filter(same) {
+            let by = match other["method"].as_str() {
+                Some("adam") => "Mitsuba + Adam",
+                _ => "Mitsuba + pycma",
+            };
+            line(by, &other, figures(&other).context("the peer's row has figures")?)?;
+        }
+    }
+    for reason in missing {
+        writeln!(text, "\nMissing: {reason}")?;
+    }
+    writeln!(text, "\nMachine: {machine}")?;
+    Ok(text)
+}
