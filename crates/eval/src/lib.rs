@@ -37,8 +37,8 @@ pub use fitness::{
 pub use level::Level;
 pub use model::{model_error, model_reflectance};
 pub use picture::{
-    EnvironmentFileError, PictureError, SheetCell, centre_px, decode_environment, decode_png,
-    encode_apng, encode_exr, encode_png, sheet,
+    EnvironmentFileError, LinearPicture, LinearPictureError, PictureError, SheetCell, centre_px,
+    decode_environment, decode_exr, decode_png, encode_apng, encode_exr, encode_png, sheet,
 };
 pub use preview::{Look, Previewer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};

@@ -1,10 +1,12 @@
 //! Encoded pictures and contact sheets.
 
 mod codec;
+mod linear;
 mod sheet;
 
 pub use codec::{
     EnvironmentFileError, PictureError, decode_environment, decode_png, encode_apng, encode_exr,
     encode_png,
 };
+pub use linear::{LinearPicture, LinearPictureError, decode_exr};
 pub use sheet::{SheetCell, centre_px, sheet};

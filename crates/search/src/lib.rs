@@ -17,4 +17,7 @@ mod target;
 pub use found::Found;
 pub use method::{Candidate, Outcome, Progress};
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
-pub use target::{MeasuredTarget, Samples, TargetError, draw_pairs, narrow_pairs};
+pub use target::{
+    MeasuredTarget, Samples, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind,
+    draw_pairs, narrow_pairs,
+};

@@ -1,10 +1,12 @@
 //! What a search is to match: pairs of directions and the reflectance wanted there.
 
 mod draw;
+mod file;
 mod measured;
 mod samples;
 
 pub(crate) use draw::from_half;
 pub use draw::{draw_pairs, narrow_pairs};
+pub use file::{TargetFile, TargetFileError, TargetKind, UnknownKind};
 pub use measured::{MeasuredTarget, TargetError};
 pub use samples::Samples;
