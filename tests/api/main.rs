@@ -31,3 +31,5 @@ mod operation;
 mod picture;
 mod preset;
 mod scene;
+mod search;
+mod target;
