@@ -2,6 +2,7 @@
 
 mod adopt;
 mod birth;
+mod record;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 
 pub use adopt::OPERATOR as ADOPT;
 use birth::Brood;
+pub use record::OPERATOR as FIT;
 
 use crate::idempotency::Attempt;
 use crate::library::Material;
@@ -171,7 +173,7 @@ impl AppState {
         stages.end("read");
         let children = self.on_processor(move || making.children()).await?;
         self.metrics.brood_seconds.record(stages.end("make").as_secs_f64());
-        let brood = Brood { seed, constraints, operator, breed, children };
+        let brood = Brood { seed, constraints, operator, breed, children, recording: None };
         self.birth(lineage, &framed, &parents, brood, attempt, stages).await
     }
 

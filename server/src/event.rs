@@ -1,11 +1,11 @@
-//! Event streams: one hub a lineage, with a bounded memory for listeners that come back.
+//! Event streams: one hub a lineage or search, with a bounded memory for listeners that come back.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use brood_protocol::{GenerationId, IndividualId, LineageId};
-use serde_json::json;
+use brood_protocol::{GenerationId, IndividualId, JobId, LineageId};
+use serde_json::{Value, json};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 
 use crate::limit;
@@ -15,7 +15,28 @@ const REMEMBERED: usize = 1024;
 /// A hub that nobody listens to is forgotten after this time.
 const FORGET: Duration = Duration::from_secs(600);
 
-/// Something that happened in a lineage.
+/// What a stream tells of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Topic {
+    /// A lineage.
+    Lineage(LineageId),
+    /// A search.
+    Job(JobId),
+}
+
+impl From<LineageId> for Topic {
+    fn from(id: LineageId) -> Self {
+        Self::Lineage(id)
+    }
+}
+
+impl From<JobId> for Topic {
+    fn from(id: JobId) -> Self {
+        Self::Job(id)
+    }
+}
+
+/// Something that happened in a lineage or to a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
     /// Counted up within the hub.
@@ -26,12 +47,12 @@ pub struct Event {
     pub data: String,
 }
 
-/// The hubs of all lineages.
+/// The hubs of all lineages and searches.
 #[derive(Debug)]
 pub struct Events {
     /// Tells ids of this process from those of the one before.
     life: String,
-    hubs: Mutex<HashMap<LineageId, Hub>>,
+    hubs: Mutex<HashMap<Topic, Hub>>,
     places: Arc<Semaphore>,
 }
 
@@ -82,10 +103,20 @@ impl Events {
         self.publish(lineage, "thumbnail", &json!({ "individual": individual, "url": url }));
     }
 
-    /// Listens to a lineage, from the event after `last_id` on.
-    pub fn subscribe(&self, lineage: LineageId, last_id: Option<&str>) -> Subscription {
+    /// Tells those who listen to a search.
+    pub fn job(&self, id: JobId, name: &'static str, data: &Value) {
+        self.publish(id, name, data);
+    }
+
+    /// Tells of a search where its results are born.
+    pub fn job_in(&self, lineage: LineageId, data: &Value) {
+        self.publish(lineage, "job", data);
+    }
+
+    /// Listens, from the event after `last_id` on.
+    pub fn subscribe(&self, topic: impl Into<Topic>, last_id: Option<&str>) -> Subscription {
         let mut hubs = self.lock();
-        let hub = hubs.entry(lineage).or_insert_with(Hub::new);
+        let hub = hubs.entry(topic.into()).or_insert_with(Hub::new);
         hub.used = Instant::now();
         let receiver = hub.sender.subscribe();
         let Some(last_id) = last_id else {
@@ -108,9 +139,9 @@ impl Events {
         self.lock().retain(|_, hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < FORGET);
     }
 
-    fn publish(&self, lineage: LineageId, name: &'static str, data: &serde_json::Value) {
+    fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
         let mut hubs = self.lock();
-        let hub = hubs.entry(lineage).or_insert_with(Hub::new);
+        let hub = hubs.entry(topic.into()).or_insert_with(Hub::new);
         hub.used = Instant::now();
         let event = Arc::new(Event { number: hub.next, name, data: data.to_string() });
         hub.next += 1;
@@ -122,7 +153,7 @@ impl Events {
         let _ = hub.sender.send(event);
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<LineageId, Hub>> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<Topic, Hub>> {
         self.hubs.lock().expect("nothing panics under this lock")
     }
 }
@@ -165,7 +196,7 @@ mod tests {
         let events = Events::new();
         let lineage = LineageId::fresh();
         events.generation(lineage, GenerationId::fresh());
-        let first = events.id(&events.lock()[&lineage].recent[0]);
+        let first = events.id(&events.lock()[&Topic::Lineage(lineage)].recent[0]);
         for _ in 0..REMEMBERED + 1 {
             events.generation(lineage, GenerationId::fresh());
         }

@@ -94,6 +94,11 @@ impl Ledger {
         }
     }
 
+    /// For what no request asks for.
+    pub fn unkeyed(&self) -> Attempt {
+        Attempt { ledger: self.clone(), key: None, body_hash: [0; 32] }
+    }
+
     fn claim(&self, key: (String, String), body_hash: [u8; 32]) -> Result<Attempt, ApiError> {
         let mut running = self.running.lock().expect("nothing panics under this lock");
         if !running.insert(key.clone()) {

@@ -15,10 +15,28 @@ pub const PROFILE_BYTES: usize = 4 << 20;
 pub const ENVIRONMENT_BYTES: usize = 64 << 20;
 /// Most samples that the lights of a scene make at one place.
 pub const LIGHT_SAMPLES: u32 = 256;
+/// Most bytes of a target's file.
+pub const TARGET_BYTES: usize = 64 << 20;
+/// Most searches that wait for a worker.
+pub const QUEUED_SEARCHES: u32 = 200;
+/// Most threads of a search.
+pub const SEARCH_THREADS: u64 = 256;
+/// Longest time of a search.
+pub const SEARCH_SECONDS: f64 = 7.0 * 24.0 * 3600.0;
+/// Most generations of a search.
+pub const SEARCH_GENERATIONS: u32 = 100_000;
+/// Most evaluations of a search.
+pub const SEARCH_EVALUATIONS: u64 = 1_000_000_000_000;
+/// Most individuals that a search starts from.
+pub const SEARCH_START: usize = 64;
+/// A search that has had so much time goes behind those that wait.
+pub const SEARCH_SLICE: Duration = Duration::from_secs(20);
 /// Most bytes of a lineage file.
 pub const LINEAGE_FILE_BYTES: usize = 64 << 20;
 /// Most bytes of a worker's message: a sheet of large linear pictures.
 pub const LEASE_BYTES: usize = 512 << 20;
+/// Most bytes of what a worker reports of a search.
+pub const SEARCH_REPORT_BYTES: usize = 256 << 20;
 /// Most bytes of all bodies that are held at once, besides the first [`BODY_FREE`] of each.
 pub const BODIES_BYTES: usize = 256 << 20;
 /// The same for workers' messages, so that no client's body is in a worker's way.
@@ -91,6 +109,12 @@ pub fn report() -> BTreeMap<String, u64> {
         ("environment_bytes", ENVIRONMENT_BYTES as u64),
         ("light_samples", u64::from(LIGHT_SAMPLES)),
         ("lineage_file_bytes", LINEAGE_FILE_BYTES as u64),
+        ("target_bytes", TARGET_BYTES as u64),
+        ("queued_searches", u64::from(QUEUED_SEARCHES)),
+        ("search_threads", SEARCH_THREADS),
+        ("search_seconds", SEARCH_SECONDS as u64),
+        ("search_generations", u64::from(SEARCH_GENERATIONS)),
+        ("search_evaluations", SEARCH_EVALUATIONS),
         ("generation_children", u64::from(CHILDREN)),
         ("page_items", u64::from(PAGE)),
         ("name_characters", NAME_CHARS as u64),

@@ -87,6 +87,8 @@ pub struct Metrics {
     pub skipped: Counter,
     /// Pictures of broods that another of the same brood is equal to.
     pub shared: Counter,
+    /// Generations of searches that were taken down.
+    pub search_generations: Counter,
     /// What workers did and what they did not have to do, by the names of [`Work`].
     work: [Counter; WORK.len()],
     /// Seconds to make a brood.
@@ -132,6 +134,10 @@ impl Metrics {
             shared: counter(
                 "brood_pictures_shared_total",
                 "Pictures of broods that are equal to another of the same brood",
+            ),
+            search_generations: counter(
+                "brood_search_generations_total",
+                "Generations of searches",
             ),
             work: WORK.map(|(name, text, _)| counter(name, text)),
             brood_seconds: histogram("brood_make_seconds", "Time to make a brood"),

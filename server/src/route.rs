@@ -12,7 +12,7 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
     lease, light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene,
-    session, sheet, system, thumbnail,
+    search, search_lease, session, sheet, system, target, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -90,7 +90,21 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))
+        .routes(routes!(target::create, target::list))
+        .routes(routes!(target::get, target::delete))
+        .routes(routes!(search::create, search::list))
         .routes(routes!(job::get))
+        .routes(routes!(search::pause))
+        .routes(routes!(search::resume))
+        .routes(routes!(search::cancel))
+        .routes(routes!(search::front))
+        .routes(routes!(search::log))
+        .routes(routes!(event::stream_job_events))
+        .routes(routes!(search_lease::claim))
+        .routes(routes!(search_lease::heartbeat))
+        .routes(routes!(search_lease::report))
+        .routes(routes!(search_lease::release))
+        .routes(routes!(search_lease::target))
         .routes(routes!(lease::claim))
         .routes(routes!(lease::heartbeat))
         .routes(routes!(lease::results))

@@ -69,6 +69,10 @@ impl Server {
         if requeued > 0 {
             tracing::info!(requeued, "jobs of the last run are queued again");
         }
+        let requeued = store.requeue_all_searches().await?;
+        if requeued > 0 {
+            tracing::info!(requeued, "searches of the last run go on from their checkpoints");
+        }
         let (root, bytes) = (config.data.join("cache"), config.cache_mib.saturating_mul(1 << 20));
         let opened = tokio::task::spawn_blocking(move || Disk::open(&root, bytes)).await;
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);

@@ -32,3 +32,5 @@ mod operation;
 mod picture;
 mod preset;
 mod scene;
+mod search;
+mod target;

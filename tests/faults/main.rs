@@ -8,6 +8,9 @@
     reason = "this is a test; clippy only knows those with an attribute"
 )]
 
+#[cfg(target_os = "linux")]
+mod search;
+
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -67,15 +70,17 @@ async fn no_acknowledged_birth_is_lost_when_the_server_is_killed_twenty_times() 
     );
 }
 
-/// The processes that this process started.
+/// The workers that this process started: those that render, or those that search.
 #[cfg(target_os = "linux")]
-fn children_of(process: u32) -> Vec<u32> {
+fn workers_of(process: u32, that_search: bool) -> Vec<u32> {
     let all = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
         let id: u32 = entry.ok()?.file_name().to_str()?.parse().ok()?;
         // A process may be gone again by now.
         let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
         let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
-        (parent.trim() == process.to_string()).then_some(id)
+        let command = std::fs::read_to_string(format!("/proc/{id}/cmdline")).ok()?;
+        let is_it = command.contains("--searches") == that_search;
+        (is_it && parent.trim() == process.to_string()).then_some(id)
     });
     all.collect()
 }
@@ -104,7 +109,7 @@ async fn shoot_worker(moment: Duration) -> (usize, usize) {
     });
     let shot = async {
         tokio::time::sleep(moment).await;
-        let workers = children_of(server.process());
+        let workers = workers_of(server.process(), false);
         for worker in &workers {
             // It may have ended by itself in between.
             let _ = std::process::Command::new("kill").args(["-9", &worker.to_string()]).status();
@@ -134,7 +139,7 @@ async fn pictures_do_not_wait_for_the_lease_of_a_worker_that_was_killed() {
     // Once a picture has come, the worker waits for its next job.
     let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
     server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
-    let worker = children_of(server.process())[0].to_string();
+    let worker = workers_of(server.process(), false)[0].to_string();
     let signal = |name: &str| {
         std::process::Command::new("kill").args([name, worker.as_str()]).status().unwrap();
     };

@@ -8,9 +8,11 @@ mod binary;
 mod lineage;
 mod raw;
 mod server;
+mod target;
 
 pub use answer::Answer;
 pub use binary::{Finished, binary, brood, target_directory};
 pub use lineage::{TestLineage, hashes, ids, seed_of, text_of};
 pub use raw::raw_request;
 pub use server::{ServerOptions, TestServer};
+pub use target::{glossy_csv, upload};

@@ -20,12 +20,12 @@ use crate::renderer::Renderer;
 /// One job renders while the next is fetched and waits.
 const JOBS_IN_HAND: usize = 2;
 /// Failures in a row before the log says so.
-const FAILURES_TOLD: u32 = 3;
-const LONG_POLL: Duration = Duration::from_secs(20);
+pub(crate) const FAILURES_TOLD: u32 = 3;
+pub(crate) const LONG_POLL: Duration = Duration::from_secs(20);
 /// So that the first request tells which evaluator runs, where that is found out quickly.
 const SURVEY_PATIENCE: Duration = Duration::from_millis(500);
 /// Leases are given back within this time at shutdown; the rest lapse.
-const FAREWELL: Duration = Duration::from_secs(3);
+pub(crate) const FAREWELL: Duration = Duration::from_secs(3);
 
 /// What a worker needs to know.
 #[derive(Debug, Clone)]

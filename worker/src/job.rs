@@ -19,7 +19,7 @@ use crate::lamp::Lamps;
 use crate::render_thread::Order;
 use crate::renderer::Renderer;
 
-const HEARTBEAT: Duration = Duration::from_secs(5);
+pub(crate) const HEARTBEAT: Duration = Duration::from_secs(5);
 
 /// What a job needs from its worker.
 #[derive(Clone)]

@@ -31,6 +31,8 @@ mod job;
 mod lamp;
 mod render_thread;
 mod renderer;
+mod search;
+mod search_run;
 mod shot;
 mod tally;
 
@@ -40,3 +42,4 @@ mod claim_tests;
 pub use cache::LoadedMesh;
 pub use claim::{WorkerConfig, WorkerError, run};
 pub use renderer::{RenderError, Renderer};
+pub use search::{SearcherConfig, run_searches};

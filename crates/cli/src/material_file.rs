@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Merl, Rgl, Samples, Scattered, Slice};
 use brood_genome::Genome;
-use brood_search::MeasuredTarget;
+use brood_search::{MeasuredTarget, TargetFile, TargetKind};
 
 use crate::diff;
 use crate::genome_file;
@@ -17,6 +17,8 @@ const MERL_BYTES: u64 = 40 << 20;
 const RGL_BYTES: u64 = 128 << 20;
 /// As many samples as are read, with some thirty wavelengths each.
 const SAMPLES_BYTES: u64 = 128 << 20;
+/// The most of these.
+const TARGET_BYTES: u64 = 128 << 20;
 
 /// What a file holds.
 pub enum Material {
@@ -50,36 +52,20 @@ pub fn read(path: &PathBuf) -> Result<Material> {
 
 /// Reads what a search is to match, and says which kind of table it is.
 pub fn read_target(path: &PathBuf) -> Result<(MeasuredTarget, &'static str)> {
-    let samples = |samples: Samples, kind| -> Result<_> {
-        tell_skipped(path, &samples);
-        Ok((MeasuredTarget::of_samples(&samples).with_context(|| name(path))?, kind))
+    let Some(kind) = TargetKind::of_extension(&extension(path)) else {
+        bail!(
+            "{} is a genome already; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or \
+             an image slice as .exr",
+            name(path)
+        );
     };
-    match extension(path).as_str() {
-        "csv" => {
-            let bytes = read_file(path, SAMPLES_BYTES)?;
-            samples(Samples::from_csv(&bytes).with_context(|| name(path))?, "scattered samples")
-        }
-        "brdf" => {
-            let bytes = read_file(path, SAMPLES_BYTES)?;
-            let read = Samples::from_goniometer(&bytes).with_context(|| name(path))?;
-            samples(read, "goniometer measurements")
-        }
-        "exr" => {
-            let slice = read_slice(path).with_context(|| name(path))?;
-            let target = MeasuredTarget::of_slice(&slice).with_context(|| name(path))?;
-            Ok((target, "image slice"))
-        }
-        _ => match read(path)? {
-            Material::Measured(brdf, kind) => {
-                Ok((MeasuredTarget::of(&*brdf).with_context(|| name(path))?, kind))
-            }
-            Material::Bred(_) => bail!(
-                "{} is a genome already; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or \
-                 an image slice as .exr",
-                name(path)
-            ),
-        },
+    let bytes = read_file(path, TARGET_BYTES)?;
+    let TargetFile { target, skipped, rows } =
+        TargetFile::read(kind, &bytes).with_context(|| name(path))?;
+    if skipped > 0 {
+        tell_skipped(path, skipped, rows);
     }
+    Ok((target, kind.words()))
 }
 
 fn extension(path: &Path) -> String {
@@ -98,17 +84,16 @@ fn measured<B: Brdf + 'static>(
 
 /// Interpolates samples.
 fn scattered(path: &Path, samples: &Samples) -> Scattered {
-    tell_skipped(path, samples);
+    let skipped = samples.skipped();
+    if skipped > 0 {
+        tell_skipped(path, skipped, samples.rows().len() + skipped);
+    }
     Scattered::new(samples)
 }
 
-/// Says on stderr if some samples could not be used.
-fn tell_skipped(path: &Path, samples: &Samples) {
-    let skipped = samples.skipped();
-    if skipped > 0 {
-        let all = samples.rows().len() + skipped;
-        eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
-    }
+/// Says on stderr that some samples could not be used.
+fn tell_skipped(path: &Path, skipped: usize, all: usize) {
+    eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
 }
 
 fn read_slice(path: &Path) -> Result<Slice> {

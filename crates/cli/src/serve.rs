@@ -23,7 +23,7 @@ pub struct ServeArgs {
     /// Where everything is kept; $XDG_DATA_HOME/brood or ~/.local/share/brood unless said
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// Worker processes to start; 0 where others do the work
+    /// Worker processes that render, beside one that searches; 0 where others do all the work
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub workers: u16,
     /// auto, cpu, gpu or reference
@@ -69,6 +69,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         token: server.worker_token(),
         backend: args.backend,
         threads: threads_each(args.workers),
+        searches: false,
         undertaker: server.undertaker(),
     };
     // Workers outlive the server's drain, so that what is being waited for is still rendered.

@@ -34,15 +34,21 @@ pub struct WorkerPlan {
     pub backend: Backend,
     /// Threads of each; all cores where absent.
     pub threads: Option<NonZeroUsize>,
+    /// Whether they search instead of rendering.
+    pub searches: bool,
     /// Told of each death.
     pub undertaker: Undertaker,
 }
 
-/// Keeps that many workers alive until `stop`, then ends them.
+/// Keeps that many workers alive until `stop`, and where there is one, another that searches; then ends them.
 pub async fn supervise(workers: u16, plan: WorkerPlan, stop: CancellationToken) {
     let mut keepers = JoinSet::new();
     for number in 1..=workers {
         keepers.spawn(keep(format!("local-{number}"), plan.clone(), stop.clone()));
+    }
+    if workers > 0 {
+        let plan = WorkerPlan { searches: true, threads: None, ..plan };
+        keepers.spawn(keep("search-1".to_owned(), plan, stop.clone()));
     }
     while keepers.join_next().await.is_some() {}
 }
@@ -90,6 +96,9 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Vulkan drivers look for a desktop there and complain on stderr where a server has none.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+    }
+    if plan.searches {
+        command.arg("--searches");
     }
     if let Some(threads) = plan.threads {
         command.args(["--threads", &threads.to_string()]);

@@ -1,4 +1,4 @@
-//! `brood worker`: renders for a server, on this machine or another.
+//! `brood worker`: renders for a server, or searches for it, on this machine or another.
 
 use std::io::Read;
 use std::num::NonZeroUsize;
@@ -6,12 +6,16 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use brood_protocol::Backend;
-use brood_worker::WorkerConfig;
+use brood_worker::{SearcherConfig, WorkerConfig};
 use clap::Args;
 use tokio_util::sync::CancellationToken;
 
 use crate::supervisor::TOKEN_VARIABLE;
 use crate::{logging, place, serve};
+
+/// The lowest priority that there is.
+#[cfg(unix)]
+const LAST: i32 = 19;
 
 /// Options of `brood worker`.
 #[derive(Args)]
@@ -34,6 +38,9 @@ pub struct WorkerArgs {
     /// Room for sample sets and meshes
     #[arg(long, value_name = "MIB", default_value_t = 512)]
     cache_mib: u64,
+    /// Search instead of rendering, with what other programs leave of the processors
+    #[arg(long)]
+    searches: bool,
     /// End when stdin is closed
     #[arg(long, hide = true)]
     while_stdin_is_open: bool,
@@ -42,11 +49,23 @@ pub struct WorkerArgs {
 /// Runs the command until SIGINT or SIGTERM, or until the server refuses the token.
 pub fn run(args: WorkerArgs) -> Result<()> {
     logging::start_service();
+    if args.searches {
+        // Before any thread is started: on Linux each has a priority of its own, which it gets from the one that starts it.
+        step_back();
+    }
     let runtime = place::runtime()?;
     let result = runtime.block_on(work(args));
     // A render that nobody waits for any more must not hold the process back.
     runtime.shutdown_timeout(Duration::from_millis(100));
     result
+}
+
+/// Lets everything else go first: whoever breeds by eye must not wait for a search.
+fn step_back() {
+    #[cfg(unix)]
+    if let Err(error) = rustix::process::nice(LAST) {
+        tracing::warn!(%error, "searches run at the priority of everything else");
+    }
 }
 
 async fn work(args: WorkerArgs) -> Result<()> {
@@ -62,6 +81,15 @@ async fn work(args: WorkerArgs) -> Result<()> {
                 shutdown.cancel();
             })
             .context("watch stdin")?;
+    }
+    if args.searches {
+        let config = SearcherConfig {
+            server: args.server,
+            token: args.token,
+            name: args.name.unwrap_or_else(default_name),
+            threads: args.threads,
+        };
+        return Ok(brood_worker::run_searches(config, shutdown).await?);
     }
     let config = WorkerConfig {
         server: args.server,

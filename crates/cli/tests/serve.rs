@@ -51,7 +51,7 @@ impl Served {
         assert!(Command::new("kill").args([name, &pid]).status().unwrap().success());
     }
 
-    /// The processes whose parent this server is.
+    /// The processes whose parent this server is, but for the one that searches.
     fn workers(&self) -> Vec<u32> {
         let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap();
         let children = threads.map(|thread| {
@@ -60,6 +60,13 @@ impl Served {
         });
         let children: Vec<String> = children.collect();
         let pids = children.iter().flat_map(|text| text.split_whitespace());
+        let searches = |pid: &&str| {
+            // Until it is the worker's own it is the server's; then it is looked at again.
+            let command = std::fs::read_to_string(format!("/proc/{pid}/cmdline"));
+            command
+                .is_ok_and(|command| command.contains("--searches") || !command.contains("worker"))
+        };
+        let pids = pids.filter(|pid| !searches(pid));
         pids.map(|pid| pid.parse().unwrap()).collect()
     }
 }

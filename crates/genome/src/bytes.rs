@@ -1,5 +1,6 @@
 //! The canonical byte encoding of a genome, its way back, and the content hash over it.
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
 use std::str::FromStr;
 
@@ -85,6 +86,18 @@ impl FromStr for GenomeHash {
     fn from_str(text: &str) -> Result<Self, HashError> {
         let hash = blake3::Hash::from_hex(text).map_err(|_| HashError)?;
         Ok(Self(*hash.as_bytes()))
+    }
+}
+
+impl Serialize for GenomeHash {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for GenomeHash {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
     }
 }
 

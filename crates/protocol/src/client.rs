@@ -6,9 +6,11 @@ use brood_scene::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::LightAssetFile;
 use crate::lease::{
     CONTENT_TYPE, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, WireError, decode, encode,
+};
+use crate::{
+    Directive, LightAssetFile, SearchGrant, SearchReport, SearchRequest, SearchTicket, TargetBytes,
 };
 
 /// Talks to one server with one token.
@@ -97,6 +99,43 @@ impl WorkerClient {
     pub async fn light_asset(&self, id: &str) -> Result<LightAssetFile, ClientError> {
         read(self.send::<()>(Method::GET, &format!("/v1/leases/light-assets/{id}"), None).await?)
             .await
+    }
+
+    /// Waits for a search; `None` where there was none in the time asked for.
+    pub async fn lease_search(
+        &self,
+        request: &SearchRequest,
+    ) -> Result<Option<SearchGrant>, ClientError> {
+        let response = self.send(Method::POST, "/v1/leases/searches", Some(request)).await?;
+        if response.status() == StatusCode::NO_CONTENT {
+            return Ok(None);
+        }
+        Ok(Some(read(response).await?))
+    }
+
+    /// Keeps the lease of a search.
+    pub async fn keep_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
+        let path = format!("/v1/leases/searches/{}/heartbeat", ticket.job);
+        self.send(Method::POST, &path, Some(ticket)).await.map(drop)
+    }
+
+    /// Tells what came of a search.
+    pub async fn report_search(&self, report: &SearchReport) -> Result<Directive, ClientError> {
+        let path = format!("/v1/leases/searches/{}/report", report.ticket.job);
+        read(self.send(Method::POST, &path, Some(report)).await?).await
+    }
+
+    /// Gives a search back to its queue.
+    pub async fn release_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
+        let path = format!("/v1/leases/searches/{}", ticket.job);
+        self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
+    }
+
+    /// A target's file by its content hash.
+    pub async fn target(&self, hash: &[u8; 32]) -> Result<Vec<u8>, ClientError> {
+        let path = format!("/v1/leases/targets/{}", blake3::Hash::from_bytes(*hash).to_hex());
+        let file: TargetBytes = read(self.send::<()>(Method::GET, &path, None).await?).await?;
+        Ok(file.bytes)
     }
 
     async fn send<T: Serialize>(

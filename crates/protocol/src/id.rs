@@ -61,8 +61,10 @@ ids! {
     MeshId,
     /// A stored scene.
     SceneId,
-    /// A unit of work.
+    /// A unit of work: pictures to be rendered, or a search.
     JobId,
+    /// Something that searches are to match.
+    TargetId,
     /// A worker's hold on a job.
     LeaseId,
     /// One HTTP request, in logs and problems.

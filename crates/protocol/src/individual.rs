@@ -11,7 +11,6 @@ pub struct Individual {
     /// Its id.
     pub id: IndividualId,
     /// Content hash of its genome, 64 hexadecimal digits.
-    #[serde(with = "hash_text")]
     #[schema(value_type = String)]
     pub hash: GenomeHash,
     /// Place in its brood.
@@ -102,19 +101,4 @@ pub struct PatchIndividual {
     /// New note, up to 10,000 characters.
     #[serde(default)]
     pub note: Option<String>,
-}
-
-mod hash_text {
-    //! Genome hashes as hexadecimal text.
-
-    use brood_genome::GenomeHash;
-    use serde::{Deserialize, Deserializer, Serializer, de};
-
-    pub fn serialize<S: Serializer>(hash: &GenomeHash, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(hash)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<GenomeHash, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
-    }
 }

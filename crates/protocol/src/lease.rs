@@ -9,13 +9,13 @@ use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, W
 /// Content type of lease requests, grants and results.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Opens every message; the digit is the version.
-const MAGIC: &[u8; 8] = b"brood/2\n";
+const MAGIC: &[u8; 8] = b"brood/3\n";
 
 /// Bytes that are not a message of this version.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// Another version, or no message at all.
-    #[error("the message does not begin with the version brood/2")]
+    #[error("the message does not begin with the version brood/3")]
     Version,
     /// Broken off or malformed.
     #[error("the message is malformed: {0}")]
@@ -199,7 +199,7 @@ pub struct RenderedPicture {
 
 /// Files as one run of bytes: serde's own form of a vector goes through them one by one, which takes milliseconds for the
 /// pictures of a brood. What is on the wire is the same.
-mod octets {
+pub(crate) mod octets {
     use std::fmt;
 
     use serde::de::{Error, Visitor};

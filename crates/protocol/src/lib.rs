@@ -14,8 +14,11 @@ mod mesh;
 mod page;
 mod picture;
 mod problem;
+mod search;
+mod search_lease;
 mod seed;
 mod system;
+mod target;
 mod work;
 
 /// How a picture is sampled and which part of it is wanted: words of requests, for those who know no scenes.
@@ -23,7 +26,9 @@ pub use brood_scene::{PixelArea, Sampling};
 
 pub use breed::{Adopt, Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
 pub use client::{ClientError, WorkerClient};
-pub use id::{GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId};
+pub use id::{
+    GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
+};
 pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
@@ -36,6 +41,15 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
 pub use problem::Problem;
+pub use search::{
+    AnyJob, Budget, CreateSearch, FoundMaterial, Front, SearchAnswer, SearchLine, SearchOptions,
+    SearchState,
+};
+pub use search_lease::{
+    Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews, SearchReport,
+    SearchRequest, SearchTicket, TargetBytes,
+};
 pub use seed::Seed;
 pub use system::{BackendReport, SystemAnswer};
+pub use target::{Target, TargetSpec, TargetUpload};
 pub use work::Work;

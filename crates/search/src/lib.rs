@@ -20,5 +20,5 @@ pub use method::{Candidate, Outcome, Progress};
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
     ImageError, ImageTargetError, ImageView, MeasuredTarget, PixelCounts, Samples, TargetError,
-    View, draw_pairs, narrow_pairs, pooled,
+    TargetFile, TargetFileError, TargetKind, UnknownKind, View, draw_pairs, narrow_pairs, pooled,
 };

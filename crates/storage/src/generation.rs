@@ -14,7 +14,8 @@ use crate::genome::{self, CHUNK_ROWS, NewGenome};
 use crate::individual::{self, StoredIndividual, select_individual};
 use crate::row::{Columns, Key, damaged, narrow, set, signed};
 use crate::{
-    Committed, Idempotency, NewJob, NewPicture, StorageError, Store, idempotency, job, picture,
+    Committed, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency, job,
+    picture, search_lease,
 };
 
 /// A generation to be stored, with all that becomes true with it.
@@ -52,6 +53,8 @@ pub struct NewGeneration {
     pub pictures: Vec<NewPicture>,
     /// The job that renders them.
     pub job: Option<NewJob>,
+    /// The step of the search that found them.
+    pub search: Option<SearchStep>,
     /// The answer to be remembered.
     pub idempotency: Option<Idempotency>,
 }
@@ -191,6 +194,9 @@ pub(crate) async fn insert(
 ) -> Result<StoredGeneration, StorageError> {
     if let Some(answer) = &new.idempotency {
         idempotency::insert(conn, answer, new.created_ms).await?;
+    }
+    if let Some(step) = &new.search {
+        search_lease::apply(conn, step).await?;
     }
     let index = insert_row(conn, &new).await?;
     insert_parents(conn, new.id, &new.parents).await?;

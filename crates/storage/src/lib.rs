@@ -38,7 +38,10 @@ mod picture;
 mod purge;
 mod row;
 mod scene;
+mod search;
+mod search_lease;
 mod store;
+mod target;
 mod token;
 mod writer;
 
@@ -55,6 +58,9 @@ pub use job::{ClaimedJob, FIRST_EPOCH, JobKind, JobRow, JobState, NewJob, Queue,
 pub use lineage::{BadCursor, LineageCursor, NewLineage};
 pub use mesh::{MeshRow, NewMesh};
 pub use picture::{NewPicture, PictureRow};
+pub use search::{NewSearch, SearchChange, StoredSearch};
+pub use search_lease::{ClaimedSearch, SearchEnd, SearchStep};
 pub use store::{Store, StoreCounts};
+pub use target::NewTarget;
 pub use token::{Scope, Token};
 pub use writer::Committed;

@@ -1,7 +1,7 @@
 //! Between Rust's types and SQLite's: ids, hashes and whole numbers as columns, sets as JSON parameters. Owns the
 //! conversions; refuses to know tables.
 
-use brood_protocol::{GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId};
+use brood_protocol::{GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId};
 use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 
@@ -27,7 +27,7 @@ macro_rules! keys {
     )*};
 }
 
-keys!(GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId);
+keys!(GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId);
 
 /// Columns by name. What cannot be read was never written: the file is damaged.
 pub(crate) trait Columns {

@@ -7,6 +7,7 @@ mod family;
 mod history;
 mod queue;
 mod removal;
+mod search;
 
 use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
 use brood_protocol::{
@@ -111,6 +112,7 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),
         pictures: Vec::new(),
         job: None,
+        search: None,
         idempotency: None,
     }
 }

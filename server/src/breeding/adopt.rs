@@ -63,14 +63,25 @@ impl AppState {
             ..Breed::default()
         };
         let constraints = breed.constraints.unwrap_or_default();
-        let brood = Brood { seed: Seed(0), constraints, operator: OPERATOR, breed, children };
+        let brood = Brood {
+            seed: Seed(0),
+            constraints,
+            operator: OPERATOR,
+            breed,
+            children,
+            recording: None,
+        };
         self.birth(lineage, &framed, &[], brood, attempt, stages).await
     }
 }
 
 /// The genome at the lineage's length: a shorter one is padded with what changes nothing. Models have no length to fit, and
 /// a lineage of models takes programs as they are.
-fn fitted(genome: Genome, dialect: &Dialect, pointer: String) -> Result<Genome, ApiError> {
+pub(super) fn fitted(
+    genome: Genome,
+    dialect: &Dialect,
+    pointer: String,
+) -> Result<Genome, ApiError> {
     let own = *genome.dialect();
     if own.length == 0 || dialect.length == 0 {
         return Ok(genome);
@@ -86,7 +97,7 @@ fn fitted(genome: Genome, dialect: &Dialect, pointer: String) -> Result<Genome, 
     genome.padded(dialect.length).map_err(|error| ApiError::refused(error.to_string()).at(pointer))
 }
 
-fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
+pub(super) fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
     let newborn = |(slot, genome): (u32, Genome)| {
         let program = express(&genome);
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();

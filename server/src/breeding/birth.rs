@@ -15,7 +15,7 @@ use brood_protocol::{
     PictureKey, RenderJob, Seed, encode,
 };
 use brood_storage::{
-    Committed, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, StorageError,
+    Committed, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, SearchStep, StorageError,
     StoredGeneration, StoredIndividual,
 };
 use futures::poll;
@@ -45,7 +45,10 @@ impl AppState {
     ) -> Result<(Generation, Option<JobId>), ApiError> {
         let centre = parents.first().filter(|parent| parent.individual.is_some());
         let (id, created_ms) = (GenerationId::fresh(), now_ms());
-        let ids: Vec<_> = brood.children.iter().map(|_| IndividualId::fresh()).collect();
+        let (ids, search) = match brood.recording {
+            Some(Recording { ids, step }) => (ids, Some(step)),
+            None => (brood.children.iter().map(|_| IndividualId::fresh()).collect(), None),
+        };
         let mut materials: Vec<Wanted> = Vec::new();
         let mut pictures: Vec<NewPicture> = Vec::new();
         let mut individuals: Vec<NewIndividual> = Vec::new();
@@ -144,6 +147,7 @@ impl AppState {
             individuals,
             pictures,
             job,
+            search,
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
         let flights = Flights { app: self.clone(), keys: departed };
@@ -268,11 +272,18 @@ struct Errand {
 
 /// What was made and how it was asked for.
 pub(super) struct Brood {
+    pub recording: Option<Recording>,
     pub seed: Seed,
     pub constraints: DialectConstraints,
     pub operator: &'static str,
     pub breed: Breed,
     pub children: Vec<Newborn>,
+}
+
+/// The step of a search that a brood is written with, and the ids that it has for its children.
+pub(super) struct Recording {
+    pub ids: Vec<IndividualId>,
+    pub step: SearchStep,
 }
 
 /// Flights that have no job yet; they crash unless they get one.

@@ -1,4 +1,4 @@
-//! The event stream of a lineage.
+//! The event streams of lineages and of searches.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -7,12 +7,12 @@ use async_stream::stream;
 use axum::extract::State;
 use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
-use brood_protocol::LineageId;
+use brood_protocol::{JobId, LineageId};
 use http::{HeaderMap, HeaderValue, header};
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::access::Need;
-use crate::event::{Event, Subscription};
+use crate::event::{Event, Subscription, Topic};
 use crate::extract::{NoQuery, Path};
 use crate::layer;
 use crate::problem::ApiError;
@@ -22,7 +22,8 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// A stream ends this long after its token was revoked.
 const ACCESS_TICK: Duration = Duration::from_secs(2);
 
-/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `resync`.
+/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `job`,
+/// `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
     params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
     responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]
@@ -33,11 +34,29 @@ pub async fn stream_events(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     app.store.lineage(id).await?;
+    stream_of(app, id.into(), &headers)
+}
+
+/// What happens to a search, as server-sent events: `state`, `progress`, `best`, `resync`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
+    params(("id" = JobId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
+    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]
+pub async fn stream_job_events(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    app.store.search(id).await?;
+    stream_of(app, id.into(), &headers)
+}
+
+fn stream_of(app: App, topic: Topic, headers: &HeaderMap) -> Result<Response, ApiError> {
     let place = app.events.place();
     let place = place.ok_or_else(|| ApiError::busy("too many event streams are open"))?;
     let last_id = headers.get("last-event-id").map(|value| value.to_str().unwrap_or_default());
-    let Subscription { resync, missed, mut receiver } = app.events.subscribe(id, last_id);
-    let token = layer::token(&headers).map(str::to_owned);
+    let Subscription { resync, missed, mut receiver } = app.events.subscribe(topic, last_id);
+    let token = layer::token(headers).map(str::to_owned);
     let events = stream! {
         let _place = place;
         // Something to read at once, so that proxies and clients know that the stream is open.

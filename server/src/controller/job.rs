@@ -2,21 +2,35 @@
 
 use axum::Json;
 use axum::extract::State;
-use brood_protocol::{JobAnswer, JobId, JobStatus};
+use brood_protocol::{AnyJob, JobAnswer, JobId, JobStatus};
 use brood_storage::{JobState, StorageError};
 
 use crate::extract::{NoQuery, Path};
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// One job. Render jobs that are done are remembered for a while, and not over a restart.
+/// One job: a search, or what renders a brood's pictures. Render jobs that are done are remembered for a while, and not over a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = JobAnswer)))]
+    params(("id" = JobId, Path)), responses((status = 200, body = AnyJob)))]
 pub async fn get(
     State(app): State<App>,
     NoQuery: NoQuery,
     Path(id): Path<JobId>,
-) -> Result<Json<JobAnswer>, ApiError> {
+) -> Result<Json<AnyJob>, ApiError> {
+    match app.store.search(id).await {
+        Ok(search) => {
+            let answer = super::search::present(&app, search).await?;
+            Ok(Json(AnyJob::Search(Box::new(answer))))
+        }
+        Err(StorageError::NotFound) => {
+            let answer = render_job(&app, id).await?;
+            Ok(Json(AnyJob::Render(Box::new(answer))))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+async fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
     let answer = |state| JobAnswer {
         id,
         kind: "render".to_owned(),
@@ -28,7 +42,7 @@ pub async fn get(
     // Its row is taken off the queue after it is done, so what is done is looked at first.
     if let Some(done) = app.dispatch.history.of(id) {
         let (work, times) = (Some(done.work), Some(done.times));
-        return Ok(Json(JobAnswer { work, times, ..answer(JobStatus::Succeeded) }));
+        return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
     }
     let row = match app.store.job(id).await {
         Ok(row) => row,
@@ -36,7 +50,7 @@ pub async fn get(
         Err(StorageError::NotFound) => {
             if let Some(done) = app.dispatch.history.of(id) {
                 let (work, times) = (Some(done.work), Some(done.times));
-                return Ok(Json(JobAnswer { work, times, ..answer(JobStatus::Succeeded) }));
+                return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
             }
             return Err(ApiError::not_found("there is no such job, or it was done long ago"));
         }
@@ -47,5 +61,5 @@ pub async fn get(
         JobState::Leased => JobStatus::Running,
         JobState::Failed | JobState::Dead => JobStatus::Failed,
     };
-    Ok(Json(JobAnswer { reason: row.reason, ..answer(state) }))
+    Ok(JobAnswer { reason: row.reason, ..answer(state) })
 }

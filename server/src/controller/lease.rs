@@ -14,7 +14,7 @@ use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-const NAME_CHARS: usize = 200;
+pub(super) const NAME_CHARS: usize = 200;
 
 /// Waits for a job: 200 with a grant, 204 where there was none.
 #[utoipa::path(post, path = "/v1/leases", tag = "workers",
@@ -117,7 +117,10 @@ pub async fn light_asset(
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], file).into_response())
 }
 
-async fn read<T: DeserializeOwned>(request: Request<Body>, max: usize) -> Result<T, ApiError> {
+pub(super) async fn read<T: DeserializeOwned>(
+    request: Request<Body>,
+    max: usize,
+) -> Result<T, ApiError> {
     let (head, body) = request.into_parts();
     ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
     let bytes = read_message(&head.headers, body, max).await?;

@@ -20,9 +20,12 @@ pub mod page;
 pub mod preset;
 pub mod render;
 pub mod scene;
+pub mod search;
+pub mod search_lease;
 pub mod session;
 pub mod sheet;
 pub mod system;
+pub mod target;
 pub mod thumbnail;
 
 use axum::Json;

@@ -56,6 +56,9 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
             app.metrics.gauge("brood_jobs", &labels, depth.of(queue, state) as f64);
         }
     }
+    for (state, searches) in app.store.search_counts().await? {
+        app.metrics.gauge("brood_searches", &[("state", state)], searches as f64);
+    }
     let (flights, memory_bytes) = app.gallery.size();
     let (disk_bytes, pictures) = app.gallery.disk().size();
     app.metrics.gauge("brood_leases", &[], app.dispatch.table.len() as f64);

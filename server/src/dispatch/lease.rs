@@ -179,6 +179,10 @@ impl AppState {
             tracing::warn!(job = %lease.job, worker = %lease.worker, "a lease has lapsed");
             self.put_back(&lease, true).await;
         }
+        for ticket in self.dispatch.holds.expire() {
+            tracing::warn!(job = %ticket.job, "the lease of a search has lapsed");
+            self.put_search_back(&ticket, true).await;
+        }
     }
 
     /// Puts the jobs of a worker that is known to be dead back into the queue, without waiting for its leases to lapse.
@@ -187,12 +191,19 @@ impl AppState {
             tracing::warn!(job = %lease.job, worker, "a worker died over a job");
             self.put_back(&lease, true).await;
         }
+        for ticket in self.dispatch.holds.end_those_of(worker) {
+            tracing::warn!(job = %ticket.job, worker, "a worker died over a search");
+            self.put_search_back(&ticket, true).await;
+        }
     }
 
     /// Puts all jobs that are out back into the queue.
     pub async fn release_all(&self) {
         for lease in self.dispatch.table.end_all() {
             self.put_back(&lease, false).await;
+        }
+        for ticket in self.dispatch.holds.end_all() {
+            self.put_search_back(&ticket, false).await;
         }
     }
 
@@ -222,7 +233,7 @@ fn keys(lease: &Lease) -> impl Iterator<Item = PictureKey> {
     lease.work.items.iter().map(|item| item.key)
 }
 
-fn lease_ms() -> u32 {
+pub(super) fn lease_ms() -> u32 {
     u32::try_from(limit::LEASE.as_millis()).expect("a lease is seconds long")
 }
 
@@ -230,7 +241,7 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-fn stale() -> ApiError {
+pub(super) fn stale() -> ApiError {
     ApiError::stale_lease("the lease has lapsed, or its job was done by another worker")
 }
 

@@ -1,12 +1,13 @@
 //! Dispatch: pictures that are wanted become jobs, jobs become leases, results become pictures.
 //!
 //! [`table`] holds the leases on the monotonic clock, [`render`] is the road of those who want pictures, [`lease`] that
-//! of those who make them, [`queue`] knows the workers that wait, and [`history`] what became of jobs.
+//! of those who make them, [`search`] that of those who search, [`queue`] knows the workers that wait, and [`history`] what became of jobs.
 
 mod history;
 mod lease;
 mod queue;
 mod render;
+mod search;
 mod table;
 
 use std::collections::HashMap;
@@ -20,6 +21,7 @@ pub use history::{Finished, History};
 use queue::Waiters;
 pub use queue::{Handed, Waiting};
 pub use render::{FrameId, queued_job, render_work};
+pub use search::{Holds, search_json};
 pub use table::{Lease, Table};
 
 /// Workers that are remembered.
@@ -35,6 +37,10 @@ pub struct Dispatch {
     pub bell: Notify,
     /// Jobs that were done lately.
     pub history: History,
+    /// Searches that are out.
+    pub holds: Holds,
+    /// Rung for each search that is queued.
+    pub search_bell: Notify,
     waiters: Waiters,
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
 }
@@ -46,6 +52,8 @@ impl Dispatch {
             table: Table::new(),
             bell: Notify::new(),
             history: History::new(),
+            holds: Holds::default(),
+            search_bell: Notify::new(),
             waiters: Waiters::default(),
             workers: Mutex::default(),
         }

@@ -4,6 +4,7 @@
 mod body;
 mod if_match;
 mod json;
+mod multipart;
 mod path;
 mod query;
 mod strict;
@@ -11,5 +12,6 @@ mod strict;
 pub use body::{ContentType, read_body, read_message};
 pub use if_match::{IfMatch, etag};
 pub use json::{Json, parse_json};
+pub use multipart::{boundary as multipart_boundary, parts as multipart_parts};
 pub use path::Path;
 pub use query::{NoQuery, PageQuery, Query, page};

@@ -38,6 +38,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-export",
             "brood-inspect",
             "brood-preset",
+            "brood-search",
         ],
     ),
     (
@@ -50,6 +51,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-scene",
             "brood-eval",
             "brood-gpu",
+            "brood-search",
         ],
     ),
     // Drives the binary from outside, over HTTP and the command line.

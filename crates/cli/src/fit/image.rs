@@ -188,7 +188,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
 
 fn decode(path: &Path) -> Result<LinearPicture> {
     let bytes = output::read_file(path, PICTURE_BYTES)?;
-    decode_linear(&bytes).with_context(|| path.display().to_string())
+    decode_linear(&bytes, SIDE_MOST).with_context(|| path.display().to_string())
 }
 
 fn look(source: Source) -> Result<(Shown, Samples)> {

@@ -4,9 +4,6 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
-/// Sides of a picture at most.
-const SIDE: u32 = 16384;
-
 /// A picture as linear red, green and blue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearPicture {
@@ -40,8 +37,8 @@ pub enum LinearPictureError {
 /// EXR and HDR: the file's own, with the primaries of sRGB. PNG and JPEG: 1 is the brightest that they show.
 ///
 /// # Domain
-/// At most 16384 x 16384 pixels. Values of EXR files that are not finite are handed on.
-pub fn decode_linear(bytes: &[u8]) -> Result<LinearPicture, LinearPictureError> {
+/// At most `side` pixels in each direction. Values of EXR files that are not finite are handed on.
+pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
     let is_linear = match format {
         ImageFormat::OpenExr | ImageFormat::Hdr => true,
@@ -50,7 +47,7 @@ pub fn decode_linear(bytes: &[u8]) -> Result<LinearPicture, LinearPictureError> 
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(SIDE), Some(SIDE));
+    (limits.max_image_width, limits.max_image_height) = (Some(side), Some(side));
     reader.limits(limits);
     let decoded = reader.decode()?;
     Ok(if is_linear { linear(&decoded) } else { encoded(&decoded) })
@@ -106,7 +103,8 @@ mod tests {
         image.put_pixel(0, 0, image::Rgba([254, 188, 0, 255]));
         image.put_pixel(1, 0, image::Rgba([255, 10, 10, 255]));
         let picture =
-            decode_linear(&written(&DynamicImage::ImageRgba8(image), ImageFormat::Png)).unwrap();
+            decode_linear(&written(&DynamicImage::ImageRgba8(image), ImageFormat::Png), 64)
+                .unwrap();
         assert!(!picture.is_linear && (picture.width, picture.height) == (2, 1));
         assert!((picture.pixels[0][1] - 0.502_886).abs() < 1e-5);
         assert_eq!(picture.clipped, [false, true]);
@@ -116,11 +114,11 @@ mod tests {
     fn linear_light_is_taken_as_it_is() {
         let image = image::Rgb32FImage::from_raw(1, 1, vec![0.25, 7.5, -0.5]).unwrap();
         let bytes = written(&DynamicImage::ImageRgb32F(image), ImageFormat::OpenExr);
-        let picture = decode_linear(&bytes).unwrap();
+        let picture = decode_linear(&bytes, 64).unwrap();
         assert!(picture.is_linear && picture.pixels == [[0.25, 7.5, -0.5]]);
         assert_eq!(picture.clipped, [false]);
-        assert!(matches!(decode_linear(b"GIF89a"), Err(LinearPictureError::Kind)));
-        assert!(decode_linear(&bytes[..bytes.len() / 2]).is_err());
+        assert!(matches!(decode_linear(b"GIF89a", 64), Err(LinearPictureError::Kind)));
+        assert!(decode_linear(&bytes[..bytes.len() / 2], 64).is_err());
     }
 
     #[test]

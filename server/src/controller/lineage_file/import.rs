@@ -14,7 +14,7 @@ use brood_scene::{Mesh, MeshRef};
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
-use crate::breeding::ADOPT;
+use crate::breeding::{ADOPT, FIT};
 use crate::controller::lineage::{check_name, check_saturation};
 use crate::controller::{check_length, light_asset};
 use crate::limit;
@@ -170,6 +170,7 @@ impl Assembly<'_> {
         // What breeding could not have made has no place in a history that can be replayed.
         let operator = match from.parents.len() {
             0 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
+            0 | 1 if from.individuals.iter().all(|one| one.operator == FIT) => FIT,
             0 => "random",
             1 => "mutate",
             2 => "recombine",
@@ -245,6 +246,7 @@ impl Assembly<'_> {
             individuals,
             pictures: Vec::new(),
             job: None,
+            search: None,
             idempotency: None,
         })
     }

@@ -1,0 +1,129 @@
+//! What a search has found becomes individuals of its lineage: in the same transaction as the step that found it, so that
+//! neither is ever there without the other.
+
+use brood_genome::{Dialect, Genome};
+use brood_protocol::{
+    Breed, Curation, FoundMaterial, Generation, IndividualId, Lineage, MeasuredMaterial, ParentRef,
+};
+use brood_storage::{SearchStep, StoredSearch};
+
+use super::adopt::{fitted, newborns};
+use super::birth::{Brood, Recording};
+use super::{Newborn, Parent};
+use crate::limit;
+use crate::presenter::thumbnail_view;
+use crate::problem::ApiError;
+use crate::stage::Stages;
+use crate::state::{App, AppState};
+
+/// How an individual came about that a search has found.
+pub const OPERATOR: &str = "fit";
+
+impl AppState {
+    /// Makes a generation of what was found, first to last, and takes the step that belongs to it; none where nothing of it
+    /// is a genome that the lineage can have, and then no step is taken either.
+    pub async fn record(
+        self: &App,
+        search: &StoredSearch,
+        (found, generation): (Vec<MeasuredMaterial>, u32),
+        step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
+    ) -> Result<Option<(Generation, Vec<FoundMaterial>)>, ApiError> {
+        let lineage = self.store.lineage(search.lineage).await?;
+        let framed = self.library.frame(thumbnail_view(self, &lineage)).await?;
+        let parent = self.parent_of(search, &lineage).await?;
+        let (dialect, id) = (lineage.dialect, search.id);
+        let made = self.on_processor(move || {
+            let (kept, genomes): (Vec<_>, Vec<_>) = found
+                .into_iter()
+                .take(limit::CHILDREN as usize)
+                .filter_map(|one| {
+                    let genome = read(&one, &dialect);
+                    genome
+                        .inspect_err(|reason| {
+                            tracing::warn!(job = %id, reason, "a find does not fit its lineage");
+                        })
+                        .ok()
+                        .map(|genome| (one, genome))
+                })
+                .unzip();
+            (kept, newborns(genomes))
+        });
+        let (kept, children): (Vec<MeasuredMaterial>, Vec<Newborn>) = made.await?;
+        if children.is_empty() {
+            return Ok(None);
+        }
+        let ids: Vec<_> = children.iter().map(|_| IndividualId::fresh()).collect();
+        let materials = kept.iter().zip(&children).zip(&ids);
+        let materials: Vec<_> = materials
+            .map(|((measured, newborn), id)| present(measured, newborn, *id, generation))
+            .collect();
+        let step = step(materials.clone());
+        let breed = Breed {
+            parents: parent
+                .iter()
+                .filter_map(|parent| parent.individual.as_ref())
+                .map(|one| ParentRef::Individual(one.id))
+                .collect(),
+            mutation: 0.0,
+            recombination: 0.0,
+            curation: Curation::Off,
+            ..Breed::default()
+        };
+        let brood = Brood {
+            seed: search.options.seed,
+            constraints: breed.constraints.unwrap_or_default(),
+            operator: OPERATOR,
+            breed,
+            children,
+            recording: Some(Recording { ids, step }),
+        };
+        let (attempt, mut stages) = (self.ledger.unkeyed(), Stages::begin());
+        let parents: Vec<Parent> = parent.into_iter().collect();
+        let (generation, _) =
+            self.birth(&lineage, &framed, &parents, brood, &attempt, &mut stages).await?;
+        Ok(Some((generation, materials)))
+    }
+
+    /// The best before, or what the search started from, as far as it is there and can be crossed with what is born.
+    async fn parent_of(
+        &self,
+        search: &StoredSearch,
+        lineage: &Lineage,
+    ) -> Result<Option<Parent>, ApiError> {
+        let best = search.best.as_ref().map(|best| best.individual);
+        let Some(id) = best.or(search.options.start.first().copied()) else { return Ok(None) };
+        let found = self.parents(lineage, &[ParentRef::Individual(id)]).await;
+        Ok(found.ok().and_then(|mut found| found.pop()))
+    }
+}
+
+/// The genome of a find as the lineage has it.
+fn read(found: &MeasuredMaterial, dialect: &Dialect) -> Result<Genome, String> {
+    let errors = [found.e_log, found.e_log_fitted, found.e_cbrt, found.relative_l2, found.divisor];
+    if !errors.iter().all(|error| error.is_finite()) {
+        return Err("it is off by more than a number can say".to_owned());
+    }
+    let genome = Genome::from_canonical_bytes(&found.genome).map_err(|error| error.to_string())?;
+    fitted(genome, dialect, String::new()).map_err(|error| format!("{error:?}"))
+}
+
+fn present(
+    found: &MeasuredMaterial,
+    newborn: &Newborn,
+    individual: IndividualId,
+    generation: u32,
+) -> FoundMaterial {
+    FoundMaterial {
+        individual,
+        hash: newborn.child.hash,
+        e_log: found.e_log,
+        e_log_fitted: found.e_log_fitted,
+        e_cbrt: found.e_cbrt,
+        relative_l2: found.relative_l2,
+        operations: found.operations,
+        numbers: found.numbers,
+        divisor: found.divisor,
+        generation,
+        thumbnail: None,
+    }
+}

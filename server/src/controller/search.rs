@@ -1,0 +1,239 @@
+//! Searches: asked for, listed, paused, resumed, cancelled; what they found and how they came to it. One of them is read by
+//! the same address as the jobs that render pictures, and stands in `job`.
+
+mod ask;
+
+use async_stream::stream;
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use brood_protocol::{
+    CreateSearch, FoundMaterial, Front, JobId, Page, SearchAnswer, SearchLine, SearchState,
+};
+use brood_storage::{SearchChange, StorageError, StoredSearch};
+use http::{HeaderName, StatusCode, header};
+use serde::{Deserialize, Serialize};
+
+use super::created;
+use crate::dispatch::search_json;
+use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
+use crate::presenter::Presenter;
+use crate::problem::ApiError;
+use crate::state::{App, now_ms};
+
+const COLLECTION: &str = "/v1/jobs";
+/// Lines that are read at once for a log.
+const LOG_LINES: u32 = 1000;
+
+/// Starts a search.
+#[utoipa::path(post, path = "/v1/jobs", tag = "jobs", request_body = CreateSearch,
+    responses((status = 202, body = SearchAnswer, headers(("Location" = String, description = "where it can be watched")))))]
+pub async fn create(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    key: IdempotencyKey,
+    body: JsonBody<CreateSearch>,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
+        Begun::Replay(answer) => return Ok(accepted(&answer)),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let mut new = ask::read(&app, body.value).await?;
+    let answer = search_json(ask::before(&new));
+    new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
+    let (id, target) = (new.id, new.target);
+    app.store.create_search(new, limit::QUEUED_SEARCHES).await.map_err(|error| match error {
+        StorageError::QueueFull => ApiError::busy("too many searches are waiting already"),
+        // It was there a moment ago.
+        StorageError::NotFound => ApiError::not_found(format!("target {target} is gone")),
+        other => other.into(),
+    })?;
+    app.tell_state(&app.store.search(id).await?);
+    app.dispatch.search_bell.notify_one();
+    Ok(accepted(&answer))
+}
+
+/// The searches, newest first.
+#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(PageQuery),
+    responses((status = 200, body = Page<SearchAnswer>)))]
+pub async fn list(
+    State(app): State<App>,
+    Query(query): Query<PageQuery>,
+) -> Result<Json<Page<SearchAnswer>>, ApiError> {
+    let limit = query.limit()?;
+    let stored = app.store.list_searches(query.cursor::<JobId>()?, limit + 1).await?;
+    let Page { items, next } = page(stored, limit, |last| last.id.to_string(), |one| one);
+    let mut answers = Vec::with_capacity(items.len());
+    for search in items {
+        answers.push(present(&app, search).await?);
+    }
+    Ok(Json(Page { items: answers, next }))
+}
+
+/// Lets a search wait until it is resumed.
+#[utoipa::path(post, path = "/v1/jobs/{id}/pause", tag = "jobs",
+    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+pub async fn pause(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+    key: IdempotencyKey,
+) -> Result<Response, ApiError> {
+    change(&app, id, key, SearchChange::Pause).await
+}
+
+/// Lets a search that waits go on.
+#[utoipa::path(post, path = "/v1/jobs/{id}/resume", tag = "jobs",
+    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+pub async fn resume(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+    key: IdempotencyKey,
+) -> Result<Response, ApiError> {
+    change(&app, id, key, SearchChange::Resume).await
+}
+
+/// Ends a search; what it has found stays.
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs",
+    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+pub async fn cancel(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+    key: IdempotencyKey,
+) -> Result<Response, ApiError> {
+    change(&app, id, key, SearchChange::Cancel).await
+}
+
+async fn change(
+    app: &App,
+    id: JobId,
+    key: IdempotencyKey,
+    change: SearchChange,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, b"").await? {
+        Begun::Replay(answer) => return Ok(Json(answer).into_response()),
+        Begun::Fresh(attempt) => attempt,
+    };
+    let search = app.store.change_search(id, change, now_ms()).await?;
+    let search = search.map_err(|state| wrong_state(change, state))?;
+    app.dispatch.holds.forget(id);
+    app.dispatch.search_bell.notify_one();
+    app.tell_state(&search);
+    let answer = present(app, search).await?;
+    if let Some(record) = attempt.record(StatusCode::OK, &answer) {
+        app.store.remember_answer(record, now_ms()).await?;
+    }
+    Ok(Json(answer).into_response())
+}
+
+fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {
+    let word = state.name();
+    ApiError::conflict(match change {
+        SearchChange::Pause => {
+            format!("only a queued or running job can be paused; this one is {word}")
+        }
+        SearchChange::Resume => format!("only a paused job can be resumed; this one is {word}"),
+        SearchChange::Cancel => format!("the job has ended already: it is {word}"),
+    })
+}
+
+/// What a search found, the best first; before its end, or where it was cancelled, the best so far alone.
+#[utoipa::path(get, path = "/v1/jobs/{id}/front", tag = "jobs",
+    params(("id" = JobId, Path)), responses((status = 200, body = Front)))]
+pub async fn front(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<JobId>,
+) -> Result<Json<Front>, ApiError> {
+    let search = app.store.search(id).await?;
+    let mut items = app.store.search_front(id).await?;
+    if items.is_empty() {
+        items.extend(search.best);
+    }
+    let mut presenter = Presenter::new(&app);
+    for item in &mut items {
+        show(&app, &mut presenter, item).await?;
+    }
+    presenter.finish().await?;
+    Ok(Json(Front { items }))
+}
+
+/// From where a log is wanted.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct LogQuery {
+    /// The generation before the first line that is wanted.
+    #[serde(default)]
+    after: u32,
+}
+
+/// The generations of a search so far, one line of JSON each.
+#[utoipa::path(get, path = "/v1/jobs/{id}/log", tag = "jobs",
+    params(("id" = JobId, Path), LogQuery),
+    responses((status = 200, body = SearchLine, content_type = "application/x-ndjson")))]
+pub async fn log(
+    State(app): State<App>,
+    Path(id): Path<JobId>,
+    Query(query): Query<LogQuery>,
+) -> Result<Response, ApiError> {
+    app.store.search(id).await?;
+    let lines = stream! {
+        let mut after = query.after;
+        loop {
+            match app.store.search_log(id, after, LOG_LINES).await {
+                Ok(lines) => {
+                    let Some(last) = lines.last() else { return };
+                    after = last.generation;
+                    yield Ok(text(&lines));
+                }
+                Err(error) => {
+                    // The head is out already: the client sees that the body breaks off.
+                    yield Err(std::io::Error::other(error));
+                    return;
+                }
+            }
+        }
+    };
+    let kind = (header::CONTENT_TYPE, "application/x-ndjson");
+    let fresh: (HeaderName, &str) = (header::CACHE_CONTROL, "no-store");
+    Ok(([kind, fresh], Body::from_stream(lines)).into_response())
+}
+
+fn text(lines: &[SearchLine]) -> String {
+    let line = |line| serde_json::to_string(line).expect("lines are plain data") + "\n";
+    lines.iter().map(line).collect()
+}
+
+/// A search with the picture of its best.
+pub(super) async fn present(app: &App, search: StoredSearch) -> Result<SearchAnswer, ApiError> {
+    let mut answer = search_json(search);
+    if let Some(best) = &mut answer.best {
+        let mut presenter = Presenter::new(app);
+        show(app, &mut presenter, best).await?;
+        presenter.finish().await?;
+    }
+    Ok(answer)
+}
+
+async fn show(
+    app: &App,
+    presenter: &mut Presenter<'_>,
+    found: &mut FoundMaterial,
+) -> Result<(), ApiError> {
+    let individual = app.store.individual(found.individual).await?;
+    found.thumbnail = Some(presenter.individual(individual).await?.thumbnail);
+    Ok(())
+}
+
+/// 202 with the place of what was begun.
+fn accepted<T: Serialize>(answer: &T) -> Response {
+    let mut response = created(COLLECTION, answer);
+    *response.status_mut() = StatusCode::ACCEPTED;
+    response
+}

@@ -1,0 +1,222 @@
+//! A request for a search, checked before anything is begun.
+
+use brood_genome::Dialect;
+use brood_protocol::{
+    Budget, CreateSearch, IndividualId, JobId, Lineage, LineageId, SearchOptions, SearchState,
+    Seed, encode,
+};
+use brood_scene::Scene;
+use brood_search::{DIALECT, Strategy};
+use brood_storage::{NewLineage, NewSearch, StorageError, StoredSearch};
+
+use crate::controller::check_length;
+use crate::controller::lineage::check_name;
+use crate::limit;
+use crate::problem::{ApiError, quote};
+use crate::state::{App, now_ms};
+
+/// What searches are done by unless somebody says otherwise.
+const PREFERRED: Strategy = Strategy::Hybrid;
+const THUMBNAIL_PX: u32 = 256;
+
+/// The search that is asked for.
+pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError> {
+    let refuse = |pointer: &str, words: String| ApiError::refused(words).at(pointer);
+    if asked.kind != "fit" {
+        let words = format!("a job is of the kind fit, not {}", quote(&asked.kind));
+        return Err(refuse("/kind", words));
+    }
+    let budget = budget(&asked)?;
+    let strategy = strategy(asked.strategy.as_deref())?;
+    let threads = match asked.threads {
+        Some(threads) if !(1..=limit::SEARCH_THREADS).contains(&threads) => {
+            let words = format!("1 to {} threads", limit::SEARCH_THREADS);
+            return Err(refuse("/threads", words));
+        }
+        threads => threads.and_then(|threads| u32::try_from(threads).ok()),
+    };
+    if asked.target_error.is_some_and(|error| !(error > 0.0 && error.is_finite())) {
+        return Err(refuse("/target_error", "an error is a number above 0".to_owned()));
+    }
+    let target = app.store.target(asked.target).await.map_err(|error| match error {
+        StorageError::NotFound => {
+            ApiError::not_found("there is no target with that id").at("/target")
+        }
+        other => other.into(),
+    })?;
+    let name = match asked.name {
+        Some(name) => name,
+        None if target.name.is_empty() => format!("{} target", target.kind),
+        None => target.name.clone(),
+    };
+    check_name(&name)?;
+    let (start, dialect) = start(app, &asked.start, strategy).await?;
+    let given = match asked.lineage {
+        Some(id) => Some(lineage(app, id, dialect).await?),
+        None => None,
+    };
+    let created_ms = now_ms();
+    let new_lineage = match given {
+        Some(_) => None,
+        None => Some(made(app, &name, dialect, created_ms).await?),
+    };
+    let lineage = asked.lineage.or(new_lineage.as_ref().map(|new| new.id));
+    Ok(NewSearch {
+        id: JobId::fresh(),
+        target: asked.target,
+        lineage: lineage.expect("it is given or made"),
+        new_lineage,
+        options: SearchOptions {
+            name,
+            strategy: strategy.name().to_owned(),
+            seed: asked.seed.unwrap_or(Seed(1)),
+            threads,
+            mirrored: asked.mirrored,
+            budget,
+            target_error: asked.target_error,
+            start: asked.start,
+        },
+        start: encode(&start),
+        created_ms,
+        idempotency: None,
+    })
+}
+
+/// How it stands before a worker has it.
+pub fn before(new: &NewSearch) -> StoredSearch {
+    StoredSearch {
+        id: new.id,
+        target: new.target,
+        lineage: new.lineage,
+        state: SearchState::Queued,
+        epoch: 0,
+        deaths: 0,
+        worker: None,
+        reason: None,
+        generation: 0,
+        evaluations: 0,
+        seconds: 0.0,
+        fitted: None,
+        held: None,
+        population: None,
+        options: new.options.clone(),
+        best: None,
+        created_ms: new.created_ms,
+        started_ms: None,
+        ended_ms: None,
+    }
+}
+
+fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {
+    let refuse = |pointer: &str, words: String| Err(ApiError::refused(words).at(pointer));
+    match (asked.seconds, asked.generations, asked.evaluations) {
+        (Some(seconds), None, None) => {
+            if !(seconds > 0.0 && seconds <= limit::SEARCH_SECONDS) {
+                let words = format!("above 0, and at most {} seconds", limit::SEARCH_SECONDS);
+                return refuse("/seconds", words);
+            }
+            Ok(Budget::Seconds(seconds))
+        }
+        (None, Some(generations), None) => match u32::try_from(generations) {
+            Ok(few @ 1..=limit::SEARCH_GENERATIONS) => Ok(Budget::Generations(few)),
+            _ => {
+                let words = format!("1 to {} generations", limit::SEARCH_GENERATIONS);
+                refuse("/generations", words)
+            }
+        },
+        (None, None, Some(evaluations)) => {
+            if !(1..=limit::SEARCH_EVALUATIONS).contains(&evaluations) {
+                let words = format!("1 to {} evaluations", limit::SEARCH_EVALUATIONS);
+                return refuse("/evaluations", words);
+            }
+            Ok(Budget::Evaluations(evaluations))
+        }
+        _ => refuse("", "a budget is one of seconds, generations and evaluations".to_owned()),
+    }
+}
+
+fn strategy(name: Option<&str>) -> Result<Strategy, ApiError> {
+    let Some(name) = name else { return Ok(PREFERRED) };
+    let known = name.parse::<Strategy>();
+    known.map_err(|error| ApiError::refused(error.to_string()).at("/strategy"))
+}
+
+async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, ApiError> {
+    let lineage = app.store.lineage(id).await.map_err(|error| match error {
+        StorageError::NotFound => {
+            ApiError::not_found("there is no lineage with that id").at("/lineage")
+        }
+        other => other.into(),
+    })?;
+    let own = lineage.dialect;
+    let as_long = Dialect { length: needed.length, ..own };
+    if own.length != 0 && (own.length < needed.length || !as_long.is_compatible(&needed)) {
+        let words = format!(
+            "what searches find is of the dialect {needed}, length {} at most; the lineage's is {own}, length {}",
+            needed.length, own.length
+        );
+        return Err(ApiError::refused(words).at("/lineage"));
+    }
+    Ok(lineage)
+}
+
+/// Canonical bytes of the genomes of individuals, and the dialect of what a search that starts from them finds: genetic
+/// programs stay in the dialect that they come from.
+async fn start(
+    app: &App,
+    individuals: &[IndividualId],
+    strategy: Strategy,
+) -> Result<(Vec<Vec<u8>>, Dialect), ApiError> {
+    if individuals.len() > limit::SEARCH_START {
+        let words = format!("at most {} individuals", limit::SEARCH_START);
+        return Err(ApiError::refused(words).at("/start"));
+    }
+    let mut found = DIALECT;
+    let mut genomes = Vec::with_capacity(individuals.len());
+    for (index, id) in individuals.iter().enumerate() {
+        let pointer = format!("/start/{index}");
+        let individual = app.store.individual(*id).await.map_err(|error| match error {
+            StorageError::NotFound => {
+                ApiError::not_found("there is no individual with that id").at(pointer.clone())
+            }
+            other => other.into(),
+        })?;
+        let material = app.library.material(individual.hash).await?;
+        let own = *material.genome.dialect();
+        if index == 0 && strategy == Strategy::Gp && own.length != 0 {
+            found = own;
+        }
+        if !own.is_compatible(&found) {
+            let words = format!(
+                "the individual is of the dialect {own}, length {}; this search needs {found}, length {}",
+                own.length, found.length
+            );
+            return Err(ApiError::refused(words).at(pointer));
+        }
+        genomes.push(material.genome.canonical_bytes());
+    }
+    Ok((genomes, found))
+}
+
+/// A lineage for the results.
+async fn made(
+    app: &App,
+    name: &str,
+    dialect: Dialect,
+    created_ms: i64,
+) -> Result<NewLineage, ApiError> {
+    let name = format!("Fit of {name}");
+    let name: String = name.chars().take(limit::NAME_CHARS).collect();
+    check_length(&name, limit::NAME_CHARS, "/name")?;
+    Ok(NewLineage {
+        id: LineageId::fresh(),
+        name,
+        notes: String::new(),
+        scene: crate::controller::scene::store(app, &Scene::default()).await?,
+        thumbnail_px: THUMBNAIL_PX,
+        dialect,
+        saturation: 1.0,
+        energy_limit: true,
+        created_ms,
+    })
+}

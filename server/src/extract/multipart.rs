@@ -1,0 +1,144 @@
+//! Bodies of `multipart/form-data` taken apart by name, without copying: the parts are views of the body.
+
+use bytes::Bytes;
+use http::{HeaderMap, header};
+use memchr::memmem;
+
+use super::ContentType;
+use crate::problem::{ApiError, quote};
+
+/// More than any form has here; a bound for what a bad body can ask for.
+const MOST_PARTS: usize = 8;
+/// Longest head of a part.
+const HEAD_BYTES: usize = 4096;
+/// Longest boundary that the format allows.
+const BOUNDARY_BYTES: usize = 70;
+
+/// The boundary that a request declares.
+pub fn boundary(headers: &HeaderMap) -> Result<String, ApiError> {
+    ContentType::of(headers).require(&["multipart/form-data"])?;
+    let value = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
+    let mut parameters = value.unwrap_or_default().split(';').skip(1);
+    let boundary = parameters.find_map(|parameter| {
+        let (name, value) = parameter.split_once('=')?;
+        let is_it = name.trim().eq_ignore_ascii_case("boundary");
+        is_it.then(|| value.trim().trim_matches('"').to_owned())
+    });
+    boundary
+        .filter(|boundary| (1..=BOUNDARY_BYTES).contains(&boundary.len()))
+        .ok_or_else(|| ApiError::bad_request("the content type has no boundary"))
+}
+
+/// The parts of a body that have these names, each of which must be there once, and no other.
+pub fn parts<const N: usize>(
+    boundary: &str,
+    body: &Bytes,
+    names: [&str; N],
+) -> Result<[Bytes; N], ApiError> {
+    let mut found: [Option<Bytes>; N] = [const { None }; N];
+    for (name, bytes) in split(boundary, body)? {
+        let Some(place) = names.iter().position(|known| *known == name) else {
+            let words =
+                format!("there is a part {}; there may be {}", quote(&name), names.join(", "));
+            return Err(ApiError::bad_request(words));
+        };
+        if found[place].replace(bytes).is_some() {
+            return Err(ApiError::bad_request(format!("the part {} is there twice", names[place])));
+        }
+    }
+    if let Some(missing) = found.iter().position(Option::is_none) {
+        return Err(ApiError::bad_request(format!("there is no part {}", names[missing])));
+    }
+    Ok(found.map(Option::unwrap_or_default))
+}
+
+fn split(boundary: &str, body: &Bytes) -> Result<Vec<(String, Bytes)>, ApiError> {
+    let broken = || ApiError::bad_request("the body is no multipart/form-data, or it is cut off");
+    let delimiter = format!("\r\n--{boundary}");
+    // The first one may stand at the very beginning.
+    let first = &delimiter.as_bytes()[2..];
+    let mut at = match body.strip_prefix(first) {
+        Some(_) => first.len(),
+        None => memmem::find(body, delimiter.as_bytes()).ok_or_else(broken)? + delimiter.len(),
+    };
+    let finder = memmem::Finder::new(delimiter.as_bytes());
+    let mut parts = Vec::new();
+    loop {
+        let rest = &body[at..];
+        if rest.starts_with(b"--") {
+            return Ok(parts);
+        }
+        if parts.len() == MOST_PARTS || !rest.starts_with(b"\r\n") {
+            return Err(broken());
+        }
+        let head = &rest[..rest.len().min(HEAD_BYTES)];
+        let end = memmem::find(head, b"\r\n\r\n").ok_or_else(broken)?;
+        let name = name(&head[..end]).ok_or_else(broken)?;
+        let begin = at + end + 4;
+        let length = finder.find(&body[begin..]).ok_or_else(broken)?;
+        parts.push((name, body.slice(begin..begin + length)));
+        at = begin + length + delimiter.len();
+    }
+}
+
+/// The name that a part's head gives it.
+fn name(head: &[u8]) -> Option<String> {
+    let head = std::str::from_utf8(head).ok()?;
+    let disposition = head.lines().find_map(|line| {
+        let (name, value) = line.split_once(':')?;
+        name.trim().eq_ignore_ascii_case("content-disposition").then_some(value)
+    })?;
+    let mut parameters = disposition.split(';').skip(1);
+    parameters.find_map(|parameter| {
+        let (name, value) = parameter.split_once('=')?;
+        let is_it = name.trim().eq_ignore_ascii_case("name");
+        is_it.then(|| value.trim().trim_matches('"').to_owned())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body(text: &str) -> Bytes {
+        Bytes::from(text.replace('\n', "\r\n"))
+    }
+
+    const FORM: &str = "--b\nContent-Disposition: form-data; name=\"spec\"\n\n{}\n--b\n\
+        content-disposition: form-data; name=\"file\"; filename=\"a; name=x.csv\"\n\
+        Content-Type: text/csv\n\n1\n--bogus\n2\n--b--\n";
+
+    #[test]
+    fn parts_are_told_by_name_and_kept_as_they_are() {
+        let body = Bytes::from(FORM.replace('\n', "\r\n").replace("--bogus", "-- b"));
+        let [file, spec] = parts("b", &body, ["file", "spec"]).unwrap();
+        assert_eq!((&file[..], &spec[..]), (&b"1\r\n-- b\r\n2"[..], &b"{}"[..]));
+    }
+
+    #[test]
+    fn body_is_refused_when_it_is_broken_or_has_other_parts() {
+        let whole = body(&FORM.replace("--bogus", "x"));
+        assert!(parts("b", &whole, ["file", "spec"]).is_ok());
+        for end in [0, 3, 40, 80, whole.len() - 5] {
+            assert!(parts("b", &whole.slice(..end), ["file", "spec"]).is_err(), "{end}");
+        }
+        assert!(parts("c", &whole, ["file", "spec"]).is_err());
+        assert!(parts("b", &whole, ["file"]).is_err());
+        assert!(parts("b", &whole, ["file", "spec", "more"]).is_err());
+        let twice = body(&FORM.replace("--bogus", "x").replace("name=\"spec\"", "name=\"file\""));
+        assert!(parts("b", &twice, ["file", "spec"]).is_err());
+    }
+
+    #[test]
+    fn boundary_is_read_with_and_without_quotes() {
+        let of = |value: &'static str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::CONTENT_TYPE, value.parse().unwrap());
+            boundary(&headers).map_err(|error| error.status())
+        };
+        assert_eq!(of("multipart/form-data; boundary=abc"), Ok("abc".to_owned()));
+        assert_eq!(of("Multipart/Form-Data; charset=x; Boundary=\"a-b\""), Ok("a-b".to_owned()));
+        assert_eq!(of("multipart/form-data"), Err(400));
+        assert_eq!(of("application/json"), Err(415));
+    }
+}

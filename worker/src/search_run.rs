@@ -1,0 +1,161 @@
+//! The computing part of a search: generations until there is something to tell, and the front at the end.
+//!
+//! It knows budgets and what is worth telling; it refuses to know servers.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use brood_genome::Genome;
+use brood_protocol::{Budget, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews};
+use brood_search::{Candidate, Found, MeasuredTarget, Options, Progress, Search, Strategy};
+
+/// Generations that take less are told together.
+const TELL: Duration = Duration::from_millis(250);
+/// A best is told as soon as its error is this much of the one told before.
+const NOTABLY: f64 = 0.9;
+/// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
+const KEPT: (f64, f64) = (0.3, 4.0);
+/// How soon a long generation is forgotten when it is asked whether there is time for another.
+const FORGET: f64 = 0.7;
+
+/// A search at work.
+pub(crate) struct Run {
+    search: Search,
+    target: Arc<MeasuredTarget>,
+    budget: Budget,
+    target_error: Option<f64>,
+    /// Time searched, pauses and the server's time not counted.
+    seconds: f64,
+    /// The longest generation of late, so that none is begun that there is no time for.
+    longest: f64,
+    /// Error of the best that was told.
+    recorded: f64,
+    /// Whether there has been a generation, now or before.
+    has_begun: bool,
+}
+
+/// Some generations.
+pub(crate) struct Leg {
+    /// What is to be told; nothing where there was no generation.
+    pub(crate) news: Option<SearchNews>,
+    /// Whether the budget is used up.
+    pub(crate) is_over: bool,
+}
+
+impl Run {
+    /// Begins, or goes on from the checkpoint.
+    pub(crate) fn new(grant: SearchGrant, target: Arc<MeasuredTarget>) -> Result<Self, String> {
+        let strategy: Strategy = grant
+            .strategy
+            .parse()
+            .map_err(|_| "server and worker are of different versions".to_owned())?;
+        let start = grant.start.iter().map(|bytes| Genome::from_canonical_bytes(bytes));
+        let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        let options = Options { strategy, seed: grant.seed, is_mirrored: grant.is_mirrored, start };
+        let search = match &grant.checkpoint {
+            None => Search::new(&target.fitted, &options),
+            Some(state) => Search::resume(&target.fitted, &options, state)
+                .map_err(|error| error.to_string())?,
+        };
+        Ok(Self {
+            search,
+            target,
+            budget: grant.budget,
+            target_error: grant.target_error,
+            seconds: grant.seconds,
+            longest: 0.0,
+            recorded: grant.recorded.unwrap_or(f64::INFINITY),
+            has_begun: grant.checkpoint.is_some(),
+        })
+    }
+
+    /// Generations until the budget is used up, something notable was found, a moment has passed, or nobody wants more.
+    pub(crate) fn leg(&mut self, stop: &AtomicBool) -> Result<Leg, String> {
+        let begun = Instant::now();
+        let (mut lines, mut best) = (Vec::new(), None);
+        let mut is_over = self.has_begun && self.is_over(&self.search.progress());
+        while !is_over && !stop.load(Ordering::Relaxed) {
+            let step = Instant::now();
+            let progress = self.search.step();
+            let took = step.elapsed().as_secs_f64();
+            self.seconds += took;
+            self.longest = took.max(FORGET * self.longest);
+            self.has_begun = true;
+            lines.push(GenerationLine {
+                generation: progress.generation,
+                evaluations: progress.evaluations,
+                fitted: progress.fitted,
+                held: progress.held,
+                seconds: self.seconds,
+            });
+            is_over = self.is_over(&progress);
+            if progress.held < NOTABLY * self.recorded {
+                self.recorded = progress.held;
+                best = match self.search.best() {
+                    Some(candidate) => Some(self.measured(&candidate)?),
+                    None => None,
+                };
+                break;
+            }
+            if begun.elapsed() >= TELL {
+                break;
+            }
+        }
+        let news = (!lines.is_empty()).then(|| SearchNews::Generations {
+            lines,
+            checkpoint: self.search.checkpoint(),
+            best,
+        });
+        Ok(Leg { news, is_over })
+    }
+
+    /// The front, the best first.
+    pub(crate) fn finish(&self, stop: &AtomicBool) -> Result<SearchNews, String> {
+        let begun = Instant::now();
+        // Nobody wants what comes of it once it is to stop.
+        let outcome = self.search.finish_while(|| {
+            let is_in_time = match self.budget {
+                Budget::Seconds(all) => self.seconds + begun.elapsed().as_secs_f64() < all,
+                Budget::Generations(_) | Budget::Evaluations(_) => true,
+            };
+            is_in_time && !stop.load(Ordering::Relaxed)
+        });
+        let outcome = outcome.ok_or("the search found nothing")?;
+        let best = outcome.front.get(outcome.best);
+        let others = outcome.front.iter().enumerate();
+        let others = others.filter(|(index, _)| *index != outcome.best).map(|(_, one)| one);
+        let front: Result<Vec<_>, _> =
+            best.into_iter().chain(others).map(|one| self.measured(one)).collect();
+        let seconds = self.seconds + begun.elapsed().as_secs_f64();
+        Ok(SearchNews::Finished { front: front?, seconds })
+    }
+
+    fn is_over(&self, progress: &Progress) -> bool {
+        let is_used_up = match self.budget {
+            Budget::Seconds(seconds) => {
+                let is_short = self.search.is_short();
+                let kept = if is_short { 0.0 } else { (KEPT.0 * seconds).min(KEPT.1) };
+                self.seconds + self.longest > seconds - kept
+            }
+            Budget::Generations(generations) => progress.generation >= generations,
+            Budget::Evaluations(evaluations) => progress.evaluations >= evaluations,
+        };
+        is_used_up || self.target_error.is_some_and(|error| progress.held <= error)
+    }
+
+    fn measured(&self, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
+        let found = Found::of(candidate, &self.target).map_err(|error| error.to_string())?;
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        Ok(MeasuredMaterial {
+            genome: found.genome.canonical_bytes(),
+            operations: count(found.operations),
+            numbers: count(found.numbers),
+            e_log: found.e_log,
+            e_log_fitted: found.fitted,
+            e_cbrt: found.e_cbrt,
+            relative_l2: found.relative_l2,
+            divisor: found.divisor,
+        })
+    }
+}
