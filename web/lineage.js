@@ -53,6 +53,14 @@ export async function create(name, { dialect, saturation = DEFAULT_SATURATION, b
   await open(made.id, null, begin);
 }
 
+/** Hears of searches that tell the open lineage; put here by the module of searches, which depends on this one. */
+let noteJob = (/** @type {any} */ _news) => {};
+
+/** @param {(news: any) => void} note */
+export function setJobNoter(note) {
+  noteJob = note;
+}
+
 /** Breeds the first brood of an empty lineage; put here by the breeding module, which depends on this one. */
 let breedFirst = async (/** @type {string} */ _id) => {};
 
@@ -95,7 +103,7 @@ export async function open(id, wanted, begin = breedFirst) {
     locks.value = { ...noLocks(), ...recall(`locks.${id}`, {}) };
     lineagesOpen.value = false;
   });
-  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync });
+  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync, job: (news) => noteJob(news) });
   forget("stage");
   if (wanted && target?.id !== wanted) {
     tell("stage", {

@@ -1,0 +1,78 @@
+/**
+ * A search's two charts: how its errors fell, and the front of error against length. Owns their look; the geometry is
+ * search_chart.js's and chart.js's.
+ *
+ * @import { Found, LogLine } from "../types.js"
+ */
+import { axisTo, lineThrough, placeOn } from "../chart.js";
+import { html } from "../html.js";
+import { axisOfErrors, byOperations, courseOf, stepOn } from "../search_chart.js";
+import { counted, duration, errorInWords } from "../search_words.js";
+import { signal } from "../vendor/signals-core.js";
+import { BOTTOM, BOX, Grid, HEIGHT, Legend, RIGHT, WIDTH } from "./chart.js";
+import { Choice } from "./control.js";
+
+const OVERS = [{ value: "seconds", name: "seconds" }, { value: "generation", name: "generations" }];
+
+/** @type {import("../vendor/signals-core.js").Signal<"seconds"|"generation">} */
+const over = signal("seconds");
+
+/** How the errors fell. @param {{lines: LogLine[], waits: string}} props `waits`: what is said before there is a line */
+export function Course({ lines, waits }) {
+  const { fitted, held, x, y } = courseOf(lines, over.value);
+  const last = lines.at(-1);
+  const words = last
+    ? `Errors over ${over.value === "seconds" ? "time" : "generations"}: after ${counted(last.generation, "generation")} and ${duration(last.seconds)} ${errorInWords(last.fitted)} fitted, ${errorInWords(last.held)} held back.`
+    : waits;
+  return html`
+    <figure class="chart" data-testid="search-course">
+      <div class="row"><h3 class="grow">Error</h3><${Choice} id="search-over" name="Error over" value=${over.value} options=${OVERS} turns=${(/** @type {any} */ to) => (over.value = to)} /></div>
+      ${lines.length === 0
+        ? html`<p class="small hollow">${waits}</p>`
+        : html`<svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${words}>
+            <${Grid} x=${{ axis: x, name: over.value === "seconds" ? "seconds searched" : "generations" }} y=${{ axis: y, name: "E log of the best", says: errorInWords }} />
+            ${[fitted, held].map((points, order) => html`<path key=${order} class=${`curve curve-${order}`} d=${lineThrough(points, x, y, BOX)} />`)}
+            ${lines.length === 1 && html`<circle class="dot-0" cx=${BOX.left + BOX.width / 2} cy=${BOTTOM} r="2" />`}
+          </svg>
+          <${Legend} names=${[`fitted ${errorInWords(last?.fitted)}`, `held back ${errorInWords(last?.held)}`]} />`}
+    </figure>
+  `;
+}
+
+/** @param {Found[]} front @param {(of: Found) => void} picks */
+const onKey = (front, picks) => (/** @type {KeyboardEvent} */ event) => {
+  const element = /** @type {SVGElement} */ (event.target);
+  const to = stepOn(front, Number(element.dataset.at ?? -1), event.key);
+  if (to === null || element.dataset.at === undefined) return;
+  event.preventDefault();
+  picks(front[to]);
+  const next = element.parentElement?.querySelector(`[data-at="${to}"]`);
+  if (next instanceof SVGElement) next.focus();
+};
+
+/**
+ * Error against length: each point is a find that can be chosen.
+ * @param {{of: Found[], chosen: Found|null, picks: (of: Found) => void}} props
+ */
+export function FrontChart({ of, chosen, picks }) {
+  const front = byOperations(of);
+  const x = axisTo(front.at(-1)?.operations ?? 0, 5);
+  const y = axisOfErrors(front.map(({ e_log }) => e_log));
+  const best = of[0];
+  const line = lineThrough(front.map(({ operations, e_log }) => [operations, e_log]), x, y, BOX);
+  return html`
+    <svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} class="front" role="radiogroup" aria-label="Front: error against operations" onKeyDown=${onKey(front, picks)}>
+      <${Grid} x=${{ axis: x, name: "operations a sample" }} y=${{ axis: y, name: "E log held out", says: errorInWords }} />
+      <path class="steps" d=${line} aria-hidden="true" />
+      ${front.map((one, at) => {
+        const on = one.individual === chosen?.individual;
+        const [right, up] = [placeOn(x, one.operations, BOX.left, RIGHT), placeOn(y, one.e_log, BOTTOM, BOX.top)];
+        return html`
+          <g key=${one.individual} class=${on ? "point on" : "point"} role="radio" aria-checked=${on} tabindex=${on ? 0 : -1} data-at=${at} data-testid=${`front-${at}`}
+            aria-label=${`Error ${errorInWords(one.e_log)}, ${counted(one.operations, "operation")}${one === best ? ", the best" : ""}`} onClick=${() => picks(one)}>
+            <circle class="reach" cx=${right} cy=${up} r="11" /><circle class="seen" cx=${right} cy=${up} r=${on ? 6 : 4} />
+          </g>`;
+      })}
+    </svg>
+  `;
+}
