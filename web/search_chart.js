@@ -50,7 +50,31 @@ export function courseOf(lines, over) {
 }
 
 /** By length, the shorter first. @param {Found[]} front */
-export const byOperations = (front) => [...front].sort((a, b) => a.operations - b.operations || b.e_log - a.e_log);
+export const byOperations = (front) => [...front].sort((a, b) => a.operations - b.operations || a.e_log - b.e_log);
+
+/** Where the shorter ones are not much shorter, an axis from 0 would press all into a corner. */
+const NARROW = 0.4;
+
+/** An axis of lengths. @param {number[]} lengths @returns {Axis} */
+export function axisOfLengths(lengths) {
+  const [least, most] = [Math.min(...lengths), Math.max(...lengths)];
+  if (lengths.length === 0 || least === most || least < NARROW * most) return axisTo(Math.max(0, ...lengths), 5);
+  const [, step] = axisTo(most - least, 4).ticks;
+  const whole = Math.max(1, Math.round(step));
+  const from = Math.floor(least / whole);
+  const ticks = Array.from({ length: Math.ceil(most / whole) - from + 1 }, (_, at) => (from + at) * whole);
+  return { low: ticks[0], high: ticks[ticks.length - 1], ticks };
+}
+
+/** Those that no shorter one is as good as. @param {Found[]} front by operations */
+export function leadersOf(front) {
+  let least = Infinity;
+  return front.filter(({ e_log }) => {
+    const leads = e_log < least;
+    least = Math.min(least, e_log);
+    return leads;
+  });
+}
 
 /**
  * The next one on a front in the direction of a key; null where the key means nothing.
@@ -62,4 +86,16 @@ export function stepOn(front, at, key) {
   const last = front.length - 1;
   const to = { ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1, Home: 0, End: last }[key];
   return to === undefined ? null : Math.max(0, Math.min(last, to));
+}
+
+/**
+ * The place that is nearest to another, within reach; -1 where none is. Where points crowd, the hand gets the one it is nearest to.
+ * @param {[number, number][]} places
+ * @param {[number, number]} to
+ * @param {number} reach
+ */
+export function nearestTo(places, [x, y], reach) {
+  const distances = places.map(([right, up]) => Math.hypot(right - x, up - y));
+  const least = Math.min(reach, ...distances);
+  return distances.findIndex((one) => one === least);
 }

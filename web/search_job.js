@@ -29,8 +29,6 @@ export const front = signal([]);
 export const picked = signal(null);
 /** What a screen reader is told while the view is open. @type {Signal<string>} */
 export const told = signal("");
-/** A change of the state is on its way. @type {Signal<boolean>} */
-export const changing = signal(false);
 /** Whether a person is asked about ending it. @type {Signal<boolean>} */
 export const ending = signal(false);
 /** Individuals by id, as far as they were chosen. @type {Signal<Map<string, Individual & {lineage?: string, generation?: string}>>} */
@@ -100,11 +98,14 @@ const follow = (id) => {
   again();
 };
 
+/** A change of the state is on its way. */
+let changing = false;
+
 /** @param {"pause"|"resume"|"cancel"} how */
 export async function change(how) {
   const id = job.value?.id;
-  if (!id || changing.value) return;
-  changing.value = true;
+  if (!id || changing) return;
+  changing = true;
   ending.value = false;
   try {
     await guarded("job", async () => {
@@ -116,7 +117,7 @@ export async function change(how) {
       if (hasEnded(present)) await reread(id);
     });
   } finally {
-    changing.value = false;
+    changing = false;
   }
 }
 

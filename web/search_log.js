@@ -2,7 +2,7 @@
  * The course of a search: lines of its log and of its events in one order, few enough to be drawn. Pure functions; knows nothing of
  * how they come here.
  *
- * @import { Budget, LogLine } from "./types.js"
+ * @import { LogLine } from "./types.js"
  */
 
 /** More points than a chart has pixels only cost time. */
@@ -43,18 +43,4 @@ export function thinned(lines, most = DRAWN) {
   if (lines.length <= most) return lines;
   const step = (lines.length - 1) / (most - 1);
   return Array.from({ length: most }, (_, at) => lines[Math.round(at * step)]);
-}
-
-/**
- * How much of a budget is used up, 0 to 1: between two answers of the server.
- * @param {Budget} budget
- * @param {{seconds: number, generation: number, evaluations: number}} used
- */
-export function usedOf(budget, { seconds, generation, evaluations }) {
-  const shares = [
-    budget.seconds ? seconds / budget.seconds : 0,
-    budget.generations ? generation / budget.generations : 0,
-    budget.evaluations ? evaluations / budget.evaluations : 0,
-  ];
-  return Math.min(1, Math.max(...shares));
 }

@@ -3,6 +3,7 @@
  *
  * @import { Budget, JobState, Target, TargetKind } from "./types.js"
  */
+import { amount } from "./view/words.js";
 
 /** Kinds of files that hold a material, with how their names end. @type {{value: TargetKind, name: string, ends: RegExp}[]} */
 export const KINDS = [
@@ -61,8 +62,8 @@ export function budgetInWords(of) {
   return counted(of.evaluations ?? 0, "evaluation");
 }
 
-/** An error with three digits, never by a power of ten where it is an ordinary one. @param {number|null|undefined} of */
-export const errorInWords = (of) => (typeof of === "number" && Number.isFinite(of) ? (of >= 1e-4 ? String(Number(of.toPrecision(3))) : of.toExponential(1)) : "–");
+/** An error with three digits, by a power of ten only where it is very small. @param {number|null|undefined} of */
+export const errorInWords = (of) => (typeof of === "number" && Number.isFinite(of) ? (of >= 1e-4 ? String(Number(of.toPrecision(3))) : amount(of)) : "–");
 
 /** @param {number} bytes */
 export const sizeInWords = (bytes) => (bytes < 1024 ? `${bytes} bytes` : bytes < 2 ** 20 ? `${(bytes / 1024).toFixed(0)} KiB` : `${(bytes / 2 ** 20).toFixed(1)} MiB`);

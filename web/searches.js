@@ -8,7 +8,7 @@ import { computed, effect, signal, untracked } from "./vendor/signals-core.js";
 import { guarded, setJobNoter } from "./lineage.js";
 import * as route from "./route.js";
 import * as api from "./search_api.js";
-import { hasEnded } from "./search_words.js";
+import { hasEnded, stateInWords } from "./search_words.js";
 import { announcement, forget } from "./state.js";
 
 /** @template T @typedef {import("./vendor/signals-core.js").Signal<T>} Signal */
@@ -16,7 +16,9 @@ import { announcement, forget } from "./state.js";
 /** The views that are no search of their own. */
 export const ALL = "all";
 export const NEW = "new";
+/** So often the list is read while it is looked at, and while it is not but a search goes on. */
 const FRESH_MS = 2000;
+const BEHIND_MS = 8000;
 
 /** What is open: the list, the form, a search by its id; nothing where null. @type {Signal<string|null>} */
 export const looking = signal(null);
@@ -27,37 +29,45 @@ export const further = signal(null);
 /** How many are not at their end, of those that are known. */
 export const busy = computed(() => (jobs.value ?? []).filter((one) => one.state === "queued" || one.state === "running").length);
 
+const pace_ms = computed(() => (looking.value === ALL ? FRESH_MS : busy.value > 0 ? BEHIND_MS : 0));
+
 /** @param {Job[]} news @param {Job[]} known */
 function together(news, known) {
   const ids = new Set(news.map(({ id }) => id));
   return [...news, ...known.filter(({ id }) => !ids.has(id))].sort((a, b) => b.created_ms - a.created_ms);
 }
 
-/** Takes in how a search stands now. @param {Job} of */
-export function putJob(of) {
-  if (jobs.peek() !== null) jobs.value = together([of], jobs.peek() ?? []);
+/** Takes in how searches stand now, and says which have ended unseen. @param {Job[]} news */
+function learn(news) {
+  const known = jobs.peek() ?? [];
+  const ended = news.find((one) => hasEnded(one) && known.some((before) => before.id === one.id && !hasEnded(before)));
+  if (ended && looking.peek() === null) announcement.value = `The search ${ended.name} is ${stateInWords(ended.state)}.`;
+  jobs.value = together(news, known);
 }
 
+/** @param {Job} of */
+export const putJob = (of) => learn([of]);
+
 async function readNewest() {
+  const known = (jobs.value ?? []).length;
   const { items, next } = await api.listJobs(null);
   // What was read before lies behind the newest; where nothing does, this is the whole beginning.
-  if ((jobs.value ?? []).length <= items.length) further.value = next;
-  jobs.value = together(items, jobs.value ?? []);
+  if (known <= items.length) further.value = next;
+  learn(items);
 }
 
 /** Reads on where the list broke off. */
 export const readFurther = () => guarded("searches", async () => {
   const { items, next } = await api.listJobs(further.value);
-  jobs.value = together(jobs.value ?? [], items);
+  learn(items);
   further.value = next;
 });
 
-/** A search has told of itself to the open lineage, whether anybody looks at searches or not. @param {{id: string, state: Job["state"], progress: number}} news */
+/** A search has told of itself to the open lineage. @param {{id: string, state: Job["state"], progress: number}} news */
 function noteJob({ id, state, progress }) {
   const known = jobs.value?.find((one) => one.id === id);
-  if (!known) return;
-  putJob({ ...known, state, progress });
-  if (hasEnded({ state }) && !hasEnded(known) && looking.value === null) announcement.value = `The search ${known.name} has ended.`;
+  if (known) putJob({ ...known, state, progress });
+  else void guarded("searches", async () => putJob(await api.getJob(id)));
 }
 
 /** @param {string} [at] */
@@ -81,13 +91,14 @@ export function watchSearches() {
   setJobNoter(noteJob);
   effect(() => route.writeSearch(looking.value));
   effect(() => {
-    if (looking.value !== ALL) return;
+    const wait_ms = pace_ms.value;
+    if (wait_ms === 0) return;
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     let timer;
     let left = false;
     const look = async () => {
       if (!document.hidden) await guarded("searches", readNewest);
-      if (!left) timer = setTimeout(look, FRESH_MS);
+      if (!left) timer = setTimeout(look, wait_ms);
     };
     untracked(() => void look());
     return () => {

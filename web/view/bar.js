@@ -69,7 +69,7 @@ export function Bar() {
         <${Deed} id="redo" sign="↷" name="Redo" keys="Ctrl+Shift+Z" disabled=${!can.redo} does=${redo} />
         <${Deed} id="reroll" sign="⟳" name="Re-roll" disabled=${!generation.value} does=${reroll} />
         <${Deed} id="presets" sign="◐" name="Presets" does=${() => (presetsOpen.value = true)} />
-        <${Deed} id="searches" sign="⌖" name=${busy.value > 0 ? `Searches · ${busy.value}` : "Searches"} keys="S" does=${() => openSearches()} />
+        <${Deed} id="searches" sign="◎" name=${busy.value > 0 ? `Searches · ${busy.value}` : "Searches"} keys="S" does=${() => openSearches()} />
         <${Deed} id="afresh" sign="✳" name="Start afresh" disabled=${!lineage.value} does=${afresh} />
       </div>
       <p class="status" data-testid="status" title=${system.value?.backend?.reason ?? ""}>${status()}</p>

@@ -27,7 +27,7 @@ const scales = signal({});
 /** How a value stands beside its tick. @param {Axis} axis */
 const plainly = ({ log }) => (/** @type {number} */ value) => (log ? decade(value) : amount(value));
 
-/** @typedef {{axis: Axis, name: string, says?: (value: number) => string}} Side */
+/** @typedef {{axis: Axis, name?: string, says?: (value: number) => string}} Side */
 
 /** Ticks, their numbers, and what they are of. @param {{x: Side, y: Side}} props */
 export const Grid = ({ x, y }) => html`
@@ -41,7 +41,7 @@ export const Grid = ({ x, y }) => html`
       return html`<path key=${`x${value}`} d=${`M${right.toFixed(1)} ${BOTTOM}v4`} /><text x=${right} y=${BOTTOM + 17}>${(x.says ?? plainly(x.axis))(value)}</text>`;
     })}
     <text class="title" x=${BOX.left + BOX.width / 2} y=${HEIGHT - 6}>${x.name}</text>
-    <text class="title" transform=${`translate(11 ${BOX.top + BOX.height / 2}) rotate(-90)`}>${y.name}</text>
+    ${y.name && html`<text class="title" transform=${`translate(11 ${BOX.top + BOX.height / 2}) rotate(-90)`}>${y.name}</text>`}
   </g>
 `;
 

@@ -8,7 +8,7 @@ import { html } from "../html.js";
 import { openInspector } from "../inspector.js";
 import { breedFound, chosen, front, individuals, openLineageOf, showFound } from "../search_job.js";
 import { heldLight, isComing, light, picture } from "../search_picture.js";
-import { errorInWords } from "../search_words.js";
+import { errorInWords, hasEnded } from "../search_words.js";
 import { closeSearches } from "../searches.js";
 import { Slider } from "./control.js";
 import { Exports, listFormats } from "./exports.js";
@@ -96,11 +96,11 @@ export function FoundView({ of: within, waits }) {
   const of = chosen.value;
   return html`
     <section class="found-one" aria-labelledby="found-title">
-      <h3 id="found-title">${of && front.value.length > 1 && of !== front.value[0] ? "Chosen from the front" : "Best so far"}</h3>
+      <h3 id="found-title">${of && front.value.length > 1 && of !== front.value[0] ? "Chosen from the front" : hasEnded(within) ? "The best" : "Best so far"}</h3>
       <${Picture} of=${of} waits=${waits} />
       ${of && html`<${Light} /><${Figures} of=${of} /><${Deeds} of=${of} within=${within} />`}
       <${Trouble} place="found" />
-      <button type="button" class="link" data-testid="job-lineage" onClick=${() => openLineageOf(within)}>Its lineage, and all that was found on the way</button>
+      <button type="button" class="link" data-testid="job-lineage" title="All that was found on the way, in order" onClick=${() => openLineageOf(within)}>Open its lineage</button>
     </section>
   `;
 }

@@ -5,16 +5,20 @@
  * @import { Found, Job } from "../types.js"
  */
 import { html } from "../html.js";
-import { change, changing, chosen, ending, front, job, lines, picked, target, told } from "../search_job.js";
+import { change, chosen, ending, front, job, lines, picked, target, told } from "../search_job.js";
 import { budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindInWords, nameOfTarget, reasonInWords, stateInWords } from "../search_words.js";
 import { Course, FrontChart } from "./search_charts.js";
 import { FoundView } from "./search_found.js";
 import { Trouble } from "./trouble.js";
 
-export const JobTitle = () => html`
-  <h2 id="searches-title" class="named"><span class="cut">${job.value?.name ?? "Search"}</span></h2>
+/** @param {{titled: (element: HTMLElement|null) => void}} props */
+export const JobTitle = ({ titled }) => html`
+  <h2 id="searches-title" class="named" tabindex="-1" ref=${titled}><span class="cut">${job.value?.name ?? "Search"}</span></h2>
   ${job.value && html`<span class=${`state ${job.value.state}`} data-testid="job-state">${stateInWords(job.value.state)}</span>`}
 `;
+
+/** The question takes the focus of the button that it takes the place of. @param {HTMLElement|null} element */
+const taken = (element) => element?.focus();
 
 /** @param {{of: Job}} props */
 function Deeds({ of }) {
@@ -23,7 +27,7 @@ function Deeds({ of }) {
     return html`
       <div class="row" role="group" aria-label="Cancel the search?">
         <span>End it for good? What it found stays.</span>
-        <button type="button" data-testid="job-cancel-yes" disabled=${changing.value} onClick=${() => change("cancel")}>End it</button>
+        <button type="button" data-testid="job-cancel-yes" ref=${taken} onClick=${() => change("cancel")}>End it</button>
         <button type="button" onClick=${() => (ending.value = false)}>Let it go on</button>
       </div>
     `;
@@ -31,9 +35,9 @@ function Deeds({ of }) {
   return html`
     <div class="row" role="group" aria-label="The search">
       ${of.state === "paused"
-        ? html`<button type="button" data-testid="job-resume" disabled=${changing.value || !can.resumed} onClick=${() => change("resume")}>Resume</button>`
-        : html`<button type="button" data-testid="job-pause" disabled=${changing.value || !can.paused} onClick=${() => change("pause")}>Pause</button>`}
-      <button type="button" data-testid="job-cancel" disabled=${changing.value || !can.cancelled} onClick=${() => (ending.value = true)}>Cancel</button>
+        ? html`<button type="button" data-testid="job-resume" disabled=${!can.resumed} onClick=${() => change("resume")}>Resume</button>`
+        : html`<button type="button" data-testid="job-pause" disabled=${!can.paused} onClick=${() => change("pause")}>Pause</button>`}
+      <button type="button" data-testid="job-cancel" disabled=${!can.cancelled} onClick=${() => (ending.value = true)}>Cancel</button>
     </div>
   `;
 }
@@ -66,7 +70,7 @@ function About({ of }) {
     <section class="asked" aria-labelledby="asked-title">
       <h3 id="asked-title">As asked for</h3>
       <dl>
-        ${to && html`<${Fact} name="target" value=${`${nameOfTarget(to)}, ${kindInWords(to.kind)}`} /><${Fact} name="samples" value=${`${to.fitted_samples.toLocaleString("en")} fitted, ${to.held_out_samples.toLocaleString("en")} held out`} />`}
+        ${to && html`<${Fact} name="target" value=${nameOfTarget(to)} /><${Fact} name="kind" value=${kindInWords(to.kind)} /><${Fact} name="samples" value=${`${to.fitted_samples.toLocaleString("en")} fitted, ${to.held_out_samples.toLocaleString("en")} held out`} />`}
         ${to && to.reciprocal_floor !== null && html`<${Fact} name="reciprocal floor" value=${errorInWords(to.reciprocal_floor)} title="Nothing reciprocal comes closer than this" />`}
         <${Fact} name="strategy" value=${of.strategy} />
         <${Fact} name="budget" value=${budgetInWords(of.budget)} />
@@ -125,7 +129,7 @@ function Front({ of }) {
     : "When the search ends, shorter ones stand here too, each with its error.";
   return html`
     <figure class="chart" data-testid="search-front">
-      <h3>Error against length</h3>
+      <h3>E log held out, against length</h3>
       ${front.value.length > 1
         ? html`<${FrontChart} of=${front.value} chosen=${chosen.value} picks=${pick} /><${Table} of=${front.value} />`
         : html`<p class="small hollow">${waits}</p>`}

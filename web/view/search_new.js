@@ -87,7 +87,7 @@ const Known = (of) => {
   return html`
     <li key=${of.id}>
       <button type="button" class=${on ? "grow on" : "grow"} aria-pressed=${on} data-testid=${`target-${of.id}`} onClick=${() => chooseTarget(of)}>
-        <span class="cut">${nameOfTarget(of)}</span> <span class="small">${kindInWords(of.kind)}, ${counted(of.samples, "sample")}</span>
+        <span class="cut">${nameOfTarget(of)}</span> <span class="small">${of.kind === "samples" ? "" : `${kindInWords(of.kind)}, `}${counted(of.samples, "sample")}</span>
       </button>
       <button type="button" class="remove" aria-label=${`Remove ${nameOfTarget(of)}`} title="Remove" onClick=${() => removeTarget(of)}>×</button>
     </li>
@@ -156,7 +156,7 @@ function Where() {
   const open = lineage.value;
   const centre = centreAsStart();
   const unfit = open ? misfit(open.dialect) : "";
-  const places = [{ value: "own", name: "a lineage of its own" }, { value: "open", name: open?.name ?? "the open lineage", title: "The lineage that is open" }];
+  const places = [{ value: "own", name: "a new lineage" }, { value: "open", name: open?.name ?? "the open lineage", title: "The lineage that is open" }];
   return html`
     <div class="entry" role="group" aria-label="Finds are born in">
       <span>finds go into</span>
@@ -194,7 +194,7 @@ function summary() {
   const { target, measure, seconds, generations, strategy, into } = draft.value;
   if (!target) return "Nothing is searched before you start it.";
   const budget = measure === "seconds" ? duration(Number(seconds) || 0) : counted(Number(generations) || 0, "generation");
-  return `Searches ${budget} for “${nameOfTarget(target)}”${strategy ? ` by ${strategy}` : ""}, into ${into === "open" ? `“${lineage.value?.name}”` : "a lineage of its own"}.`;
+  return `Searches ${budget} for “${nameOfTarget(target)}”${strategy ? ` by ${strategy}` : ""}, into ${into === "open" ? `“${lineage.value?.name}”` : "a new lineage"}.`;
 }
 
 /** @param {Event} event */

@@ -17,6 +17,11 @@ function opened(dialog) {
   if (dialog && !dialog.open) dialog.showModal();
 }
 
+/** From view to view the focus goes to the title; the first view leaves it where the dialog puts it. @param {HTMLElement|null} title */
+const titled = (title) => {
+  if (title?.closest("dialog")?.open) title.focus();
+};
+
 /** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
 const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
 
@@ -76,7 +81,7 @@ function List() {
 }
 
 /** The way back to the list. */
-const Back = () => html`<button type="button" data-testid="searches-all" onClick=${() => openSearches(ALL)}><span aria-hidden="true">‹ </span>All searches</button>`;
+const Back = () => html`<button type="button" data-testid="searches-all" aria-label="All searches" onClick=${() => openSearches(ALL)}><span aria-hidden="true">‹</span><span class="word" aria-hidden="true"> All searches</span></button>`;
 
 export function Searches() {
   const at = looking.value;
@@ -85,7 +90,7 @@ export function Searches() {
     <dialog class="inspector searches" data-testid="searches-dialog" ref=${opened} aria-labelledby="searches-title" onClose=${closeSearches}>
       <div class="row title">
         ${at !== ALL && html`<${Back} />`}
-        ${at === ALL ? html`<h2 id="searches-title">Searches</h2>` : at === NEW ? html`<h2 id="searches-title">New search</h2>` : html`<${JobTitle} />`}
+        ${at === ALL || at === NEW ? html`<h2 key=${at} id="searches-title" tabindex="-1" ref=${titled}>${at === ALL ? "Searches" : "New search"}</h2>` : html`<${JobTitle} key=${at} titled=${titled} />`}
         <span class="grow"></span>
         ${at === ALL && html`<button type="button" class="primary" data-testid="search-new" onClick=${() => openSearches(NEW)}>New search</button>`}
         <button type="button" data-testid="searches-close" onClick=${shut}>Close</button>
