@@ -2,7 +2,7 @@
  * Opening, making, renaming and hiding lineages, and showing their generations. Owns the road from an address to a shown
  * generation; knows nothing of breeding or drawing.
  *
- * @import { Lineage, Trail } from "./types.js"
+ * @import { Generation, Lineage, Trail } from "./types.js"
  */
 import { batch, effect } from "./vendor/signals-core.js";
 import * as api from "./api.js";
@@ -69,6 +69,9 @@ export function setFirstBreeder(breed) {
   breedFirst = breed;
 }
 
+/** Whether it came about by variation: what a search found or somebody brought in says nothing of how to breed on. @param {Generation} of */
+const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
+
 /**
  * @param {string} id
  * @param {string|null} wanted a generation; the newest where null
@@ -82,6 +85,7 @@ export async function open(id, wanted, begin = breedFirst) {
   if (mine !== wish) return;
   const newest = all.at(-1);
   const target = all.find((one) => one.id === wanted) ?? newest ?? null;
+  const bred = target && isBred(target) ? target : null;
   readFor.clear();
   for (const one of all) readFor.set(one.id, of.scene);
   batch(() => {
@@ -92,8 +96,8 @@ export async function open(id, wanted, begin = breedFirst) {
     mate.value = null;
     trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), sessionStorage);
     knobs.value = {
-      mutation: target?.mutation ?? 0.3,
-      recombination: target?.recombination ?? 0.5,
+      mutation: bred?.mutation ?? 0.3,
+      recombination: bred?.recombination ?? 0.5,
       isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
       homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
       saturation: target?.saturation ?? of.saturation,

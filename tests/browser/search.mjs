@@ -2,7 +2,10 @@
 
 import { strict as assert } from "node:assert";
 
-/** Samples of a diffuse body with a lobe around the half vector, at directions that a counter decides. */
+/**
+ * Samples of a diffuse body with two lobes around the half vector, with noise of a few percent as measurements have it: what is known
+ * exactly has a front of one.
+ */
 function samples(count) {
   let state = 7;
   const draw = () => (state = (state * 1103515245 + 12345) % 2147483648) / 2147483648;
@@ -13,11 +16,14 @@ function samples(count) {
   const rows = Array.from({ length: count }, () => {
     const [wi, wo] = [direction(), direction()];
     const half = wi.map((value, at) => value + wo[at]);
-    const lobe = (half[2] / Math.hypot(...half)) ** 40;
-    return [...wi, ...wo, ...[0.3, 0.2, 0.1].map((albedo) => albedo / Math.PI + lobe)].join();
+    const cos = half[2] / Math.hypot(...half);
+    const values = [0.3, 0.2, 0.1].map((albedo) => (albedo / Math.PI + 0.4 * cos ** 120 + 0.2 * cos ** 8) * (0.975 + 0.05 * draw()));
+    return [...wi, ...wo, ...values].join();
   });
   return ["wix,wiy,wiz,wox,woy,woz,r,g,b", ...rows].join("\n");
 }
+
+const GENERATIONS = 3;
 
 const file = (name, text) => ({ name, mimeType: "text/csv", buffer: Buffer.from(text) });
 const GOOD = file("lobe.csv", samples(600));
@@ -91,7 +97,7 @@ export async function search(hand, step, shot, base) {
   });
 
   const job = await step("searches, and shows how", async () => {
-    await start(hand, 2);
+    await start(hand, GENERATIONS);
     await hand.id("search-course").locator("svg[role=img] > path.curve").first().waitFor();
     await hand.id("found-picture").locator("img").waitFor();
     await shot("53-search-running");
@@ -99,8 +105,8 @@ export async function search(hand, step, shot, base) {
     const ended = await present(hand);
     assert.equal(ended.state, "succeeded");
     assert.equal(String(ended.seed), "7");
-    assert.equal(ended.generation, 2);
-    assert.match(await hand.id("job-figures").innerText(), /100 % of 2 generations/);
+    assert.equal(ended.generation, GENERATIONS);
+    assert.match(await hand.id("job-figures").innerText(), new RegExp(`100 % of ${GENERATIONS} generations`));
     return ended;
   });
 
@@ -114,7 +120,6 @@ export async function search(hand, step, shot, base) {
     assert.equal(await points.count(), front.length);
     await points.and(page.getByRole("radio", { checked: true })).focus();
     await page.keyboard.press("Home");
-    await page.getByRole("heading", { name: "Chosen from the front" }).or(page.getByRole("heading", { name: "The best" })).waitFor();
     assert.equal(await page.evaluate(() => document.activeElement?.getAttribute("aria-checked")), "true");
     await page.getByTestId("found-picture").locator(`img[src*="${shortest.individual}"]`).waitFor();
     await hand.id("found-light").fill("90");
@@ -147,9 +152,10 @@ export async function search(hand, step, shot, base) {
     await hand.id("inspector-close").click();
     const child = await hand.generation(await hand.becomes(() => hand.id("found-breed").click()));
     // The generation where the find was born is shown first.
-    const bred = child.parents[0] === front[0].individual && child.individuals.length === 20 ? child : await hand.generation(await hand.ready(child.id));
+    const bred = child.parents[0] === front[0].individual ? child : await hand.generation(await hand.ready(child.id));
     assert.deepEqual(bred.parents, [front[0].individual]);
     assert.equal(bred.lineage, job.lineage);
+    assert.equal(bred.individuals.length, 20);
     assert.equal(await dialog.count(), 0);
     await shot("56-search-bred");
   });
