@@ -32,7 +32,7 @@ export function Course({ lines, waits }) {
         : html`<svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${words}>
             <${Grid} x=${{ axis: x, name: over.value === "seconds" ? "seconds searched" : "generations" }} y=${{ axis: y, says: errorInWords }} />
             ${[fitted, held].map((points, order) => html`<path key=${order} class=${`curve curve-${order}`} d=${lineThrough(points, x, y, BOX)} />`)}
-            ${lines.length === 1 && html`<circle class="dot-0" cx=${BOX.left + BOX.width / 2} cy=${BOTTOM} r="2" />`}
+            ${lines.length === 1 && [fitted, held].map(([[at, value]], order) => value !== null && html`<circle key=${`only${order}`} class=${`only curve-${order}`} r="2.5" cx=${placeOn(x, at, BOX.left, RIGHT)} cy=${placeOn(y, value, BOTTOM, BOX.top)} />`)}
           </svg>
           <${Legend} names=${[`fitted ${errorInWords(last?.fitted)}`, `held back ${errorInWords(last?.held)}`]} />`}
     </figure>

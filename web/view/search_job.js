@@ -48,7 +48,7 @@ const Progress = ({ of }) => html`
     <progress max="1" value=${of.state === "succeeded" ? 1 : of.progress} aria-label="Progress"></progress>
     <p class="small" data-testid="job-figures">
       <span>${Math.floor(100 * (of.state === "succeeded" ? 1 : of.progress))} % of ${budgetInWords(of.budget)}</span>
-      <span>${counted(of.generation, "generation")}</span>
+      <span>generation ${of.generation.toLocaleString("en")}</span>
       <span>${counted(of.evaluations, "evaluation")}</span>
       <span>${duration(of.seconds)} searched</span>
     </p>
@@ -122,17 +122,21 @@ const Table = ({ of }) => html`
   </div>
 `;
 
+/** Why there is no front to choose from. @param {Job} of */
+function alone(of) {
+  if (!hasEnded(of)) return "When the search ends, shorter ones stand here too, each with its error.";
+  if (front.value.length === 0) return waiting(of);
+  return of.state === "succeeded" ? "Nothing shorter was worth keeping." : "A search that was ended keeps its best alone.";
+}
+
 /** @param {{of: Job}} props */
 function Front({ of }) {
-  const waits = hasEnded(of)
-    ? of.state === "succeeded" ? "Nothing shorter was worth keeping." : "A search that was ended keeps its best alone."
-    : "When the search ends, shorter ones stand here too, each with its error.";
   return html`
     <figure class="chart" data-testid="search-front">
       <h3>E log held out, against length</h3>
       ${front.value.length > 1
         ? html`<${FrontChart} of=${front.value} chosen=${chosen.value} picks=${pick} /><${Table} of=${front.value} />`
-        : html`<p class="small hollow">${waits}</p>`}
+        : html`<p class="small hollow">${alone(of)}</p>`}
     </figure>
   `;
 }
