@@ -90,7 +90,7 @@ const follow = (id) => {
     }),
     best: (news) => batch(() => {
       put({ best: news });
-      front.value = [news];
+      if (job.value && !hasEnded(job.value)) front.value = [news];
       told.value = `A better one: error ${errorInWords(news.e_log)}, ${news.operations} operations.`;
     }),
     reread: again,

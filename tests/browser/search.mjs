@@ -97,6 +97,7 @@ export async function search(hand, step, shot, base) {
   });
 
   const job = await step("searches, and shows how", async () => {
+    await hand.id("search-strategy").selectOption("lobes");
     await start(hand, GENERATIONS);
     await hand.id("search-course").locator("svg[role=img] > path.curve").first().waitFor();
     await hand.id("found-picture").locator("img").waitFor();
@@ -105,6 +106,7 @@ export async function search(hand, step, shot, base) {
     const ended = await present(hand);
     assert.equal(ended.state, "succeeded");
     assert.equal(String(ended.seed), "7");
+    assert.equal(ended.strategy, "lobes");
     assert.equal(ended.generation, GENERATIONS);
     assert.match(await hand.id("job-figures").innerText(), new RegExp(`100 % of ${GENERATIONS} generations`));
     return ended;
