@@ -266,7 +266,7 @@ async function main() {
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [looking, PLAIN, { viewport: { width: 1440, height: 985 }, permissions: ["clipboard-read", "clipboard-write"] }],
-      [searching, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [searching, PLAIN, { viewport: { width: 1440, height: 985 } }, empty],
       [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],
     ]) {
       browser = await chromium.launch({ executablePath, args });
