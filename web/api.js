@@ -53,10 +53,11 @@ async function readProblem(response) {
  * One request, sent again where that is safe: a POST carries one Idempotency-Key through all its tries.
  * @param {string} method
  * @param {string} path
- * @param {{json?: unknown, body?: Blob, type?: string, version?: number, asks?: boolean}} [options]
+ * @param {{json?: unknown, body?: Blob|FormData, type?: string, version?: number, asks?: boolean, settled?: boolean}} [options]
+ *   `settled`: a conflict is an answer, and no reason to ask again
  * @returns {Promise<any>}
  */
-async function request(method, path, options = {}) {
+export async function request(method, path, options = {}) {
   /** @type {Record<string, string>} */
   const headers = { Accept: "application/json, application/problem+json" };
   if (method === "POST") headers["Idempotency-Key"] = newKey();
@@ -81,7 +82,7 @@ async function request(method, path, options = {}) {
     }
     if (response.ok) return response.status === 204 ? null : response.json();
     if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
-    const later = response.status === 503 || response.status === 429 || (response.status === 409 && method === "POST");
+    const later = response.status === 503 || response.status === 429 || (response.status === 409 && method === "POST" && !options.settled);
     if (later && tried < TRIES) {
       const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
       await pause(Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried);
@@ -96,7 +97,7 @@ async function request(method, path, options = {}) {
  * @param {string} path
  * @param {string} [accept]
  */
-async function read(path, accept = "*/*") {
+export async function read(path, accept = "*/*") {
   const response = await fetch(path, { headers: { Accept: accept }, credentials: "same-origin" });
   if (!response.ok) throw new ProblemError(await readProblem(response));
   return response;

@@ -6,7 +6,8 @@ import { eventsUrl } from "./api.js";
 import { pictureArrived } from "./pictures.js";
 
 /**
- * @typedef {{known: (id: string) => boolean, news: (id: string) => Promise<void>, resync: () => Promise<void>}} Listener
+ * @typedef {{known: (id: string) => boolean, news: (id: string) => Promise<void>, resync: () => Promise<void>,
+ *   job: (news: any) => void}} Listener
  */
 
 /** @type {EventSource|null} */
@@ -59,6 +60,7 @@ function connect() {
     await own;
     if (wanted?.lineage === lineage && !listener.known(id)) await listener.news(id);
   });
+  opened.addEventListener("job", (event) => listener.job(JSON.parse(event.data)));
   opened.addEventListener("resync", () => void listener.resync());
   opened.addEventListener("error", () => {
     // A dropped connection reopens by itself and replays; a refused one stays closed and is asked for again.

@@ -10,6 +10,7 @@ import { openComparison } from "./comparison.js";
 import { cellOf, letGo } from "./hands.js";
 import { inspectCell } from "./inspector.js";
 import { redo, undo } from "./lineage.js";
+import { openSearches } from "./searches.js";
 import { focused } from "./state.js";
 
 /** Row and column of the frames by slot: row by row around the 4 x 4 centre. */
@@ -82,6 +83,10 @@ const inDialog = (target) => target instanceof Element && target.closest("dialog
 function keyAlone(event) {
   if (isPlain(event, "c") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
     openComparison();
+    event.preventDefault();
+  }
+  if (isPlain(event, "s") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
+    openSearches();
     event.preventDefault();
   }
   if (event.key === "Escape" && !letGo() && !inDialog(event.target)) unpin();

@@ -2,7 +2,7 @@
  * Opening, making, renaming and hiding lineages, and showing their generations. Owns the road from an address to a shown
  * generation; knows nothing of breeding or drawing.
  *
- * @import { Lineage, Trail } from "./types.js"
+ * @import { Generation, Lineage, Trail } from "./types.js"
  */
 import { batch, effect } from "./vendor/signals-core.js";
 import * as api from "./api.js";
@@ -53,6 +53,14 @@ export async function create(name, { dialect, saturation = DEFAULT_SATURATION, b
   await open(made.id, null, begin);
 }
 
+/** Hears of searches that tell the open lineage; put here by the module of searches, which depends on this one. */
+let noteJob = (/** @type {any} */ _news) => {};
+
+/** @param {(news: any) => void} note */
+export function setJobNoter(note) {
+  noteJob = note;
+}
+
 /** Breeds the first brood of an empty lineage; put here by the breeding module, which depends on this one. */
 let breedFirst = async (/** @type {string} */ _id) => {};
 
@@ -60,6 +68,9 @@ let breedFirst = async (/** @type {string} */ _id) => {};
 export function setFirstBreeder(breed) {
   breedFirst = breed;
 }
+
+/** Whether it came about by variation: what a search found or somebody brought in says nothing of how to breed on. @param {Generation} of */
+const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
 
 /**
  * @param {string} id
@@ -74,6 +85,7 @@ export async function open(id, wanted, begin = breedFirst) {
   if (mine !== wish) return;
   const newest = all.at(-1);
   const target = all.find((one) => one.id === wanted) ?? newest ?? null;
+  const bred = target && isBred(target) ? target : null;
   readFor.clear();
   for (const one of all) readFor.set(one.id, of.scene);
   batch(() => {
@@ -84,8 +96,8 @@ export async function open(id, wanted, begin = breedFirst) {
     mate.value = null;
     trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), sessionStorage);
     knobs.value = {
-      mutation: target?.mutation ?? 0.3,
-      recombination: target?.recombination ?? 0.5,
+      mutation: bred?.mutation ?? 0.3,
+      recombination: bred?.recombination ?? 0.5,
       isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
       homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
       saturation: target?.saturation ?? of.saturation,
@@ -95,7 +107,7 @@ export async function open(id, wanted, begin = breedFirst) {
     locks.value = { ...noLocks(), ...recall(`locks.${id}`, {}) };
     lineagesOpen.value = false;
   });
-  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync });
+  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync, job: (news) => noteJob(news) });
   forget("stage");
   if (wanted && target?.id !== wanted) {
     tell("stage", {

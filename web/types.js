@@ -60,7 +60,7 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"|"searches"|"target"|"search"|"job"|"found"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble
@@ -110,5 +110,26 @@
  *   difference: {picture: string, rmse: number, flip: number}|null, curves: CurvePoint[], phenomena: Phenomena}} Compared
  *
  * @typedef {{scene: string, exposure_ev: number, size_px: number, other_light_deg: number, materials: Compared[]}} Comparison
+ *
+ * @typedef {"samples"|"slice"|"merl"|"rgl"|"cornell"} TargetKind
+ *
+ * @typedef {{id: string, kind: TargetKind, name: string, samples: number, fitted_samples: number, held_out_samples: number,
+ *   skipped_samples: number, largest_f: number, reciprocal_floor: number|null, hash: string, bytes: number, created_ms: number}} Target
+ *
+ * @typedef {"queued"|"running"|"paused"|"succeeded"|"failed"|"cancelled"} JobState
+ *
+ * @typedef {{individual: string, hash: string, e_log: number, e_log_fitted: number, e_cbrt: number, relative_l2: number,
+ *   operations: number, numbers: number, divisor: number, generation: number, thumbnail?: string}} Found
+ *   A material that a search found; it is an individual of the search's lineage.
+ *
+ * @typedef {{seconds?: number, generations?: number, evaluations?: number}} Budget one of the three
+ *
+ * @typedef {{id: string, kind: string, state: JobState, reason?: string|null, target: string, lineage: string, name: string, strategy: string,
+ *   seed: number|string, threads: number|null, mirrored: boolean, budget: Budget, target_error: number|null, start: string[],
+ *   progress: number, generation: number, evaluations: number, fitted: number|null, held: number|null, best: Found|null,
+ *   seconds: number, population: string|null, created_ms: number, started_ms: number|null, ended_ms: number|null}} Job
+ *
+ * @typedef {{generation: number, evaluations: number, fitted: number|null, held: number|null, seconds: number,
+ *   best?: string|null}} LogLine
  */
 export {};

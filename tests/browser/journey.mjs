@@ -16,6 +16,7 @@ import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
+import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
 import { visitor } from "./visitor.mjs";
 
@@ -216,6 +217,10 @@ async function looking(hand, base) {
   await inspect(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
 }
 
+async function searching(hand, base) {
+  await search(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
+}
+
 async function drawn(hand, base) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await live(hand, step, shot, base);
@@ -242,6 +247,7 @@ async function narrow(hand) {
   await compareByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   await inspectByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   await comparisonByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+  await searchByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   hand.quiet();
 }
 
@@ -260,6 +266,7 @@ async function main() {
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [looking, PLAIN, { viewport: { width: 1440, height: 985 }, permissions: ["clipboard-read", "clipboard-write"] }],
+      [searching, PLAIN, { viewport: { width: 1440, height: 985 } }, empty],
       [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],
     ]) {
       browser = await chromium.launch({ executablePath, args });

@@ -30,7 +30,9 @@ test("arrows stay at the rim", () => {
 });
 
 test("an address comes back as it was written", () => {
-  assert.deepEqual(parse(format("a-1", "b-2")), { lineage: "a-1", generation: "b-2" });
-  assert.deepEqual(parse(format("a-1", null)), { lineage: "a-1", generation: null });
-  assert.deepEqual(parse(""), { lineage: null, generation: null });
+  assert.deepEqual(parse(format("a-1", "b-2")), { lineage: "a-1", generation: "b-2", search: null });
+  assert.deepEqual(parse(format("a-1", null)), { lineage: "a-1", generation: null, search: null });
+  assert.deepEqual(parse(""), { lineage: null, generation: null, search: null });
+  assert.deepEqual(parse(format("a-1", "b-2", "c-3")), { lineage: "a-1", generation: "b-2", search: "c-3" });
+  assert.deepEqual(parse(format(null, null, "all")), { lineage: null, generation: null, search: "all" });
 });

@@ -13,6 +13,7 @@ import { Knobs } from "./knobs.js";
 import { Lineages } from "./lineages.js";
 import { LockSign } from "./locks.js";
 import { Presets } from "./presets.js";
+import { Searches } from "./searches.js";
 import { Strip } from "./strip.js";
 import { TokenQuestion } from "./token_question.js";
 import { Trouble } from "./trouble.js";
@@ -33,10 +34,11 @@ export function App() {
     <${Strip} />
     <${Lineages} />
     <${Presets} />
+    <${Searches} />
     <${Inspector} />
     <${Comparison} />
     <${TokenQuestion} />
-    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, or a .brood to breed from it</p></div>`}
+    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, a .brood to breed from it, or measured samples to search for them</p></div>`}
     <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>
   `;
 }

@@ -8,6 +8,7 @@ import { redoTarget, undoTarget } from "../history.js";
 import { redo, undo } from "../lineage.js";
 import { twinsInWords } from "../locks.js";
 import { loaded } from "../pictures.js";
+import { busy, openSearches } from "../searches.js";
 import {
   FRAMES, announcement, breeding, descent, detailsOpen, elapsed, generation, knobsOpen, lineage, lineagesOpen, presetsOpen, sceneBusy,
   shown, system, trail,
@@ -68,6 +69,7 @@ export function Bar() {
         <${Deed} id="redo" sign="↷" name="Redo" keys="Ctrl+Shift+Z" disabled=${!can.redo} does=${redo} />
         <${Deed} id="reroll" sign="⟳" name="Re-roll" disabled=${!generation.value} does=${reroll} />
         <${Deed} id="presets" sign="◐" name="Presets" does=${() => (presetsOpen.value = true)} />
+        <${Deed} id="searches" sign="◎" name=${busy.value > 0 ? `Searches · ${busy.value}` : "Searches"} keys="S" does=${() => openSearches()} />
         <${Deed} id="afresh" sign="✳" name="Start afresh" disabled=${!lineage.value} does=${afresh} />
       </div>
       <p class="status" data-testid="status" title=${system.value?.backend?.reason ?? ""}>${status()}</p>

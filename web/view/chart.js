@@ -9,33 +9,39 @@ import { signal } from "../vendor/signals-core.js";
 import { Choice } from "./control.js";
 import { amount, decade } from "./words.js";
 
-const WIDTH = 420;
-const HEIGHT = 268;
+export const WIDTH = 420;
+export const HEIGHT = 268;
 /** What is around it is for labels. @type {Box} */
-const BOX = { left: 62, top: 10, width: 348, height: 212 };
-const BOTTOM = BOX.top + BOX.height;
-const RIGHT = BOX.left + BOX.width;
+export const BOX = { left: 62, top: 10, width: 348, height: 212 };
+export const BOTTOM = BOX.top + BOX.height;
+export const RIGHT = BOX.left + BOX.width;
 /** @type {Axis} */
 const ANGLE = { low: 0, high: 90, ticks: [0, 15, 30, 45, 60, 75, 90] };
+const degrees = (/** @type {number} */ value) => `${value}°`;
 const TICKS = 5;
 const SCALES = [{ value: "linear", name: "linear" }, { value: "log", name: "log" }];
 
 /** The scale that a person chose for a chart. @type {import("../vendor/signals-core.js").Signal<Record<string, string>>} */
 const scales = signal({});
 
-/** @param {{y: Axis, name: string}} props */
-const Grid = ({ y, name }) => html`
+/** How a value stands beside its tick. @param {Axis} axis */
+const plainly = ({ log }) => (/** @type {number} */ value) => (log ? decade(value) : amount(value));
+
+/** @typedef {{axis: Axis, name?: string, says?: (value: number) => string}} Side */
+
+/** Ticks, their numbers, and what they are of. @param {{x: Side, y: Side}} props */
+export const Grid = ({ x, y }) => html`
   <g class="grid" aria-hidden="true">
-    ${y.ticks.map((value) => {
-      const up = placeOn(y, value, BOTTOM, BOX.top);
-      return html`<path key=${`y${value}`} d=${`M${BOX.left} ${up.toFixed(1)}H${RIGHT}`} /><text class="end" x=${BOX.left - 6} y=${up + 4}>${y.log ? decade(value) : amount(value)}</text>`;
+    ${y.axis.ticks.map((value) => {
+      const up = placeOn(y.axis, value, BOTTOM, BOX.top);
+      return html`<path key=${`y${value}`} d=${`M${BOX.left} ${up.toFixed(1)}H${RIGHT}`} /><text class="end" x=${BOX.left - 6} y=${up + 4}>${(y.says ?? plainly(y.axis))(value)}</text>`;
     })}
-    ${ANGLE.ticks.map((value) => {
-      const right = placeOn(ANGLE, value, BOX.left, RIGHT);
-      return html`<path key=${`x${value}`} d=${`M${right.toFixed(1)} ${BOTTOM}v4`} /><text x=${right} y=${BOTTOM + 17}>${value}°</text>`;
+    ${x.axis.ticks.map((value) => {
+      const right = placeOn(x.axis, value, BOX.left, RIGHT);
+      return html`<path key=${`x${value}`} d=${`M${right.toFixed(1)} ${BOTTOM}v4`} /><text x=${right} y=${BOTTOM + 17}>${(x.says ?? plainly(x.axis))(value)}</text>`;
     })}
-    <text class="title" x=${BOX.left + BOX.width / 2} y=${HEIGHT - 6}>angle of incidence</text>
-    <text class="title" transform=${`translate(11 ${BOX.top + BOX.height / 2}) rotate(-90)`}>${name}</text>
+    <text class="title" x=${BOX.left + BOX.width / 2} y=${HEIGHT - 6}>${x.name}</text>
+    ${y.name && html`<text class="title" transform=${`translate(11 ${BOX.top + BOX.height / 2}) rotate(-90)`}>${y.name}</text>`}
   </g>
 `;
 
@@ -57,7 +63,7 @@ export function Chart({ id, title, words, axis, names, lines }) {
       <h3>${title}</h3>
       <p class="small">${words}</p>
       <svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${`${title}, by angle of incidence. ${told.join("; ")}.`}>
-        <${Grid} y=${y} name=${axis} />
+        <${Grid} x=${{ axis: ANGLE, name: "angle of incidence", says: degrees }} y=${{ axis: y, name: axis }} />
         ${lines.map((points, order) => html`<path key=${order} class=${`curve curve-${order}`} d=${lineThrough(points, ANGLE, y, BOX)} />`)}
       </svg>
       <${Legend} names=${names} />

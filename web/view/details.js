@@ -3,7 +3,6 @@
  *
  * @import { Generation, Individual } from "../types.js"
  */
-import * as api from "../api.js";
 import { nameOf, setNote } from "../breed.js";
 import { pin } from "../compare.js";
 import { genomes } from "../genomes.js";
@@ -14,21 +13,17 @@ import { isPlain } from "../keys.js";
 import { isLayered } from "../layers.js";
 import { guarded, visit } from "../lineage.js";
 import { ready } from "../pictures.js";
-import { effect, signal } from "../vendor/signals-core.js";
+import { centreAsStart, searchFrom } from "../search_draft.js";
+import { effect } from "../vendor/signals-core.js";
 import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Compare, Pin } from "./compare.js";
-import { Switch } from "./control.js";
+import { Exports, listFormats } from "./exports.js";
 import { Layers } from "./layers.js";
 import { Trouble } from "./trouble.js";
 import { albedoInWords, madeBy, reflectsInWords } from "./words.js";
 
-/** @type {import("../vendor/signals-core.js").Signal<import("../types.js").ExportFormat[]>} */
-const formats = signal([]);
 effect(() => {
-  if (!detailsOpen.value || !generation.value || formats.peek().length > 0) return;
-  void guarded("centre", async () => {
-    formats.value = await api.listExports();
-  });
+  if (detailsOpen.value && generation.value) listFormats("centre");
 });
 
 /** Somebody who breeds on at once does not wait for what is known of the centre. */
@@ -45,53 +40,13 @@ effect(() => {
   return () => clearTimeout(timer);
 });
 
-/** Has the browser save the genome's text. @param {Individual} of */
-const saveText = (of) => guarded("centre", async () => {
-  const text = await api.getGenomeText(of.hash);
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
-  link.download = `${of.hash.slice(0, 12)}.brood`;
-  link.click();
-  URL.revokeObjectURL(link.href);
-});
-
 /** @param {{name: string, value: unknown, title?: string}} props */
 const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
 
-/** Whether functions are exported under the energy limit: other renderers count on it. */
-const limitedExports = signal(true);
-
-/** Models have no source code, and nobody is to find that out by a download that fails. @param {{of: Individual}} props */
-function SourceCode({ of }) {
-  if (isLayered(of)) {
-    const names = formats.value.map(({ label }) => label.replace(/ functions.*$/, ""));
-    return html`<li class="small" data-testid="no-source">Not as ${names.join(", ")}: models are not written as source code.</li>`;
-  }
-  return html`
-    ${formats.value.map((format) => html`
-      <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
-    `)}
-    <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
-  `;
-}
-
-/** What it and its brood can be taken away as. @param {{of: Individual, within: Generation}} props */
-function Exports({ of, within }) {
-  return html`
-    <details class="exports" data-testid="exports">
-      <summary>Export</summary>
-      <ul>
-        <li><button type="button" class="link" data-testid="export-brood" onClick=${() => saveText(of)}>.brood, the genome as text</button></li>
-        <${SourceCode} of=${of} />
-        <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">APNG, the light going around</a></li>
-        <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
-        <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>
-        <li><a download=${`${of.id}.exr`} href=${`/v1/individuals/${of.id}/render.exr?size=1024`}>EXR of 1024 x 1024, linear</a></li>
-        <li><a download=${`${within.id}.png`} href=${`/v1/generations/${within.id}/sheet.png`} data-testid="export-sheet">PNG of the brood</a></li>
-        <li><a download=${`${within.id}.apng`} href=${`/v1/generations/${within.id}/sheet.apng?size=96&frames=24`} data-testid="export-sheet-apng">APNG of the brood</a></li>
-      </ul>
-    </details>
-  `;
+/** What was bred by eye goes on by itself. */
+function fromCentre() {
+  const start = centreAsStart();
+  if (start) searchFrom(start.of, start.name);
 }
 
 function Centre() {
@@ -113,7 +68,8 @@ function Centre() {
       </dl>
       ${layers && html`<${Layers} of=${layers} lockable=${true} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
-      <${Exports} of=${of} within=${within} />
+      <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, to come closer to something measured" onClick=${fromCentre}>Search from here …</button>
+      <${Exports} of=${of} within=${within} place="centre" />
       <label class="note">Note
         <textarea rows="2" maxlength="10000" data-testid="note" value=${of.note} key=${of.id}
           onChange=${(/** @type {Event} */ event) => setNote(/** @type {HTMLTextAreaElement} */ (event.target).value)}></textarea>

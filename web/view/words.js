@@ -5,7 +5,7 @@
  */
 
 /** @type {Record<string, string>} */
-const OPERATORS = { random: "drawn at random", mutate: "mutation", recombine: "recombination", adopt: "brought in" };
+const OPERATORS = { random: "drawn at random", mutate: "mutation", recombine: "recombination", adopt: "brought in", fit: "a search" };
 
 /** @param {Individual} of */
 export const madeBy = (of) => OPERATORS[of.operator] ?? of.operator;

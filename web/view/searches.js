@@ -1,0 +1,101 @@
+/**
+ * Searches: the dialog that holds their list, the form of a new one, and the view of one. Owns the list and its words.
+ *
+ * @import { Job } from "../types.js"
+ */
+import { html } from "../html.js";
+import * as route from "../route.js";
+import { budgetInWords, duration, errorInWords, hasEnded, stateInWords } from "../search_words.js";
+import { ALL, NEW, closeSearches, further, jobs, looking, openSearches, readFurther } from "../searches.js";
+import { lineage, shown } from "../state.js";
+import { JobTitle, JobView } from "./search_job.js";
+import { NewSearch } from "./search_new.js";
+import { Trouble } from "./trouble.js";
+
+/** @param {HTMLDialogElement|null} dialog */
+function opened(dialog) {
+  if (dialog && !dialog.open) dialog.showModal();
+}
+
+/** From view to view the focus goes to the title; the first view leaves it where the dialog puts it. @param {HTMLElement|null} title */
+const titled = (title) => {
+  if (title?.closest("dialog")?.open) title.focus();
+};
+
+/** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
+const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
+
+/** A picture that cannot be had leaves its place empty. @param {Event} event */
+const hideBroken = (event) => /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");
+
+/** How far it is, in words. @param {Job} of */
+function progressInWords(of) {
+  if (of.state === "queued") return "";
+  if (hasEnded(of)) return duration(of.seconds);
+  return `${Math.floor(100 * of.progress)} % of ${budgetInWords(of.budget)}`;
+}
+
+/** Today by the hour, before by the day. @param {number} ms */
+function when(ms) {
+  const at = new Date(ms);
+  const today = at.toDateString() === new Date().toDateString();
+  return today ? at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : at.toLocaleDateString();
+}
+
+/** @param {Job} of */
+function Row(of) {
+  const error = of.best?.e_log ?? of.held;
+  return html`
+    <li key=${of.id}>
+      <a class="job" data-testid=${`job-${of.id}`} href=${route.format(lineage.value?.id ?? null, shown.value, of.id)}>
+        <span class="cover">${of.best?.thumbnail && html`<img key=${of.best.thumbnail} src=${of.best.thumbnail} alt="" loading="lazy" onError=${hideBroken} />`}</span>
+        <span class="who"><span class="cut">${of.name}</span><span class="small">${of.strategy}</span></span>
+        <span class=${`state ${of.state}`}>${stateInWords(of.state)}</span>
+        <span class="far">${hasEnded(of) ? "" : html`<progress max="1" value=${of.progress} aria-hidden="true"></progress>`}<span class="small">${progressInWords(of)}</span></span>
+        <span class="error">${error === null || error === undefined ? "" : html`<span class="small">error</span> ${errorInWords(error)}`}</span>
+        <time class="small" datetime=${new Date(of.created_ms).toISOString()}>${when(of.created_ms)}</time>
+      </a>
+    </li>
+  `;
+}
+
+const Empty = () => html`
+  <div class="empty">
+    <p>A search lets the machine breed: give it a measured material, and it looks for the shortest program that reflects light as that does.</p>
+    <p class="small">Drop a file of measurements here, or begin with a new search. What it finds is bred on by eye like everything else.</p>
+    <button type="button" class="primary" onClick=${() => openSearches(NEW)}>New search</button>
+  </div>
+`;
+
+function List() {
+  const known = jobs.value;
+  return html`
+    <div class="beside">
+      <${Trouble} place="searches" />
+      ${known === null && html`<p class="small" role="status">The server is asked …</p>`}
+      ${known?.length === 0 && html`<${Empty} />`}
+      ${known !== null && known.length > 0 && html`<ul class="jobs" aria-label="Searches">${known.map(Row)}</ul>`}
+      ${further.value !== null && html`<button type="button" class="start" onClick=${readFurther}>Show earlier ones</button>`}
+    </div>
+  `;
+}
+
+/** The way back to the list. */
+const Back = () => html`<button type="button" data-testid="searches-all" aria-label="All searches" onClick=${() => openSearches(ALL)}><span aria-hidden="true">‹</span><span class="word" aria-hidden="true"> All searches</span></button>`;
+
+export function Searches() {
+  const at = looking.value;
+  if (at === null) return null;
+  return html`
+    <dialog class="inspector searches" data-testid="searches-dialog" ref=${opened} aria-labelledby="searches-title" onClose=${closeSearches}>
+      <div class="row title">
+        ${at !== ALL && html`<${Back} />`}
+        ${at === ALL || at === NEW ? html`<h2 key=${at} id="searches-title" tabindex="-1" ref=${titled}>${at === ALL ? "Searches" : "New search"}</h2>` : html`<${JobTitle} key=${at} titled=${titled} />`}
+        <span class="grow"></span>
+        ${at === ALL && html`<button type="button" class="primary" data-testid="search-new" onClick=${() => openSearches(NEW)}>New search</button>`}
+        <button type="button" data-testid="searches-close" onClick=${shut}>Close</button>
+      </div>
+      ${at === ALL ? html`<${List} />` : at === NEW ? html`<${NewSearch} />` : html`<${JobView} key=${at} />`}
+    </dialog>
+  `;
+}
