@@ -104,8 +104,8 @@ export const removeTarget = (target) => guarded("target", async () => {
 
 /** Starts the form from an individual, its finds to be born beside it. @param {Individual} of @param {string} name */
 export function searchFrom(of, name) {
-  const into = lineage.value && misfit(lineage.value.dialect) === "" ? "open" : "own";
-  fill({ start: { of, name }, into });
+  // Genetic programs, which the server takes where no other strategy can go on from it, stay in its dialect.
+  fill({ start: { of, name }, into: lineage.value ? "open" : "own" });
   openSearches(NEW);
 }
 
@@ -114,8 +114,8 @@ export function searchFrom(of, name) {
  * @param {Dialect} dialect
  */
 export function misfit({ length, opcodes, registers }) {
-  if (length === 0 || (opcodes === "extended" && registers === 16 && length >= 128)) return "";
-  return `its programs are for another machine (${opcodes}, ${registers} registers, ${length} instructions) than a search's (extended, 16, 128)`;
+  if (length === 0 || (opcodes === "extended" && registers === 16 && length >= 120)) return "";
+  return `its programs are for another machine (${opcodes}, ${registers} registers, ${length} instructions) than a search's (extended, 16, 120)`;
 }
 
 /** A whole number as it is typed. @param {string} text */

@@ -152,8 +152,9 @@ const Strategy = () => html`
 
 /** Where finds are born, and what the search starts from. */
 function Where() {
-  const { into, start } = draft.value;
+  const { into, start, strategy } = draft.value;
   const open = lineage.value;
+  const isBred = start && (strategy === "" || strategy === "gp");
   const centre = centreAsStart();
   const unfit = open ? misfit(open.dialect) : "";
   const places = [{ value: "own", name: "a new lineage" }, { value: "open", name: open?.name ?? "the open lineage", title: "The lineage that is open" }];
@@ -161,13 +162,13 @@ function Where() {
     <div class="entry" role="group" aria-label="Finds are born in">
       <span>finds go into</span>
       <${Choice} id="search-into" name="Finds are born in" value=${into} options=${open ? places : places.slice(0, 1)} turns=${(/** @type {any} */ to) => fill({ into: to })} />
-      ${into === "open" && unfit && html`<span class="small warning">The server may refuse “${open?.name}”: ${unfit}.</span>`}
+      ${into === "open" && unfit && !isBred && html`<span class="small warning">The server may refuse “${open?.name}”: ${unfit}.</span>`}
     </div>
     <div class="entry" role="group" aria-label="Starts from">
       <span>starts from</span>
       ${start
         ? html`<span class="begin"><img src=${start.of.thumbnail} alt="" /><span>${start.name}</span><button type="button" data-testid="search-start-clear" aria-label="Start from nothing" title="Start from nothing" onClick=${() => fill({ start: null })}>×</button></span>
-            ${unfit && html`<span class="small warning">The server may refuse it: ${unfit}.</span>`}`
+            ${unfit && html`<span class=${isBred ? "small" : "small warning"}>${isBred ? "Searched by genetic programs, which stay what it is" : `The server may refuse it: ${unfit}`}.</span>`}`
         : html`<span class="begin"><span>nothing</span>${centre && html`<button type="button" data-testid="search-start-centre" onClick=${() => fill({ start: centre })}>Take the centre</button>`}</span>`}
     </div>
   `;

@@ -27,7 +27,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         return Err(refuse("/kind", words));
     }
     let budget = budget(&asked)?;
-    let strategy = strategy(asked.strategy.as_deref())?;
+    let wanted = asked.strategy.as_deref().map(strategy).transpose()?;
     let threads = match asked.threads {
         Some(threads) if !(1..=limit::SEARCH_THREADS).contains(&threads) => {
             let words = format!("1 to {} threads", limit::SEARCH_THREADS);
@@ -50,7 +50,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         None => target.name.clone(),
     };
     check_name(&name)?;
-    let (start, dialect) = start(app, &asked.start, strategy).await?;
+    let Start { genomes, dialect, strategy } = start(app, &asked.start, wanted).await?;
     let given = match asked.lineage {
         Some(id) => Some(lineage(app, id, dialect).await?),
         None => None,
@@ -76,7 +76,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
             target_error: asked.target_error,
             start: asked.start,
         },
-        start: encode(&start),
+        start: encode(&genomes),
         created_ms,
         idempotency: None,
     })
@@ -135,8 +135,7 @@ fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {
     }
 }
 
-fn strategy(name: Option<&str>) -> Result<Strategy, ApiError> {
-    let Some(name) = name else { return Ok(PREFERRED) };
+fn strategy(name: &str) -> Result<Strategy, ApiError> {
     let known = name.parse::<Strategy>();
     known.map_err(|error| ApiError::refused(error.to_string()).at("/strategy"))
 }
@@ -160,18 +159,26 @@ async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, A
     Ok(lineage)
 }
 
-/// Canonical bytes of the genomes of individuals, and the dialect of what a search that starts from them finds: genetic
-/// programs stay in the dialect that they come from.
+/// What a search starts from.
+struct Start {
+    /// Canonical bytes.
+    genomes: Vec<Vec<u8>>,
+    /// Of what is found: genetic programs stay in the dialect that they come from.
+    dialect: Dialect,
+    /// The one that was asked for; otherwise genetic programs where no other strategy can go on from these individuals.
+    strategy: Strategy,
+}
+
 async fn start(
     app: &App,
     individuals: &[IndividualId],
-    strategy: Strategy,
-) -> Result<(Vec<Vec<u8>>, Dialect), ApiError> {
+    wanted: Option<Strategy>,
+) -> Result<Start, ApiError> {
     if individuals.len() > limit::SEARCH_START {
         let words = format!("at most {} individuals", limit::SEARCH_START);
         return Err(ApiError::refused(words).at("/start"));
     }
-    let mut found = DIALECT;
+    let (mut found, mut strategy) = (DIALECT, wanted.unwrap_or(PREFERRED));
     let mut genomes = Vec::with_capacity(individuals.len());
     for (index, id) in individuals.iter().enumerate() {
         let pointer = format!("/start/{index}");
@@ -183,19 +190,24 @@ async fn start(
         })?;
         let material = app.library.material(individual.hash).await?;
         let own = *material.genome.dialect();
-        if index == 0 && strategy == Strategy::Gp && own.length != 0 {
-            found = own;
+        if index == 0 && own.length != 0 {
+            if wanted.is_none() && !own.is_compatible(&found) {
+                strategy = Strategy::Gp;
+            }
+            if strategy == Strategy::Gp {
+                found = own;
+            }
         }
         if !own.is_compatible(&found) {
             let words = format!(
-                "the individual is of the dialect {own}, length {}; this search needs {found}, length {}",
+                "the individual is of the dialect {own}, length {}; the strategy {strategy} needs {found}, length {}",
                 own.length, found.length
             );
             return Err(ApiError::refused(words).at(pointer));
         }
         genomes.push(material.genome.canonical_bytes());
     }
-    Ok((genomes, found))
+    Ok(Start { genomes, dialect: found, strategy })
 }
 
 /// A lineage for the results.
