@@ -51,7 +51,7 @@ pub fn read(path: &PathBuf) -> Result<Material> {
 }
 
 /// Reads what a search is to match, and says which kind of table it is.
-pub fn read_target(path: &PathBuf) -> Result<(MeasuredTarget, &'static str)> {
+pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
         bail!(
             "{} is a genome already; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or \

@@ -116,7 +116,7 @@ pub enum TargetFileError {
     #[error(transparent)]
     Rgl(#[from] RglError),
     /// A picture whose numbers are not reflectances.
-    #[error("a slice holds linear light, as an EXR does")]
+    #[error("this is no EXR file, and an image slice is one")]
     Codes,
     /// No picture.
     #[error(transparent)]
@@ -149,10 +149,11 @@ impl TargetFile {
 }
 
 fn slice(bytes: &[u8]) -> Result<Slice, TargetFileError> {
-    let picture = decode_linear(bytes, SLICE_PX)?;
-    if !picture.is_linear {
-        return Err(TargetFileError::Codes);
-    }
+    let picture = match decode_linear(bytes, SLICE_PX) {
+        Ok(picture) if picture.is_linear => picture,
+        Ok(_) | Err(LinearPictureError::Kind) => return Err(TargetFileError::Codes),
+        Err(error) => return Err(error.into()),
+    };
     Ok(Slice::new(picture.width as usize, picture.height as usize, picture.pixels)?)
 }
 
