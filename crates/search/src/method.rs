@@ -36,8 +36,17 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The best is the one that does best on what was held back; the first of those that are as good.
-    pub(crate) fn of(front: Vec<Candidate>) -> Option<Self> {
+    /// Of candidates from the longest to the shortest those that do better on what was held back than all shorter ones. The best is the
+    /// one that does best there; the shortest of those that are as good.
+    pub(crate) fn of(mut front: Vec<Candidate>) -> Option<Self> {
+        let mut least = f64::INFINITY;
+        front.reverse();
+        front.retain(|candidate| {
+            let is_better = candidate.held < least;
+            least = least.min(candidate.held);
+            is_better
+        });
+        front.reverse();
         let better = |a: usize, b: usize| if front[b].held < front[a].held { b } else { a };
         (0..front.len()).reduce(better).map(|best| Self { front, best })
     }

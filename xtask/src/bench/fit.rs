@@ -21,7 +21,7 @@ const OTHERS: [(&str, &str); 4] = [
     ("e_log_sgd", "SGD"),
     ("e_log_abc", "ABC"),
     ("e_log_ward", "Ward"),
-    ("e_log_ggx2", "two lobes of GGX"),
+    ("e_log_ggx2", "two lobes of microfacets"),
 ];
 /// Threads of both.
 const THREADS: &str = "2";
@@ -147,7 +147,7 @@ fn markdown(
         text.push('\n');
     }
     text += "\nMedian of the ratios of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |";
-    text += " two lobes of GGX | seconds | generations |\n|---|---|---|---|---|---|\n";
+    text += " two lobes of microfacets | seconds | generations |\n|---|---|---|---|---|---|\n";
     for budget in &budgets {
         let ratios = |other: &dyn Fn(&Value) -> Option<f64>| {
             let ratio = |material: &&str| {
