@@ -14,6 +14,7 @@ mod command_line;
 mod comparison;
 mod energy;
 mod event;
+mod evolve;
 mod export;
 mod fit;
 mod fit_image;

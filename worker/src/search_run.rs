@@ -8,16 +8,12 @@ use std::time::{Duration, Instant};
 
 use brood_genome::Genome;
 use brood_protocol::{Budget, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews};
-use brood_search::{Candidate, Found, MeasuredTarget, Options, Progress, Search, Strategy};
+use brood_search::{Candidate, Found, MeasuredTarget, Options, Pace, Progress, Search, Strategy};
 
 /// Generations that take less are told together.
 const TELL: Duration = Duration::from_millis(250);
 /// A best is told as soon as its error is this much of the one told before.
 const NOTABLY: f64 = 0.9;
-/// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
-const KEPT: (f64, f64) = (0.3, 4.0);
-/// How soon a long generation is forgotten when it is asked whether there is time for another.
-const FORGET: f64 = 0.7;
 
 /// A search at work.
 pub(crate) struct Run {
@@ -27,8 +23,8 @@ pub(crate) struct Run {
     target_error: Option<f64>,
     /// Time searched, pauses and the server's time not counted.
     seconds: f64,
-    /// The longest generation of late, so that none is begun that there is no time for.
-    longest: f64,
+    /// Where the budget is one of seconds.
+    pace: Option<Pace>,
     /// Error of the best that was told.
     recorded: f64,
     /// Whether there has been a generation, now or before.
@@ -64,7 +60,10 @@ impl Run {
             budget: grant.budget,
             target_error: grant.target_error,
             seconds: grant.seconds,
-            longest: 0.0,
+            pace: match grant.budget {
+                Budget::Seconds(seconds) => Some(Pace::new(seconds)),
+                Budget::Generations(_) | Budget::Evaluations(_) => None,
+            },
             recorded: grant.recorded.unwrap_or(f64::INFINITY),
             has_begun: grant.checkpoint.is_some(),
         })
@@ -80,13 +79,19 @@ impl Run {
             let progress = self.search.step();
             let took = step.elapsed().as_secs_f64();
             self.seconds += took;
-            self.longest = took.max(FORGET * self.longest);
+            if let Some(pace) = &mut self.pace {
+                pace.took(took);
+            }
             self.has_begun = true;
+            let probe = self.search.probe();
             lines.push(GenerationLine {
                 generation: progress.generation,
                 evaluations: progress.evaluations,
                 fitted: progress.fitted,
                 held: progress.held,
+                median: probe.median,
+                diversity: probe.diversity,
+                repeats: probe.repeats,
                 seconds: self.seconds,
             });
             is_over = self.is_over(&progress);
@@ -115,10 +120,8 @@ impl Run {
         let begun = Instant::now();
         // Nobody wants what comes of it once it is to stop.
         let outcome = self.search.finish_while(|| {
-            let is_in_time = match self.budget {
-                Budget::Seconds(all) => self.seconds + begun.elapsed().as_secs_f64() < all,
-                Budget::Generations(_) | Budget::Evaluations(_) => true,
-            };
+            let spent = self.seconds + begun.elapsed().as_secs_f64();
+            let is_in_time = self.pace.is_none_or(|pace| !pace.is_spent(spent));
             is_in_time && !stop.load(Ordering::Relaxed)
         });
         let outcome = outcome.ok_or("the search found nothing")?;
@@ -133,10 +136,9 @@ impl Run {
 
     fn is_over(&self, progress: &Progress) -> bool {
         let is_used_up = match self.budget {
-            Budget::Seconds(seconds) => {
+            Budget::Seconds(_) => {
                 let is_short = self.search.is_short();
-                let kept = if is_short { 0.0 } else { (KEPT.0 * seconds).min(KEPT.1) };
-                self.seconds + self.longest > seconds - kept
+                self.pace.is_some_and(|pace| pace.is_over(self.seconds, is_short))
             }
             Budget::Generations(generations) => progress.generation >= generations,
             Budget::Evaluations(evaluations) => progress.evaluations >= evaluations,

@@ -4,6 +4,7 @@
 //! [`PreparedModel`] is the same, ready to be evaluated. It refuses to know meshes, pictures and programs.
 
 mod ashikhmin_shirley;
+mod coat;
 mod cook_torrance;
 mod diffuse;
 mod fit;
@@ -24,13 +25,13 @@ mod ward;
 
 use glam::DVec3;
 
-use crate::DirectionPair;
+use crate::{DirectionPair, Machine};
+pub use coat::{CoatTables, TableDetail};
 pub use kind::{ModelKind, UnknownModel};
 use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
-pub use rough_plastic::{CoatTables, TableDetail};
 pub use text::ParameterTextError;
 
 /// What reflects light.
@@ -255,9 +256,10 @@ impl Model {
 
     /// What takes long to prepare, which models that differ in colour alone share; none where nothing takes long.
     #[must_use]
-    pub fn coat_tables(&self, detail: TableDetail) -> Option<CoatTables> {
+    pub fn coat_tables(&self, machine: impl Machine, detail: TableDetail) -> Option<CoatTables> {
         let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
-        (self.kind == ModelKind::RoughPlastic).then(|| CoatTables::new(values, detail))
+        let has_tables = self.kind == ModelKind::RoughPlastic;
+        has_tables.then(|| CoatTables::new(machine, values, detail))
     }
 
     /// As [`Model::prepare`], with tables that have been made; models that have none do not look at them.

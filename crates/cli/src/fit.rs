@@ -4,6 +4,7 @@
 
 pub mod budget;
 mod image;
+mod log;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -23,6 +24,7 @@ use crate::frame::FrameArgs;
 use crate::model_picture::Shot;
 use crate::{logging, material_file, output};
 use budget::{Budget, spend};
+use log::Log;
 use report::Report;
 
 const SECONDS: f64 = 10.0;
@@ -65,6 +67,9 @@ pub struct FitArgs {
     pub slice: bool,
     #[command(flatten)]
     pub frame: FrameArgs,
+    /// One line of JSON a generation goes there: the best, the middle of the population, how much it differs, candidates spared
+    #[arg(long, value_name = "FILE.ndjson")]
+    pub log: Option<PathBuf>,
     /// Where best.brood, the front, the report and the pictures go
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
@@ -144,9 +149,13 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
         [] => Search::new(&target.fitted, &options),
         kinds => Search::of_kinds(&target.fitted, &options, kinds.to_vec()),
     };
+    let mut log = args.log.as_deref().map(Log::create).transpose()?;
     let spinner = output::spinner("searching");
     let mut told = f64::INFINITY;
-    let found = spend(&mut search, budget, |progress, elapsed| {
+    let found = spend(&mut search, budget, |search, progress, elapsed| {
+        if let Some(log) = &mut log {
+            log.add(progress, &search.probe(), elapsed);
+        }
         let line = format!(
             "generation {}, {:.1} s: E_log {:.5} where it was fitted, {:.5} where it was not",
             progress.generation,
@@ -162,6 +171,7 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
         spinner.set_message(line);
     });
     spinner.finish_and_clear();
+    log.map_or(Ok(()), Log::finish)?;
     found.context("the search found nothing")
 }
 

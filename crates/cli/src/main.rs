@@ -11,6 +11,7 @@ mod compare;
 mod dialect;
 mod diff;
 mod eval;
+mod evolve;
 mod export;
 mod fit;
 mod frame;
@@ -69,6 +70,8 @@ enum Command {
     Eval(eval::EvalArgs),
     /// Search for a material that matches a measured one
     Fit(fit::FitArgs),
+    /// Breed against a measure of your own: genomes asked about on standard output, errors told on standard input
+    Evolve(evolve::EvolveArgs),
     /// Print a genome as source code for other renderers
     Export(export::ExportArgs),
     /// Show what a genome is and check its physics
@@ -99,6 +102,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args, cli.json),
         Command::Eval(args) => eval::run(&args, cli.json),
         Command::Fit(args) => fit::run(&args, cli.json),
+        Command::Evolve(args) => evolve::run(&args),
         Command::Export(args) => export::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Preset(args) => preset::run(&args, cli.json),

@@ -9,13 +9,13 @@ use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, W
 /// Content type of lease requests, grants and results.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Opens every message; the digit is the version.
-const MAGIC: &[u8; 8] = b"brood/3\n";
+const MAGIC: &[u8; 8] = b"brood/4\n";
 
 /// Bytes that are not a message of this version.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// Another version, or no message at all.
-    #[error("the message does not begin with the version brood/3")]
+    #[error("the message does not begin with the version brood/4")]
     Version,
     /// Broken off or malformed.
     #[error("the message is malformed: {0}")]

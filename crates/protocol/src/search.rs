@@ -231,6 +231,12 @@ pub struct SearchLine {
     pub fitted: Option<f64>,
     /// On those of them that are held back from the fit.
     pub held: Option<f64>,
+    /// E_log of the middle one of the population on the samples it is fitted to; null where it was not told.
+    pub median: Option<f64>,
+    /// Share of the population that differs in more than its numbers, 0 to 1; null where it was not told.
+    pub diversity: Option<f64>,
+    /// Candidates in all that were not evaluated, because the same program had been; null where it was not told.
+    pub repeats: Option<u64>,
     /// Time searched.
     pub seconds: f64,
     /// The best individual so far.

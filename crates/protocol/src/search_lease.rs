@@ -77,6 +77,12 @@ pub struct GenerationLine {
     pub fitted: f64,
     /// E_log of the best where it is held back.
     pub held: f64,
+    /// E_log of the middle one of the population where it is fitted.
+    pub median: f64,
+    /// Share of the population that differs in more than numbers.
+    pub diversity: f64,
+    /// Candidates that were not evaluated, because the same program had been.
+    pub repeats: u64,
     /// Time searched.
     pub seconds: f64,
 }

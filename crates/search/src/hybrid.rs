@@ -4,10 +4,10 @@ use brood_genome::Genome;
 use brood_program::Program;
 use serde::{Deserialize, Serialize};
 
-use crate::Samples;
 use crate::gp::Gp;
 use crate::lobes::{Fit, outcome};
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::{Probe, Samples};
 
 /// Generations of lobes.
 const LOBES: u32 = 8;
@@ -60,18 +60,18 @@ impl Hybrid {
 /// Of two fronts what nothing as short is as good as, from the longest to the shortest, and the better of their best.
 fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
     let [first, second] = [&a, &b].map(|outcome| outcome.front[outcome.best].clone());
-    let best = if second.held < first.held { second } else { first };
+    let best = if second.off() < first.off() { second } else { first };
     let mut all: Vec<(usize, Candidate)> = a
         .front
         .into_iter()
         .chain(b.front)
         .map(|candidate| (Program::lower(&candidate.genome).operations(), candidate))
         .collect();
-    all.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.held.total_cmp(&second.held)));
+    all.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.off().total_cmp(&second.off())));
     let mut least = f64::INFINITY;
     all.retain(|(_, candidate)| {
-        let is_better = candidate.held < least;
-        least = least.min(candidate.held);
+        let is_better = candidate.off() < least;
+        least = least.min(candidate.off());
         is_better || *candidate == best
     });
     let front: Vec<Candidate> = all.into_iter().rev().map(|(_, candidate)| candidate).collect();
@@ -101,14 +101,22 @@ impl Method for Hybrid {
         let gp = later.gp.progress();
         let (generation, evaluations) =
             (lobes.generation + gp.generation, lobes.evaluations + gp.evaluations);
-        let ahead = if gp.held < lobes.held { gp } else { lobes };
+        let off = |progress: &Progress| progress.fitted.powi(2) + progress.held.powi(2);
+        let ahead = if off(&gp) < off(&lobes) { gp } else { lobes };
         Progress { generation, evaluations, ..ahead }
+    }
+
+    fn probe(&self) -> Probe {
+        match &self.gp {
+            Some(later) => later.gp.probe(),
+            None => self.lobes.probe(),
+        }
     }
 
     fn best(&self) -> Option<Candidate> {
         let lobes = Method::best(&self.lobes);
         let Some(gp) = self.gp.as_ref().and_then(|later| later.gp.best()) else { return lobes };
-        let is_behind = |lobes: &Candidate| gp.held < lobes.held;
+        let is_behind = |lobes: &Candidate| gp.off() < lobes.off();
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
     }
 

@@ -5,18 +5,25 @@
 //! what comes back.
 
 pub mod analytic;
+mod ask;
 mod found;
 mod gp;
 mod hybrid;
 pub mod lobes;
 mod method;
 pub mod metric;
+mod pace;
+mod probe;
 mod search;
 mod solve;
 mod target;
 
+pub use ask::{AskOptions, AskTell, TellError, Told};
 pub use found::Found;
+pub use gp::Population;
 pub use method::{Candidate, Outcome, Progress};
+pub use pace::Pace;
+pub use probe::Probe;
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
     ImageError, ImageTargetError, ImageView, MeasuredTarget, PixelCounts, Samples, TargetError,

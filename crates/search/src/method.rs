@@ -2,6 +2,8 @@
 
 use brood_genome::Genome;
 
+use crate::Probe;
+
 /// What a generation has come to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
@@ -22,8 +24,18 @@ pub struct Candidate {
     pub genome: Genome,
     /// How many numbers of it were fitted.
     pub numbers: usize,
+    /// E_log on the samples it was fitted to, and with it what its strategy adds to that.
+    pub fitted: f64,
     /// E_log on the samples that were held back from it, before it was refined on these as well.
     pub held: f64,
+}
+
+impl Candidate {
+    /// What one is better than another by: how far off it is where it was fitted and where it was not. The samples that were held
+    /// back alone are few, and of many candidates the one that does best there is often only lucky.
+    pub(crate) fn off(&self) -> f64 {
+        self.fitted * self.fitted + self.held * self.held
+    }
 }
 
 /// What a search has found.
@@ -31,23 +43,23 @@ pub struct Candidate {
 pub struct Outcome {
     /// From the longest to the shortest.
     pub front: Vec<Candidate>,
-    /// Index of the one that does best where it was not fitted.
+    /// Index of the best.
     pub best: usize,
 }
 
 impl Outcome {
-    /// Of candidates from the longest to the shortest those that do better on what was held back than all shorter ones. The best is the
-    /// one that does best there; the shortest of those that are as good.
+    /// Of candidates from the longest to the shortest those that are better than all shorter ones; the best of them, and of those
+    /// that are as good the shortest.
     pub(crate) fn of(mut front: Vec<Candidate>) -> Option<Self> {
         let mut least = f64::INFINITY;
         front.reverse();
         front.retain(|candidate| {
-            let is_better = candidate.held < least;
-            least = least.min(candidate.held);
+            let is_better = candidate.off() < least;
+            least = least.min(candidate.off());
             is_better
         });
         front.reverse();
-        let better = |a: usize, b: usize| if front[b].held < front[a].held { b } else { a };
+        let better = |a: usize, b: usize| if front[b].off() < front[a].off() { b } else { a };
         (0..front.len()).reduce(better).map(|best| Self { front, best })
     }
 }
@@ -62,6 +74,9 @@ pub(crate) trait Method: Send {
 
     /// What the last generation came to.
     fn progress(&self) -> Progress;
+
+    /// How the population stands.
+    fn probe(&self) -> Probe;
 
     /// The best so far; nothing before the first generation.
     fn best(&self) -> Option<Candidate>;

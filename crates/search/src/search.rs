@@ -6,12 +6,12 @@ use std::str::FromStr;
 use brood_genome::{Dialect, Genome, ModelKind, OpcodeSet, Parametrisation};
 use serde::{Deserialize, Serialize};
 
-use crate::Samples;
 use crate::analytic::{Analytic, usual_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::lobes::{Fit, Shape};
 use crate::method::{Candidate, Method, Outcome, Progress};
+use crate::{Population, Probe, Samples};
 
 /// The dialect of what searches find from nothing, so that it can be bred further. Fits of lobes are shorter and can be padded
 /// to this length.
@@ -27,7 +27,7 @@ pub const DIALECT: Dialect = Dialect {
 /// Sizes of the family of lobes that are tried: units and terms.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// What the first byte of a checkpoint says. Counted up whenever a strategy changes what it does.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// How a search goes about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -126,6 +126,12 @@ impl Search {
         Self { method: Box::new(analytic(samples, options, kinds)) }
     }
 
+    /// Begins one of [`Strategy::Gp`] with another population than usually, which cannot be gone on with after a break.
+    #[must_use]
+    pub fn of_population(samples: &Samples, options: &Options, population: Population) -> Self {
+        Self { method: Box::new(Gp::of(samples, &options.start, options.seed, population)) }
+    }
+
     /// Goes on with one that was kept: with the same samples and options the next generations have the same bits as if there
     /// had been no break.
     pub fn resume(
@@ -151,6 +157,12 @@ impl Search {
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.method.progress()
+    }
+
+    /// How the population stands after it.
+    #[must_use]
+    pub fn probe(&self) -> Probe {
+        self.method.probe()
     }
 
     /// The best so far by the samples that are held back; nothing before the first generation.

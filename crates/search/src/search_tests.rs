@@ -25,6 +25,7 @@ fn breaks_change_no_bit() {
             broken = Search::resume(&samples, &options, &state).unwrap();
             assert_eq!(broken.checkpoint(), state, "{strategy}");
             assert_eq!(broken.step(), whole.step(), "{strategy}");
+            assert_eq!(broken.probe(), whole.probe(), "{strategy}");
         }
         assert_eq!(broken.checkpoint(), whole.checkpoint(), "{strategy}");
         assert_eq!(broken.best(), whole.best(), "{strategy}");

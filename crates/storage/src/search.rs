@@ -192,8 +192,8 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<SearchLine>, StorageError> {
         let rows = sqlx::query(
-            "SELECT generation, evaluations, seconds, fitted, held, best_hash FROM search_log
-             WHERE search_id = ? AND generation > ? ORDER BY generation LIMIT ?",
+            "SELECT generation, evaluations, seconds, fitted, held, median, diversity, repeats, best_hash
+             FROM search_log WHERE search_id = ? AND generation > ? ORDER BY generation LIMIT ?",
         )
         .bind(id.key())
         .bind(after)
@@ -206,6 +206,11 @@ impl Store {
                 evaluations: row.whole("evaluations")?,
                 fitted: row.try_get("fitted")?,
                 held: row.try_get("held")?,
+                median: row.try_get("median")?,
+                diversity: row.try_get("diversity")?,
+                repeats: row
+                    .try_get::<Option<i64>, _>("repeats")?
+                    .and_then(|n| u64::try_from(n).ok()),
                 seconds: row.real("seconds")?,
                 best: match row.optional_blob("best_hash")? {
                     Some(_) => Some(GenomeHash::from_bytes(row.hash("best_hash")?)),

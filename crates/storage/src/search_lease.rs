@@ -246,7 +246,7 @@ async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), Stora
     for chunk in step.lines.chunks(CHUNK_LINES) {
         let mut query = QueryBuilder::<Sqlite>::new(
             "INSERT INTO search_log (search_id, generation, evaluations, seconds, fitted, held,
-                                     best_hash) ",
+                                     median, diversity, repeats, best_hash) ",
         );
         query.push_values(chunk, |mut row, line| {
             let is_last = Some(line.generation) == last;
@@ -257,6 +257,9 @@ async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), Stora
                 .push_bind(line.seconds)
                 .push_bind(finite(line.fitted))
                 .push_bind(finite(line.held))
+                .push_bind(finite(line.median))
+                .push_bind(finite(line.diversity))
+                .push_bind(signed(line.repeats))
                 .push_bind(best.map(|hash| hash.as_bytes().to_vec()));
         });
         query.build().execute(&mut *conn).await?;

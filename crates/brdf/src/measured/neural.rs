@@ -47,6 +47,12 @@ struct File {
 }
 
 impl Neural {
+    /// The materials of a file of weights, in the order of their names.
+    pub fn names(bytes: &[u8]) -> Result<Vec<String>, NeuralError> {
+        let file: File = serde_json::from_slice(bytes)?;
+        Ok(file.materials.into_keys().collect())
+    }
+
     /// The material of that name in a file of weights: `materials` by name, each with `w1` (6 x 21), `b1`, `w2`, `b2`, `w3`
     /// (21 x 3) and `b3`, weights by input row.
     pub fn read(bytes: &[u8], name: &str) -> Result<Self, NeuralError> {

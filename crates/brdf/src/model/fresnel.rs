@@ -40,6 +40,37 @@ pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
     if sin2_t >= 1.0 { 1.0 } else { partly }
 }
 
+/// What [`dielectric`] is the quotient of, where it is only a factor of something that is divided anyway.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quotient {
+    /// Of the light that went on, to the normal on the other side; 0 where all is reflected.
+    pub(super) cos_t: f64,
+    /// Reflected is the numerator over the denominator, let through the rest, unless all is reflected.
+    pub(super) numerator: f64,
+    pub(super) denominator: f64,
+    pub(super) is_total: bool,
+}
+
+impl Quotient {
+    /// # Domain
+    /// `eta` > 0, c in [0, 1].
+    #[inline(always)]
+    pub(super) fn of(eta: f64, c: f64) -> Self {
+        let sin2_t = (1.0 - c * c) * (1.0 / (eta * eta));
+        let cos_t = larger(1.0 - sin2_t, 0.0).sqrt();
+        let (minus, plus) = (c - eta * cos_t, c + eta * cos_t);
+        let (parallel_minus, parallel_plus) = (eta * c - cos_t, eta * c + cos_t);
+        let (a, b) = (minus * parallel_plus, parallel_minus * plus);
+        let all = plus * parallel_plus;
+        Self {
+            cos_t,
+            numerator: 0.5 * (a * a + b * b),
+            denominator: all * all,
+            is_total: sin2_t >= 1.0,
+        }
+    }
+}
+
 /// An even boundary to a metal of complex index eta + i k, relative to the outside.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conductor {

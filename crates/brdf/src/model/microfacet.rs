@@ -98,6 +98,7 @@ impl Distribution {
     }
 
     /// Smith's G1(w) / cos(w), finite at the horizon.
+    #[cfg(test)]
     pub(super) fn masking<F: Elementary>(&self, w: DVec3) -> f64 {
         1.0 / match self {
             Self::Ggx(facets) => facets.unmasked::<F>(w),

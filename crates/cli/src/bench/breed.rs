@@ -1,19 +1,19 @@
 //! Breeds again and again and times what a person waits for, 20 children and their parent, all 21 pictures, and where
 //! that time goes.
 
+mod api;
+mod search;
 mod stage;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use brood_protocol::{Backend, Generation, Lineage};
 use clap::Args;
-use futures::future::try_join_all;
-use reqwest::header::HeaderMap;
-use reqwest::{Client, RequestBuilder};
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
+use self::api::Api;
+use self::search::Searches;
 use self::stage::{Sample, figures, slowest, stages};
 use super::own_server::OwnServer;
 use crate::supervisor::TOKEN_VARIABLE;
@@ -40,11 +40,16 @@ pub struct BenchBreedArgs {
     /// Evaluator of the started server
     #[arg(long, value_name = "BACKEND", default_value = "auto", conflicts_with = "server")]
     backend: Backend,
+    /// Breed as often again while so many searches run, taking turns with the broods that have the machine to themselves
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=16))]
+    searches: u16,
     /// Seed of the first brood; the others count on from it
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
+/// Broods until the searches are paused or resumed.
+const TURN: u32 = 20;
 /// How many of the slowest broods are told one by one.
 const SLOWEST: usize = 8;
 
@@ -62,12 +67,26 @@ pub fn run(args: &BenchBreedArgs, json: bool) -> Result<()> {
         if let Some(own) = own {
             own.stop().await?;
         }
-        let (samples, backend) = result?;
-        print(args, &samples, &backend, json)
+        let measured = result?;
+        if json {
+            return output::print_json(&measured.json(args));
+        }
+        output::print(&measured.text(args))
     })
 }
 
-async fn measure(args: &BenchBreedArgs, url: &str) -> Result<(Vec<Sample>, Value)> {
+/// What was seen.
+struct Measured {
+    /// With the machine to themselves.
+    alone: Vec<Sample>,
+    /// While searches ran.
+    beside: Vec<Sample>,
+    /// Generations that the searches came to meanwhile.
+    generations: u64,
+    backend: Value,
+}
+
+async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
     let api = Api::new(url, args.token.clone())?;
     let body = json!({ "name": "bench", "thumbnail_px": args.size });
     let (lineage, _): (Lineage, _) = api.post("/v1/lineages", &body).await?;
@@ -76,58 +95,118 @@ async fn measure(args: &BenchBreedArgs, url: &str) -> Result<(Vec<Sample>, Value
     let (mut generation, _): (Generation, _) =
         api.post(&path, &json!({ "seed": args.seed })).await?;
     api.pictures(&generation).await?;
-    let bar = output::bar(args.count.into(), "breeding");
-    let mut samples = Vec::with_capacity(args.count as usize);
-    for index in 0..args.count {
-        let parents = &generation.individuals;
-        let parent = parents[index as usize % parents.len()].id;
-        let body = json!({ "parents": [parent], "seed": args.seed + 1 + u64::from(index) });
-        let start = Instant::now();
-        let headers;
-        (generation, headers) = api.post(&path, &body).await?;
-        let breed = start.elapsed();
-        let pictures = api.pictures(&generation).await?;
-        let total = start.elapsed();
-        ensure!(pictures == 21, "a brood has 21 pictures, not {pictures}");
-        let job = match stage::job_path(&headers) {
-            Some(path) => Some(api.get(path).await?),
-            None => None,
-        };
-        samples.push(Sample { breed, total, server: stage::server_timing(&headers), job });
-        bar.inc(1);
+    let searches = Searches::begin(&api, args.searches).await?;
+    let has_searches = args.searches > 0;
+    let all = if has_searches { 2 * args.count } else { args.count };
+    let bar = output::bar(all.into(), "breeding");
+    let (mut alone, mut beside) = (Vec::new(), Vec::new());
+    let mut index = 0;
+    while index < all {
+        let is_beside = has_searches && (index / TURN) % 2 == 1;
+        if is_beside {
+            searches.resume(&api).await?;
+        }
+        for _ in 0..TURN.min(all - index) {
+            let parents = &generation.individuals;
+            let parent = parents[index as usize % parents.len()].id;
+            let body = json!({ "parents": [parent], "seed": args.seed + 1 + u64::from(index) });
+            let sample;
+            (generation, sample) = brood(&api, &path, &body).await?;
+            if is_beside { &mut beside } else { &mut alone }.push(sample);
+            index += 1;
+            bar.inc(1);
+        }
+        if is_beside {
+            searches.pause(&api).await?;
+        }
     }
     bar.finish_and_clear();
+    let generations = searches.end(&api).await?;
     let system: Value = api.get("/v1/system").await?;
-    Ok((samples, system.get("backend").cloned().unwrap_or_default()))
+    let backend = system.get("backend").cloned().unwrap_or_default();
+    Ok(Measured { alone, beside, generations, backend })
 }
 
-fn print(args: &BenchBreedArgs, samples: &[Sample], backend: &Value, json: bool) -> Result<()> {
-    let stages: Vec<_> =
-        stages(samples).into_iter().map(|(stage, times)| (stage, figures(times))).collect();
-    if json {
-        let by_key: serde_json::Map<_, _> =
-            stages.iter().map(|(stage, figures)| (stage.key.to_owned(), json!(figures))).collect();
-        return output::print_json(&json!({
+/// One brood with all its pictures.
+async fn brood(api: &Api, path: &str, body: &Value) -> Result<(Generation, Sample)> {
+    let start = Instant::now();
+    let (generation, headers): (Generation, _) = api.post(path, body).await?;
+    let breed = start.elapsed();
+    let pictures = api.pictures(&generation).await?;
+    let total = start.elapsed();
+    ensure!(pictures == 21, "a brood has 21 pictures, not {pictures}");
+    let job = match stage::job_path(&headers) {
+        Some(path) => Some(api.get(path).await?),
+        None => None,
+    };
+    let server = stage::server_timing(&headers);
+    Ok((generation, Sample { breed, total, server, job }))
+}
+
+impl Measured {
+    fn json(&self, args: &BenchBreedArgs) -> Value {
+        let by_key = |samples: &[Sample]| -> serde_json::Map<String, Value> {
+            let stages = stages(samples).into_iter();
+            stages.map(|(stage, times)| (stage.key.to_owned(), json!(figures(times)))).collect()
+        };
+        let alone = by_key(&self.alone);
+        let mut told = json!({
             "count": args.count,
             "size_px": args.size,
             "pictures_each": 21,
-            "backend": backend,
-            "total": by_key.get("total"),
-            "breed": by_key.get("breed"),
-            "pictures": by_key.get("pictures"),
-            "stages": by_key,
-            "slowest": slowest(samples, SLOWEST),
-        }));
+            "backend": self.backend,
+            "total": alone.get("total"),
+            "breed": alone.get("breed"),
+            "pictures": alone.get("pictures"),
+            "stages": alone,
+            "slowest": slowest(&self.alone, SLOWEST),
+        });
+        if !self.beside.is_empty() {
+            told["searches"] = args.searches.into();
+            told["search_generations"] = self.generations.into();
+            told["beside_searches"] = json!(by_key(&self.beside));
+        }
+        told
     }
-    let mut text = format!("{} broods, 21 pictures of {} px each\n", args.count, args.size);
-    for (stage, f) in &stages {
-        text += &format!(
+
+    fn text(&self, args: &BenchBreedArgs) -> String {
+        let mut text = format!("{} broods, 21 pictures of {} px each\n", args.count, args.size);
+        text += &rows(&self.alone);
+        text += &slow_rows(&self.alone);
+        if !self.beside.is_empty() {
+            text += &format!(
+                "\nas many while {} searches ran, which came to {} generations, in turns of {TURN} broods\n",
+                args.searches, self.generations
+            );
+            text += &rows(&self.beside);
+            text += &slow_rows(&self.beside);
+            let of = |samples: &[Sample]| figures(samples.iter().map(|sample| sample.total));
+            let (alone, beside) = (of(&self.alone), of(&self.beside));
+            text += &format!(
+                "\nrequest to last picture, beside searches over alone: median {:.2}, p99 {:.2}\n",
+                beside.median_ms / alone.median_ms,
+                beside.p99_ms / alone.p99_ms
+            );
+        }
+        text
+    }
+}
+
+fn rows(samples: &[Sample]) -> String {
+    let row = |(stage, times): (stage::Stage, Vec<_>)| {
+        let f = figures(times);
+        format!(
             "{:<38} median {:8.2} ms  p99 {:8.2} ms  min {:8.2} ms  max {:8.2} ms\n",
             stage.label, f.median_ms, f.p99_ms, f.min_ms, f.max_ms
-        );
-    }
-    text +=
-        "\nthe slowest      total    breed   commit   render     film  sets made  rough samples\n";
+        )
+    };
+    stages(samples).into_iter().map(row).collect()
+}
+
+fn slow_rows(samples: &[Sample]) -> String {
+    let mut text = String::from(
+        "\nthe slowest      total    breed   commit   render     film  sets made  rough samples\n",
+    );
     for it in slowest(samples, SLOWEST) {
         let told = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.2}"));
         text += &format!(
@@ -142,62 +221,5 @@ fn print(args: &BenchBreedArgs, samples: &[Sample], backend: &Value, json: bool)
             it.rough_samples
         );
     }
-    output::print(&text)
-}
-
-/// The server over kept-alive connections.
-struct Api {
-    http: Client,
-    url: String,
-    token: Option<String>,
-}
-
-impl Api {
-    fn new(url: &str, token: Option<String>) -> Result<Self> {
-        let http = Client::builder()
-            .timeout(Duration::from_secs(60))
-            .tcp_nodelay(true)
-            .no_proxy()
-            .build()
-            .context("set up HTTP")?;
-        Ok(Self { http, url: url.to_owned(), token })
-    }
-
-    async fn post<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<(T, HeaderMap)> {
-        let request = self.http.post(format!("{}{path}", self.url)).json(body);
-        let (body, headers) = self.send(request).await?;
-        Ok((serde_json::from_slice(&body).with_context(|| path.to_owned())?, headers))
-    }
-
-    async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T> {
-        let request = self.http.get(format!("{}{path}", self.url));
-        serde_json::from_slice(&self.send(request).await?.0).with_context(|| path.to_owned())
-    }
-
-    /// Fetches the pictures of all children and of the centre at once.
-    async fn pictures(&self, generation: &Generation) -> Result<usize> {
-        let individuals = generation.individuals.iter().chain(&generation.centre);
-        let fetch = individuals.map(|individual| async {
-            let request = self.http.get(format!("{}{}", self.url, individual.thumbnail));
-            let (bytes, _) = self.send(request).await?;
-            ensure!(bytes.starts_with(b"\x89PNG"), "a thumbnail is not a PNG");
-            Ok(())
-        });
-        Ok(try_join_all(fetch).await?.len())
-    }
-
-    async fn send(&self, mut request: RequestBuilder) -> Result<(Vec<u8>, HeaderMap)> {
-        if let Some(token) = &self.token {
-            request = request.bearer_auth(token);
-        }
-        let response = request.send().await.context("reach the server")?;
-        let status = response.status();
-        let headers = response.headers().clone();
-        let body = response.bytes().await.context("read the answer")?;
-        if !status.is_success() {
-            let text = String::from_utf8_lossy(&body);
-            bail!("the server answered {status}: {}", text.chars().take(300).collect::<String>());
-        }
-        Ok((body.into(), headers))
-    }
+    text
 }

@@ -1,6 +1,7 @@
 //! How far fits of measured materials are from them after some seconds, beside published fits of the same materials on the same
 //! held-out samples; and the samples as CSV, for programs of others.
 
+mod material;
 mod published;
 mod unseen;
 
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use brood_brdf::{ModelKind, Neural};
+use brood_brdf::ModelKind;
 use brood_eval::{energy_limit, express};
 use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs};
 use clap::Args;
@@ -17,32 +18,10 @@ use super::record::Folder;
 use crate::chart::{Axis, Bar, BarChart, Cell, Group, Scale, Table};
 use crate::fit::budget::{Budget, spend};
 use crate::{logging, output};
+use material::{Measured, Source};
 use published::Published;
 use unseen::{Studio, Unseen};
 
-/// The materials that figures are told of.
-const MATERIALS: [&str; 20] = [
-    "alum-bronze",
-    "aluminium",
-    "black-obsidian",
-    "blue-acrylic",
-    "chrome",
-    "delrin",
-    "gold-metallic-paint",
-    "green-fabric",
-    "light-red-paint",
-    "pearl-paint",
-    "red-plastic",
-    "white-diffuse-bball",
-    "blue-metallic-paint",
-    "teflon",
-    "nickel",
-    "pvc",
-    "yellow-paint",
-    "white-paint",
-    "pink-fabric",
-    "steel",
-];
 /// Models have few numbers: longer, and nothing changes.
 const TWO_LOBES_SECONDS: f64 = 5.0;
 /// Pairs where spikes are looked for.
@@ -51,9 +30,10 @@ const NARROW: usize = 1 << 16;
 /// Options of `brood bench fit`.
 #[derive(Debug, Args)]
 pub struct BenchFitArgs {
-    /// Folder with nbrdf/merl.json and tables/
+    /// Folder with nbrdf/merl.json and tables/, and files of measurements where they are named
     data: PathBuf,
-    /// Materials by their names in the file of weights; the twenty that figures are told of where none is given
+    /// Materials by their names in the file of weights, or files of measurements in the folder; `all` of the weights, the twenty
+    /// that figures are told of where none is given
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     materials: Vec<String>,
     /// Budgets in seconds, each from the beginning
@@ -94,7 +74,8 @@ struct Run {
     least_f: f64,
     max_albedo: f64,
     unseen: Unseen,
-    picture: Vec<u8>,
+    /// None where the material is known at some pairs of directions alone.
+    picture: Option<Vec<u8>>,
 }
 
 /// Runs the command.
@@ -102,35 +83,30 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let budget = |seconds: &f64| (0.01..=1e5).contains(seconds);
     ensure!(args.seconds.iter().all(budget), "--seconds are numbers from 0.01 to 100000");
-    let path = args.data.join("nbrdf/merl.json");
-    let bytes = output::read_file(&path, 64 << 20)?;
+    let source = Source::open(&args.data)?;
     let published = Published::read(&args.data.join("tables"))?;
     let folder = Folder::make(args.out.as_deref())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
     let pool = pool.context("start the threads of the fits")?;
-    let names: Vec<String> = match args.materials.as_slice() {
-        [] => MATERIALS.map(str::to_owned).to_vec(),
-        names => names.to_vec(),
-    };
     let (studio, mut rows) = (Studio::new(), Vec::new());
-    for name in names {
-        let neural = Neural::read(&bytes, &name).with_context(|| path.display().to_string())?;
-        let target = MeasuredTarget::of(&neural)?;
+    for name in source.names(&args.materials)? {
+        let measured = source.read(&name)?;
+        let Measured { name, target, .. } = &measured;
         if let Some(out) = &args.out {
-            write_samples(out, &name, &target)?;
+            write_samples(out, name, target)?;
         }
-        let run =
-            |seconds: &f64| pool.install(|| one(&target, &neural, &studio, *seconds, args.seed));
+        let run = |seconds: &f64| pool.install(|| one(&measured, &studio, *seconds, args.seed));
         let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
-        if let (Some(out), Some(run)) = (&args.out, runs.last()) {
+        let picture = runs.last().and_then(|run| run.picture.as_ref());
+        if let (Some(out), Some(picture)) = (&args.out, picture) {
             let pictures = out.join("pictures");
             output::make_dir(&pictures)?;
-            output::write_file(&pictures.join(format!("{name}.png")), &run.picture)?;
+            output::write_file(&pictures.join(format!("{name}.png")), picture)?;
         }
-        let published = published.e_log(&name, &target.held)?;
-        let two_lobes = pool.install(|| two_lobes(&target, args.seed))?;
+        let published = published.e_log(name, &target.held)?;
+        let two_lobes = pool.install(|| two_lobes(target, args.seed))?;
         let floor = target.floor.unwrap_or(0.0);
-        let row = Row { material: name, floor, runs, published, two_lobes };
+        let row = Row { material: name.clone(), floor, runs, published, two_lobes };
         eprintln!("{}", line(&row));
         rows.push(row);
     }
@@ -144,19 +120,14 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     output::print(&table.text())
 }
 
-fn one(
-    target: &MeasuredTarget,
-    neural: &Neural,
-    studio: &Studio,
-    budget: f64,
-    seed: u64,
-) -> Result<Run> {
+fn one(measured: &Measured, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
+    let Measured { target, brdf, .. } = measured;
     let begun = Instant::now();
     let (strategy, start) = (Strategy::Lobes, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
     let mut search = Search::new(&target.fitted, &options);
     let (outcome, progress) =
-        spend(&mut search, Budget::Seconds(budget), |_, _| {}).context("nothing was found")?;
+        spend(&mut search, Budget::Seconds(budget), |_, _, _| {}).context("nothing was found")?;
     let generations = progress.generation;
     let seconds = begun.elapsed().as_secs_f64();
     let genome = &outcome.front[outcome.best].genome;
@@ -167,7 +138,14 @@ fn one(
     let (here, there) =
         (Samples::of_program(&program, narrow.clone())?, Samples::of_program(&program, swapped)?);
     let bits = here.values().iter().zip(there.values());
-    let (unseen, picture) = studio.compare(neural, genome)?;
+    let (unseen, picture) = match brdf {
+        Some(brdf) => studio.compare(&**brdf, genome).map(|(unseen, png)| (unseen, Some(png)))?,
+        None => (Unseen::UNKNOWN, None),
+    };
+    let wanted_largest = match brdf {
+        Some(brdf) => Samples::of(&**brdf, narrow).largest(),
+        None => target.fitted.largest(),
+    };
     let values = || here.values().iter().chain(there.values()).flatten();
     ensure!(values().all(|f| f.is_finite()), "a fit has values that are no numbers");
     Ok(Run {
@@ -176,7 +154,7 @@ fn one(
         e_log: metric::e_log(&target.held.weighted(), &found.weighted()),
         operations: program.steps().len(),
         generations,
-        spike: here.largest() / Samples::of(neural, narrow).largest(),
+        spike: here.largest() / wanted_largest,
         not_reciprocal: bits.filter(|(a, b)| a != b).count(),
         least_f: values().copied().fold(f64::INFINITY, f64::min),
         max_albedo: energy_limit(&program).albedo,
@@ -190,7 +168,7 @@ fn two_lobes(target: &MeasuredTarget, seed: u64) -> Result<f64> {
     let (strategy, start) = (Strategy::Analytic, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
     let mut search = Search::of_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
-    let (outcome, _) = spend(&mut search, Budget::Seconds(TWO_LOBES_SECONDS), |_, _| {})
+    let (outcome, _) = spend(&mut search, Budget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
         .context("no lobes were found")?;
     let genome = outcome.front[outcome.best].genome.clone().with_limit(false);
     let found = Samples::of_program(&express(&genome), target.held.pairs().to_vec())?;

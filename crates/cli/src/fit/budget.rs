@@ -2,10 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use brood_search::{Outcome, Progress, Search};
-
-/// Of a budget in seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
-const KEPT: (f64, f64) = (0.3, 4.0);
+use brood_search::{Outcome, Pace, Progress, Search};
 
 /// What a search may take.
 #[derive(Debug, Clone, Copy)]
@@ -21,31 +18,26 @@ pub enum Budget {
 pub fn spend(
     search: &mut Search,
     budget: Budget,
-    mut told: impl FnMut(&Progress, Duration),
+    mut told: impl FnMut(&Search, &Progress, Duration),
 ) -> Option<(Outcome, Progress)> {
     let begun = Instant::now();
-    let mut last = Duration::ZERO;
+    let spent = || begun.elapsed().as_secs_f64();
+    let (most, mut pace) = match budget {
+        Budget::Generations(generations) => (generations, None),
+        Budget::Seconds(seconds) => (u32::MAX, Some(Pace::new(seconds))),
+    };
     loop {
         let before = begun.elapsed();
         let progress = search.step();
         let now = begun.elapsed();
-        last = last.max(now - before);
-        told(&progress, now);
-        let is_over = match budget {
-            Budget::Generations(generations) => progress.generation >= generations,
-            Budget::Seconds(seconds) => {
-                let kept = if search.is_short() { 0.0 } else { (KEPT.0 * seconds).min(KEPT.1) };
-                (now + last).as_secs_f64() > seconds - kept
-            }
-        };
-        if is_over {
-            let outcome = search.finish_while(|| match budget {
-                Budget::Generations(_) => true,
-                Budget::Seconds(seconds) => begun.elapsed().as_secs_f64() < seconds,
-            });
+        told(search, &progress, now);
+        let is_late = pace.as_mut().is_some_and(|pace| {
+            pace.took((now - before).as_secs_f64());
+            pace.is_over(now.as_secs_f64(), search.is_short())
+        });
+        if is_late || progress.generation >= most {
+            let outcome = search.finish_while(|| pace.is_none_or(|pace| !pace.is_spent(spent())));
             return outcome.map(|outcome| (outcome, progress));
         }
-        // The longest of late, so that one long generation is not held against all that follow.
-        last = last.mul_f64(0.7);
     }
 }

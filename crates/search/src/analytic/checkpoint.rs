@@ -7,6 +7,7 @@ use super::Form;
 use super::climb::Climb;
 use super::residual::Space;
 use super::schedule::{Analytic, Finished, Kept};
+use crate::Probe;
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
 
 /// All that the next generations depend on besides samples, kinds and seed.
@@ -33,6 +34,11 @@ impl Method for Analytic {
 
     fn progress(&self) -> Progress {
         Self::progress(self)
+    }
+
+    fn probe(&self) -> Probe {
+        let errors = self.kept.iter().map(|kept| kept.climb.error.sqrt());
+        Probe::of(errors.zip(self.kept.iter().map(|kept| &kept.space.form)), 0)
     }
 
     fn best(&self) -> Option<Candidate> {
@@ -75,7 +81,7 @@ impl Method for Analytic {
 }
 
 fn candidate(found: Finished) -> Candidate {
-    let Finished { models, numbers, held } = found;
+    let Finished { models, numbers, fitted, held } = found;
     let genome = Form::genome(models).expect("one or two models are a genome");
-    Candidate { genome, numbers, held: held.sqrt() }
+    Candidate { genome, numbers, fitted: fitted.sqrt(), held: held.sqrt() }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::coordinate::Coordinate;
 
 /// One model of a form.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct LobeForm {
     /// [`ModelKind::number`].
     kind: u8,
@@ -16,7 +16,7 @@ pub struct LobeForm {
 }
 
 /// Models whose sum is fitted.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Form {
     lobes: Vec<LobeForm>,
     /// Whether highlights may be drawn out along u or v.

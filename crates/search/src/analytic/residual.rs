@@ -76,7 +76,7 @@ impl Bench {
             if self.tables.len() == KEPT {
                 self.tables.remove(0);
             }
-            let tables = model.coat_tables(detail).expect("rough plastic has tables");
+            let tables = model.coat_tables(self.level, detail).expect("rough plastic has tables");
             self.tables.push((detail, key, tables));
             self.tables.len() - 1
         });

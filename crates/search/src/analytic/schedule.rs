@@ -63,14 +63,16 @@ pub(super) struct Kept {
 pub(super) struct Finished {
     pub(super) models: Vec<Model>,
     pub(super) numbers: usize,
-    /// Mean square on what was held back.
+    /// Mean squares on what it was fitted to and on what was held back, before it was refined on both.
+    pub(super) fitted: f64,
     pub(super) held: f64,
 }
 
 impl Finished {
     pub(super) fn of(kept: &Kept) -> Self {
         let Kept { space, climb, held } = kept;
-        Self { models: space.models(&climb.x), numbers: space.len(), held: *held }
+        let (numbers, fitted) = (space.len(), climb.error);
+        Self { models: space.models(&climb.x), numbers, fitted, held: *held }
     }
 }
 
@@ -271,9 +273,9 @@ impl Analytic {
         }
         front.reverse();
         let finish = |bench: &mut Bench, kept: &Kept| {
-            let mut kept = kept.clone();
-            kept.climb.refine(bench, &kept.space, &self.whole, Plan::full(LAST_STEPS));
-            Finished::of(&kept)
+            let mut refined = kept.clone();
+            refined.climb.refine(bench, &kept.space, &self.whole, Plan::full(LAST_STEPS));
+            Finished { fitted: kept.climb.error, ..Finished::of(&refined) }
         };
         front.into_par_iter().map_init(Bench::new, finish).collect()
     }

@@ -6,28 +6,26 @@ use rayon::prelude::*;
 
 use super::cases::Cases;
 use super::judge::{Member, values};
+use super::population::Population;
 
-/// Members of a tournament.
-const TOURNAMENT: u32 = 3;
 /// Samples that make a case of lexicase selection.
 const GROUP: usize = 8;
 /// Amounts of mutation, one of which a child gets: from one change to many.
 const AMOUNTS: [f32; 4] = [0.02, 0.06, 0.15, 0.35];
-/// Share of children that have two parents.
-const CROSSED: f32 = 0.4;
 
 /// Draws children of one island in one generation.
 pub(super) struct Breeder<'a> {
     pub(super) members: &'a [Member],
     /// Errors of each member on each case, and within how much of the best of a case one is as good.
     cases: (Vec<Vec<f64>>, Vec<f64>),
+    population: &'a Population,
 }
 
 impl<'a> Breeder<'a> {
-    pub(super) fn new(members: &'a [Member], cases: &Cases) -> Self {
+    pub(super) fn new(members: &'a [Member], cases: &Cases, population: &'a Population) -> Self {
         let errors = errors(members, cases);
         let tolerance = tolerances(&errors);
-        Self { members, cases: (errors, tolerance) }
+        Self { members, cases: (errors, tolerance), population }
     }
 
     /// The child of that key.
@@ -35,26 +33,21 @@ impl<'a> Breeder<'a> {
         let mut stream = Stream::new(key, Operator::Genetic);
         let first = &self.members[self.parent(&mut stream)].genome;
         let second = &self.members[self.parent(&mut stream)].genome;
-        let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
-        let may_cross = first.dialect().is_compatible(second.dialect()) && first != second;
-        if may_cross && stream.chance(CROSSED) {
-            let share = 0.1 + 0.4 * stream.unit();
-            // Often nothing but what the parents had.
-            let amount = if stream.chance(0.5) { 0.0 } else { amount };
-            Variation::recombine(first, second, share, amount).birth(key)
-        } else {
-            Variation::mutate(first, amount).birth(key)
-        }
+        child_of((first, second), self.population.crossed, key, &mut stream)
     }
 
     fn parent(&self, stream: &mut Stream) -> usize {
-        if stream.chance(0.5) { self.tournament(stream) } else { self.lexicase(stream) }
+        if stream.chance(self.population.lexicase) {
+            self.lexicase(stream)
+        } else {
+            self.tournament(stream)
+        }
     }
 
     /// The best of a few; members stand in the order of their sums.
     fn tournament(&self, stream: &mut Stream) -> usize {
         let count = self.members.len() as u32;
-        (0..TOURNAMENT).map(|_| stream.below(count)).min().unwrap_or(0) as usize
+        (0..self.population.tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize
     }
 
     /// The one that is left when, case by case in a drawn order, those go that are worse than the best by more than the tolerance.
@@ -74,13 +67,32 @@ impl<'a> Breeder<'a> {
     }
 }
 
+/// The child of two: of both in that share of the cases, else of the first alone.
+pub(crate) fn child_of(
+    (first, second): (&Genome, &Genome),
+    crossed: f32,
+    key: BirthKey,
+    stream: &mut Stream,
+) -> Genome {
+    let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
+    let may_cross = first.dialect().is_compatible(second.dialect()) && first != second;
+    if may_cross && stream.chance(crossed) {
+        let share = 0.1 + 0.4 * stream.unit();
+        // Often nothing but what the parents had.
+        let amount = if stream.chance(0.5) { 0.0 } else { amount };
+        Variation::recombine(first, second, share, amount).birth(key)
+    } else {
+        Variation::mutate(first, amount).birth(key)
+    }
+}
+
 /// Random genomes of that dialect.
-pub(super) fn random(dialect: Dialect, key: BirthKey) -> Genome {
+pub(crate) fn random(dialect: Dialect, key: BirthKey) -> Genome {
     Variation::random(dialect).birth(key)
 }
 
 /// A mutant of one of the genomes to start from, changed much or little.
-pub(super) fn started(start: &[Genome], key: BirthKey) -> Genome {
+pub(crate) fn started(start: &[Genome], key: BirthKey) -> Genome {
     let mut stream = Stream::new(key, Operator::Genetic);
     let first = &start[stream.below(start.len() as u32) as usize];
     let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];

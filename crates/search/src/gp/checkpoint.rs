@@ -15,6 +15,7 @@ use super::schedule::{Best, Gp};
 struct State {
     generation: u32,
     evaluations: u64,
+    repeats: u64,
     islands: Vec<(u32, Vec<MemberState>)>,
     seen: Vec<[u8; 32]>,
     front: Vec<MemberState>,
@@ -54,6 +55,7 @@ impl Gp {
         let state = State {
             generation: self.generation,
             evaluations: self.evaluations,
+            repeats: self.repeats,
             islands: self
                 .islands
                 .iter()
@@ -85,6 +87,7 @@ impl Gp {
         let seen: VecDeque<ProgramHash> =
             state.seen.into_iter().map(ProgramHash::from_bytes).collect();
         (self.generation, self.evaluations) = (state.generation, state.evaluations);
+        self.repeats = state.repeats;
         (self.islands, self.seen, self.best) = (islands, seen, best);
         Some(())
     }

@@ -9,17 +9,10 @@ use rayon::prelude::*;
 use super::breed::Breeder;
 use super::cases::Cases;
 use super::judge::{Member, Plain, judge};
+use super::population::Population;
 use super::tune::tuned;
 
-/// Members that are kept from one generation to the next.
-const KEPT: usize = 64;
-/// Children of a generation.
-const CHILDREN: u32 = 192;
-/// Genomes that an island starts with, of which the best are kept.
-const FIRST: u32 = 512;
-/// Members whose constants are tuned in a generation, and the steps of each; fewer of both where operations are many.
-const TUNED: usize = 6;
-const STEPS: usize = 6;
+/// Where operations are more, fewer members are tuned, by fewer steps.
 const MANY: u32 = 120;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-3;
@@ -36,6 +29,7 @@ pub(super) struct Island {
 /// What an island reads of the search it belongs to.
 pub(super) struct Surroundings<'a> {
     pub(super) cases: &'a Cases,
+    pub(super) population: &'a Population,
     pub(super) seen: &'a HashSet<ProgramHash>,
     pub(super) seed: u64,
     pub(super) generation: u32,
@@ -47,6 +41,8 @@ pub(super) struct Surroundings<'a> {
 #[derive(Default)]
 pub(super) struct Taken {
     pub(super) evaluations: u64,
+    /// Candidates whose program had been there before.
+    pub(super) repeats: u64,
     /// Programs that were held against the samples for the first time.
     pub(super) hashes: Vec<ProgramHash>,
 }
@@ -65,7 +61,8 @@ impl Island {
         given: &[Genome],
         first: impl Fn(BirthKey) -> Genome + Sync,
     ) -> Taken {
-        let drawn = (0..FIRST).into_par_iter().map(|index| first(around.key(index)));
+        let drawn =
+            (0..around.population.first).into_par_iter().map(|index| first(around.key(index)));
         let mut genomes = given.to_vec();
         genomes.par_extend(drawn);
         (self.members, self.stale) = (Vec::new(), 0);
@@ -75,11 +72,12 @@ impl Island {
     /// One generation.
     pub(super) fn step(&mut self, around: &Surroundings<'_>) -> Taken {
         let before = self.least();
-        let breeder = Breeder::new(&self.members, around.cases);
+        let breeder = Breeder::new(&self.members, around.cases, around.population);
+        let slots = 0..around.population.children;
         let children: Vec<Genome> =
-            (0..CHILDREN).into_par_iter().map(|index| breeder.child(around.key(index))).collect();
+            slots.into_par_iter().map(|index| breeder.child(around.key(index))).collect();
         let mut taken = self.join(children, around, around.seen);
-        taken.evaluations += self.tune(around.cases);
+        taken.evaluations += self.tune(around);
         let is_better = self.least() < (1.0 - IMPROVEMENT) * before;
         self.stale = if is_better { 0 } else { self.stale + 1 };
         taken
@@ -91,9 +89,9 @@ impl Island {
     }
 
     /// Takes in a member of another island.
-    pub(super) fn welcome(&mut self, member: Member) {
+    pub(super) fn welcome(&mut self, member: Member, population: &Population) {
         self.members.push(member);
-        self.settle();
+        self.settle(population.kept);
     }
 
     fn join(
@@ -105,18 +103,22 @@ impl Island {
         let mut known: HashSet<ProgramHash> =
             self.members.iter().map(|member| member.hash).collect();
         let mut plain = Plain::of(genomes);
+        let bred = plain.len();
         plain.retain(|plain| !seen.contains(&plain.hash) && known.insert(plain.hash));
         let hashes: Vec<ProgramHash> = plain.iter().map(|plain| plain.hash).collect();
-        self.members.extend(judge(plain, around.cases, KEPT));
-        self.settle();
-        Taken { evaluations: hashes.len() as u64, hashes }
+        self.members.extend(judge(plain, around.cases, around.population.kept));
+        self.settle(around.population.kept);
+        let evaluations = hashes.len() as u64;
+        Taken { evaluations, repeats: bred as u64 - evaluations, hashes }
     }
 
     /// Tunes the best that have not been yet.
-    fn tune(&mut self, cases: &Cases) -> u64 {
+    fn tune(&mut self, around: &Surroundings<'_>) -> u64 {
+        let Surroundings { cases, population: Population { kept, tuned: most, steps, .. }, .. } =
+            *around;
         let untuned = || self.members.iter().filter(|member| !member.is_tuned);
         let is_long = untuned().next().is_some_and(|member| member.operations > MANY);
-        let (count, steps) = if is_long { (TUNED / 3, STEPS / 2) } else { (TUNED, STEPS) };
+        let (count, steps) = if is_long { (most / 3, steps / 2) } else { (*most, *steps) };
         let chosen: Vec<&Member> = untuned().take(count).collect();
         let found: Vec<(Member, u64)> =
             chosen.par_iter().map(|member| tuned(member, cases, steps)).collect();
@@ -129,16 +131,16 @@ impl Island {
             self.members.retain(|other| other.hash != before);
             self.members.push(now);
         }
-        self.settle();
+        self.settle(*kept);
         tries
     }
 
-    fn settle(&mut self) {
+    fn settle(&mut self, kept: usize) {
         self.members.sort_by(|a, b| {
             a.sum.total_cmp(&b.sum).then_with(|| a.hash.as_bytes().cmp(b.hash.as_bytes()))
         });
         let mut known = HashSet::new();
         self.members.retain(|member| known.insert(member.hash));
-        self.members.truncate(KEPT);
+        self.members.truncate(kept);
     }
 }

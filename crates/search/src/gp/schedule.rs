@@ -10,16 +10,12 @@ use super::cases::Cases;
 use super::front::Front;
 use super::island::{Island, Surroundings, Taken};
 use super::judge::{Member, values};
+use super::population::Population;
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
-use crate::{DIALECT, Samples, metric};
+use crate::{DIALECT, Probe, Samples, metric};
 
-const ISLANDS: usize = 4;
 /// Slots of an island in a generation.
 const SLOTS: u32 = 1 << 16;
-/// Every so many generations the best of each island goes to the next one.
-const MIGRATION: u32 = 16;
-/// Generations without an improvement after which an island that is not the best one begins again.
-const STALE: u32 = 40;
 /// Programs that are remembered, so that they are not held against the samples again.
 const REMEMBERED: usize = 4096;
 
@@ -29,9 +25,11 @@ pub(crate) struct Gp {
     pub(super) start: Vec<Genome>,
     /// Whether every second island starts from nothing all the same.
     pub(super) is_mixed: bool,
+    pub(super) population: Population,
     pub(super) cases: Cases,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
+    pub(super) repeats: u64,
     pub(super) islands: Vec<Island>,
     pub(super) seen: VecDeque<ProgramHash>,
     pub(super) front: Front,
@@ -48,16 +46,28 @@ pub(super) struct Best {
 
 impl Gp {
     pub(crate) fn new(samples: &Samples, start: &[Genome], seed: u64, is_mixed: bool) -> Self {
+        Self { is_mixed, ..Self::of(samples, start, seed, Population::USUAL) }
+    }
+
+    /// One of another population than usually.
+    pub(crate) fn of(
+        samples: &Samples,
+        start: &[Genome],
+        seed: u64,
+        population: Population,
+    ) -> Self {
         // A search looks at what genomes are without the limit, under which its results are put.
         let start = start.iter().map(|genome| roomy(genome.clone()).with_limit(false));
         Self {
             seed,
             start: start.collect(),
-            is_mixed,
+            is_mixed: false,
+            population,
             cases: Cases::new(samples, seed),
             generation: 0,
             evaluations: 0,
-            islands: vec![Island::default(); ISLANDS],
+            repeats: 0,
+            islands: vec![Island::default(); population.islands],
             seen: VecDeque::new(),
             front: Front::default(),
             best: None,
@@ -78,22 +88,24 @@ impl Gp {
         let mut islands = std::mem::take(&mut self.islands);
         let best = islands.iter().map(Island::least).fold(f64::INFINITY, f64::min);
         for (slot, island) in (0..).step_by(SLOTS as usize).zip(&mut islands) {
-            let (seed, generation) = (self.seed, self.generation);
-            let around = Surroundings { cases: &self.cases, seen: &seen, seed, generation, slot };
-            let is_over = island.stale >= STALE && island.least() > best;
+            let Self { cases, population, seed, generation, .. } = &*self;
+            let (seed, generation) = (*seed, *generation);
+            let around = Surroundings { cases, population, seen: &seen, seed, generation, slot };
+            let is_over = island.stale >= population.stale && island.least() > best;
             let taken = if island.members.is_empty() || is_over {
                 self.begin(island, &around)
             } else {
                 island.step(&around)
             };
             self.evaluations += taken.evaluations;
+            self.repeats += taken.repeats;
             self.seen.extend(taken.hashes);
         }
         let spare = self.seen.len().saturating_sub(REMEMBERED);
         self.seen.drain(..spare);
         self.islands = islands;
         self.generation += 1;
-        if self.generation.is_multiple_of(MIGRATION) {
+        if self.generation.is_multiple_of(self.population.migration) {
             self.migrate();
         }
         self.note();
@@ -104,7 +116,8 @@ impl Gp {
             self.islands.iter().map(|island| island.members.first().cloned()).collect();
         for (index, member) in best.into_iter().enumerate() {
             if let Some(member) = member {
-                self.islands[(index + 1) % ISLANDS].welcome(member);
+                let next = (index + 1) % self.islands.len();
+                self.islands[next].welcome(member, &self.population);
             }
         }
     }
@@ -171,8 +184,14 @@ impl Method for Gp {
         }
     }
 
+    fn probe(&self) -> Probe {
+        let members = self.islands.iter().flat_map(|island| &island.members);
+        let members = members.map(|member| (self.fitted(member), &member.genome));
+        Probe::of_genomes(members, self.repeats)
+    }
+
     fn best(&self) -> Option<Candidate> {
-        self.best.as_ref().map(|best| candidate(&best.member, best.held))
+        self.best.as_ref().map(|best| candidate(&best.member, best.fitted, best.held))
     }
 
     fn finish(&self, _: &GoOn<'_>) -> Option<Outcome> {
@@ -184,8 +203,9 @@ impl Method for Gp {
         }
         let is_best = |member: &&Member| **member == best.member;
         let index = members.iter().position(is_best).expect("it has been put in");
-        let front = members.into_iter().map(|member| candidate(member, self.held(member)));
-        Some(Outcome { front: front.collect(), best: index })
+        let of = |member| candidate(member, self.fitted(member), self.held(member));
+        let front: Vec<Candidate> = members.into_iter().map(of).collect();
+        Some(Outcome { front, best: index })
     }
 
     fn save(&self) -> Vec<u8> {
@@ -197,11 +217,11 @@ impl Method for Gp {
     }
 }
 
-fn candidate(member: &Member, held: f64) -> Candidate {
+fn candidate(member: &Member, fitted: f64, held: f64) -> Candidate {
     let genome = member.genome.clone().with_limit(true);
     let places = Tunable::lower(&genome).places().iter().flatten().count();
     // Scale and offset of each channel besides.
-    Candidate { genome, numbers: places + 6, held }
+    Candidate { genome, numbers: places + 6, fitted, held }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Lobes;
 use super::damped::Damped;
 use super::schedule::{Fit, Fitted, Kept};
+use crate::Probe;
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
 
 /// All that the next generations depend on besides samples, shapes and seed.
@@ -35,9 +36,13 @@ impl Method for Fit {
         Self::progress(self)
     }
 
+    fn probe(&self) -> Probe {
+        Self::probe(self)
+    }
+
     fn best(&self) -> Option<Candidate> {
-        let held = Self::progress(self).held;
-        Self::best(self).map(|lobes| candidate(lobes, held))
+        let Progress { fitted, held, .. } = Self::progress(self);
+        Self::best(self).map(|lobes| candidate(lobes, fitted, held))
     }
 
     fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome> {
@@ -90,10 +95,12 @@ impl Method for Fit {
 
 /// Lobes as a search's result.
 pub(crate) fn outcome(front: Vec<Fitted>) -> Option<Outcome> {
-    Outcome::of(front.iter().map(|fitted| candidate(&fitted.lobes, fitted.held)).collect())
+    Outcome::of(
+        front.iter().map(|fitted| candidate(&fitted.lobes, fitted.fitted, fitted.held)).collect(),
+    )
 }
 
-fn candidate(lobes: &Lobes, held: f64) -> Candidate {
+fn candidate(lobes: &Lobes, fitted: f64, held: f64) -> Candidate {
     let genome = lobes.genome().expect("a search's shapes have room in a program");
-    Candidate { genome, numbers: lobes.free(), held }
+    Candidate { genome, numbers: lobes.free(), fitted, held }
 }

@@ -9,10 +9,10 @@ use brood_brdf::{DirectionPair, Input};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::Shape;
 use super::batch::{Batch, Point, points};
 use super::damped::Damped;
 use super::normal::excesses;
+use super::{Lobes, Shape};
 use crate::{Samples, narrow_pairs};
 
 /// Points, each bounded from above and from below.
@@ -22,6 +22,8 @@ const POOL: usize = 4096;
 const WORST: usize = 256;
 const ROUNDS: usize = 5;
 const STEPS: usize = 8;
+/// Points that nothing may stand out in from everything that was measured, when all is done.
+const CEILED: usize = 1 << 16;
 /// What a squared excess counts there.
 const IMPORTANCE_ABOVE: f64 = 2.0;
 /// What a bound there is of the one that fits are held by.
@@ -113,6 +115,18 @@ impl Pool {
     pub(super) fn new(bounds: &Bounds, shape: &Shape) -> Self {
         let points = bounds.above(shape);
         Self { batch: Batch::new(points.iter()), points }
+    }
+
+    /// Of many more points, where nothing passes the brightest sample by far.
+    pub(super) fn ceiling(shape: &Shape, largest: f64, seed: u64) -> Self {
+        let pairs = narrow_pairs(CEILED, seed.wrapping_add(2 << 32));
+        let values = vec![[Some([largest; 3]), None]; pairs.len()];
+        Self::new(&Bounds { pairs, values }, shape)
+    }
+
+    /// Whether it stands out in none of the points.
+    pub(super) fn is_below(&self, lobes: &Lobes) -> bool {
+        excesses(lobes, &self.batch)[..self.points.len()].iter().all(|excess| *excess <= TOLERATED)
     }
 
     /// The fit, gone on with on `batch` and those of the points that it stands out in, as long as it does.

@@ -13,7 +13,7 @@ use super::normal::{e_log, error};
 use super::prune::prune;
 use super::seed::start;
 use super::{Lobes, Shape};
-use crate::{Progress, Samples};
+use crate::{Probe, Progress, Samples};
 
 /// Starts of a generation of starts.
 const STARTS: usize = 16;
@@ -46,6 +46,8 @@ pub struct Fit {
     /// What weights cost, in mean squared differences.
     pub(super) cost: f64,
     pub(super) kept: Vec<Kept>,
+    /// Of all samples.
+    largest: f64,
 }
 
 /// The samples as one shape reads them.
@@ -71,7 +73,7 @@ pub(super) struct Kept {
 pub struct Fitted {
     /// The fit.
     pub lobes: Lobes,
-    /// Its E_log on the samples it was fitted to, with what bounds and ridge add.
+    /// Its E_log on the samples it was fitted to, with what bounds and ridge add; before it was refined on all of them.
     pub fitted: f64,
     /// On those held back, before it was refined on these as well.
     pub held: f64,
@@ -105,7 +107,8 @@ impl Fit {
         let bounds = [Bounds::of_fits(samples, seed), Bounds::of_pool(samples, seed)];
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
-        Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept: Vec::new() }
+        let largest = samples.largest();
+        Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept: Vec::new(), largest }
     }
 
     /// One generation.
@@ -148,18 +151,25 @@ impl Fit {
         prune(best.damped.clone(), best.held, all, go_on).into_iter().map(fitted).collect()
     }
 
-    /// The same refined on all samples, those held back as well.
+    /// The same refined on all samples, those held back as well; without those that even then stand out where samples are few,
+    /// unless all do.
     #[must_use]
     pub fn refine(&self, fits: &[Fitted]) -> Vec<Fitted> {
         let Some(best) = self.kept.first() else { return Vec::new() };
-        let Problem { whole, pool, .. } = &self.shapes[best.problem];
+        let Problem { shape, whole, pool, .. } = &self.shapes[best.problem];
+        let ceiling = Pool::ceiling(shape, self.largest, self.seed);
         let refined = |fitted: &Fitted| {
             let mut fit = Damped::new(fitted.lobes.clone(), whole);
             fit.refine(whole, LAST_STEPS);
-            let fit = pool.hold(fit, whole);
-            Fitted { fitted: fit.error.sqrt(), lobes: fit.lobes, held: fitted.held }
+            let fit = ceiling.hold(pool.hold(fit, whole), whole);
+            let is_below = ceiling.is_below(&fit.lobes);
+            (Fitted { lobes: fit.lobes, ..*fitted }, is_below)
         };
-        fits.par_iter().map(refined).collect()
+        let mut found: Vec<(Fitted, bool)> = fits.par_iter().map(refined).collect();
+        if found.iter().any(|(_, is_below)| *is_below) {
+            found.retain(|(_, is_below)| *is_below);
+        }
+        found.into_iter().map(|(fitted, _)| fitted).collect()
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -174,6 +184,14 @@ impl Fit {
             fitted: of(|problem| &problem.all),
             held: of(|problem| &problem.held),
         }
+    }
+
+    pub(super) fn probe(&self) -> Probe {
+        let of = |kept: &Kept| {
+            let error = e_log(&kept.damped.lobes, &self.shapes[kept.problem].all);
+            (error, (kept.problem, kept.damped.lobes.free.clone()))
+        };
+        Probe::of(self.kept.iter().map(of), 0)
     }
 
     fn stream(&self, slot: usize) -> Stream {

@@ -87,3 +87,15 @@ fn fit_has_no_spikes_where_no_sample_is() {
     let found = Samples::of_program(&program, pairs).unwrap().largest();
     assert!(found < 2.0 * own, "{found} of {own}");
 }
+
+#[test]
+fn nothing_stands_out_far_where_samples_are_few() {
+    let pairs = || narrow_pairs(1 << 16, 99);
+    let most = 2.0 * Samples::of(&*metal(), pairs()).largest();
+    let fit = fit(3, 2);
+    for fitted in fit.refine(&fit.shorten(&|| true)) {
+        let program = Program::lower(&fitted.lobes.genome().unwrap().with_limit(false));
+        let largest = Samples::of_program(&program, pairs()).unwrap().largest();
+        assert!(largest <= most, "{largest} of {most}");
+    }
+}

@@ -60,6 +60,9 @@ fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> 
         evaluations: u64::from(generation) * 100,
         fitted: f64::INFINITY,
         held: 1.0 / f64::from(generation),
+        median: 2.0 / f64::from(generation),
+        diversity: 0.5,
+        repeats: u64::from(generation),
         seconds: f64::from(generation),
     };
     let lines: Vec<_> = generations.map(line).collect();

@@ -38,6 +38,11 @@ pub struct Unseen {
     pub flip: f64,
 }
 
+impl Unseen {
+    /// Of what pictures cannot be taken.
+    pub const UNKNOWN: Self = Self { itp: f64::NAN, flip: f64::NAN };
+}
+
 /// What pictures are taken of: a knob under the usual light, and under one that is elsewhere.
 pub struct Studio {
     mesh: Mesh,

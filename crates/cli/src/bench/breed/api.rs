@@ -1,0 +1,94 @@
+//! A server over kept-alive connections, as a page has them.
+
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+use brood_protocol::Generation;
+use futures::future::try_join_all;
+use reqwest::header::{CONTENT_TYPE, HeaderMap};
+use reqwest::{Client, RequestBuilder};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// The server.
+pub struct Api {
+    http: Client,
+    url: String,
+    token: Option<String>,
+}
+
+impl Api {
+    /// Nothing is sent yet.
+    pub fn new(url: &str, token: Option<String>) -> Result<Self> {
+        let http = Client::builder()
+            .timeout(Duration::from_secs(60))
+            .tcp_nodelay(true)
+            .no_proxy()
+            .build()
+            .context("set up HTTP")?;
+        Ok(Self { http, url: url.to_owned(), token })
+    }
+
+    /// What a POST of JSON answers, and its head.
+    pub async fn post<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        body: &Value,
+    ) -> Result<(T, HeaderMap)> {
+        let request = self.http.post(format!("{}{path}", self.url)).json(body);
+        let (body, headers) = self.send(request).await?;
+        Ok((serde_json::from_slice(&body).with_context(|| path.to_owned())?, headers))
+    }
+
+    /// What a GET answers.
+    pub async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T> {
+        let request = self.http.get(format!("{}{path}", self.url));
+        serde_json::from_slice(&self.send(request).await?.0).with_context(|| path.to_owned())
+    }
+
+    /// What a POST of several parts answers.
+    pub async fn post_parts<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        parts: [(&str, &str); 2],
+    ) -> Result<T> {
+        const BOUNDARY: &str = "brood-bench-7d1c";
+        let part = |(name, text): (&str, &str)| {
+            format!(
+                "--{BOUNDARY}\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n{text}\r\n"
+            )
+        };
+        let body = parts.map(part).concat() + &format!("--{BOUNDARY}--\r\n");
+        let request = self.http.post(format!("{}{path}", self.url)).body(body);
+        let kind = format!("multipart/form-data; boundary={BOUNDARY}");
+        let (answer, _) = self.send(request.header(CONTENT_TYPE, kind)).await?;
+        serde_json::from_slice(&answer).with_context(|| path.to_owned())
+    }
+
+    /// Fetches the pictures of all children and of the centre at once.
+    pub async fn pictures(&self, generation: &Generation) -> Result<usize> {
+        let individuals = generation.individuals.iter().chain(&generation.centre);
+        let fetch = individuals.map(|individual| async {
+            let request = self.http.get(format!("{}{}", self.url, individual.thumbnail));
+            let (bytes, _) = self.send(request).await?;
+            ensure!(bytes.starts_with(b"\x89PNG"), "a thumbnail is not a PNG");
+            Ok(())
+        });
+        Ok(try_join_all(fetch).await?.len())
+    }
+
+    async fn send(&self, mut request: RequestBuilder) -> Result<(Vec<u8>, HeaderMap)> {
+        if let Some(token) = &self.token {
+            request = request.bearer_auth(token);
+        }
+        let response = request.send().await.context("reach the server")?;
+        let status = response.status();
+        let headers = response.headers().clone();
+        let body = response.bytes().await.context("read the answer")?;
+        if !status.is_success() {
+            let text = String::from_utf8_lossy(&body);
+            bail!("the server answered {status}: {}", text.chars().take(300).collect::<String>());
+        }
+        Ok((body.into(), headers))
+    }
+}

@@ -1,0 +1,96 @@
+//! Searches that run beside the broods that are timed: begun, and then paused and resumed together.
+
+use std::fmt::Write;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use brood_brdf::{Model, ModelKind};
+use brood_search::draw_pairs;
+use serde_json::{Value, json};
+
+use super::api::Api;
+
+const SAMPLES: usize = 4000;
+/// Longer than any benchmark.
+const SECONDS: f64 = 24.0 * 3600.0;
+/// How long a worker may take to begin.
+const WAIT: Duration = Duration::from_secs(30);
+
+/// Jobs of a server, by their ids.
+pub struct Searches(Vec<String>);
+
+impl Searches {
+    /// Begins so many, and pauses them.
+    pub async fn begin(api: &Api, count: u16) -> Result<Self> {
+        let mut jobs = Vec::new();
+        if count == 0 {
+            return Ok(Self(jobs));
+        }
+        let spec = json!({ "kind": "samples", "name": "bench" }).to_string();
+        let target: Value =
+            api.post_parts("/v1/targets", [("spec", &spec), ("file", &metal())]).await?;
+        for seed in 1..=count {
+            let body =
+                json!({ "kind": "fit", "target": target["id"], "seconds": SECONDS, "seed": seed });
+            let (job, _): (Value, _) = api.post("/v1/jobs", &body).await?;
+            jobs.push(job["id"].as_str().context("a job has an id")?.to_owned());
+        }
+        let all = Self(jobs);
+        all.pause(api).await?;
+        Ok(all)
+    }
+
+    /// Lets them go on, and waits until one does.
+    pub async fn resume(&self, api: &Api) -> Result<()> {
+        self.change(api, "resume").await?;
+        let begun = std::time::Instant::now();
+        while begun.elapsed() < WAIT {
+            for id in &self.0 {
+                let job: Value = api.get(&format!("/v1/jobs/{id}")).await?;
+                if job["state"] == "running" {
+                    return Ok(());
+                }
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        bail!("no search began within {} s: the server has no worker that searches", WAIT.as_secs())
+    }
+
+    /// Lets them wait; a worker ends its generation.
+    pub async fn pause(&self, api: &Api) -> Result<()> {
+        self.change(api, "pause").await?;
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        Ok(())
+    }
+
+    /// Ends them, and says how many generations they came to in all.
+    pub async fn end(&self, api: &Api) -> Result<u64> {
+        let mut generations = 0;
+        for id in &self.0 {
+            let job: Value = api.get(&format!("/v1/jobs/{id}")).await?;
+            generations += job["generation"].as_u64().unwrap_or_default();
+        }
+        self.change(api, "cancel").await?;
+        Ok(generations)
+    }
+
+    async fn change(&self, api: &Api, deed: &str) -> Result<()> {
+        for id in &self.0 {
+            let (_, _): (Value, _) = api.post(&format!("/v1/jobs/{id}/{deed}"), &json!({})).await?;
+        }
+        Ok(())
+    }
+}
+
+/// Samples of a rough metal as CSV.
+fn metal() -> String {
+    let metal = Model::new(ModelKind::Conductor).brdf();
+    let mut text = String::from("wix,wiy,wiz,wox,woy,woz,r,g,b\n");
+    for pair in draw_pairs(SAMPLES, 1) {
+        let (wi, wo, f) = (pair.wi(), pair.wo(), metal.f(&pair));
+        let row =
+            [wi.x, wi.y, wi.z, wo.x, wo.y, wo.z, f.x, f.y, f.z].map(|value| value.to_string());
+        writeln!(text, "{}", row.join(",")).expect("text grows");
+    }
+    text
+}

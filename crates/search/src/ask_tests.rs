@@ -1,0 +1,85 @@
+//! That genomes asked about come closer to what they are told about, and that a break changes nothing.
+
+use super::*;
+use crate::{DIALECT, Samples, draw_pairs, metric};
+use brood_brdf::{Model, ModelKind};
+use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_scene::SampleSet;
+
+fn options() -> AskOptions {
+    AskOptions { dialect: DIALECT, start: Vec::new(), seed: 3, count: 24, kept: 16 }
+}
+
+/// E_log of a Lambertian's samples.
+fn measured(genomes: &[Genome]) -> Vec<f64> {
+    let pairs = draw_pairs(64, 1);
+    let samples = Samples::of(&*Model::new(ModelKind::Lambert).brdf(), pairs.clone());
+    let set = SampleSet::from_pairs(&pairs, &[]);
+    let error = |genome: &Genome| {
+        let mut out = Vec::new();
+        let evaluator = CanonicalEvaluator::default();
+        evaluator.eval(&[&Program::lower(genome)], &set, &mut out).unwrap();
+        let weighted = |at: usize, of: [f64; 3]| of.map(|f| f * pairs[at].cos_i());
+        let found = |at: usize| [0, 1, 2].map(|c| f64::from(out[c * pairs.len() + at]));
+        let found: Vec<[f64; 3]> = (0..pairs.len()).map(|at| weighted(at, found(at))).collect();
+        let wanted = samples.values().iter().enumerate();
+        let wanted: Vec<[f64; 3]> = wanted.map(|(at, f)| weighted(at, *f)).collect();
+        metric::e_log(&wanted, &found)
+    };
+    genomes.iter().map(error).collect()
+}
+
+#[test]
+fn it_comes_closer_to_what_it_is_told() {
+    let mut search = AskTell::new(options());
+    let mut first = None;
+    for _ in 0..12 {
+        let progress = search.tell(&measured(search.ask())).unwrap();
+        first.get_or_insert(progress.held);
+    }
+    let last = search.progress();
+    assert!(last.held < 0.5 * first.unwrap(), "{first:?} {last:?}");
+    assert_eq!((last.generation, last.evaluations), (12, 12 * 24));
+    assert_eq!(search.best().unwrap().error, search.front().last().unwrap().error);
+    let probe = search.probe();
+    assert!(probe.members == 16 && probe.median >= last.held, "{probe:?}");
+}
+
+#[test]
+fn breaks_change_nothing() {
+    let mut whole = AskTell::new(options());
+    let mut broken = AskTell::new(options());
+    for _ in 0..5 {
+        broken = AskTell::resume(options(), &broken.checkpoint()).unwrap();
+        assert_eq!(broken.ask(), whole.ask());
+        let errors = measured(whole.ask());
+        assert_eq!(broken.tell(&errors), whole.tell(&errors));
+    }
+    assert_eq!(broken.checkpoint(), whole.checkpoint());
+    assert!(matches!(AskTell::resume(options(), &[]), Err(SearchError::Damaged)));
+    assert!(matches!(AskTell::resume(options(), &[9, 1]), Err(SearchError::Version)));
+}
+
+#[test]
+fn errors_that_are_none_are_refused_and_nothing_is_lost() {
+    let mut search = AskTell::new(options());
+    let asked = search.ask().to_vec();
+    assert_eq!(search.tell(&[1.0]), Err(TellError::Count { asked: 24, told: 1 }));
+    let mut errors = vec![1.0; 24];
+    errors[3] = f64::NAN;
+    assert_eq!(search.tell(&errors), Err(TellError::NotANumber(3)));
+    assert_eq!(search.ask(), asked);
+    // Nothing was of use: it draws again.
+    search.tell(&[f64::INFINITY; 24]).unwrap();
+    assert!(search.best().is_none() && search.ask() != asked);
+}
+
+#[test]
+fn it_begins_with_what_is_given() {
+    let mut first = AskTell::new(options());
+    first.tell(&measured(first.ask())).unwrap();
+    let start = vec![first.best().unwrap().genome.clone()];
+    let search = AskTell::new(AskOptions { start: start.clone(), ..options() });
+    assert_eq!(search.ask()[0], start[0]);
+    assert_ne!(search.ask()[1], start[0]);
+}

@@ -1,0 +1,65 @@
+//! How seconds are spent: no generation is begun that there is no time for, and something is kept for finishing. Whose seconds
+//! they are is the caller's business: it has the clock.
+
+/// Of the seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
+const KEPT: (f64, f64) = (0.3, 4.0);
+/// How soon a long generation is forgotten, so that it is not held against all that follow.
+const FORGET: f64 = 0.7;
+
+/// A budget of seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    seconds: f64,
+    /// The longest generation of late.
+    longest: f64,
+}
+
+impl Pace {
+    /// Nothing of so many seconds is spent.
+    #[must_use]
+    pub fn new(seconds: f64) -> Self {
+        Self { seconds, longest: 0.0 }
+    }
+
+    /// A generation took so many seconds.
+    pub fn took(&mut self, seconds: f64) {
+        self.longest = seconds.max(FORGET * self.longest);
+    }
+
+    /// Whether there is no time for another generation after so many seconds; of a search whose end `is_short` nothing is kept for it.
+    #[must_use]
+    pub fn is_over(&self, spent: f64, is_short: bool) -> bool {
+        let kept = if is_short { 0.0 } else { (KEPT.0 * self.seconds).min(KEPT.1) };
+        spent + self.longest > self.seconds - kept
+    }
+
+    /// Whether all of it is spent.
+    #[must_use]
+    pub fn is_spent(&self, spent: f64) -> bool {
+        spent >= self.seconds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_generation_is_begun_that_there_is_no_time_for() {
+        let mut pace = Pace::new(10.0);
+        assert!(!pace.is_over(0.0, false) && !pace.is_over(6.9, false));
+        assert!(pace.is_over(7.5, false) && !pace.is_over(7.5, true));
+        pace.took(4.0);
+        assert!(pace.is_over(6.5, true));
+        pace.took(0.1);
+        pace.took(0.1);
+        pace.took(0.1);
+        assert!(!pace.is_over(6.5, true), "a long one is forgotten");
+        assert!(pace.is_spent(10.0) && !pace.is_spent(9.9));
+    }
+
+    #[test]
+    fn of_many_seconds_only_some_are_kept() {
+        assert!(!Pace::new(1000.0).is_over(995.0, false));
+    }
+}
