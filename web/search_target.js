@@ -7,7 +7,7 @@
  * @import { PictureDraft } from "./search_views.js"
  */
 import { signal } from "./vendor/signals-core.js";
-import { ProblemError, problemOf } from "./api.js";
+import { problemOf } from "./api.js";
 import { guarded } from "./lineage.js";
 import * as api from "./search_api.js";
 import { draft, fill } from "./search_draft.js";
@@ -41,25 +41,24 @@ export const readTargets = () => guarded("target", async () => {
   targets.value = await api.listTargets();
 });
 
-/** Takes a target out of the list, and off the server where this form alone knows it. */
-async function dropOwn() {
-  const gone = draft.value.own;
-  if (!gone) return;
-  fill({ own: null });
-  targets.value = targets.value.filter(({ id }) => id !== gone);
+/** Takes a target that this form alone knows off the server again. @param {string|null} id */
+async function drop(id) {
+  if (!id) return;
+  targets.value = targets.value.filter((one) => one.id !== id);
   try {
-    await api.deleteTarget(gone);
+    await api.deleteTarget(id);
   } catch {
     // Somebody searches for it already: then it is a target like any other.
     await readTargets();
   }
 }
 
-/** Stops what is on its way. */
+/** Stops what is on its way, if anything is. */
 export function stopSending() {
-  stopping?.abort();
+  const present = stopping;
   stopping = null;
   sending.value = null;
+  present?.abort();
 }
 
 /** Whatever was read before is not what is to be matched now. @param {Partial<Draft>} change */
@@ -69,8 +68,9 @@ function begin(change) {
   wrongView.value = null;
   isStale.value = false;
   aside.value = null;
-  void dropOwn();
-  fill({ ...change, target: null });
+  const { own } = draft.value;
+  fill({ ...change, target: null, own: null });
+  void drop(own);
 }
 
 /** @param {string} title @param {number} status @param {string} detail */
@@ -82,42 +82,40 @@ const refuse = (title, status, detail) => tell("target", { problem: { title, sta
  * @param {Record<string, File>} parts
  */
 async function send(spec, parts) {
-  stopSending();
   const whole = Object.values(parts).reduce((sum, part) => sum + part.size, 0);
   if (whole > FILE_BYTES) return refuse("Too large", 413, `${Math.ceil(whole / 2 ** 20)} MiB are to be sent; a target may have 64, with all its pictures.`);
-  const mine = new AbortController();
-  stopping = mine;
-  sending.value = { sent: 0, whole };
-  wrongView.value = null;
-  const progress = (/** @type {number} */ sent, /** @type {number} */ of) => {
-    if (stopping === mine) sending.value = { sent, whole: of };
-  };
-  try {
-    await guarded("target", async () => {
-      try {
-        const made = await api.createTarget(spec, parts, { progress, signal: mine.signal });
-        if (stopping !== mine) return void api.deleteTarget(made.id).catch(() => {});
-        await dropOwn();
-        targets.value = [made, ...targets.value];
-        isStale.value = false;
-        fill({ target: made, own: made.id });
-      } catch (error) {
-        if (wasStopped(error)) return;
-        if (stopping !== mine) return;
-        if (error instanceof ProblemError) wrongView.value = spec.kind === "image" ? pointedView(problemOf(error).pointer) : null;
-        throw error;
-      }
-    });
-  } finally {
-    if (stopping === mine) {
-      stopping = null;
-      sending.value = null;
+  // Whatever is tried again begins anew.
+  await guarded("target", async () => {
+    stopSending();
+    const mine = new AbortController();
+    const isMine = () => stopping === mine;
+    stopping = mine;
+    sending.value = { sent: 0, whole };
+    wrongView.value = null;
+    const progress = (/** @type {number} */ sent, /** @type {number} */ of) => {
+      if (isMine()) sending.value = { sent, whole: of };
+    };
+    try {
+      const made = await api.createTarget(spec, parts, { progress, signal: mine.signal });
+      // Stopped at the last moment: nobody wants it.
+      if (!isMine()) return void api.deleteTarget(made.id).catch(() => {});
+      const before = draft.value.own;
+      targets.value = [made, ...targets.value];
+      isStale.value = false;
+      fill({ target: made, own: made.id });
+      void drop(before);
+    } catch (error) {
+      if (wasStopped(error) || !isMine()) return;
+      if (spec.kind === "image") wrongView.value = pointedView(problemOf(error).pointer);
+      throw error;
+    } finally {
+      if (isMine()) stopSending();
     }
-  }
+  });
 }
 
 /** Sends a measured file at once: there is nothing to be said of it but its kind. */
-function readFile() {
+export function readFile() {
   const { file, kind } = draft.value;
   if (file && kind && kind !== "image") void send({ kind, name: stem(file.name) }, { file });
 }

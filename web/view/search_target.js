@@ -6,7 +6,7 @@
  */
 import { html } from "../html.js";
 import { draft } from "../search_draft.js";
-import { aside, chooseTarget, readAs, readTargets, removeTarget, sending, stopSending, takeTargets, takeUpAgain, targets } from "../search_target.js";
+import { aside, chooseTarget, readAs, readFile, readTargets, removeTarget, sending, stopSending, takeTargets, takeUpAgain, targets } from "../search_target.js";
 import { KINDS, counted, kindInWords, nameOfTarget, sizeInWords } from "../search_words.js";
 import { fileOver } from "../state.js";
 import { Understood } from "./search_understood.js";
@@ -69,13 +69,20 @@ function Sending() {
   `;
 }
 
+/** What it is and how much of it there is. @param {Target} of */
+function amountOf(of) {
+  const samples = counted(of.samples, "sample");
+  if (of.kind === "image") return `${counted(of.views?.length ?? 1, "picture")}, ${samples}`;
+  return of.kind === "samples" ? samples : `${kindInWords(of.kind)}, ${samples}`;
+}
+
 /** One that is here already. @param {Target} of */
 const Known = (of) => {
   const on = draft.value.target?.id === of.id;
   return html`
     <li key=${of.id}>
       <button type="button" class=${on ? "grow on" : "grow"} aria-pressed=${on} data-testid=${`target-${of.id}`} onClick=${() => chooseTarget(of)}>
-        <span class="cut">${nameOfTarget(of)}</span> <span class="small">${of.kind === "samples" ? "" : `${kindInWords(of.kind)}, `}${counted(of.samples, "sample")}</span>
+        <span class="cut">${nameOfTarget(of)}</span> <span class="small">${amountOf(of)}</span>
       </button>
       <button type="button" class="remove" aria-label=${`Remove ${nameOfTarget(of)}`} title="Remove" onClick=${() => removeTarget(of)}>×</button>
     </li>
@@ -99,6 +106,7 @@ export function What() {
       ${before && !file && html`<button type="button" class="start" data-testid="target-back" onClick=${takeUpAgain}>Back to ${before.views.length > 1 && before.kind === "image" ? `the ${before.views.length} pictures` : before.file?.name}</button>`}
       <${Kind} />
       ${file && kind === "image" && html`<${Pictures} />`}
+      ${file && kind !== "image" && kind !== "" && !target && !sending.value && html`<button type="button" class="start" data-testid="target-again" onClick=${readFile}>Read it</button>`}
       <${Sending} />
       ${!isPlaced() && html`<${Trouble} place="target" />`}
       <div class="unseen" role="status">${told()}</div>

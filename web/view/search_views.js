@@ -39,12 +39,12 @@ const described = (at, field) => (isWrong(at, field) ? `view-${at}-wrong` : unde
 function SceneField({ of, at }) {
   const open = lineage.value;
   const options = [
-    ...(open ? [{ value: "open", name: open.name, title: "The open lineage's object, camera and light" }] : []),
+    ...(open ? [{ value: "open", name: "the lineage's", title: `Object, camera and light of “${open.name}”, which is open` }] : []),
     { value: "default", name: "the default", title: "A sphere under one lamp, as the server has it" },
     { value: "given", name: "its own", title: "A scene as JSON" },
   ];
   return html`
-    <div class="entry" role="group" aria-label=${`Scene of picture ${at + 1}`}>
+    <div class="entry of-scene" role="group" aria-label=${`Scene of picture ${at + 1}`}>
       <span>scene</span>
       <${Choice} id=${`view-${at}-from`} name=${`Scene of picture ${at + 1}`} value=${of.from} options=${options} turns=${(/** @type {any} */ from) => changeView(of.key, { from })} />
       ${of.from === "given" && html`
