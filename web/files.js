@@ -4,6 +4,7 @@
  */
 import { takeMaterial } from "./presets.js";
 import { changeView, takeScene, takeTargets } from "./search_target.js";
+import { isScene } from "./search_views.js";
 import { kindOf } from "./search_words.js";
 import { NEW, looking, openSearches } from "./searches.js";
 import { uploadObj } from "./scene.js";
@@ -16,9 +17,11 @@ const carriesFile = (event) => event.dataTransfer?.types.includes("Files") ?? fa
 export async function takeFiles(files) {
   if (!files || files.length === 0) return;
   // While a search is asked for, whatever is dropped is meant as its target.
-  if (looking.value === NEW || [...files].every(({ name }) => kindOf(name))) {
+  const all = [...files];
+  const isTarget = all.some(({ name }) => kindOf(name)) && all.every(({ name }) => kindOf(name) || isScene(name));
+  if (looking.value === NEW || isTarget) {
     openSearches(NEW);
-    return takeTargets([...files]);
+    return takeTargets(all);
   }
   if (files.length > 1) {
     knobsOpen.value = true;

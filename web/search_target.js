@@ -11,7 +11,7 @@ import { problemOf } from "./api.js";
 import { guarded } from "./lineage.js";
 import * as api from "./search_api.js";
 import { draft, fill } from "./search_draft.js";
-import { MOST_PICTURES, isPicture, isScene, pictureOf, pointedView, stem, uploadOf } from "./search_views.js";
+import { MOST_PICTURES, isPicture, isScene, listed, pictureOf, pointedView, stem, uploadOf } from "./search_views.js";
 import { kindOf } from "./search_words.js";
 import { NEW, openSearches } from "./searches.js";
 import { forget, lineage, scene, tell } from "./state.js";
@@ -138,6 +138,10 @@ export async function takeTargets(files) {
     return refuse("One measurement at a time", 0, `${files.length} files were chosen; several are taken together only where they are pictures of one material.`);
   }
   const [file] = measured;
+  for (const one of files.filter(({ name }) => isScene(name))) {
+    const views = await listed(await one.text(), files);
+    if (views) return "wrong" in views ? refuse("The list does not fit", 0, views.wrong) : takeViews(views);
+  }
   if (file) return takeFile(file, kindOf(file.name));
   const pictures = files.filter(({ name }) => isPicture(name));
   // An EXR beside pictures is one; alone it may be a slice, which the person can say.
@@ -152,6 +156,12 @@ function takeFile(file, kind) {
   if (file.size > FILE_BYTES) return refuse("The file is too large", 413, `${file.name} has ${Math.ceil(file.size / 2 ** 20)} MiB; a target may have 64.`);
   begin({ file, kind });
   readFile();
+}
+
+/** Pictures with all that is said of them. @param {PictureDraft[]} views */
+function takeViews(views) {
+  if (views.length === 0 || views.length > MOST_PICTURES) return refuse("Too many pictures, or none", 0, `A target has 1 to ${MOST_PICTURES} pictures; these would be ${views.length}.`);
+  begin({ file: views[0].file, kind: "image", views });
 }
 
 /** @param {File[]} files */

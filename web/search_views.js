@@ -120,6 +120,40 @@ export function uploadOf(views, open) {
   return { spec: { kind: "image", name: stem(views[0].file.name), views: said }, parts };
 }
 
+/**
+ * Pictures as a list of the command line's names them, by the files that came with it.
+ * @param {string} text of the list
+ * @param {File[]} files
+ * @returns {Promise<PictureDraft[]|{wrong: string}|null>} null: it is no list
+ */
+export async function listed(text, files) {
+  /** @type {any} */
+  let list;
+  try {
+    list = JSON.parse(text);
+  } catch {
+    return null;
+  }
+  if (!Array.isArray(list?.views)) return null;
+  /** @type {PictureDraft[]} */
+  const views = [];
+  for (const of of list.views) {
+    const [picture, mask] = [named(files, of.picture), named(files, of.mask)];
+    if (!picture) return { wrong: `${of.picture} is in the list, and did not come with it.` };
+    if (of.mask && !mask) return { wrong: `${of.mask} is the mask of ${of.picture}, and did not come with it.` };
+    if (of.mesh) return { wrong: `${of.picture} shows the object ${of.mesh}: open that first, and name its id as the mesh of the scene.` };
+    const scene = typeof of.scene === "string" ? named(files, of.scene) : null;
+    if (typeof of.scene === "string" && !scene) return { wrong: `${of.scene} is the scene of ${of.picture}, and did not come with it.` };
+    const said = scene ? await scene.text() : JSON.stringify(of.scene ?? {}, null, 1);
+    const samples = String(of.samples ?? "1");
+    views.push({ ...pictureOf(picture, undefined, false), from: "given", text: said, mask, samples, gain: of.gain === true, held_out: of.held_out === true });
+  }
+  return views;
+}
+
+/** @param {File[]} files @param {string|undefined} path */
+const named = (files, path) => files.find(({ name }) => path !== undefined && name === path.split("/").at(-1)) ?? null;
+
 /** A file's name without what its kind is told by. @param {string} name */
 export const stem = (name) => name.replace(/\.[^.]*$/, "");
 

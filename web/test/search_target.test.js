@@ -123,6 +123,19 @@ test("a scene's file is for the pictures without one", async () => {
   assert.deepEqual(draft.value.views.map(({ text }) => text), ['{"mesh":"knob"}', "{}"]);
 });
 
+test("a list of the command line's brings its pictures with their scenes and masks", async () => {
+  const list = { views: [
+    { picture: "left.exr", scene: "left.json", mask: "m/mask.png", gain: true }, { picture: "right.png", scene: { mesh: "knob" }, samples: 16, held_out: true },
+  ] };
+  const json = file("list.json", JSON.stringify(list));
+  await takeTargets([json, file("left.exr"), file("mask.png"), file("right.png")]);
+  assert.match(trouble(), /left\.json is the scene of left\.exr/);
+  await takeTargets([json, file("left.exr"), file("mask.png"), file("right.png"), file("left.json", '{"mesh":"cube"}')]);
+  assert.deepEqual(draft.value.views.map((of) => [of.file.name, JSON.parse(of.text), of.mask?.name, of.samples, of.gain, of.held_out]), [
+    ["left.exr", { mesh: "cube" }, "mask.png", "1", true, false], ["right.png", { mesh: "knob" }, undefined, "16", false, true],
+  ]);
+});
+
 test("what cannot be taken together is refused with its reason, and nothing is sent", async () => {
   await takeTargets([file("a.csv"), file("b.csv")]);
   assert.match(trouble(), /2 files/);
