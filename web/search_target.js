@@ -9,6 +9,7 @@
 import { signal } from "./vendor/signals-core.js";
 import { problemOf } from "./api.js";
 import { guarded } from "./lineage.js";
+import { rest, understood } from "./pair.js";
 import * as api from "./search_api.js";
 import { draft, fill } from "./search_draft.js";
 import { MOST_PICTURES, isPicture, isScene, listed, pictureOf, pointedView, stem, uploadOf } from "./search_views.js";
@@ -73,8 +74,16 @@ function begin(change) {
   void drop(own);
 }
 
-/** @param {string} title @param {number} status @param {string} detail */
-const refuse = (title, status, detail) => tell("target", { problem: { title, status, detail } });
+/**
+ * @param {string} title
+ * @param {number} status
+ * @param {string} detail
+ * @param {{view: number|null, field: string}|null} [at] what it is about
+ */
+function refuse(title, status, detail, at = null) {
+  wrongView.value = at;
+  tell("target", { problem: { title, status, detail } });
+}
 
 /**
  * Sends parts to be read; nothing is searched yet.
@@ -102,6 +111,7 @@ async function send(spec, parts) {
       const before = draft.value.own;
       targets.value = [made, ...targets.value];
       isStale.value = false;
+      rest(understood);
       fill({ target: made, own: made.id });
       void drop(before);
     } catch (error) {
@@ -124,10 +134,7 @@ export function readFile() {
 export function readPictures() {
   forget("target");
   const asked = uploadOf(draft.value.views, lineage.value && scene.value && { id: lineage.value.scene, scene: scene.value });
-  if ("wrong" in asked) {
-    wrongView.value = { view: asked.view, field: asked.field };
-    return refuse("Not yet", 400, asked.wrong);
-  }
+  if ("wrong" in asked) return refuse("Not yet", 400, asked.wrong, { view: asked.view, field: asked.field });
   void send(asked.spec, asked.parts);
 }
 
@@ -223,6 +230,7 @@ export function chooseTarget(target) {
   isStale.value = false;
   const { file, kind, views } = draft.value;
   if (file) aside.value = { file, kind, views };
+  rest(understood);
   // What this form has made stays in the list: it was read well, and may be chosen again.
   fill({ file: null, kind: target.kind, views: [], target, own: null });
 }

@@ -70,21 +70,27 @@ export function takeItsScene() {
   if (wanted) void changeScene("sought", () => wanted);
 }
 
-/** Where the light is, where that is not where the scene has it. */
-const light_deg = () => (still.value && scene.value ? (scene.value.light_deg ?? 0) + still.value.degrees : null);
+/** While the light moves, pictures come one after the other. */
+const QUICK_PX = 256;
 
-/** The target as the centre would be drawn. @param {number} size */
-export function soughtUrl(size) {
-  const [of, within] = [sought.value, lineage.value];
-  if (!of || !within) return null;
-  return soughtView.value === null ? targetUrl(of.id, within.scene, size, light_deg()) : targetViewUrl(of.id, soughtView.value);
+/** The target as the centre is drawn; where it is looked at, the light is where it is now. @param {number} size */
+export function centreUrl(size) {
+  const at = targetSeen.value ? still.value : null;
+  return at ? targetPictureUrl(at.sharp ? size : Math.min(size, QUICK_PX), (scene.value?.light_deg ?? 0) + at.degrees) : targetPictureUrl(size, null);
 }
 
-/** An individual as it would be drawn beside the target. @param {string} id @param {number} size */
+/** The target under the scene's own light, or another. @param {number} size @param {number|null} light_deg */
+export function targetPictureUrl(size, light_deg) {
+  const [of, within] = [sought.value, lineage.value];
+  if (!of || !within) return null;
+  return soughtView.value === null ? targetUrl(of.id, within.scene, size, light_deg) : targetViewUrl(of.id, soughtView.value);
+}
+
+/** An individual as it is drawn beside that. @param {string} id @param {number} size */
 export function besideSoughtUrl(id, size) {
   const [of, within] = [sought.value, lineage.value];
   if (!of || !within) return null;
-  return soughtView.value === null ? besideTargetUrl(id, of.id, within.scene, size, light_deg()) : inViewUrl(id, of.id, soughtView.value);
+  return soughtView.value === null ? besideTargetUrl(id, of.id, within.scene, size, null) : inViewUrl(id, of.id, soughtView.value);
 }
 
 /** Reads what was searched for; what is gone since is left out. @param {string} id of the lineage */

@@ -163,7 +163,7 @@ export function JobView() {
       <div class="standing"><${Progress} of=${of} /><${Deeds} of=${of} /></div>
       <${Trouble} place="job" />
       <${Failed} of=${of} />
-      <div class=${isPaired.value ? "looked paired" : "looked"}>
+      <div class=${isPaired.value || (target.value?.views ?? []).length > 0 ? "looked paired" : "looked"}>
         <${FoundView} of=${of} waits=${waiting(of)} />
         <div class="charted">
           <div class="course"><${Course} lines=${lines.value} waits=${waiting(of)} /><${About} of=${of} /></div>

@@ -5,7 +5,7 @@ import { targetSeen } from "../compare.js";
 import { holdable } from "../flip_key.js";
 import { html } from "../html.js";
 import { pictureLoaded } from "../pictures.js";
-import { besideSoughtUrl, chosenSought, keyOfTarget, otherScene, sought, soughtHere, soughtUrl, soughtView, takeItsScene } from "../sought.js";
+import { besideSoughtUrl, centreUrl, chosenSought, keyOfTarget, otherScene, sought, soughtHere, soughtView, takeItsScene, targetPictureUrl } from "../sought.js";
 import { nameOfView } from "../search_views.js";
 import { nameOfTarget } from "../search_words.js";
 import { large, sceneBusy } from "../state.js";
@@ -15,7 +15,7 @@ const SIDE_PX = 256;
 
 /** The target in the centre, there before it is looked at. @param {{size: number}} props */
 export function InCentre({ size }) {
-  const url = soughtUrl(size);
+  const url = centreUrl(size);
   if (!url) return null;
   return html`
     <div class=${targetSeen.value ? "other" : "other unflipped"} data-testid="target-in-centre">
@@ -74,7 +74,7 @@ export function SoughtSection() {
       <p class="cut" title=${nameOfTarget(of)}>${nameOfTarget(of)}</p>
       <div class="sides" data-testid="sought-sides">
         <${Side} url=${besideSoughtUrl(centre.id, SIDE_PX)} alt="The centre, drawn as the target is" name="centre" seen=${!targetSeen.value} />
-        <${Side} url=${soughtUrl(SIDE_PX)} alt="The target" name="target" seen=${targetSeen.value} />
+        <${Side} url=${targetPictureUrl(SIDE_PX, null)} alt="The target" name="target" seen=${targetSeen.value} />
       </div>
       <${Which} />
       <div class="row">
