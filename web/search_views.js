@@ -23,13 +23,13 @@
 
 /** The server's limit. */
 export const MOST_PICTURES = 16;
-/** Rays a pixel, with what each is for. */
+/** Rays a pixel, with what makes such pictures. */
 export const SAMPLINGS = [
-  { value: "1", name: "1", words: "as a renderer without antialiasing makes them" },
+  { value: "adaptive", name: "adaptive", words: "more at edges: brood's own pictures" },
+  { value: "1", name: "1", words: "no antialiasing" },
   { value: "4", name: "4", words: "a little antialiased" },
   { value: "16", name: "16", words: "well antialiased" },
   { value: "64", name: "64", words: "photographs, and what other renderers make" },
-  { value: "adaptive", name: "adaptive", words: "as brood renders edges where they need it" },
 ];
 
 let made = 0;
@@ -43,7 +43,7 @@ let made = 0;
  */
 export function pictureOf(file, before, hasOpen) {
   made += 1;
-  const { from, text, light, samples, gain } = before ?? { from: hasOpen ? "open" : "default", text: "", light: "", samples: "1", gain: false };
+  const { from, text, light, samples, gain } = before ?? { from: hasOpen ? "open" : "default", text: "", light: "", samples: "adaptive", gain: false };
   return { key: made, file, mask: null, from: /** @type {SceneFrom} */ (from), text, light, samples, gain, held_out: false };
 }
 
@@ -145,7 +145,7 @@ export async function listed(text, files) {
     const scene = typeof of.scene === "string" ? named(files, of.scene) : null;
     if (typeof of.scene === "string" && !scene) return { wrong: `${of.scene} is the scene of ${of.picture}, and did not come with it.` };
     const said = scene ? await scene.text() : JSON.stringify(of.scene ?? {}, null, 1);
-    const samples = String(of.samples ?? "1");
+    const samples = String(of.samples ?? "adaptive");
     views.push({ ...pictureOf(picture, undefined, false), from: "given", text: said, mask, samples, gain: of.gain === true, held_out: of.held_out === true });
   }
   return views;
@@ -154,8 +154,11 @@ export async function listed(text, files) {
 /** @param {File[]} files @param {string|undefined} path */
 const named = (files, path) => files.find(({ name }) => path !== undefined && name === path.split("/").at(-1)) ?? null;
 
-/** A file's name without what its kind is told by. @param {string} name */
-export const stem = (name) => name.replace(/\.[^.]*$/, "");
+/** The longest name that the server takes. */
+const NAME_CHARS = 200;
+
+/** What a target is called after its file: without what its kind is told by. @param {string} name */
+export const stem = (name) => [...name.replace(/\.[^.]*$/, "").replace(/\p{Cc}/gu, " ")].slice(0, NAME_CHARS).join("");
 
 /** Fields that a picture has on the page. */
 const FIELDS = ["picture", "mask", "scene", "samples", "gain", "held_out"];

@@ -132,7 +132,7 @@ test("a list of the command line's brings its pictures with their scenes and mas
   assert.match(trouble(), /left\.json is the scene of left\.exr/);
   await takeTargets([json, file("left.exr"), file("mask.png"), file("right.png"), file("left.json", '{"mesh":"cube"}')]);
   assert.deepEqual(draft.value.views.map((of) => [of.file.name, JSON.parse(of.text), of.mask?.name, of.samples, of.gain, of.held_out]), [
-    ["left.exr", { mesh: "cube" }, "mask.png", "1", true, false], ["right.png", { mesh: "knob" }, undefined, "16", false, true],
+    ["left.exr", { mesh: "cube" }, "mask.png", "adaptive", true, false], ["right.png", { mesh: "knob" }, undefined, "16", false, true],
   ]);
 });
 

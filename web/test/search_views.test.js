@@ -1,7 +1,7 @@
 /** Pictures of known scenes: what is filled in becomes an upload, refusals find their field, pixels their legend. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { FATES, fatesOf, isPicture, nameOfView, pictureOf, pointedView, readScene, share, uploadOf } from "../search_views.js";
+import { FATES, fatesOf, isPicture, nameOfView, pictureOf, pointedView, readScene, share, stem, uploadOf } from "../search_views.js";
 
 /** @param {string} name */
 const file = (name) => /** @type {any} */ ({ name, size: 10 });
@@ -13,13 +13,13 @@ const asked = (views, open = OPEN) => /** @type {any} */ (uploadOf(views, open))
 
 test("one picture is of the open lineage's scene, and is sent with nothing that was not said", () => {
   const { spec, parts } = asked([picture({})]);
-  assert.deepEqual(spec, { kind: "image", name: "knob", views: [{ picture: "picture-0", scene: "s-1", samples: 1 }] });
+  assert.deepEqual(spec, { kind: "image", name: "knob", views: [{ picture: "picture-0", scene: "s-1", samples: "adaptive" }] });
   assert.deepEqual(Object.keys(parts), ["picture-0"]);
 });
 
 test("without a lineage it is of the server's scene, which is not named", () => {
   assert.equal(pictureOf(file("a.png"), undefined, false).from, "default");
-  assert.deepEqual(asked([picture({ from: "default" })], null).spec.views, [{ picture: "picture-0", samples: 1 }]);
+  assert.deepEqual(asked([picture({ from: "default" })], null).spec.views, [{ picture: "picture-0", samples: "adaptive" }]);
   assert.deepEqual(asked([picture({ from: "default", light: " 120° " })]).spec.views[0].scene, { light_deg: 120 });
 });
 
@@ -84,6 +84,7 @@ test("fates that occur are told with their colours, in one order", () => {
 
 test("pictures are known by their names and called by their numbers", () => {
   assert.deepEqual(["a.PNG", "b.exr", "c.hdr", "d.jpeg", "e.csv"].map(isPicture), [true, true, true, true, false]);
+  assert.deepEqual([stem("a.b.png"), stem("x"), stem(`${"ä".repeat(300)}.exr`).length], ["a.b", "x", 200]);
   assert.equal(nameOfView([{ held_out: false }], 0), "the picture");
   assert.equal(nameOfView([{ held_out: false }, { held_out: true }], 1), "picture 2, held out");
 });
