@@ -203,6 +203,13 @@ export function changeView(key, change) {
   changeViews(draft.value.views.map((one) => (one.key === key ? { ...one, ...change } : one)));
 }
 
+/** Another scene; one of its own begins as the open lineage's, to be changed. @param {PictureDraft} of @param {PictureDraft["from"]} from */
+export function chooseScene({ key, text }, from) {
+  const open = lineage.value && scene.value;
+  const { id: _, ...json } = open || {};
+  changeView(key, { from, ...(from === "given" && text.trim() === "" && open ? { text: JSON.stringify(json, null, 1) } : {}) });
+}
+
 /** @param {number} key */
 export function removeView(key) {
   wrongView.value = null;

@@ -7,7 +7,7 @@
 import { html } from "../html.js";
 import { draft } from "../search_draft.js";
 import { MOST_PICTURES, SAMPLINGS } from "../search_views.js";
-import { addPictures, changeView, isStale, readPictures, removeView, sending, takeScene, wrongView } from "../search_target.js";
+import { addPictures, changeView, chooseScene, isStale, readPictures, removeView, sending, takeScene, wrongView } from "../search_target.js";
 import { sizeInWords } from "../search_words.js";
 import { lineage } from "../state.js";
 import { Choice, Switch } from "./control.js";
@@ -46,7 +46,7 @@ function SceneField({ of, at }) {
   return html`
     <div class="entry of-scene" role="group" aria-label=${`Scene of picture ${at + 1}`}>
       <span>scene</span>
-      <${Choice} id=${`view-${at}-from`} name=${`Scene of picture ${at + 1}`} value=${of.from} options=${options} turns=${(/** @type {any} */ from) => changeView(of.key, { from })} />
+      <${Choice} id=${`view-${at}-from`} name=${`Scene of picture ${at + 1}`} value=${of.from} options=${options} turns=${(/** @type {any} */ from) => chooseScene(of, from)} />
       ${of.from === "given" && html`
         <div class="whole pasted" data-takes="scene" data-key=${of.key}>
           <textarea rows="4" spellcheck=${false} data-testid=${`view-${at}-scene`} aria-label=${`Scene of picture ${at + 1} as JSON`} placeholder=${'{"mesh": "sphere", "camera": {"orbit_deg": [30, 20]}, "lights": [{"kind": "point"}]}'}
