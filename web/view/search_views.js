@@ -13,6 +13,7 @@ import { lineage } from "../state.js";
 import { Choice, Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
 
+const EXAMPLE = '{"mesh": "sphere", "camera": {"orbit_deg": [30, 20]}, "lights": [{"kind": "point"}]}';
 export const PICTURES = ".png,.jpg,.jpeg,.hdr,.exr";
 
 /** @param {Event} event */
@@ -49,7 +50,7 @@ function SceneField({ of, at }) {
       <${Choice} id=${`view-${at}-from`} name=${`Scene of picture ${at + 1}`} value=${of.from} options=${options} turns=${(/** @type {any} */ from) => chooseScene(of, from)} />
       ${of.from === "given" && html`
         <div class="whole pasted" data-takes="scene" data-key=${of.key}>
-          <textarea rows="4" spellcheck=${false} data-testid=${`view-${at}-scene`} aria-label=${`Scene of picture ${at + 1} as JSON`} placeholder=${'{"mesh": "sphere", "camera": {"orbit_deg": [30, 20]}, "lights": [{"kind": "point"}]}'}
+          <textarea rows="4" spellcheck=${false} data-testid=${`view-${at}-scene`} aria-label=${`Scene of picture ${at + 1} as JSON`} placeholder=${EXAMPLE}
             value=${of.text} aria-invalid=${isWrong(at, "scene")} aria-describedby=${described(at, "scene")} onInput=${(/** @type {Event} */ event) => changeView(of.key, { text: typed(event) })}></textarea>
           <label class="button"><input type="file" accept=".json,application/json" data-testid=${`view-${at}-scene-file`} aria-label=${`File of the scene of picture ${at + 1}`}
             onChange=${(/** @type {Event} */ event) => chosenIn(event).forEach((file) => takeScene(file, of.key))} /><span>a file …</span></label>

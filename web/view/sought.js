@@ -29,8 +29,8 @@ export function InCentreFlip() {
   if (!sought.value) return null;
   const on = targetSeen.value;
   return html`
-    <button type="button" class=${on ? "aim on" : "aim"} data-testid="target-here" tabindex="-1" aria-pressed=${on} aria-label="Show the target in the place of the centre" title="The target in the place of the centre: tap to flip, hold to glance (T)"
-      ...${holdable(keyOfTarget)}></button>
+    <button type="button" class=${on ? "aim on" : "aim"} data-testid="target-here" tabindex="-1" aria-pressed=${on} aria-label="Show the target in the place of the centre"
+      title="The target in the place of the centre: tap to flip, hold to glance (T)" ...${holdable(keyOfTarget)}></button>
   `;
 }
 
@@ -56,7 +56,8 @@ function Which() {
       </select>
     `}
     ${views.length > 1 && html`
-      <select data-testid="target-view" aria-label="Picture of the target" value=${soughtView.value} onChange=${(/** @type {Event} */ event) => (chosenSought.value = { id: of?.id ?? null, view: Number(valueOf(event)) })}>
+      <select data-testid="target-view" aria-label="Picture of the target" value=${soughtView.value}
+        onChange=${(/** @type {Event} */ event) => (chosenSought.value = { id: of?.id ?? null, view: Number(valueOf(event)) })}>
         ${views.map((_, at) => html`<option key=${at} value=${at} selected=${at === soughtView.value}>${nameOfView(views, at)}</option>`)}
       </select>
     `}
