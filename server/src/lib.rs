@@ -1,7 +1,8 @@
 //! The service: routes, brood making, and the dispatch of pictures to workers.
 //!
 //! This crate owns HTTP: routes, status codes, access, limits, the event streams and the derived cache of pictures. It
-//! refuses to know SQL (that is `brood-storage`) and how pictures are made: it never renders, workers do.
+//! refuses to know SQL (that is `brood-storage`) and how pictures of broods are made: workers render them. Targets of searches are no programs;
+//! the few pictures that are wanted of them are drawn here.
 //!
 //! ```no_run
 //! # async fn example() -> Result<(), brood_server::ServerError> {
@@ -36,6 +37,7 @@ mod presenter;
 mod problem;
 mod route;
 mod server;
+mod shelf;
 mod stage;
 mod state;
 

@@ -10,7 +10,7 @@ use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
     decode,
 };
-use brood_scene::{LightAssets, Mesh, MeshRef, PixelArea, Sampling, Scene};
+use brood_scene::{Mesh, MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 
@@ -208,15 +208,11 @@ impl Library {
             return Ok(circle);
         }
         let known = self.scene(id).await?;
-        let data = match known.mesh {
-            MeshSource::Builtin => None,
-            MeshSource::Uploaded(hash) => Some(self.store.mesh_data(hash).await?),
-        };
+        let mesh = self.shown(&known).await?;
         let assets = lighting::load(&self.store, &known.scene).await?;
-        let traced =
-            tokio::task::spawn_blocking(move || circle(&known.scene, data.as_deref(), &assets));
-        let circle = traced.await.map_err(|error| ApiError::internal(error.to_string()))??;
-        let circle = Arc::new(circle);
+        let trace = move || LightCircle::trace(&mesh, &known.scene, &assets);
+        let traced = tokio::task::spawn_blocking(trace).await;
+        let circle = Arc::new(traced.map_err(|error| ApiError::internal(error.to_string()))?);
         self.circles.insert(id, circle.clone());
         Ok(circle)
     }
@@ -252,6 +248,28 @@ impl Library {
         }
     }
 
+    /// An uploaded mesh by its content.
+    pub async fn geometry(&self, hash: [u8; 32]) -> Result<Arc<Mesh>, ApiError> {
+        let data = self.store.mesh_data(hash).await?;
+        let read = tokio::task::spawn_blocking(move || decode::<Mesh>(&data)).await;
+        let read = read.map_err(|error| ApiError::internal(error.to_string()))?;
+        let mesh = read.map_err(|error| {
+            ApiError::internal(format!("a stored mesh cannot be read: {error}"))
+        })?;
+        Ok(Arc::new(mesh))
+    }
+
+    /// The mesh that a scene shows.
+    pub async fn shown(&self, known: &KnownScene) -> Result<Arc<Mesh>, ApiError> {
+        match (known.mesh, &known.scene.mesh) {
+            (MeshSource::Uploaded(hash), _) => self.geometry(hash).await,
+            (MeshSource::Builtin, MeshRef::Builtin(name)) => Ok(Arc::new(Mesh::builtin(*name))),
+            (MeshSource::Builtin, MeshRef::Uploaded(_)) => {
+                Err(ApiError::internal("a mesh has no data"))
+            }
+        }
+    }
+
     /// A frame.
     pub async fn frame(&self, view: View) -> Result<Arc<Framed>, ApiError> {
         let light = view.light_deg.map(f64::to_bits);
@@ -271,21 +289,6 @@ impl Library {
         self.frames.insert(key, framed.clone());
         Ok(framed)
     }
-}
-
-fn circle(
-    scene: &Scene,
-    mesh: Option<&[u8]>,
-    assets: &LightAssets,
-) -> Result<LightCircle, ApiError> {
-    let mesh = match (mesh, &scene.mesh) {
-        (Some(data), _) => decode::<Mesh>(data).map_err(|error| {
-            ApiError::internal(format!("a stored mesh cannot be read: {error}"))
-        })?,
-        (None, MeshRef::Builtin(name)) => Mesh::builtin(*name),
-        (None, MeshRef::Uploaded(_)) => return Err(ApiError::internal("a mesh has no data")),
-    };
-    Ok(LightCircle::trace(&mesh, scene, assets))
 }
 
 #[cfg(test)]

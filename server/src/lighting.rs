@@ -77,6 +77,12 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
     Ok(assets)
 }
 
+/// The file of that name, as it was uploaded.
+pub async fn file(store: &Store, name: &str) -> Result<Vec<u8>, ApiError> {
+    let hash = hash(name).ok_or_else(|| ApiError::internal("a light's file has no hash"))?;
+    Ok(store.light_asset(hash).await?.1)
+}
+
 /// The files of a scene's lights, each once, with the hash that names it.
 pub fn files(scene: &Scene) -> Vec<[u8; 32]> {
     let mut hashes: Vec<[u8; 32]> =

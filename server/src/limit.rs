@@ -17,6 +17,9 @@ pub const ENVIRONMENT_BYTES: usize = 64 << 20;
 pub const LIGHT_SAMPLES: u32 = 256;
 /// Most bytes of a target's file.
 pub const TARGET_BYTES: usize = 64 << 20;
+/// Most samples of a target's pictures, were they all covered and lit; each takes some two hundred bytes of whoever searches. Of far fewer
+/// a search looks at ten thousand pixels.
+pub const TARGET_RAYS: u64 = (PICTURE_PX as u64) * (PICTURE_PX as u64);
 /// Most searches that wait for a worker.
 pub const QUEUED_SEARCHES: u32 = 200;
 /// Most threads of a search.
@@ -110,6 +113,7 @@ pub fn report() -> BTreeMap<String, u64> {
         ("light_samples", u64::from(LIGHT_SAMPLES)),
         ("lineage_file_bytes", LINEAGE_FILE_BYTES as u64),
         ("target_bytes", TARGET_BYTES as u64),
+        ("target_rays", TARGET_RAYS),
         ("queued_searches", u64::from(QUEUED_SEARCHES)),
         ("search_threads", SEARCH_THREADS),
         ("search_seconds", SEARCH_SECONDS as u64),

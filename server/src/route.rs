@@ -12,7 +12,7 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
     lease, light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene,
-    search, search_lease, session, sheet, system, target, thumbnail,
+    search, search_lease, session, sheet, system, target, target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -92,6 +92,11 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(scene::get))
         .routes(routes!(target::create, target::list))
         .routes(routes!(target::get, target::delete))
+        .routes(routes!(target_picture::picture))
+        .routes(routes!(target_picture::scene))
+        .routes(routes!(target_picture::pixels))
+        .routes(routes!(target_picture::mask))
+        .routes(routes!(target_picture::render))
         .routes(routes!(search::create, search::list))
         .routes(routes!(job::get))
         .routes(routes!(search::pause))

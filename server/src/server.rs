@@ -25,6 +25,7 @@ use crate::layer::HostNames;
 use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, Disk, Gallery};
+use crate::shelf::Shelf;
 use crate::state::{App, AppState, now_ms};
 use crate::{limit, listen, route};
 
@@ -86,6 +87,7 @@ impl Server {
             library: Library::new(store.clone()),
             store,
             gallery,
+            shelf: Shelf::default(),
             wanted: Coalescer::new(),
             dispatch: Dispatch::new(),
             events: Events::new(),

@@ -19,6 +19,7 @@ use crate::layer::HostNames;
 use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, Gallery};
+use crate::shelf::Shelf;
 
 /// What all handlers share.
 pub type App = Arc<AppState>;
@@ -39,6 +40,8 @@ pub struct AppState {
     pub library: Library,
     /// Pictures.
     pub gallery: Gallery,
+    /// Targets at hand, and pictures of them.
+    pub shelf: Shelf,
     /// Pictures that are about to become jobs.
     pub wanted: Coalescer<FrameId, Arc<PictureRow>>,
     /// Leases and workers.

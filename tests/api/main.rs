@@ -34,3 +34,5 @@ mod preset;
 mod scene;
 mod search;
 mod target;
+mod target_picture;
+mod target_render;

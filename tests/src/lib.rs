@@ -15,4 +15,4 @@ pub use binary::{Finished, binary, brood, target_directory};
 pub use lineage::{TestLineage, hashes, ids, seed_of, text_of};
 pub use raw::raw_request;
 pub use server::{ServerOptions, TestServer};
-pub use target::{glossy_csv, upload};
+pub use target::{glossy_csv, upload, upload_parts};

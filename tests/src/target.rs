@@ -40,12 +40,21 @@ pub fn glossy_csv(rows: usize, seed: u64) -> String {
 /// The body of an upload, and its content type.
 #[must_use]
 pub fn upload(spec: &str, file: &[u8]) -> (String, Vec<u8>) {
-    let part = |name: &str| {
-        format!("--{BOUNDARY}\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n")
-    };
-    let mut body = format!("{}{spec}\r\n{}", part("spec"), part("file")).into_bytes();
-    body.extend(file);
-    body.extend(format!("\r\n--{BOUNDARY}--\r\n").bytes());
+    upload_parts(spec, &[("file", file)])
+}
+
+/// The same with other parts than one file.
+#[must_use]
+pub fn upload_parts(spec: &str, parts: &[(&str, &[u8])]) -> (String, Vec<u8>) {
+    let mut body = Vec::new();
+    for (name, bytes) in [("spec", spec.as_bytes())].iter().chain(parts) {
+        let head =
+            format!("--{BOUNDARY}\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n");
+        body.extend(head.bytes());
+        body.extend(*bytes);
+        body.extend(b"\r\n");
+    }
+    body.extend(format!("--{BOUNDARY}--\r\n").bytes());
     (format!("multipart/form-data; boundary={BOUNDARY}"), body)
 }
 
@@ -53,6 +62,12 @@ impl TestServer {
     /// Uploads a target.
     pub async fn post_target(&self, spec: &Value, file: impl AsRef<[u8]>) -> Answer {
         let (kind, body) = upload(&spec.to_string(), file.as_ref());
+        self.post_bytes("/v1/targets", &kind, body).await
+    }
+
+    /// Uploads a target of several parts.
+    pub async fn post_parts(&self, spec: &Value, parts: &[(&str, &[u8])]) -> Answer {
+        let (kind, body) = upload_parts(&spec.to_string(), parts);
         self.post_bytes("/v1/targets", &kind, body).await
     }
 

@@ -19,7 +19,7 @@ const PROGRAMS: u64 = 8192;
 /// A mesh and its content hash, computed once.
 #[derive(Debug)]
 pub struct LoadedMesh {
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     hash: [u8; 32],
 }
 
@@ -28,13 +28,19 @@ impl LoadedMesh {
     #[must_use]
     pub fn new(mesh: Mesh) -> Self {
         let hash = mesh.content_hash();
-        Self { mesh, hash }
+        Self { mesh: Arc::new(mesh), hash }
     }
 
     /// The mesh.
     #[must_use]
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// The mesh for those who keep it.
+    #[must_use]
+    pub fn shared(&self) -> Arc<Mesh> {
+        self.mesh.clone()
     }
 
     /// Its content hash.

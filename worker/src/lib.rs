@@ -22,6 +22,7 @@
 //! ```
 
 mod backoff;
+mod beside;
 mod cache;
 mod claim;
 mod comparison;
@@ -39,6 +40,7 @@ mod tally;
 #[cfg(test)]
 mod claim_tests;
 
+pub use beside::Beside;
 pub use cache::LoadedMesh;
 pub use claim::{WorkerConfig, WorkerError, run};
 pub use renderer::{RenderError, Renderer};

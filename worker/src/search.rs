@@ -12,7 +12,7 @@ use brood_protocol::{
     ClientError, Directive, SearchGrant, SearchNews, SearchReport, SearchRequest, SearchTicket,
     WorkerClient,
 };
-use brood_search::{MeasuredTarget, TargetFile, TargetKind};
+use brood_search::{TargetFile, TargetKind};
 use moka::sync::Cache;
 use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
@@ -25,8 +25,8 @@ use crate::search_run::{Leg, Run};
 
 /// So many searches share a worker; others wait for a turn.
 const AT_ONCE: usize = 4;
-/// Targets that stay at hand.
-const TARGETS: u64 = 8;
+/// Memory of the targets that stay at hand: pictures are kept with all that their cameras see.
+const TARGETS_KIB: u64 = 512 << 10;
 
 /// What a worker that searches needs to know.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ pub async fn run_searches(
     let stop = shutdown.child_token();
     let bench = Bench {
         client,
-        targets: Cache::new(TARGETS),
+        targets: Cache::builder().max_capacity(TARGETS_KIB).weigher(weigh).build(),
         threads: config.threads,
         shutdown: stop.clone(),
     };
@@ -114,7 +114,7 @@ async fn claim(
 #[derive(Clone)]
 struct Bench {
     client: WorkerClient,
-    targets: Cache<[u8; 32], Arc<MeasuredTarget>>,
+    targets: Cache<[u8; 32], Arc<TargetFile>>,
     threads: Option<NonZeroUsize>,
     shutdown: CancellationToken,
 }
@@ -217,7 +217,7 @@ impl Bench {
     }
 
     /// The target, read once.
-    async fn target(&self, grant: &SearchGrant) -> Result<Arc<MeasuredTarget>, Left> {
+    async fn target(&self, grant: &SearchGrant) -> Result<Arc<TargetFile>, Left> {
         let hash = grant.target_hash;
         if let Some(target) = self.targets.get(&hash) {
             return Ok(target);
@@ -228,7 +228,7 @@ impl Bench {
         let bytes = self.client.target(&hash).await?;
         let read = tokio::task::spawn_blocking(move || TargetFile::read(kind, &bytes)).await;
         let read = read.map_err(|_| Left::Failed("reading the target panicked".to_owned()))?;
-        let target = Arc::new(read.map_err(|error| Left::Failed(error.to_string()))?.target);
+        let target = Arc::new(read.map_err(|error| Left::Failed(error.to_string()))?);
         self.targets.insert(hash, target.clone());
         Ok(target)
     }
@@ -266,6 +266,10 @@ impl Bench {
             }
         }
     }
+}
+
+fn weigh(_: &[u8; 32], target: &Arc<TargetFile>) -> u32 {
+    u32::try_from(target.bytes() / 1024 + 1).unwrap_or(u32::MAX)
 }
 
 /// Runs on the threads of a search; a panic there ends the search alone.

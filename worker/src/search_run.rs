@@ -6,9 +6,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use brood_eval::express;
 use brood_genome::Genome;
-use brood_protocol::{Budget, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews};
-use brood_search::{Candidate, Found, MeasuredTarget, Options, Progress, Search, Strategy};
+use brood_inspect::Specimen;
+use brood_protocol::{
+    Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews,
+};
+use brood_search::{Candidate, Found, KnownView, Options, Progress, Search, Strategy, TargetFile};
+
+use crate::beside::Beside;
 
 /// Generations that take less are told together.
 const TELL: Duration = Duration::from_millis(250);
@@ -22,7 +28,7 @@ const FORGET: f64 = 0.7;
 /// A search at work.
 pub(crate) struct Run {
     search: Search,
-    target: Arc<MeasuredTarget>,
+    target: Arc<TargetFile>,
     budget: Budget,
     target_error: Option<f64>,
     /// Time searched, pauses and the server's time not counted.
@@ -45,7 +51,7 @@ pub(crate) struct Leg {
 
 impl Run {
     /// Begins, or goes on from the checkpoint.
-    pub(crate) fn new(grant: SearchGrant, target: Arc<MeasuredTarget>) -> Result<Self, String> {
+    pub(crate) fn new(grant: SearchGrant, target: Arc<TargetFile>) -> Result<Self, String> {
         let strategy: Strategy = grant
             .strategy
             .parse()
@@ -54,8 +60,8 @@ impl Run {
         let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
         let options = Options { strategy, seed: grant.seed, is_mirrored: grant.is_mirrored, start };
         let search = match &grant.checkpoint {
-            None => Search::new(&target.fitted, &options),
-            Some(state) => Search::resume(&target.fitted, &options, state)
+            None => Search::new(&target.target.fitted, &options),
+            Some(state) => Search::resume(&target.target.fitted, &options, state)
                 .map_err(|error| error.to_string())?,
         };
         Ok(Self {
@@ -145,7 +151,10 @@ impl Run {
     }
 
     fn measured(&self, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
-        let found = Found::of(candidate, &self.target).map_err(|error| error.to_string())?;
+        let target = &self.target.target;
+        let found = Found::of(candidate, target).map_err(|error| error.to_string())?;
+        let views = self.target.pictures.as_ref();
+        let views = views.map(|pictures| apart(&pictures.views, &found.genome));
         let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Ok(MeasuredMaterial {
             genome: found.genome.canonical_bytes(),
@@ -156,6 +165,19 @@ impl Run {
             e_cbrt: found.e_cbrt,
             relative_l2: found.relative_l2,
             divisor: found.divisor,
+            views,
         })
     }
+}
+
+/// How far a material is from each picture, as it is seen under the energy limit.
+fn apart(views: &[KnownView], genome: &Genome) -> Vec<FoundView> {
+    let program = express(genome);
+    let material = Specimen::Bred(genome, &program);
+    let one = |known: &KnownView| {
+        let Beside { error, flip, .. } = Beside::of(known, &material);
+        let held_out = known.setting.is_held_out;
+        FoundView { rmse: error.rmse, flip, gain: error.gain, held_out }
+    };
+    views.iter().map(one).collect()
 }

@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use brood_eval::{Developed, encode_png};
 use brood_inspect::{
-    COMPARED, CurvePoint, LightCircle, LinearImage, OTHER_LIGHT_DEG, Phenomena, curves,
+    COMPARED, CurvePoint, LightCircle, LinearImage, OTHER_LIGHT_DEG, Phenomena, Picture, Shot,
+    curves,
 };
 use brood_protocol::PictureFormat;
 use brood_scene::{Exposure, Scene};
@@ -20,7 +21,6 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::frame::FrameArgs;
-use crate::model_picture::{Picture, Shot};
 use crate::{logging, output};
 pub use subject::Subject;
 

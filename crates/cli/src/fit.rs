@@ -12,6 +12,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use brood_eval::encode_png;
 use brood_genome::{Genome, ModelKind};
+use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
 use brood_scene::Exposure;
 use brood_search::{Found, MeasuredTarget, Options, Outcome, Progress, Search, Strategy};
@@ -20,7 +21,6 @@ use clap::Args;
 
 use crate::compare::Subject;
 use crate::frame::FrameArgs;
-use crate::model_picture::Shot;
 use crate::{logging, material_file, output};
 use budget::{Budget, spend};
 use report::Report;
@@ -81,7 +81,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     // Before the search, so that what cannot be drawn is known at once.
     let images = image::read(args, &renderer)?;
     let (target, kind) = match &images {
-        Some(images) => (images.target()?, "picture"),
+        Some(images) => (images.target(), "picture"),
         None => {
             args.frame.load(&renderer, PictureFormat::Png)?;
             material_file::read_target(&args.target)?

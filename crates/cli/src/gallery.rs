@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use brood_eval::{CanonicalEvaluator, Developed, Evaluator, SheetCell, express, sheet};
+use brood_inspect::{Shade, Shot};
 use brood_program::Program;
 use brood_scene::{Mesh, MeshRef, SampleSet, Sampling};
 use clap::Args;
@@ -17,7 +18,6 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::json;
 
-use crate::model_picture::{Shade, Shot};
 use crate::{logging, output};
 use exhibit::Exhibit;
 

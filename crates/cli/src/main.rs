@@ -22,7 +22,6 @@ mod lock;
 mod logging;
 mod material_file;
 mod model;
-mod model_picture;
 mod output;
 mod pairs;
 mod place;

@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use brood_brdf::{Brdf, Merl, Rgl, Samples, Scattered, Slice};
+use brood_brdf::Brdf;
 use brood_genome::Genome;
-use brood_search::{MeasuredTarget, TargetFile, TargetKind};
+use brood_search::{MeasuredFile, MeasuredTarget, TargetFile, TargetKind};
 
-use crate::diff;
 use crate::genome_file;
 use crate::output::read_file;
 
@@ -30,24 +29,25 @@ pub enum Material {
 
 /// Reads the material that an argument names; `-` is stdin. What was measured is told by the ending of its name.
 pub fn read(path: &PathBuf) -> Result<Material> {
-    let (brdf, kind) = match extension(path).as_str() {
-        "binary" => (measured(path, MERL_BYTES, |bytes| Ok(Merl::read(bytes)?))?, "MERL table"),
-        "bsdf" => (measured(path, RGL_BYTES, |bytes| Ok(Rgl::read(bytes)?))?, "RGL material"),
-        "csv" => {
-            let read = |bytes: &[u8]| Ok(scattered(path, &Samples::from_csv(bytes)?));
-            (measured(path, SAMPLES_BYTES, read)?, "scattered samples")
-        }
-        "brdf" => {
-            let read = |bytes: &[u8]| Ok(scattered(path, &Samples::from_goniometer(bytes)?));
-            (measured(path, SAMPLES_BYTES, read)?, "goniometer measurements")
-        }
-        "exr" => {
-            let slice = read_slice(path).with_context(|| name(path))?;
-            (Box::new(slice) as Box<dyn Brdf>, "image slice")
-        }
-        _ => return Ok(Material::Bred(Box::new(genome_file::read(path)?))),
+    let Some(kind) = TargetKind::of_extension(&extension(path)) else {
+        return Ok(Material::Bred(Box::new(genome_file::read(path)?)));
     };
-    Ok(Material::Measured(brdf, kind))
+    let bytes = read_file(path, limit_bytes(kind))?;
+    let MeasuredFile { brdf, skipped, rows } =
+        MeasuredFile::read(kind, &bytes).with_context(|| name(path))?;
+    if skipped > 0 {
+        tell_skipped(path, skipped, rows);
+    }
+    Ok(Material::Measured(brdf, kind.words()))
+}
+
+fn limit_bytes(kind: TargetKind) -> u64 {
+    match kind {
+        TargetKind::Merl => MERL_BYTES,
+        TargetKind::Rgl => RGL_BYTES,
+        TargetKind::Samples | TargetKind::Cornell => SAMPLES_BYTES,
+        TargetKind::Slice | TargetKind::Image => TARGET_BYTES,
+    }
 }
 
 /// Reads what a search is to match, and says which kind of table it is.
@@ -60,7 +60,7 @@ pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
         );
     };
     let bytes = read_file(path, TARGET_BYTES)?;
-    let TargetFile { target, skipped, rows } =
+    let TargetFile { target, skipped, rows, .. } =
         TargetFile::read(kind, &bytes).with_context(|| name(path))?;
     if skipped > 0 {
         tell_skipped(path, skipped, rows);
@@ -73,35 +73,9 @@ fn extension(path: &Path) -> String {
     extension.to_ascii_lowercase()
 }
 
-fn measured<B: Brdf + 'static>(
-    path: &Path,
-    limit_bytes: u64,
-    read: impl Fn(&[u8]) -> Result<B>,
-) -> Result<Box<dyn Brdf>> {
-    let bytes = read_file(path, limit_bytes)?;
-    Ok(Box::new(read(&bytes).with_context(|| name(path))?))
-}
-
-/// Interpolates samples.
-fn scattered(path: &Path, samples: &Samples) -> Scattered {
-    let skipped = samples.skipped();
-    if skipped > 0 {
-        tell_skipped(path, skipped, samples.rows().len() + skipped);
-    }
-    Scattered::new(samples)
-}
-
 /// Says on stderr that some samples could not be used.
 fn tell_skipped(path: &Path, skipped: usize, all: usize) {
     eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
-}
-
-fn read_slice(path: &Path) -> Result<Slice> {
-    let picture = diff::read(path)?;
-    let ((width, height), pixels) = (picture.size(), picture.linear().to_vec());
-    #[expect(clippy::cast_possible_truncation, reason = "the file holds f32 or less")]
-    let values = pixels.into_iter().map(|rgb| rgb.map(|value| value as f32)).collect();
-    Ok(Slice::new(width as usize, height as usize, values)?)
 }
 
 fn name(path: &Path) -> String {

@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Swapped};
 use brood_eval::{encode_exr, encode_png, express};
+use brood_inspect::Shot;
 use brood_protocol::{Backend, PictureFormat};
 use brood_scene::PixelArea;
 use brood_worker::Renderer;
@@ -14,7 +15,6 @@ use serde_json::json;
 
 use crate::frame::FrameArgs;
 use crate::material_file::{self, Material};
-use crate::model_picture::Shot;
 use crate::{logging, output};
 
 /// Options of `brood render`.

@@ -38,7 +38,8 @@ pub use level::Level;
 pub use model::{model_error, model_reflectance};
 pub use picture::{
     EnvironmentFileError, LinearPicture, LinearPictureError, PictureError, SheetCell, centre_px,
-    decode_environment, decode_linear, decode_png, encode_apng, encode_exr, encode_png, sheet,
+    decode_environment, decode_linear, decode_png, encode_apng, encode_exr, encode_png,
+    picture_size, sheet,
 };
 pub use preview::{Look, Previewer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};

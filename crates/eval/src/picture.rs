@@ -8,5 +8,5 @@ pub use codec::{
     EnvironmentFileError, PictureError, decode_environment, decode_png, encode_apng, encode_exr,
     encode_png,
 };
-pub use linear::{LinearPicture, LinearPictureError, decode_linear};
+pub use linear::{LinearPicture, LinearPictureError, decode_linear, picture_size};
 pub use sheet::{SheetCell, centre_px, sheet};

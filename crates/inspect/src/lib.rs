@@ -2,7 +2,8 @@
 //! and its reflectance over a plane and over the half-angle square; and what several materials are beside each other.
 //!
 //! This crate owns the words and figures of an inspection and of a comparison, the same on the command line, over HTTP and on
-//! the page. It refuses to know where genomes are kept and who renders pictures. Figures are those of the canonical evaluator.
+//! the page, and pictures of what is no program. It refuses to know where genomes are kept and who renders the pictures of a brood.
+//! Figures are those of the canonical evaluator.
 
 mod compare;
 mod energy;
@@ -11,6 +12,7 @@ mod listing;
 mod physics;
 mod plane;
 mod report;
+mod shot;
 mod slice;
 
 pub use compare::{
@@ -22,4 +24,5 @@ pub use listing::{marked_source, scalar_code};
 pub use physics::Physics;
 pub use plane::{Curve, Plane, planes};
 pub use report::{Inspection, OperationCounts, inspect};
+pub use shot::{Picture, Shade, Shot};
 pub use slice::{Slice, image_slice};

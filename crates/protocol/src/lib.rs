@@ -42,8 +42,8 @@ pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
 pub use problem::Problem;
 pub use search::{
-    AnyJob, Budget, CreateSearch, FoundMaterial, Front, SearchAnswer, SearchLine, SearchOptions,
-    SearchState,
+    AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, SearchAnswer, SearchLine,
+    SearchOptions, SearchState,
 };
 pub use search_lease::{
     Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews, SearchReport,
@@ -51,5 +51,5 @@ pub use search_lease::{
 };
 pub use seed::Seed;
 pub use system::{BackendReport, SystemAnswer};
-pub use target::{Target, TargetSpec, TargetUpload};
+pub use target::{Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec};
 pub use work::Work;

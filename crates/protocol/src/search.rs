@@ -133,9 +133,25 @@ pub struct FoundMaterial {
     pub divisor: f64,
     /// The generation of the search in which it was found.
     pub generation: u32,
+    /// How far it is from each picture of the target, in their order; null where the target is no pictures.
+    #[serde(default)]
+    pub views: Option<Vec<FoundView>>,
     /// Where its picture is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thumbnail: Option<String>,
+}
+
+/// How far a material that was found is from a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct FoundView {
+    /// Root mean square difference of linear radiance, over all pixels that are neither masked nor clipped.
+    pub rmse: f64,
+    /// Mean FLIP error of both pictures at one exposure.
+    pub flip: f64,
+    /// What the material's picture was multiplied by: 1 unless brightness is not known.
+    pub gain: f64,
+    /// Whether nothing was fitted to the picture.
+    pub held_out: bool,
 }
 
 /// How a search goes about it, as it was asked for.

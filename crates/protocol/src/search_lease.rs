@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Budget, JobId};
+use crate::{Budget, FoundView, JobId};
 
 /// Asks for a search.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,6 +100,8 @@ pub struct MeasuredMaterial {
     pub relative_l2: f64,
     /// By what the energy limit divides.
     pub divisor: f64,
+    /// How far it is from each picture of the target; none where the target is no pictures.
+    pub views: Option<Vec<FoundView>>,
 }
 
 /// What a worker tells.

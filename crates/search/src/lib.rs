@@ -19,6 +19,8 @@ pub use found::Found;
 pub use method::{Candidate, Outcome, Progress};
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
-    ImageError, ImageTargetError, ImageView, MeasuredTarget, PixelCounts, Samples, TargetError,
-    TargetFile, TargetFileError, TargetKind, UnknownKind, View, draw_pairs, narrow_pairs, pooled,
+    BundleError, BundledView, ImageError, ImageTargetError, ImageView, KnownView, MeasuredFile,
+    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelFate, Samples,
+    Setting, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View, ViewError,
+    draw_pairs, narrow_pairs, pooled,
 };

@@ -1,14 +1,18 @@
 //! What a search is to match: pairs of directions and the reflectance wanted there.
 
+mod bundle;
 mod draw;
 mod file;
 mod image;
+mod known;
 mod measured;
 mod samples;
 
+pub use bundle::{BundleError, BundledView, PictureBundle};
 pub(crate) use draw::from_half;
 pub use draw::{draw_pairs, narrow_pairs};
-pub use file::{TargetFile, TargetFileError, TargetKind, UnknownKind};
-pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, View, pooled};
+pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
+pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelFate, View, pooled};
+pub use known::{KnownView, Pictures, PicturesError, Setting, ViewError};
 pub use measured::{MeasuredTarget, TargetError};
 pub use samples::Samples;

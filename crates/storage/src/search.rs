@@ -118,7 +118,10 @@ macro_rules! select {
 }
 
 const BY_ID: &str = select!("WHERE id = ?");
-const NEWEST: &str = select!("WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2");
+const NEWEST: &str = select!(
+    "WHERE (?1 IS NULL OR id < ?1) AND (?2 IS NULL OR lineage_id = ?2)
+     ORDER BY id DESC LIMIT ?3"
+);
 
 impl Store {
     /// Stores a search that waits for a worker, unless so many wait already: [`StorageError::QueueFull`]. A target or a
@@ -132,14 +135,16 @@ impl Store {
         fetch(&mut *self.reader().await?, id).await
     }
 
-    /// Searches, newest first, before one of them.
+    /// Searches, newest first, before one of them; only those of a lineage where one is named.
     pub async fn list_searches(
         &self,
         before: Option<JobId>,
+        lineage: Option<LineageId>,
         limit: u32,
     ) -> Result<Vec<StoredSearch>, StorageError> {
         let before = before.as_ref().map(|id| id.key().to_vec());
-        let query = sqlx::query(NEWEST).bind(before).bind(limit);
+        let lineage = lineage.as_ref().map(|id| id.key().to_vec());
+        let query = sqlx::query(NEWEST).bind(before).bind(lineage).bind(limit);
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(read).collect()
     }
 

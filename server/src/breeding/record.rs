@@ -100,7 +100,9 @@ impl AppState {
 /// The genome of a find as the lineage has it.
 fn read(found: &MeasuredMaterial, dialect: &Dialect) -> Result<Genome, String> {
     let errors = [found.e_log, found.e_log_fitted, found.e_cbrt, found.relative_l2, found.divisor];
-    if !errors.iter().all(|error| error.is_finite()) {
+    let views = found.views.iter().flatten();
+    let of_views = views.flat_map(|view| [view.rmse, view.flip, view.gain]);
+    if !errors.into_iter().chain(of_views).all(f64::is_finite) {
         return Err("it is off by more than a number can say".to_owned());
     }
     let genome = Genome::from_canonical_bytes(&found.genome).map_err(|error| error.to_string())?;
@@ -124,6 +126,7 @@ fn present(
         numbers: found.numbers,
         divisor: found.divisor,
         generation,
+        views: found.views.clone(),
         thumbnail: None,
     }
 }

@@ -26,6 +26,7 @@ pub mod session;
 pub mod sheet;
 pub mod system;
 pub mod target;
+pub mod target_picture;
 pub mod thumbnail;
 
 use axum::Json;

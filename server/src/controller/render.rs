@@ -1,12 +1,15 @@
 //! Pictures made to order: any size, scene, light and evaluator.
 
+mod beside;
+
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Backend, IndividualId, PictureFormat, SceneId};
+use brood_protocol::{Backend, IndividualId, PictureFormat, SceneId, TargetId};
 use brood_scene::{PixelArea, Sampling};
 use http::HeaderMap;
 use serde::Deserialize;
 
+use self::beside::Beside;
 use super::file;
 use crate::extract::{Path, Query};
 use crate::library::View;
@@ -36,6 +39,11 @@ pub struct RenderQuery {
     area: Option<String>,
     /// The evaluator; the server's unless asked otherwise.
     backend: Option<Backend>,
+    /// A target that the picture is to be held against. One of pictures: drawn in the scene of its `view`, at its size unless `size` is given,
+    /// as bright as that picture. A measured one: exposed as the target is under the same scene and light. Not with `area` or `backend`.
+    target: Option<TargetId>,
+    /// Which of the target's pictures, counted from 0; the first unless asked otherwise.
+    view: Option<u32>,
 }
 
 /// A developed picture.
@@ -71,24 +79,31 @@ async fn render(
     headers: &HeaderMap,
     format: PictureFormat,
 ) -> Result<Response, ApiError> {
-    let size_px = query.size.unwrap_or(SIZE);
-    let sides = limit::PICTURE_MIN_PX..=limit::PICTURE_PX;
-    if !sides.contains(&size_px) {
-        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
-        return Err(ApiError::bad_parameter("size", words));
-    }
+    let size_px = size(query.size)?;
     let sampling = sampling(query.samples.as_deref())?;
     let area = area(query.area.as_deref(), size_px)?;
-    let light = query.light_deg.filter(|light| !(light.is_finite() && light.abs() <= 1e6));
-    if light.is_some() {
-        return Err(ApiError::bad_parameter("light_deg", "a number of degrees up to a million"));
+    check_light(query.light_deg)?;
+    if let Some(target) = query.target {
+        if area.is_some() || query.backend.is_some() {
+            let words = "beside a target pictures are whole, and the server's evaluator draws them";
+            return Err(ApiError::bad_parameter("target", words));
+        }
+        let beside = Beside {
+            target,
+            view: query.view,
+            size_px: query.size,
+            scene: query.scene,
+            light_deg: query.light_deg,
+            sampling: query.samples.is_some().then_some(sampling),
+            format,
+        };
+        let individual = app.store.individual(id).await?;
+        return beside.answer(&app, &individual, headers).await;
     }
-    let pixels = area.unwrap_or(PixelArea::whole(size_px)).pixels();
-    let rays = pixels * u64::from(sampling.least());
-    if rays > limit::RAYS {
-        let words = format!("size and samples make {rays} rays; {} is the most", limit::RAYS);
-        return Err(ApiError::refused(words));
+    if query.view.is_some() {
+        return Err(ApiError::bad_parameter("view", "which target's?"));
     }
+    check_rays(area.unwrap_or(PixelArea::whole(size_px)).pixels(), sampling)?;
     let individual = app.store.individual(id).await?;
     let scene = match query.scene {
         Some(scene) => scene,
@@ -107,10 +122,7 @@ async fn render(
     let material = app.library.material(individual.hash).await?;
     let key = framed.key(material.program.hash());
     let etag = format!("\"{key}\"");
-    let content_type = match format {
-        PictureFormat::Png => "image/png",
-        PictureFormat::Exr => "image/x-exr",
-    };
+    let content_type = content_type(format);
     if super::has_already(headers, &etag) {
         return Ok(file(headers, &etag, content_type, CACHE, ""));
     }
@@ -119,7 +131,44 @@ async fn render(
     Ok(file(headers, &etag, content_type, CACHE, bytes))
 }
 
-fn sampling(text: Option<&str>) -> Result<Sampling, ApiError> {
+/// The side of a picture, within what one may have.
+pub(super) fn size(asked: Option<u32>) -> Result<u32, ApiError> {
+    let size_px = asked.unwrap_or(SIZE);
+    let sides = limit::PICTURE_MIN_PX..=limit::PICTURE_PX;
+    if !sides.contains(&size_px) {
+        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
+        return Err(ApiError::bad_parameter("size", words));
+    }
+    Ok(size_px)
+}
+
+/// Refuses what is no place on the light circle.
+pub(super) fn check_light(light_deg: Option<f64>) -> Result<(), ApiError> {
+    match light_deg.filter(|light| !(light.is_finite() && light.abs() <= 1e6)) {
+        Some(_) => Err(ApiError::bad_parameter("light_deg", "a number of degrees up to a million")),
+        None => Ok(()),
+    }
+}
+
+/// Refuses pictures that take too long.
+pub(super) fn check_rays(pixels: u64, sampling: Sampling) -> Result<(), ApiError> {
+    let rays = pixels * u64::from(sampling.least());
+    if rays > limit::RAYS {
+        let words = format!("size and samples make {rays} rays; {} is the most", limit::RAYS);
+        return Err(ApiError::refused(words));
+    }
+    Ok(())
+}
+
+fn content_type(format: PictureFormat) -> &'static str {
+    match format {
+        PictureFormat::Png => "image/png",
+        PictureFormat::Exr => "image/x-exr",
+    }
+}
+
+/// How a picture is sampled; adaptively unless asked otherwise.
+pub(super) fn sampling(text: Option<&str>) -> Result<Sampling, ApiError> {
     let Some(text) = text else { return Ok(Sampling::default()) };
     let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= limit::SAMPLES);
     known.ok_or_else(|| {

@@ -9,7 +9,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{
-    CreateSearch, FoundMaterial, Front, JobId, Page, SearchAnswer, SearchLine, SearchState,
+    CreateSearch, FoundMaterial, Front, JobId, LineageId, Page, SearchAnswer, SearchLine,
+    SearchState,
 };
 use brood_storage::{SearchChange, StorageError, StoredSearch};
 use http::{HeaderName, StatusCode, header};
@@ -56,15 +57,29 @@ pub async fn create(
     Ok(accepted(&answer))
 }
 
+/// Which searches.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct ListQuery {
+    /// Only those whose finds are born in this lineage.
+    lineage: Option<LineageId>,
+    /// `next` of the page before.
+    cursor: Option<String>,
+    /// Items of a page, 1 to 200; 50 unless asked otherwise.
+    limit: Option<u32>,
+}
+
 /// The searches, newest first.
-#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(PageQuery),
+#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(ListQuery),
     responses((status = 200, body = Page<SearchAnswer>)))]
 pub async fn list(
     State(app): State<App>,
-    Query(query): Query<PageQuery>,
+    Query(query): Query<ListQuery>,
 ) -> Result<Json<Page<SearchAnswer>>, ApiError> {
-    let limit = query.limit()?;
-    let stored = app.store.list_searches(query.cursor::<JobId>()?, limit + 1).await?;
+    let paging = PageQuery { cursor: query.cursor, limit: query.limit };
+    let (limit, before) = (paging.limit()?, paging.cursor::<JobId>()?);
+    let stored = app.store.list_searches(before, query.lineage, limit + 1).await?;
     let Page { items, next } = page(stored, limit, |last| last.id.to_string(), |one| one);
     let mut answers = Vec::with_capacity(items.len());
     for search in items {

@@ -1,5 +1,7 @@
 //! Targets of searches: uploaded, listed, read, deleted. Nothing is kept that a search could not begin with.
 
+mod picture;
+
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
@@ -7,26 +9,28 @@ use axum::response::{IntoResponse, Response};
 use brood_protocol::{Page, Target, TargetId, TargetSpec, TargetUpload};
 use brood_search::{TargetFile, TargetFileError, TargetKind};
 use brood_storage::NewTarget;
+use bytes::Bytes;
 use http::{Request, StatusCode};
-use tokio::sync::Semaphore;
 
 use super::{check_length, created};
 use crate::extract::{
-    NoQuery, PageQuery, Path, Query, multipart_boundary, multipart_parts, page, parse_json,
-    read_body,
+    NoQuery, PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
 };
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
+use crate::shelf::at_desk;
 use crate::state::{App, now_ms};
 
 const COLLECTION: &str = "/v1/targets";
-/// Files that are read at once: reading takes several times a file's memory.
-static READERS: Semaphore = Semaphore::const_new(2);
 /// Longest reason that an unreadable file is refused with: names of its fields may stand in it.
 const REASON_CHARS: usize = 160;
 
-/// Takes a target in: `multipart/form-data` with the parts `spec` (JSON) and `file`.
+/// Takes a target in: `multipart/form-data` with the part `spec` (JSON) and the part `file`; of pictures also `mask`, or the parts that the
+/// views of the spec name.
+///
+/// What is measured at directions: CSV, EXR slices, MERL, RGL, Cornell. What is a picture of a known scene: `{"kind": "image"}` with the
+/// scene; the scene may name meshes and profiles of this server, which are kept with the target.
 #[utoipa::path(post, path = "/v1/targets", tag = "jobs",
     request_body(content = TargetUpload, content_type = "multipart/form-data"),
     responses((status = 201, body = Target)))]
@@ -39,33 +43,66 @@ pub async fn create(
     let (head, body) = request.into_parts();
     let boundary = multipart_boundary(&head.headers)?;
     let body = read_body(&head.headers, body, limit::TARGET_BYTES + limit::JSON_BYTES).await?;
-    let [spec, file] = multipart_parts(&boundary, &body, ["spec", "file"])?;
-    if file.len() > limit::TARGET_BYTES {
-        let words = format!("a target's file has at most {} bytes", limit::TARGET_BYTES);
+    let parts = Parts::of(&boundary, &body)?;
+    let spec = parts.need("spec")?.clone();
+    if spec.len() > limit::JSON_BYTES {
+        let words = format!("the part spec has at most {} bytes", limit::JSON_BYTES);
         return Err(ApiError::too_large(words));
     }
-    let hash = *blake3::hash(&file).as_bytes();
-    // Boundaries are drawn anew by each client: what counts is what stands between them.
-    let same = [*blake3::hash(&spec).as_bytes(), hash].concat();
-    let attempt = match app.ledger.begin(&app.store, key, &same).await? {
+    let rest = parts.iter().filter(|(name, _)| *name != "spec");
+    if rest.map(|(_, bytes)| bytes.len()).sum::<usize>() > limit::TARGET_BYTES {
+        let words = format!("a target's files have at most {} bytes", limit::TARGET_BYTES);
+        return Err(ApiError::too_large(words));
+    }
+    let attempt = match app.ledger.begin(&app.store, key, &same(&parts)).await? {
         Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
         Begun::Fresh(attempt) => attempt,
     };
     let spec: TargetSpec = parse_json(&spec)?;
     let kind = check(&spec)?;
-    let reader = READERS.acquire().await.map_err(|error| ApiError::internal(error.to_string()))?;
-    let bytes = file.clone();
-    let read = tokio::task::spawn_blocking(move || {
-        let read = TargetFile::read(kind, &bytes);
-        drop(reader);
-        read
-    });
-    let read = read.await.map_err(|error| ApiError::internal(error.to_string()))?;
-    let target = describe(&spec, &read.map_err(refusal)?, hash, file.len());
+    let taken = match kind {
+        TargetKind::Image => picture::read(&app, &spec, &parts).await?,
+        _ => {
+            parts.only(&["spec", "file"])?;
+            measured(kind, parts.need("file")?.clone()).await?
+        }
+    };
+    let target = describe(&spec, &taken);
     let idempotency = attempt.record(StatusCode::CREATED, &target);
-    let new = NewTarget { target: target.clone(), hash, bytes: file.to_vec(), idempotency };
+    let Taken { hash, bytes, .. } = taken;
+    let new = NewTarget { target: target.clone(), hash: *hash.as_bytes(), bytes, idempotency };
     app.store.create_target(new).await?;
     Ok(created(COLLECTION, &target))
+}
+
+/// Boundaries are drawn anew by each client: what counts is what stands between them.
+fn same(parts: &Parts) -> Vec<u8> {
+    let mut all = Vec::new();
+    for (name, bytes) in parts.iter() {
+        all.extend(blake3::hash(name.as_bytes()).as_bytes());
+        all.extend(blake3::hash(bytes).as_bytes());
+    }
+    all
+}
+
+/// A target that can be searched for, and what is stored of it.
+struct Taken {
+    read: TargetFile,
+    bytes: Vec<u8>,
+    hash: blake3::Hash,
+}
+
+impl Taken {
+    fn read(kind: TargetKind, bytes: Vec<u8>) -> Result<Self, TargetFileError> {
+        let read = TargetFile::read(kind, &bytes)?;
+        let hash = blake3::hash(&bytes);
+        Ok(Self { read, bytes, hash })
+    }
+}
+
+/// Reads what was measured at directions.
+async fn measured(kind: TargetKind, file: Bytes) -> Result<Taken, ApiError> {
+    at_desk(1, move || Taken::read(kind, file.to_vec())).await?.map_err(refusal)
 }
 
 /// The targets, newest first.
@@ -111,23 +148,40 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
     if spec.name.chars().any(char::is_control) {
         return Err(ApiError::refused("a name has no control characters").at("/name"));
     }
-    if spec.scene.is_some() {
-        let words = "only a picture shows a scene; what was measured at directions has none";
-        return Err(ApiError::refused(words).at("/scene"));
+    let (words, said) = match (kind, &spec.views) {
+        (TargetKind::Image, None) => return Ok(kind),
+        (TargetKind::Image, Some(_)) => ("each of several pictures says that for itself", false),
+        _ => {
+            let words = "only a picture shows a scene; what was measured at directions has none";
+            (words, spec.views.is_some())
+        }
+    };
+    let fields = [
+        (spec.scene.is_some(), "/scene"),
+        (spec.samples.is_some(), "/samples"),
+        (spec.gain.is_some(), "/gain"),
+        (said, "/views"),
+    ];
+    match fields.into_iter().find(|(is_there, _)| *is_there) {
+        Some((_, pointer)) => Err(ApiError::refused(words).at(pointer)),
+        None => Ok(kind),
     }
-    Ok(kind)
 }
 
 fn refusal(error: TargetFileError) -> ApiError {
-    let reason = error.to_string();
     let may_quote = matches!(error, TargetFileError::Rgl(_) | TargetFileError::Picture(_));
-    let clean = reason.chars().map(|c| if c.is_control() { ' ' } else { c });
-    ApiError::refused(clean.take(if may_quote { REASON_CHARS } else { 500 }).collect::<String>())
+    ApiError::refused(clean(&error.to_string(), if may_quote { REASON_CHARS } else { 500 }))
 }
 
-fn describe(spec: &TargetSpec, read: &TargetFile, hash: [u8; 32], bytes: usize) -> Target {
-    let TargetFile { target, skipped, .. } = read;
+fn clean(reason: &str, most_chars: usize) -> String {
+    let clean = reason.chars().map(|c| if c.is_control() { ' ' } else { c });
+    clean.take(most_chars).collect()
+}
+
+fn describe(spec: &TargetSpec, taken: &Taken) -> Target {
+    let TargetFile { target, skipped, pictures, .. } = &taken.read;
     let (fitted, held) = (target.fitted.len() as u64, target.held.len() as u64);
+    let views = pictures.as_ref().map_or(&[][..], |pictures| &pictures.views);
     Target {
         id: TargetId::fresh(),
         kind: spec.kind.clone(),
@@ -138,8 +192,9 @@ fn describe(spec: &TargetSpec, read: &TargetFile, hash: [u8; 32], bytes: usize) 
         skipped_samples: *skipped as u64,
         largest_f: target.fitted.largest(),
         reciprocal_floor: target.floor,
-        hash: blake3::Hash::from_bytes(hash).to_hex().to_string(),
-        bytes: bytes as u64,
+        hash: taken.hash.to_hex().to_string(),
+        bytes: taken.bytes.len() as u64,
         created_ms: now_ms(),
+        views: views.iter().map(picture::describe).collect(),
     }
 }

@@ -42,17 +42,27 @@ pub fn parse_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ApiError> {
         return Err(ApiError::bad_json("the body is a JSON object").at(""));
     }
     let mut deserializer = serde_json::Deserializer::from_slice(bytes);
-    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        let mut pointer: String = error.path().iter().map(step).collect();
-        let message = error.inner().to_string();
-        if let Some(name) = unknown_field(&message) {
-            let name = format!("/{}", pointer_step(name));
-            if !pointer.ends_with(&name) {
-                pointer.push_str(&name);
-            }
+    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| pointed(&error))
+}
+
+/// Reads a part of a JSON body into a type, which has to be an object there; pointers count from it.
+pub fn parse_value<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, ApiError> {
+    if !value.is_object() {
+        return Err(ApiError::bad_json("this is a JSON object").at(""));
+    }
+    serde_path_to_error::deserialize(value).map_err(|error| pointed(&error))
+}
+
+fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
+    let mut pointer: String = error.path().iter().map(step).collect();
+    let message = error.inner().to_string();
+    if let Some(name) = unknown_field(&message) {
+        let name = format!("/{}", pointer_step(name));
+        if !pointer.ends_with(&name) {
+            pointer.push_str(&name);
         }
-        syntax_error(error.inner()).at(pointer)
-    })
+    }
+    syntax_error(error.inner()).at(pointer)
 }
 
 /// What serde says about JSON, with line and column as fields.
@@ -101,6 +111,16 @@ mod tests {
         assert_eq!(pointer(r#"{"curation": "best"}"#), "/curation");
         assert_eq!(pointer(r#"{"count": 1, "count": 1}"#), "/count");
         assert_eq!(pointer("[]"), "");
+    }
+
+    #[test]
+    fn parse_of_a_part_points_from_there() {
+        let part = |text: &str| parse_value::<Breed>(&serde_json::from_str(text).unwrap());
+        assert_eq!(part(r#"{"count": 3}"#).unwrap().count, 3);
+        let refused = |text: &str| part(text).unwrap_err().problem().pointer.clone().unwrap();
+        assert_eq!(refused(r#"{"parents": ["x"]}"#), "/parents/0");
+        assert_eq!(refused(r#"{"colour": 1}"#), "/colour");
+        assert_eq!(refused("[]"), "");
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod strict;
 
 pub use body::{ContentType, read_body, read_message};
 pub use if_match::{IfMatch, etag};
-pub use json::{Json, parse_json};
-pub use multipart::{boundary as multipart_boundary, parts as multipart_parts};
+pub use json::{Json, parse_json, parse_value};
+pub use multipart::{Parts, boundary as multipart_boundary};
 pub use path::Path;
 pub use query::{NoQuery, PageQuery, Query, page};

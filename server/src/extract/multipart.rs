@@ -7,8 +7,8 @@ use memchr::memmem;
 use super::ContentType;
 use crate::problem::{ApiError, quote};
 
-/// More than any form has here; a bound for what a bad body can ask for.
-const MOST_PARTS: usize = 8;
+/// As many as any form has here, a target of sixteen pictures with their masks; a bound for what a bad body can ask for.
+const MOST_PARTS: usize = 33;
 /// Longest head of a part.
 const HEAD_BYTES: usize = 4096;
 /// Longest boundary that the format allows.
@@ -29,27 +29,54 @@ pub fn boundary(headers: &HeaderMap) -> Result<String, ApiError> {
         .ok_or_else(|| ApiError::bad_request("the content type has no boundary"))
 }
 
-/// The parts of a body that have these names, each of which must be there once, and no other.
-pub fn parts<const N: usize>(
-    boundary: &str,
-    body: &Bytes,
-    names: [&str; N],
-) -> Result<[Bytes; N], ApiError> {
-    let mut found: [Option<Bytes>; N] = [const { None }; N];
-    for (name, bytes) in split(boundary, body)? {
-        let Some(place) = names.iter().position(|known| *known == name) else {
-            let words =
-                format!("there is a part {}; there may be {}", quote(&name), names.join(", "));
-            return Err(ApiError::bad_request(words));
-        };
-        if found[place].replace(bytes).is_some() {
-            return Err(ApiError::bad_request(format!("the part {} is there twice", names[place])));
+/// The parts of a body by their names, each of which is there once.
+#[derive(Debug)]
+pub struct Parts {
+    parts: Vec<(String, Bytes)>,
+}
+
+impl Parts {
+    /// Takes a body apart.
+    pub fn of(boundary: &str, body: &Bytes) -> Result<Self, ApiError> {
+        let mut parts: Vec<(String, Bytes)> = Vec::new();
+        for (name, bytes) in split(boundary, body)? {
+            if parts.iter().any(|(known, _)| *known == name) {
+                let words = format!("the part {} is there twice", quote(&name));
+                return Err(ApiError::bad_request(words));
+            }
+            parts.push((name, bytes));
+        }
+        Ok(Self { parts })
+    }
+
+    /// The part of that name.
+    pub fn get(&self, name: &str) -> Option<&Bytes> {
+        self.parts.iter().find(|(known, _)| known == name).map(|(_, bytes)| bytes)
+    }
+
+    /// The part of that name, which has to be there.
+    pub fn need(&self, name: &str) -> Result<&Bytes, ApiError> {
+        let missing = || ApiError::bad_request(format!("there is no part {}", quote(name)));
+        self.get(name).ok_or_else(missing)
+    }
+
+    /// Refuses parts of any other names.
+    pub fn only(&self, names: &[&str]) -> Result<(), ApiError> {
+        match self.parts.iter().find(|(name, _)| !names.contains(&name.as_str())) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let known: Vec<String> = names.iter().map(|name| quote(name)).collect();
+                let (name, known) = (quote(name), known.join(", "));
+                let words = format!("there is a part {name}; there may be {known}");
+                Err(ApiError::bad_request(words))
+            }
         }
     }
-    if let Some(missing) = found.iter().position(Option::is_none) {
-        return Err(ApiError::bad_request(format!("there is no part {}", names[missing])));
+
+    /// All of them, in the order in which they came.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Bytes)> {
+        self.parts.iter().map(|(name, bytes)| (name.as_str(), bytes))
     }
-    Ok(found.map(Option::unwrap_or_default))
 }
 
 fn split(boundary: &str, body: &Bytes) -> Result<Vec<(String, Bytes)>, ApiError> {
@@ -111,22 +138,28 @@ mod tests {
     #[test]
     fn parts_are_told_by_name_and_kept_as_they_are() {
         let body = Bytes::from(FORM.replace('\n', "\r\n").replace("--bogus", "-- b"));
-        let [file, spec] = parts("b", &body, ["file", "spec"]).unwrap();
+        let parts = Parts::of("b", &body).unwrap();
+        let (file, spec) = (parts.need("file").unwrap(), parts.need("spec").unwrap());
         assert_eq!((&file[..], &spec[..]), (&b"1\r\n-- b\r\n2"[..], &b"{}"[..]));
+        let names: Vec<&str> = parts.iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["spec", "file"]);
     }
 
     #[test]
     fn body_is_refused_when_it_is_broken_or_has_other_parts() {
         let whole = body(&FORM.replace("--bogus", "x"));
-        assert!(parts("b", &whole, ["file", "spec"]).is_ok());
+        let parts = Parts::of("b", &whole).unwrap();
+        assert!(parts.only(&["file", "spec"]).is_ok());
+        assert!(parts.only(&["file"]).is_err() && parts.need("more").is_err());
         for end in [0, 3, 40, 80, whole.len() - 5] {
-            assert!(parts("b", &whole.slice(..end), ["file", "spec"]).is_err(), "{end}");
+            assert!(Parts::of("b", &whole.slice(..end)).is_err(), "{end}");
         }
-        assert!(parts("c", &whole, ["file", "spec"]).is_err());
-        assert!(parts("b", &whole, ["file"]).is_err());
-        assert!(parts("b", &whole, ["file", "spec", "more"]).is_err());
+        assert!(Parts::of("c", &whole).is_err());
         let twice = body(&FORM.replace("--bogus", "x").replace("name=\"spec\"", "name=\"file\""));
-        assert!(parts("b", &twice, ["file", "spec"]).is_err());
+        assert!(Parts::of("b", &twice).is_err());
+        let many = "--b\nContent-Disposition: form-data; name=\"NAME\"\n\n1\n";
+        let many = (0..=MOST_PARTS).map(|k| many.replace("NAME", &k.to_string()));
+        assert!(Parts::of("b", &body(&(many.collect::<String>() + "--b--\n"))).is_err());
     }
 
     #[test]

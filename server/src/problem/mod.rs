@@ -140,6 +140,16 @@ impl ApiError {
         self
     }
 
+    /// The same of a part of a larger JSON body. What is named there and does not exist makes the body one that cannot be had: the
+    /// address is right.
+    pub fn inside(self, prefix: &str) -> Self {
+        let problem = &self.answer.problem;
+        let pointer = format!("{prefix}{}", problem.pointer.as_deref().unwrap_or_default());
+        let is_missing = problem.status == StatusCode::NOT_FOUND.as_u16();
+        let own = if is_missing { Self::refused(problem.detail.clone()) } else { self };
+        own.at(pointer)
+    }
+
     /// Says where in the text body.
     pub fn at_line(mut self, line: u32, column: Option<u32>) -> Self {
         self.answer.problem.line = Some(line);
@@ -227,6 +237,17 @@ mod tests {
             assert!(quote(&input).ends_with('…'));
         }
         assert_eq!(quote("a\nb"), "a b");
+    }
+
+    #[test]
+    fn error_inside_a_body_points_from_its_root_and_is_no_missing_address() {
+        let inside = |error: ApiError| {
+            let error = error.inside("/views/1/scene");
+            (error.status(), error.problem().pointer.clone().unwrap())
+        };
+        let mesh = ApiError::not_found("there is no mesh").at("/mesh");
+        assert_eq!(inside(mesh), (422, "/views/1/scene/mesh".to_owned()));
+        assert_eq!(inside(ApiError::bad_json("x")), (400, "/views/1/scene".to_owned()));
     }
 
     #[test]

@@ -51,6 +51,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-scene",
             "brood-eval",
             "brood-gpu",
+            "brood-inspect",
             "brood-search",
         ],
     ),

@@ -6,12 +6,11 @@ use anyhow::Result;
 use brood_brdf::Brdf;
 use brood_eval::express;
 use brood_genome::Genome;
-use brood_inspect::Specimen;
+use brood_inspect::{Shade, Specimen};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
 use crate::material_file::{self, Material};
-use crate::model_picture::Shade;
 
 /// A material with a name.
 pub struct Subject {

@@ -4,29 +4,28 @@
 //! search's business.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_eval::{LinearPicture, decode_linear, encode_png};
+use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_protocol::PictureFormat;
-use brood_scene::{LightAssets, MeshRef, Sampling, Scene};
-use brood_search::{ImageView, MeasuredTarget, PixelCounts, Samples, View, pooled};
-use brood_worker::{LoadedMesh, Renderer};
+use brood_scene::{MeshRef, Sampling, Scene};
+use brood_search::{
+    KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelFate,
+    Setting,
+};
+use brood_worker::{Beside, Renderer};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::FitArgs;
 use crate::compare::Subject;
 use crate::frame::read_obj;
-use crate::model_picture::Shot;
 use crate::{light_file, output};
 
 const PICTURE_BYTES: u64 = 256 << 20;
 const JSON_BYTES: u64 = 4 << 20;
-/// As pictures that are rendered.
-const SIDE_MOST: u32 = 4096;
 
 /// Several pictures.
 #[derive(Debug, Deserialize)]
@@ -61,35 +60,18 @@ enum SceneSpec {
     Scene(Box<Scene>),
 }
 
-/// A picture with its scene.
-struct Shown {
-    name: String,
-    scene: Scene,
-    mesh: Arc<LoadedMesh>,
-    assets: LightAssets,
-    sampling: Sampling,
-    side: u32,
-    view: ImageView,
-    is_held_out: bool,
-}
-
-/// The pictures of a target.
+/// The pictures of a target, those that are held out last, and their names.
 pub struct Pictures {
-    shown: Vec<Shown>,
-    samples: Samples,
-    counts: PixelCounts,
+    target: MeasuredTarget,
+    read: KnownPictures,
+    names: Vec<String>,
 }
 
 /// What is needed of a picture before it is looked at.
 struct Source {
     picture: PathBuf,
     mask: Option<PathBuf>,
-    scene: Scene,
-    mesh: Arc<LoadedMesh>,
-    assets: LightAssets,
-    sampling: Sampling,
-    is_gain_unknown: bool,
-    is_held_out: bool,
+    setting: Setting,
 }
 
 /// The pictures that the arguments name; none where the target is no picture.
@@ -104,24 +86,29 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<Pictures>> {
         _ if args.mask.is_some() => bail!("--mask is for pictures"),
         _ => return Ok(None),
     };
-    let mut shown = Vec::with_capacity(sources.len());
-    let mut used = Vec::with_capacity(sources.len());
-    for source in sources {
-        let name = source.picture.display().to_string();
-        let (one, samples) = look(source).with_context(|| name)?;
-        if one.is_held_out {
-            shown.push((one, None));
-        } else {
-            shown.push((one, Some(used.len())));
-            used.push(samples);
+    // What can be fitted to comes first.
+    let (fitted, held): (Vec<_>, Vec<_>) =
+        sources.into_iter().partition(|source| !source.setting.is_held_out);
+    let sources: Vec<Source> = fitted.into_iter().chain(held).collect();
+    let paths: Vec<PathBuf> = sources.iter().map(|source| source.picture.clone()).collect();
+    let files = sources.into_iter().map(Source::load).collect::<Result<Vec<_>>>()?;
+    let views = files
+        .into_iter()
+        .map(|File { setting, picture, mask }| KnownView::read(setting, &picture, mask.as_deref()));
+    let (read, target) = KnownPictures::gather(views).map_err(|error| match error {
+        PicturesError::View { index, error } => {
+            anyhow::Error::from(error).context(paths[index].display().to_string())
         }
-    }
-    ensure!(!used.is_empty(), "every picture is held out, and nothing is left to fit");
-    let (fitted, held): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, at)| at.is_some());
-    let (samples, counts) = pooled(fitted.iter().map(|(one, _)| &one.view).zip(&used))
-        .with_context(|| args.target.display().to_string())?;
-    let shown = fitted.into_iter().chain(held).map(|(one, _)| one).collect();
-    Ok(Some(Pictures { shown, samples, counts }))
+        few @ PicturesError::Few(_) => {
+            anyhow::Error::from(few).context(args.target.display().to_string())
+        }
+        other => other.into(),
+    })?;
+    let name = |path: &PathBuf| {
+        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into())
+    };
+    let names = paths.iter().map(name).collect();
+    Ok(Some(Pictures { target, read, names }))
 }
 
 /// The one picture of the command line.
@@ -130,12 +117,14 @@ fn alone(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
     Ok(Source {
         picture: args.target.clone(),
         mask: args.mask.clone(),
-        scene: frame.scene()?,
-        mesh,
-        assets: renderer.light_assets(),
-        sampling: args.frame.samples,
-        is_gain_unknown: args.gain,
-        is_held_out: false,
+        setting: Setting {
+            scene: frame.scene()?,
+            mesh: mesh.shared(),
+            assets: renderer.light_assets(),
+            sampling: args.frame.samples,
+            is_gain_unknown: args.gain,
+            is_held_out: false,
+        },
     })
 }
 
@@ -167,8 +156,8 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
     };
     scene.validate().with_context(|| format!("the scene of {} is refused", picture.display()))?;
     let mesh = match (&spec.mesh, &scene.mesh) {
-        (Some(file), _) => Arc::new(read_obj(&folder.join(file))?),
-        (None, MeshRef::Builtin(mesh)) => renderer.builtin(*mesh),
+        (Some(file), _) => read_obj(&folder.join(file))?.shared(),
+        (None, MeshRef::Builtin(mesh)) => renderer.builtin(*mesh).shared(),
         (None, MeshRef::Uploaded(_)) => bail!(
             "the scene of {} shows an uploaded mesh; name its file as \"mesh\"",
             picture.display()
@@ -176,101 +165,83 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
     };
     Ok(Source {
         mask: spec.mask.map(|file| folder.join(file)),
-        assets: light_file::read(&scene, &beside)?,
-        sampling: spec.samples,
-        is_gain_unknown: spec.gain,
-        is_held_out: spec.held_out,
+        setting: Setting {
+            assets: light_file::read(&scene, &beside)?,
+            sampling: spec.samples,
+            is_gain_unknown: spec.gain,
+            is_held_out: spec.held_out,
+            scene,
+            mesh,
+        },
         picture,
-        scene,
-        mesh,
     })
 }
 
-fn decode(path: &Path) -> Result<LinearPicture> {
-    let bytes = output::read_file(path, PICTURE_BYTES)?;
-    decode_linear(&bytes, SIDE_MOST).with_context(|| path.display().to_string())
+/// A picture's files, read.
+struct File {
+    setting: Setting,
+    picture: Vec<u8>,
+    mask: Option<Vec<u8>>,
 }
 
-fn look(source: Source) -> Result<(Shown, Samples)> {
-    let picture = decode(&source.picture)?;
-    ensure!(
-        picture.width.max(picture.height) <= SIDE_MOST,
-        "a target has at most {SIDE_MOST} x {SIDE_MOST} pixels"
-    );
-    let mask = source.mask.as_deref().map(decode).transpose()?;
-    let Source { picture: path, scene, mesh, assets, sampling, is_held_out, .. } = source;
-    let view = View {
-        mesh: mesh.mesh(),
-        scene: &scene,
-        assets: &assets,
-        sampling,
-        picture: &picture,
-        mask: mask.as_ref(),
-        is_gain_unknown: source.is_gain_unknown,
-    };
-    let (view, samples) = ImageView::new(&view)?;
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-    let side = picture.width;
-    Ok((Shown { name, scene, mesh, assets, sampling, side, view, is_held_out }, samples))
+impl Source {
+    fn load(self) -> Result<File> {
+        let read = |path: &PathBuf| output::read_file(path, PICTURE_BYTES);
+        let (picture, mask) = (read(&self.picture)?, self.mask.as_ref().map(read).transpose()?);
+        Ok(File { setting: self.setting, picture, mask })
+    }
 }
 
 impl Pictures {
     /// What is fitted and what is held out.
-    pub fn target(&self) -> Result<MeasuredTarget> {
-        Ok(MeasuredTarget::of_pixels(&self.samples)?)
+    pub fn target(&self) -> MeasuredTarget {
+        self.target.clone()
     }
 
     /// Writes target, best, difference and used pixels of each picture; what is told of them.
     pub fn write(&self, folder: &Path, best: &Genome) -> Result<Vec<Value>> {
         let subject = Subject::of("best", best.clone());
-        let one = |(index, shown): (usize, &Shown)| shown.write((folder, index), &subject);
-        self.shown.iter().enumerate().map(one).collect()
+        let shown = self.read.views.iter().zip(&self.names).enumerate();
+        shown.map(|(index, one)| write((folder, index), one, &subject)).collect()
     }
 
     /// What became of all pixels that could be fitted to.
     pub fn counts(&self) -> PixelCounts {
-        self.counts
+        self.read.counts
     }
 }
 
-impl Shown {
-    fn write(&self, (folder, index): (&Path, usize), best: &Subject) -> Result<Value> {
-        let Self { scene, assets, side, sampling, view, .. } = self;
-        let shot =
-            Shot { mesh: self.mesh.mesh(), scene, assets, size_px: *side, sampling: *sampling };
-        let taken = shot.take(best);
-        let error = view.compare(&taken.radiance);
-        // Both at one exposure: the scene's own, or what is automatic for what was found.
-        let ev = taken.developed.exposure_ev;
-        let gain_ev = if error.gain > 0.0 { libm::log2(error.gain) } else { 0.0 };
-        let linear = |pixels: Vec<[f64; 3]>| LinearImage::new(*side, *side, pixels);
-        let wanted = linear(view.wanted().to_vec()).exposed(ev - gain_ev);
-        let found = taken.radiance.premultiplied().iter().map(|pixel| pixel.map(f64::from));
-        let found = linear(found.collect()).exposed(ev);
-        let used = view.used().iter().map(|used| [f64::from(u8::from(*used)); 3]).collect();
-        let pictures = [
-            ("target", &wanted),
-            ("best", &found),
-            ("difference", &wanted.absolute_difference(&found)),
-            ("pixels", &linear(used)),
-        ];
-        for (name, picture) in pictures {
-            let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
-            let png = encode_png(*side, *side, &picture.encoded_rgba());
-            output::write_file(&folder.join(format!("{name}{number}.png")), &png)?;
-        }
-        Ok(json!({
-            "picture": self.name,
-            "held_out": self.is_held_out,
-            "rmse": error.rmse,
-            "rmse_used": error.rmse_used,
-            "gain": error.gain,
-            "gain_solved": view.is_gain_unknown(),
-            "exposure_ev": ev,
-            "flip": wanted.flip(&found),
-            "pixels": view.counts(),
-        }))
+fn write(
+    (folder, index): (&Path, usize),
+    (known, name): (&KnownView, &String),
+    best: &Subject,
+) -> Result<Value> {
+    let Beside { wanted, found, error, flip, exposure_ev } = Beside::of(known, best);
+    let (view, side) = (&known.view, known.side());
+    let used = |fate: &PixelFate| [f64::from(u8::from(*fate == PixelFate::Used)); 3];
+    let used = LinearImage::new(side, side, view.fates().iter().map(used).collect());
+    let pictures = [
+        ("target", &wanted),
+        ("best", &found),
+        ("difference", &wanted.absolute_difference(&found)),
+        ("pixels", &used),
+    ];
+    for (what, picture) in pictures {
+        let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
+        let png = encode_png(side, side, &picture.encoded_rgba());
+        output::write_file(&folder.join(format!("{what}{number}.png")), &png)?;
     }
+    Ok(json!({
+        "picture": name,
+        "held_out": known.setting.is_held_out,
+        "rmse": error.rmse,
+        "rmse_used": error.rmse_used,
+        "gain": error.gain,
+        "gain_solved": view.is_gain_unknown(),
+        "exposure_ev": exposure_ev,
+        "flip": flip,
+        "pixels": view.counts(),
+    }))
 }
 
 /// What is told of pictures, for people.

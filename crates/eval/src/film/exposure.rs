@@ -67,7 +67,9 @@ impl Gain {
         gain.with_tone(film.tone)
     }
 
-    fn automatic(values: Vec<f32>) -> Self {
+    /// The automatic gain of a picture whose covered pixels have these largest channels.
+    #[must_use]
+    pub fn automatic(values: Vec<f32>) -> Self {
         let none = Self { factor: 1.0, ev: 0.0, tone: Tone::None };
         let count = values.len();
         if count == 0 {

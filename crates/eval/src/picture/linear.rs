@@ -53,6 +53,12 @@ pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPic
     Ok(if is_linear { linear(&decoded) } else { encoded(&decoded) })
 }
 
+/// Width and height of a picture as its head tells them, so that a large one need not be decoded to be refused.
+pub fn picture_size(bytes: &[u8]) -> Result<(u32, u32), LinearPictureError> {
+    let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
+    Ok(ImageReader::with_format(Cursor::new(bytes), format).into_dimensions()?)
+}
+
 fn linear(decoded: &DynamicImage) -> LinearPicture {
     let (width, height) = (decoded.width(), decoded.height());
     let pixels: Vec<[f32; 3]> = decoded.to_rgb32f().pixels().map(|pixel| pixel.0).collect();
@@ -117,6 +123,11 @@ mod tests {
         let picture = decode_linear(&bytes, 64).unwrap();
         assert!(picture.is_linear && picture.pixels == [[0.25, 7.5, -0.5]]);
         assert_eq!(picture.clipped, [false]);
+        assert_eq!(picture_size(&bytes).unwrap(), (1, 1));
+        assert!(matches!(
+            picture_size(b"GIF89a"),
+            Err(LinearPictureError::Kind) | Err(LinearPictureError::Image(_))
+        ));
         assert!(matches!(decode_linear(b"GIF89a", 64), Err(LinearPictureError::Kind)));
         assert!(decode_linear(&bytes[..bytes.len() / 2], 64).is_err());
     }

@@ -4,14 +4,19 @@ use std::fmt;
 use std::str::FromStr;
 
 use brood_brdf::{
-    CsvError, GoniometerError, Merl, MerlError, Rgl, RglError, Samples, Slice, SliceError,
+    Brdf, CsvError, DirectionPair, GoniometerError, Merl, MerlError, Rgl, RglError, Samples,
+    Scattered, Slice, SliceError,
 };
 use brood_eval::{LinearPictureError, decode_linear};
 
+use super::bundle::{BundleError, PictureBundle};
+use super::known::Pictures;
 use super::{MeasuredTarget, TargetError};
 
 /// Far more than a slice has: a picture of another size is told by its size, not by its bytes.
 const SLICE_PX: u32 = 4096;
+/// A pair of directions and what is reflected there.
+const SAMPLE_BYTES: usize = size_of::<DirectionPair>() + size_of::<[f64; 3]>();
 
 /// What a file holds that a search can match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -26,11 +31,14 @@ pub enum TargetKind {
     Rgl,
     /// A goniometer's text, as Cornell published them.
     Cornell,
+    /// Pictures of known scenes, together with the scenes.
+    Image,
 }
 
 impl TargetKind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Samples, Self::Slice, Self::Merl, Self::Rgl, Self::Cornell];
+    pub const ALL: [Self; 6] =
+        [Self::Samples, Self::Slice, Self::Merl, Self::Rgl, Self::Cornell, Self::Image];
 
     /// As it is written.
     #[must_use]
@@ -41,6 +49,7 @@ impl TargetKind {
             Self::Merl => "merl",
             Self::Rgl => "rgl",
             Self::Cornell => "cornell",
+            Self::Image => "image",
         }
     }
 
@@ -53,10 +62,11 @@ impl TargetKind {
             Self::Merl => "MERL table",
             Self::Rgl => "RGL material",
             Self::Cornell => "goniometer measurements",
+            Self::Image => "picture",
         }
     }
 
-    /// The kind of files with that ending, without its dot and in lower case.
+    /// The kind of files with that ending, without its dot and in lower case. Pictures need more than a file.
     #[must_use]
     pub fn of_extension(extension: &str) -> Option<Self> {
         match extension {
@@ -90,10 +100,22 @@ impl FromStr for TargetKind {
 }
 
 /// A target that was read from a file.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct TargetFile {
     /// What is to be matched.
     pub target: MeasuredTarget,
+    /// Samples of the file that are not above the surface.
+    pub skipped: usize,
+    /// Samples of the file in all; 0 where it is known everywhere.
+    pub rows: usize,
+    /// The pictures, where it is of those.
+    pub pictures: Option<Pictures>,
+}
+
+/// A measured material that was read from a file, as it can be drawn.
+pub struct MeasuredFile {
+    /// What was measured, between and beside the samples as well.
+    pub brdf: Box<dyn Brdf>,
     /// Samples of the file that are not above the surface.
     pub skipped: usize,
     /// Samples of the file in all; 0 where it is known everywhere.
@@ -127,16 +149,23 @@ pub enum TargetFileError {
     /// Readable, and still nothing to match.
     #[error(transparent)]
     Target(#[from] TargetError),
+    /// No pictures of known scenes, or none that a material can be told from.
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+    /// A material was wanted, and pictures show one only where they look.
+    #[error("a picture is known in its own scene and light alone")]
+    OnlyPictures,
 }
 
 impl TargetFile {
     /// Reads a file of that kind.
     pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
-        let known = |target| Self { target, skipped: 0, rows: 0 };
+        let known = |target| Self { target, skipped: 0, rows: 0, pictures: None };
         let of_samples = |samples: &Samples| {
             let skipped = samples.skipped();
             let target = MeasuredTarget::of_samples(samples)?;
-            Ok(Self { target, skipped, rows: samples.rows().len() + skipped })
+            let rows = samples.rows().len() + skipped;
+            Ok(Self { target, skipped, rows, pictures: None })
         };
         match kind {
             TargetKind::Samples => of_samples(&Samples::from_csv(bytes)?),
@@ -144,7 +173,39 @@ impl TargetFile {
             TargetKind::Slice => Ok(known(MeasuredTarget::of_slice(&slice(bytes)?)?)),
             TargetKind::Merl => Ok(known(MeasuredTarget::of(&Merl::read(bytes)?)?)),
             TargetKind::Rgl => Ok(known(MeasuredTarget::of(&Rgl::read(bytes)?)?)),
+            TargetKind::Image => {
+                let (pictures, target) = PictureBundle::decode(bytes)?.target()?;
+                Ok(Self { pictures: Some(pictures), ..known(target) })
+            }
         }
+    }
+
+    /// Bytes of memory that it takes, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let samples = self.target.fitted.len() + self.target.held.len();
+        let pictures = self.pictures.as_ref().map_or(0, Pictures::bytes);
+        samples * SAMPLE_BYTES + pictures
+    }
+}
+
+impl MeasuredFile {
+    /// Reads a file of that kind; pictures are none.
+    pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
+        let known = |brdf| Self { brdf, skipped: 0, rows: 0 };
+        let scattered = |samples: &Samples| {
+            let skipped = samples.skipped();
+            let rows = samples.rows().len() + skipped;
+            Self { brdf: Box::new(Scattered::new(samples)), skipped, rows }
+        };
+        Ok(match kind {
+            TargetKind::Samples => scattered(&Samples::from_csv(bytes)?),
+            TargetKind::Cornell => scattered(&Samples::from_goniometer(bytes)?),
+            TargetKind::Slice => known(Box::new(slice(bytes)?)),
+            TargetKind::Merl => known(Box::new(Merl::read(bytes)?)),
+            TargetKind::Rgl => known(Box::new(Rgl::read(bytes)?)),
+            TargetKind::Image => return Err(TargetFileError::OnlyPictures),
+        })
     }
 }
 

@@ -13,8 +13,8 @@ use brood_scene::{
 };
 
 use super::Samples;
-use pixel::Fate;
-pub use pixel::PixelCounts;
+use pixel::Look;
+pub use pixel::{PixelCounts, PixelFate};
 pub use refusal::ImageTargetError;
 
 /// Sides of a picture at least.
@@ -53,7 +53,7 @@ pub struct ImageView {
     wanted: Vec<[f64; 3]>,
     /// Pixels that pictures are compared in: neither masked nor clipped.
     compared: Vec<bool>,
-    used: Vec<u32>,
+    fates: Vec<PixelFate>,
     is_gain_unknown: bool,
     counts: PixelCounts,
 }
@@ -92,7 +92,7 @@ impl ImageView {
         let compared = (0..wanted.len()).map(|k| in_mask(k) && !view.picture.clipped[k]).collect();
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
         let counts = PixelCounts { pixels: wanted.len() as u64, ..PixelCounts::default() };
-        let mut own = Self { set, wanted, compared, used: Vec::new(), is_gain_unknown, counts };
+        let mut own = Self { set, wanted, compared, fates: Vec::new(), is_gain_unknown, counts };
         let samples = own.tell_apart(in_mask, &view.picture.clipped);
         Ok((own, samples))
     }
@@ -109,35 +109,39 @@ impl ImageView {
             let coverage = layout.coverage[pixel];
             // What blurs over the border of a pixel shows its neighbours.
             let near_edge = || neighbours(pixel, side).any(|other| layout.coverage[other] < 1.0);
-            let fate = match span {
-                _ if !in_mask(pixel) => Fate::Masked,
-                _ if coverage == 0.0 => Fate::Background,
-                _ if coverage < 1.0 || near_edge() => Fate::Edge,
-                _ if clipped[pixel] => Fate::Clipped,
-                None => Fate::Unlit,
+            let look = match span {
+                _ if !in_mask(pixel) => Look::Nothing(PixelFate::Masked),
+                _ if coverage == 0.0 => Look::Nothing(PixelFate::Background),
+                _ if coverage < 1.0 || near_edge() => Look::Nothing(PixelFate::Edge),
+                _ if clipped[pixel] => Look::Nothing(PixelFate::Clipped),
+                None => Look::Nothing(PixelFate::Unlit),
                 Some(span) => self.lit(span),
             };
-            counts.add(&fate);
-            if let Fate::Used(pair, value) = fate {
-                self.used.push(u32::try_from(pixel).expect("pictures have fewer pixels"));
-                pairs.push(pair);
-                values.push(value);
-            }
+            let fate = match look {
+                Look::Nothing(fate) => fate,
+                Look::Sample(pair, value) => {
+                    pairs.push(pair);
+                    values.push(value);
+                    PixelFate::Used
+                }
+            };
+            counts.add(fate);
+            self.fates.push(fate);
         }
         self.counts = counts;
         Samples::new(pairs, values)
     }
 
     /// What a pixel is that is covered and in some light.
-    fn lit(&self, span: PixelSpan) -> Fate {
+    fn lit(&self, span: PixelSpan) -> Look {
         match span.centre_end - span.start {
-            0 => return Fate::Unlit,
+            0 => return Look::Nothing(PixelFate::Unlit),
             1 => {}
-            _ => return Fate::SeveralLights,
+            _ => return Look::Nothing(PixelFate::SeveralLights),
         }
         let (pair, _) = self.set.pair(span.start as usize);
         if pair.cos_i().min(pair.cos_o()) < LEAST_COSINE {
-            return Fate::Grazing;
+            return Look::Nothing(PixelFate::Grazing);
         }
         let mut f = self.wanted[span.pixel as usize];
         for (f, irradiance) in f.iter_mut().zip(self.set.irradiance()) {
@@ -145,14 +149,14 @@ impl ImageView {
             let mean = counted.iter().map(|e| f64::from(*e)).sum::<f64>() * self.scale();
             let centre = f64::from(irradiance[span.start as usize]);
             if centre <= 0.0 {
-                return Fate::Unlit;
+                return Look::Nothing(PixelFate::Unlit);
             }
             if (mean - centre).abs() > UNEVEN * centre {
-                return Fate::HalfLit;
+                return Look::Nothing(PixelFate::HalfLit);
             }
             *f = f.max(0.0) / mean;
         }
-        Fate::Used(pair, f)
+        Look::Sample(pair, f)
     }
 
     fn scale(&self) -> f64 {
@@ -183,12 +187,10 @@ impl ImageView {
         &self.wanted
     }
 
-    /// Whether each pixel was used.
+    /// What became of each pixel.
     #[must_use]
-    pub fn used(&self) -> Vec<bool> {
-        let mut used = vec![false; self.wanted.len()];
-        self.used.iter().for_each(|pixel| used[*pixel as usize] = true);
-        used
+    pub fn fates(&self) -> &[PixelFate] {
+        &self.fates
     }
 
     /// How far a picture of the same scene is from this one.
@@ -222,11 +224,9 @@ impl ImageView {
             }
             (sum / count.max(1) as f64).sqrt()
         };
-        ImageError {
-            rmse: root(&mut compared.iter().copied()),
-            rmse_used: root(&mut self.used.iter().map(|k| *k as usize)),
-            gain,
-        }
+        let of = |(k, fate): (usize, &PixelFate)| (*fate == PixelFate::Used).then_some(k);
+        let mut used = self.fates.iter().enumerate().filter_map(of);
+        ImageError { rmse: root(&mut compared.iter().copied()), rmse_used: root(&mut used), gain }
     }
 }
 

@@ -24,6 +24,7 @@ fn target() -> NewTarget {
         hash: "00".to_owned(),
         bytes: 3,
         created_ms: 7,
+        views: Vec::new(),
     };
     NewTarget { target, hash: hash("file"), bytes: vec![1, 2, 3], idempotency: None }
 }
@@ -151,10 +152,13 @@ async fn searches_take_turns_and_people_come_between() {
     }
     store.delete_target(target).await.unwrap();
     assert!(matches!(store.target_file(hash("file")).await, Err(StorageError::NotFound)));
-    let listed = store.list_searches(None, 10).await.unwrap();
+    let listed = store.list_searches(None, None, 10).await.unwrap();
     assert_eq!(listed.iter().map(|one| one.id).collect::<Vec<_>>(), [second, first]);
+    let born = async |lineage| store.list_searches(None, Some(lineage), 10).await.unwrap();
+    assert_eq!(born(lineage).await, listed);
+    assert!(born(LineageId::fresh()).await.is_empty());
     store.purge_lineage(lineage).await.unwrap();
-    assert!(store.list_searches(None, 10).await.unwrap().is_empty());
+    assert!(store.list_searches(None, None, 10).await.unwrap().is_empty());
 }
 
 #[tokio::test]

@@ -5,14 +5,13 @@ use std::io::Cursor;
 use anyhow::{Context, Result};
 use brood_brdf::{Brdf, Claims, DirectionPair};
 use brood_genome::Genome;
-use brood_inspect::{LinearImage, OTHER_LIGHT_DEG};
+use brood_inspect::{LinearImage, OTHER_LIGHT_DEG, Picture, Shade, Shot};
 use brood_scene::{BuiltinMesh, Exposure, LightAssets, Mesh, MeshRef, Sampling, Scene};
 use glam::DVec3;
 use image::{ImageFormat, RgbImage, imageops};
 
 use crate::compare::Subject;
 use crate::diff::itp;
-use crate::model_picture::{Picture, Shade, Shot};
 
 const SIZE_PX: u32 = 128;
 /// Luminance of linear 1 in cd/m2.

@@ -29,31 +29,47 @@ pub struct PixelCounts {
     pub grazing: u64,
 }
 
-/// What a pixel is.
-pub(super) enum Fate {
-    Used(DirectionPair, [f64; 3]),
+/// What became of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PixelFate {
+    /// It is a sample.
+    Used,
+    /// Left out by the mask.
     Masked,
+    /// Nothing is there.
     Background,
+    /// The edge of the object, or one within it.
     Edge,
+    /// As bright as the picture can show.
     Clipped,
+    /// No light arrives.
     Unlit,
+    /// The edge of light and shadow.
     HalfLit,
+    /// Light of several lamps arrives.
     SeveralLights,
+    /// Light or eye is at the horizon.
     Grazing,
 }
 
+/// What a pixel that is covered says of the material, or why it says nothing.
+pub(super) enum Look {
+    Sample(DirectionPair, [f64; 3]),
+    Nothing(PixelFate),
+}
+
 impl PixelCounts {
-    pub(super) fn add(&mut self, fate: &Fate) {
+    pub(super) fn add(&mut self, fate: PixelFate) {
         *match fate {
-            Fate::Used(..) => &mut self.used,
-            Fate::Masked => &mut self.masked,
-            Fate::Background => &mut self.background,
-            Fate::Edge => &mut self.edge,
-            Fate::Clipped => &mut self.clipped,
-            Fate::Unlit => &mut self.unlit,
-            Fate::HalfLit => &mut self.half_lit,
-            Fate::SeveralLights => &mut self.several_lights,
-            Fate::Grazing => &mut self.grazing,
+            PixelFate::Used => &mut self.used,
+            PixelFate::Masked => &mut self.masked,
+            PixelFate::Background => &mut self.background,
+            PixelFate::Edge => &mut self.edge,
+            PixelFate::Clipped => &mut self.clipped,
+            PixelFate::Unlit => &mut self.unlit,
+            PixelFate::HalfLit => &mut self.half_lit,
+            PixelFate::SeveralLights => &mut self.several_lights,
+            PixelFate::Grazing => &mut self.grazing,
         } += 1;
     }
 }

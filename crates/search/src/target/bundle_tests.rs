@@ -1,0 +1,144 @@
+//! Bundles come back as they were written, are the same for the same pictures, and are refused where they are none.
+
+use std::io::Cursor;
+
+use brood_brdf::{Model, ModelKind};
+use brood_eval::{Developed, encode_exr, encode_png, model_reflectance, shade};
+use brood_scene::{BuiltinMesh, Exposure, PixelArea, Raster, SampleSet};
+
+use super::super::image::ImageTargetError;
+use super::super::{TargetFile, TargetFileError, TargetKind};
+use super::*;
+
+const SIDE_PX: u32 = 40;
+const UPLOADED: &str = "01890000-0000-7000-8000-000000000000";
+
+/// A picture of a diffuse material, as EXR.
+fn picture(scene: &Scene, mesh: &Mesh) -> Vec<u8> {
+    let area = PixelArea::whole(SIDE_PX);
+    let raster = Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area };
+    let set = SampleSet::render_lit(mesh, scene, &LightAssets::default(), raster);
+    let mut f = Vec::new();
+    model_reflectance(&*Model::new(ModelKind::Lambert).brdf(), &set, &mut f);
+    encode_exr(&shade(&set, &f)).unwrap()
+}
+
+fn white(side: u32) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let white = image::GrayImage::from_pixel(side, side, image::Luma([255]));
+    white.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+/// A view of a mesh that was uploaded.
+fn view(light_deg: f64) -> BundledView {
+    let json = format!(r#"{{"mesh": "{UPLOADED}", "light_deg": {light_deg}}}"#);
+    let scene: Scene = serde_json::from_str(&json).unwrap();
+    let mesh = Arc::new(Mesh::builtin(BuiltinMesh::Torus));
+    let picture = picture(&scene, &mesh);
+    BundledView {
+        scene,
+        mesh: Some(mesh),
+        sampling: Sampling::Fixed(1),
+        is_gain_unknown: false,
+        is_held_out: false,
+        picture,
+        mask: None,
+    }
+}
+
+fn bundle() -> PictureBundle {
+    let masked = BundledView { mask: Some(white(SIDE_PX)), is_held_out: true, ..view(30.0) };
+    PictureBundle { views: vec![view(0.0), masked], ..PictureBundle::default() }
+}
+
+#[test]
+fn bundle_is_a_target_that_needs_nothing_else() {
+    let bytes = bundle().encode().unwrap();
+    assert_eq!(bytes, bundle().encode().unwrap(), "the same bytes, whatever memory meshes are in");
+    let again = PictureBundle::decode(&bytes).unwrap();
+    assert_eq!(again.encode().unwrap(), bytes);
+    let TargetFile { target, pictures, .. } = TargetFile::read(TargetKind::Image, &bytes).unwrap();
+    let pictures = pictures.unwrap();
+    let [first, second] = pictures.views.as_slice() else { panic!("two views") };
+    assert!(second.is_masked && second.setting.is_held_out && !first.is_masked);
+    assert!(Arc::ptr_eq(&first.setting.mesh, &second.setting.mesh), "one mesh");
+    assert_eq!(pictures.counts, first.view.counts(), "what is held out is not fitted");
+    let used = usize::try_from(pictures.counts.used).unwrap();
+    assert_eq!(target.fitted.len() + target.held.len(), used);
+    let f = target.fitted.values()[0];
+    assert!(f.iter().all(|f| (f - target.fitted.largest()).abs() < 1e-3), "{f:?}");
+    assert_eq!((first.side(), first.shown().rgba.len()), (SIDE_PX, 4 * 40 * 40));
+}
+
+#[test]
+fn picture_is_shown_as_its_film_shows_it() {
+    let assets = LightAssets::default();
+    let shown = |view: &BundledView| view.read(&assets).unwrap().0.shown();
+    let codes = |shown: &Developed| shown.rgba.chunks(4).map(|rgba| rgba[0]).collect::<Vec<_>>();
+    // Automatic exposure, of radiance: nearly white at its brightest.
+    let automatic = shown(&view(0.0));
+    let brightest = codes(&automatic).into_iter().max().unwrap();
+    assert!((240..=255).contains(&brightest) && automatic.exposure_ev != 0.0, "{brightest}");
+    // Given exposure.
+    let mut darker = view(0.0);
+    darker.scene.film.exposure = Exposure::Ev(automatic.exposure_ev - 1.0);
+    assert!(codes(&shown(&darker)).into_iter().max().unwrap() < 200);
+    // Codes come back as they were, whether their exposure is known or not.
+    let png = encode_png(SIDE_PX, SIDE_PX, &automatic.rgba);
+    for exposure in [Exposure::Auto, Exposure::Ev(1.5)] {
+        let mut coded = BundledView { picture: png.clone(), ..view(0.0) };
+        coded.scene.film.exposure = exposure;
+        assert_eq!(shown(&coded).rgba, automatic.rgba);
+    }
+}
+
+#[test]
+fn bytes_that_are_no_bundle_are_refused() {
+    let bytes = bundle().encode().unwrap();
+    let mut old = bytes.clone();
+    old[15] = b'0';
+    assert!(matches!(PictureBundle::decode(&old), Err(BundleError::Version)));
+    let step = (bytes.len() / 50).max(1);
+    for end in (MAGIC.len()..bytes.len()).step_by(step) {
+        let cut = PictureBundle::decode(&bytes[..end]);
+        assert!(matches!(cut, Err(BundleError::Malformed(_))), "{end}");
+    }
+    let longer = [bytes.as_slice(), b"x"].concat();
+    assert!(matches!(PictureBundle::decode(&longer), Err(BundleError::Malformed(_))));
+    let large = vec![0; BYTES_MOST + 1];
+    assert!(matches!(PictureBundle::decode(&large), Err(BundleError::TooLarge(_))));
+}
+
+#[test]
+fn bundle_without_views_or_without_a_mesh_is_refused() {
+    let none = PictureBundle::default().encode();
+    assert!(matches!(none, Err(BundleError::Views(0))));
+    let many = PictureBundle { views: vec![view(0.0); 17], ..PictureBundle::default() };
+    assert!(matches!(many.encode(), Err(BundleError::Views(17))));
+    let mut bundle = bundle();
+    bundle.views[1].mesh = None;
+    assert!(matches!(bundle.encode(), Err(BundleError::Mesh(1))));
+}
+
+#[test]
+fn picture_that_is_no_target_is_named() {
+    let read = |bundle: &PictureBundle| {
+        TargetFile::read(TargetKind::Image, &bundle.encode().unwrap()).err().unwrap()
+    };
+    let mut masked = bundle();
+    masked.views[1].mask = Some(white(8));
+    let TargetFileError::Bundle(BundleError::Pictures(PicturesError::View { index, error })) =
+        read(&masked)
+    else {
+        panic!("a view is refused")
+    };
+    let is_size = matches!(error, ViewError::Target(ImageTargetError::MaskSize { .. }));
+    assert!(index == 1 && is_size, "{error}");
+    let mut held = bundle();
+    held.views[0].is_held_out = true;
+    assert!(read(&held).to_string().contains("nothing is left to fit"));
+    let mut broken = bundle();
+    broken.views[0].picture = b"no picture".to_vec();
+    assert!(read(&broken).to_string().contains("a picture is an EXR"));
+}

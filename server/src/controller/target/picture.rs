@@ -1,0 +1,260 @@
+//! Pictures of known scenes, taken in: what the spec says of each, found and put into one file that needs nothing else of this server.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::Arc;
+
+use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
+use brood_scene::{AssetRef, Light, Mesh, Sampling, Scene};
+use brood_search::{
+    BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
+    TargetFileError, TargetKind, ViewError,
+};
+use bytes::Bytes;
+use serde_json::Value;
+
+use super::{REASON_CHARS, Taken, clean};
+use crate::extract::{Parts, parse_value};
+use crate::lighting;
+use crate::limit;
+use crate::problem::{ApiError, quote};
+use crate::shelf::{DESKS, at_desk};
+use crate::state::App;
+
+/// Pictures of more samples are read alone.
+const LARGE_RAYS: u64 = 1 << 20;
+
+/// A picture as it is asked for, and where its parts stand in the spec.
+#[derive(Clone)]
+struct Asked {
+    /// JSON pointer to what is said of it.
+    at: String,
+    picture_at: String,
+    scene: Option<Value>,
+    sampling: Sampling,
+    is_gain_unknown: bool,
+    is_held_out: bool,
+    picture: Bytes,
+    mask: Option<Bytes>,
+}
+
+/// Reads pictures, and writes them as the target's file.
+pub(super) async fn read(app: &App, spec: &TargetSpec, parts: &Parts) -> Result<Taken, ApiError> {
+    let (asked, all_at) = match spec.views.as_deref() {
+        Some(views) => (several(views, parts)?, "/views"),
+        None => (vec![alone(spec, parts)?], "/file"),
+    };
+    if let Some(one) = asked.iter().find(|one| one.sampling.least() > limit::SAMPLES) {
+        let words = format!("adaptive or 1 to {}", limit::SAMPLES);
+        return Err(ApiError::refused(words).at(format!("{}/samples", one.at)));
+    }
+    let rays: u64 = asked.iter().map(rays).sum();
+    if rays > limit::TARGET_RAYS {
+        let words = format!(
+            "the pixels make {rays} samples; {} is the most, and a search looks at ten thousand of them: make the picture smaller",
+            limit::TARGET_RAYS
+        );
+        return Err(ApiError::refused(words).at(all_at));
+    }
+    let mut profiles = BTreeMap::new();
+    let (mut scenes, mut meshes) = (Vec::with_capacity(asked.len()), BTreeMap::new());
+    for one in &asked {
+        let scene = scene(app, one).await?;
+        let mesh = mesh(app, &scene, &mut meshes).await?;
+        take_profiles(app, &scene, &mut profiles).await?;
+        scenes.push((scene, mesh));
+    }
+    let pictures = asked.clone();
+    let read = at_desk(if rays > LARGE_RAYS { DESKS } else { 1 }, move || {
+        let views = pictures.into_iter().zip(scenes).map(Asked::bundled).collect();
+        // Read again from what workers will read.
+        Taken::read(TargetKind::Image, PictureBundle { views, profiles }.encode()?)
+    });
+    read.await?.map_err(|error| refusal(&error, &asked, all_at))
+}
+
+impl Asked {
+    fn bundled((asked, (scene, mesh)): (Self, (Scene, Option<Arc<Mesh>>))) -> BundledView {
+        BundledView {
+            scene,
+            mesh,
+            sampling: asked.sampling,
+            is_gain_unknown: asked.is_gain_unknown,
+            is_held_out: asked.is_held_out,
+            picture: asked.picture.to_vec(),
+            mask: asked.mask.as_ref().map(|mask| mask.to_vec()),
+        }
+    }
+}
+
+/// The one picture of a spec, in the part `file`.
+fn alone(spec: &TargetSpec, parts: &Parts) -> Result<Asked, ApiError> {
+    parts.only(&["spec", "file", "mask"])?;
+    Ok(Asked {
+        at: String::new(),
+        picture_at: "/file".to_owned(),
+        scene: spec.scene.clone(),
+        sampling: spec.samples.unwrap_or_default(),
+        is_gain_unknown: spec.gain.unwrap_or_default(),
+        is_held_out: false,
+        picture: parts.need("file")?.clone(),
+        mask: parts.get("mask").cloned(),
+    })
+}
+
+fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<Asked>, ApiError> {
+    if !(1..=PictureBundle::VIEWS_MOST).contains(&views.len()) {
+        let words = BundleError::Views(views.len()).to_string();
+        return Err(ApiError::refused(words).at("/views"));
+    }
+    let mut names = vec!["spec"];
+    let mut asked = Vec::with_capacity(views.len());
+    for (index, view) in views.iter().enumerate() {
+        let at = format!("/views/{index}");
+        let part = |name: &str, field: &str| {
+            let missing = || {
+                let words = format!("there is no part {}", quote(name));
+                ApiError::refused(words).at(format!("{at}/{field}"))
+            };
+            parts.get(name).filter(|_| name != "spec").cloned().ok_or_else(missing)
+        };
+        let picture = part(&view.picture, "picture")?;
+        let mask = view.mask.as_deref().map(|name| part(name, "mask")).transpose()?;
+        names.push(&view.picture);
+        names.extend(view.mask.as_deref());
+        asked.push(Asked {
+            picture_at: format!("{at}/picture"),
+            at,
+            scene: view.scene.clone(),
+            sampling: view.samples.unwrap_or_default(),
+            is_gain_unknown: view.gain,
+            is_held_out: view.held_out,
+            picture,
+            mask,
+        });
+    }
+    parts.only(&names)?;
+    Ok(asked)
+}
+
+/// Samples of a picture, as far as its head tells: who is no picture is refused where it is read.
+fn rays(one: &Asked) -> u64 {
+    let (width, height) = brood_eval::picture_size(&one.picture).unwrap_or_default();
+    let pixels = u64::from(width) * u64::from(height);
+    // Others are refused by their sides.
+    let is_square = width == height && width <= KnownView::SIDE_MOST;
+    if is_square { pixels * u64::from(one.sampling.least()) } else { 0 }
+}
+
+async fn scene(app: &App, one: &Asked) -> Result<Scene, ApiError> {
+    let prefix = format!("{}/scene", one.at);
+    let scene = match &one.scene {
+        None => Scene::default(),
+        Some(Value::String(id)) => {
+            let unknown = || {
+                let words = format!("{} is neither a scene nor the id of one", quote(id));
+                ApiError::refused(words).at(prefix.clone())
+            };
+            let id: SceneId = id.parse().map_err(|_| unknown())?;
+            let known = app.library.scene(id).await;
+            known.map_err(|error| error.inside(&prefix))?.scene.clone()
+        }
+        Some(value) => parse_value(value).map_err(|error: ApiError| error.inside(&prefix))?,
+    };
+    let checked = async {
+        scene.validate()?;
+        app.library.mesh(&scene).await?;
+        lighting::check(&app.store, &scene).await
+    };
+    checked.await.map_err(|error: ApiError| error.inside(&prefix))?;
+    Ok(scene)
+}
+
+/// The mesh that a scene names, read once; none where it is a built-in one.
+async fn mesh(
+    app: &App,
+    scene: &Scene,
+    read: &mut BTreeMap<[u8; 32], Arc<Mesh>>,
+) -> Result<Option<Arc<Mesh>>, ApiError> {
+    let MeshSource::Uploaded(hash) = app.library.mesh(scene).await? else { return Ok(None) };
+    Ok(Some(match read.entry(hash) {
+        Entry::Occupied(known) => known.get().clone(),
+        Entry::Vacant(place) => place.insert(app.library.geometry(hash).await?).clone(),
+    }))
+}
+
+/// The profiles of a scene's lights. Environments are in no target: they shine from many directions at once.
+async fn take_profiles(
+    app: &App,
+    scene: &Scene,
+    profiles: &mut BTreeMap<String, Vec<u8>>,
+) -> Result<(), ApiError> {
+    for asset in scene.lights.iter().filter_map(Light::asset) {
+        let AssetRef::Profile(name) = asset else { continue };
+        if let Entry::Vacant(place) = profiles.entry(name.to_owned()) {
+            place.insert(lighting::file(&app.store, name).await?);
+        }
+    }
+    Ok(())
+}
+
+/// Why pictures are refused, and where in the spec it stands.
+fn refusal(error: &TargetFileError, asked: &[Asked], all_at: &str) -> ApiError {
+    let TargetFileError::Bundle(error) = error else {
+        return ApiError::refused(clean(&error.to_string(), REASON_CHARS)).at(all_at);
+    };
+    let words = error.to_string();
+    match error {
+        BundleError::TooLarge(_) => ApiError::too_large(words),
+        BundleError::Pictures(PicturesError::View { index, error }) => {
+            let most = match error {
+                ViewError::Picture(_) | ViewError::Mask(_) => REASON_CHARS,
+                ViewError::Large(..) | ViewError::Target(_) => 500,
+            };
+            ApiError::refused(clean(&words, most)).at(pointer(error, &asked[*index]))
+        }
+        _ => ApiError::refused(clean(&words, 500)).at(all_at),
+    }
+}
+
+fn pointer(error: &ViewError, one: &Asked) -> String {
+    let at = |field: &str| format!("{}{field}", one.at);
+    match error {
+        ViewError::Picture(_) | ViewError::Large(..) => one.picture_at.clone(),
+        ViewError::Mask(_) => at("/mask"),
+        ViewError::Target(error) => match error {
+            ImageTargetError::NotSquare(..)
+            | ImageTargetError::Small(_)
+            | ImageTargetError::NotFinite(..)
+            | ImageTargetError::Few(_) => one.picture_at.clone(),
+            ImageTargetError::MaskSize { .. } | ImageTargetError::MaskEmpty => at("/mask"),
+            ImageTargetError::Light(_) | ImageTargetError::Unlit => at("/scene/lights"),
+            ImageTargetError::Tone(_) => at("/scene/film/tone"),
+            ImageTargetError::Nothing => at("/scene/camera"),
+        },
+    }
+}
+
+/// A picture as it was understood.
+pub fn describe(known: &KnownView) -> TargetView {
+    let counts = known.view.counts();
+    TargetView {
+        size_px: known.side(),
+        scene: known.setting.scene.clone(),
+        samples: known.setting.sampling,
+        gain_solved: known.view.is_gain_unknown(),
+        held_out: known.setting.is_held_out,
+        pixels: TargetPixels {
+            pixels: counts.pixels,
+            used: counts.used,
+            masked: counts.masked,
+            background: counts.background,
+            edge: counts.edge,
+            clipped: counts.clipped,
+            unlit: counts.unlit,
+            half_lit: counts.half_lit,
+            several_lights: counts.several_lights,
+            grazing: counts.grazing,
+        },
+    }
+}
