@@ -4,6 +4,8 @@
  * @import { Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage, Locks, MeshAnswer, Preset, Problem, Scene, SystemAnswer } from "./types.js"
  */
 
+import { wasStopped } from "./upload.js";
+
 const TRIES = 5;
 
 /** An answer that was not a success, or none at all (status 0). */
@@ -53,8 +55,9 @@ async function readProblem(response) {
  * One request, sent again where that is safe: a POST carries one Idempotency-Key through all its tries.
  * @param {string} method
  * @param {string} path
- * @param {{json?: unknown, body?: Blob|FormData, type?: string, version?: number, asks?: boolean, settled?: boolean}} [options]
- *   `settled`: a conflict is an answer, and no reason to ask again
+ * @param {{json?: unknown, body?: Blob|FormData, type?: string, version?: number, asks?: boolean, settled?: boolean,
+ *   send?: (path: string, init: RequestInit) => Promise<Response>}} [options]
+ *   `settled`: a conflict is an answer, and no reason to ask again; `send`: what sends it, fetch unless said
  * @returns {Promise<any>}
  */
 export async function request(method, path, options = {}) {
@@ -64,12 +67,14 @@ export async function request(method, path, options = {}) {
   if (options.version !== undefined) headers["If-Match"] = `"${options.version}"`;
   if (options.type) headers["Content-Type"] = options.type;
   else if (options.json !== undefined) headers["Content-Type"] = "application/json";
+  const send = options.send ?? fetch;
   const body = options.body ?? (options.json === undefined ? undefined : JSON.stringify(options.json));
   for (let tried = 1; ; tried += 1) {
     let response;
     try {
-      response = await fetch(path, { method, headers, body, credentials: "same-origin" });
-    } catch {
+      response = await send(path, { method, headers, body, credentials: "same-origin" });
+    } catch (error) {
+      if (wasStopped(error)) throw error;
       if (tried < TRIES) {
         await pause(250 * 2 ** tried);
         continue;

@@ -5,7 +5,7 @@
  * @import { Cell, Individual, Locks, Place, Problem } from "./types.js"
  */
 import * as api from "./api.js";
-import { flip, flipped } from "./compare.js";
+import { flip, flipped, targetSeen } from "./compare.js";
 import { holdBack } from "./events.js";
 import { genomeOf, programsOnly } from "./genomes.js";
 import { locksFor } from "./layers.js";
@@ -91,6 +91,7 @@ export async function pick(cell) {
   const chosen = individualIn(cell);
   if (!chosen) return;
   // What is clicked must be what is seen.
+  if (cell === "centre" && targetSeen.value) return void (targetSeen.value = false);
   if (cell === "centre" && flipped.value) return flip(false);
   const other = mate.value;
   await breed(other && other.id !== chosen.id ? [chosen.id, other.id] : [chosen.id]);

@@ -1,11 +1,12 @@
 /**
- * A and B: the centre and any other individual, looked at one in the place of the other. Owns what is pinned as B, which of the
- * two the centre shows, and the reading of what a person pastes; knows nothing of drawing.
+ * A and B: the centre and any other individual, looked at one in the place of the other. Owns what is pinned as B, what the
+ * centre shows, and the reading of what a person pastes; knows nothing of drawing.
  *
  * @import { Cell, Individual } from "./types.js"
  */
 import { effect, signal } from "./vendor/signals-core.js";
 import * as api from "./api.js";
+import { flipKey } from "./flip_key.js";
 import { guarded } from "./lineage.js";
 import { keep, recall } from "./memory.js";
 import * as route from "./route.js";
@@ -17,17 +18,20 @@ import { announcement, detailsOpen, forget, individualIn, large, largeOf, shown,
 export const pinned = signal(null);
 /** Whether the centre shows B in the place of A. @type {Signal<boolean>} */
 export const flipped = signal(false);
+/** Whether the centre shows the target of a search in the place of A; which one is sought.js's. @type {Signal<boolean>} */
+export const targetSeen = signal(false);
 /** Whether a person is asked what to compare with. @type {Signal<boolean>} */
 export const choosing = signal(false);
 
 const ID = /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/i;
 /** Below this the details would cover what is compared. */
 const ROOM_PX = 900;
-/** The key let go later than this was held. */
-const HELD_MS = 350;
 
-/** The individual to be seen in a frame. @param {Cell} cell */
-export const seenIn = (cell) => (cell === "centre" && flipped.value && pinned.value ? pinned.value : individualIn(cell));
+/** The individual to be seen in a frame; none where the target is seen. @param {Cell} cell */
+export function seenIn(cell) {
+  if (cell === "centre" && targetSeen.value) return null;
+  return cell === "centre" && flipped.value && pinned.value ? pinned.value : individualIn(cell);
+}
 
 /** @param {Individual} of @param {string} name */
 export function pin(of, name) {
@@ -57,24 +61,13 @@ export function unpin() {
 /** @param {boolean} toB */
 export function flip(toB) {
   if (!pinned.value) return;
+  targetSeen.value = false;
   flipped.value = toB;
   announcement.value = `The centre shows ${toB ? "B" : "A"}.`;
 }
 
-/** When the key went down. */
-let since = 0;
-
-/** @param {number} now milliseconds */
-export function flipKeyDown(now) {
-  since = now;
-  flip(!flipped.value);
-}
-
-/** A key that was held shows B for as long as it is held. @param {number} now milliseconds */
-export function flipKeyUp(now) {
-  if (since > 0 && now - since > HELD_MS) flip(!flipped.value);
-  since = 0;
-}
+/** X, and what does the same. */
+export const keyOfB = flipKey(() => flip(!flipped.value));
 
 /**
  * What a pasted text names.
@@ -137,5 +130,6 @@ export function watchCompare() {
   effect(() => {
     void [shown.value, large.value?.id];
     flipped.value = false;
+    targetSeen.value = false;
   });
 }

@@ -1,8 +1,10 @@
 /**
- * Files dropped anywhere on the window: objects, genomes and what was measured. Owns the drag events of the window; what a file leads to is done elsewhere.
+ * Files dropped anywhere on the window: objects, genomes, what was measured and pictures. Owns the drag events of the window; what a
+ * file leads to is done elsewhere.
  */
 import { takeMaterial } from "./presets.js";
-import { takeTarget } from "./search_draft.js";
+import { changeView, takeScene, takeTargets } from "./search_target.js";
+import { isScene } from "./search_views.js";
 import { kindOf } from "./search_words.js";
 import { NEW, looking, openSearches } from "./searches.js";
 import { uploadObj } from "./scene.js";
@@ -14,19 +16,30 @@ const carriesFile = (event) => event.dataTransfer?.types.includes("Files") ?? fa
 /** @param {FileList|null|undefined} files */
 export async function takeFiles(files) {
   if (!files || files.length === 0) return;
+  // While a search is asked for, whatever is dropped is meant as its target.
+  const all = [...files];
+  const isTarget = all.some(({ name }) => kindOf(name)) && all.every(({ name }) => kindOf(name) || isScene(name));
+  if (looking.value === NEW || isTarget) {
+    openSearches(NEW);
+    return takeTargets(all);
+  }
   if (files.length > 1) {
-    const place = looking.value === NEW ? "target" : "object";
-    if (place === "object") knobsOpen.value = true;
-    tell(place, { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one.` } });
+    knobsOpen.value = true;
+    tell("object", { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one.` } });
     return;
   }
   const [file] = files;
-  // While a search is asked for, whatever is dropped is meant as its target.
-  if (looking.value === NEW || kindOf(file.name)) {
-    openSearches(NEW);
-    return takeTarget(file);
-  }
   await (/\.(brood|json)$/i.test(file.name) ? takeMaterial(file) : uploadObj(file));
+}
+
+/** A field of a picture that takes a file of its own; answers whether there is one below. @param {EventTarget|null} target @param {FileList|undefined} files */
+function takeInto(target, files) {
+  const field = target instanceof Element ? /** @type {HTMLElement|null} */ (target.closest("[data-takes]")) : null;
+  if (!field || files?.length !== 1) return false;
+  const key = Number(field.dataset.key);
+  if (field.dataset.takes === "mask") changeView(key, { mask: files[0] });
+  else void takeScene(files[0], key);
+  return true;
 }
 
 export function listenToFiles() {
@@ -42,6 +55,6 @@ export function listenToFiles() {
     if (!carriesFile(event)) return;
     event.preventDefault();
     fileOver.value = false;
-    void takeFiles(event.dataTransfer?.files);
+    if (!takeInto(event.target, event.dataTransfer?.files)) void takeFiles(event.dataTransfer?.files);
   });
 }

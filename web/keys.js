@@ -5,12 +5,14 @@
  * @import { Cell } from "./types.js"
  */
 import { nameOf, pick, toggleFavourite, toggleMate } from "./breed.js";
-import { flipKeyDown, flipKeyUp, pinCell, pinned, unpin } from "./compare.js";
+import { keyOfB, pinCell, pinned, targetSeen, unpin } from "./compare.js";
 import { openComparison } from "./comparison.js";
 import { cellOf, letGo } from "./hands.js";
 import { inspectCell } from "./inspector.js";
 import { redo, undo } from "./lineage.js";
-import { openSearches } from "./searches.js";
+import { besideFound, understood } from "./pair.js";
+import { NEW, looking, openSearches } from "./searches.js";
+import { keyOfTarget, showTarget, sought } from "./sought.js";
 import { focused } from "./state.js";
 
 /** Row and column of the frames by slot: row by row around the 4 x 4 centre. */
@@ -79,6 +81,18 @@ const takesText = (target) =>
 /** What lies below a dialog does not change unseen. @param {EventTarget|null} target */
 const inDialog = (target) => target instanceof Element && target.closest("dialog") !== null;
 
+/** What a key that is down flips. @type {{key: string, of: {down: (now: number) => void, up: (now: number) => void}}|null} */
+let held = null;
+
+/** What a letter flips between two pictures where the hand is. @param {KeyboardEvent} event */
+function flipsBy(event) {
+  const over = event.target instanceof Element ? (event.target.closest("dialog") ?? document.querySelector("dialog[open]")) : null;
+  if (isPlain(event, "x") && over?.classList.contains("searches")) return looking.value === NEW ? understood.key : besideFound.key;
+  if (over) return null;
+  if (isPlain(event, "x") && pinned.value) return keyOfB;
+  return isPlain(event, "t") && sought.value ? keyOfTarget : null;
+}
+
 /** @param {KeyboardEvent} event */
 function keyAlone(event) {
   if (isPlain(event, "c") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
@@ -89,15 +103,23 @@ function keyAlone(event) {
     openSearches();
     event.preventDefault();
   }
-  if (event.key === "Escape" && !letGo() && !inDialog(event.target)) unpin();
-  if (event.key.toLowerCase() !== "x" || event.repeat || event.altKey || inDialog(event.target) || takesText(event.target) || !pinned.value) return;
-  flipKeyDown(event.timeStamp);
+  if (event.key === "Escape" && !letGo() && !inDialog(event.target)) {
+    if (targetSeen.value) showTarget(false);
+    else unpin();
+  }
+  if (event.repeat || takesText(event.target)) return;
+  const of = flipsBy(event);
+  if (!of) return;
+  held = { key: event.key.toLowerCase(), of };
+  of.down(event.timeStamp);
   event.preventDefault();
 }
 
 /** @param {KeyboardEvent} event */
 export function keyUpAnywhere(event) {
-  if (event.key.toLowerCase() === "x") flipKeyUp(event.timeStamp);
+  if (event.key.toLowerCase() !== held?.key) return;
+  held.of.up(event.timeStamp);
+  held = null;
 }
 
 /** @param {KeyboardEvent} event */

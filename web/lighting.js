@@ -5,7 +5,7 @@
  * @import { Lamp } from "./light_color.js"
  * @import { Scene } from "./types.js"
  */
-import { computed, effect, signal } from "./vendor/signals-core.js";
+import { computed, effect, signal, untracked } from "./vendor/signals-core.js";
 import { extentOf, extents } from "./extents.js";
 import { PLAIN, intensityOf, lampOf, plainStrength, strengthField } from "./light_color.js";
 import { guarded } from "./lineage.js";
@@ -66,8 +66,9 @@ export function watchLighting() {
   return effect(() => {
     const mesh = wishedScene.value?.mesh;
     if (!mesh || !knobsOpen.value || ready.value === null || extents.value.has(mesh)) return;
-    void guarded("light", async () => {
+    // What is told of a failure must not ask again.
+    untracked(() => void guarded("light", async () => {
       await extentOf(mesh);
-    });
+    }));
   });
 }

@@ -24,6 +24,7 @@ import { restJobWhileHidden } from "./search_events.js";
 import { watchJob } from "./search_job.js";
 import { watchPicture } from "./search_picture.js";
 import { followSearch, watchSearches } from "./searches.js";
+import { watchSought } from "./sought.js";
 import { askOnce } from "./token.js";
 import { App } from "./view/app.js";
 
@@ -57,6 +58,7 @@ followSearch();
 watchSearches();
 watchJob();
 watchPicture();
+watchSought();
 restJobWhileHidden();
 restWhileHidden();
 listenToFiles();

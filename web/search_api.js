@@ -2,16 +2,23 @@
  * The server's routes of targets and searches as functions. Owns their addresses and the reading of logs; knows nothing of the
  * page's state.
  *
- * @import { Found, Individual, Job, LogLine, Target, TargetKind } from "./types.js"
+ * @import { Found, Job, LogLine, Target } from "./types.js"
  */
 import { read, request } from "./api.js";
+import { sendingBy } from "./upload.js";
 
-/** @param {Blob} file @param {{kind: TargetKind, name?: string}} spec @returns {Promise<Target>} */
-export function createTarget(file, spec) {
+/**
+ * Takes a target in; its parts go with it by their names.
+ * @param {unknown} spec
+ * @param {Record<string, Blob>} parts
+ * @param {{progress: (sent: number, whole: number) => void, signal: AbortSignal}} how
+ * @returns {Promise<Target>}
+ */
+export function createTarget(spec, parts, how) {
   const body = new FormData();
   body.append("spec", JSON.stringify(spec));
-  body.append("file", file);
-  return request("POST", "/v1/targets", { body });
+  for (const [name, part] of Object.entries(parts)) body.append(name, part);
+  return request("POST", "/v1/targets", { body, send: sendingBy(how) });
 }
 
 /** The newest. @returns {Promise<Target[]>} */
@@ -28,6 +35,9 @@ export const createJob = (json) => request("POST", "/v1/jobs", { json, settled: 
 
 /** A page of searches, newest first. @param {string|null} cursor @returns {Promise<{items: Job[], next: string|null}>} */
 export const listJobs = (cursor) => request("GET", `/v1/jobs?limit=30${cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
+
+/** Those whose finds are born in a lineage, newest first. @param {string} lineage @returns {Promise<Job[]>} */
+export const listJobsOf = async (lineage) => (await request("GET", `/v1/jobs?limit=100&lineage=${lineage}`)).items;
 
 /** @param {string} id @returns {Promise<Job>} */
 export const getJob = (id) => request("GET", `/v1/jobs/${id}`);
@@ -49,3 +59,24 @@ export const jobEventsUrl = (id) => `/v1/jobs/${id}/events`;
 
 /** An individual in its own lineage's scene. @param {string} id @param {number} size @param {number|null} light_deg the scene's own where null */
 export const ownPictureUrl = (id, size, light_deg) => `/v1/individuals/${id}/render.png?size=${size}${light_deg === null ? "" : `&light_deg=${light_deg}`}`;
+
+/** One picture of a target of pictures. @param {string} id @param {number} view @param {"picture"|"scene"|"pixels"|"mask"} what */
+export const viewUrl = (id, view, what) => `/v1/targets/${id}/views/${view}/${what}.png`;
+
+/** A target of pictures, one of them as it is. @param {string} id @param {number} view */
+export const targetViewUrl = (id, view) => `/v1/targets/${id}/render.png?view=${view}`;
+
+/** An individual as one of the target's pictures would show it. @param {string} id @param {string} target @param {number} view */
+export const inViewUrl = (id, target, view) => `/v1/individuals/${id}/render.png?target=${target}&view=${view}`;
+
+/** @param {string} scene @param {number} size @param {number|null} light_deg */
+const under = (scene, size, light_deg) => `size=${size}&scene=${scene}${light_deg === null ? "" : `&light_deg=${light_deg}`}`;
+
+/** A measured target in a scene. @param {string} id @param {string} scene @param {number} size @param {number|null} light_deg the scene's own where null */
+export const targetUrl = (id, scene, size, light_deg) => `/v1/targets/${id}/render.png?${under(scene, size, light_deg)}`;
+
+/**
+ * An individual at the exposure that the target's picture has there.
+ * @param {string} id @param {string} target @param {string} scene @param {number} size @param {number|null} light_deg
+ */
+export const besideTargetUrl = (id, target, scene, size, light_deg) => `/v1/individuals/${id}/render.png?target=${target}&${under(scene, size, light_deg)}`;

@@ -1,106 +1,46 @@
 /**
  * A search that is being asked for: its target, its options, and the request that they make. Owns what is filled in, which stays
- * until a search has begun; knows nothing of drawing.
+ * until a search has begun; how a target comes to the server is search_target.js's.
  *
+ * @import { PictureDraft } from "./search_views.js"
  * @import { Dialect, Individual, Job, Target, TargetKind } from "./types.js"
  */
 import { signal } from "./vendor/signals-core.js";
 import { guarded } from "./lineage.js";
 import * as api from "./search_api.js";
-import { kindOf, nameOfTarget } from "./search_words.js";
+import { nameOfTarget } from "./search_words.js";
 import { NEW, looking, openSearches, putJob } from "./searches.js";
 import { forget, large, lineage, tell } from "./state.js";
 
 /**
- * @typedef {{file: File|null, kind: TargetKind|"", target: Target|null, name: string, strategy: string,
- *   measure: "seconds"|"generations", seconds: string, generations: string, seed: string, threads: string, mirrored: boolean,
+ * @typedef {"seconds"|"generations"|"evaluations"} Measure
+ *
+ * @typedef {{file: File|null, kind: TargetKind|"", views: PictureDraft[], target: Target|null, own: string|null, name: string,
+ *   strategy: string, measure: Measure, seconds: string, generations: string, evaluations: string, seed: string, threads: string, mirrored: boolean,
  *   into: "own"|"open", start: {of: Individual, name: string}|null}} Draft
- *   Numbers are as they are typed.
+ *   Numbers are as they are typed. `file`: what was chosen, the first of several pictures; `views`: what is said of pictures;
+ *   `own`: the target that this form has made and that nothing searches for yet.
  */
 
-/** The server's limit, said before so much is sent in vain. */
-export const FILE_BYTES = 64 * 1024 * 1024;
 /** What the server knows by name; none is sent unless it is chosen. */
 export const STRATEGIES = ["hybrid", "lobes", "gp", "analytic"];
 
 /** @type {Draft} */
 const BLANK = {
-  file: null, kind: "", target: null, name: "", strategy: "", measure: "seconds", seconds: "25", generations: "40", seed: "", threads: "",
-  mirrored: false, into: "own", start: null,
+  file: null, kind: "", views: [], target: null, own: null, name: "", strategy: "", measure: "seconds", seconds: "25", generations: "40",
+  evaluations: "20000", seed: "", threads: "", mirrored: false, into: "own", start: null,
 };
 
 /** @template T @typedef {import("./vendor/signals-core.js").Signal<T>} Signal */
 /** @type {Signal<Draft>} */
 export const draft = signal(BLANK);
-/** A file is on its way, or its reading. @type {Signal<boolean>} */
-export const reading = signal(false);
 /** @type {Signal<boolean>} */
 export const starting = signal(false);
-/** Those that the server has, newest first. @type {Signal<Target[]>} */
-export const targets = signal([]);
 
 /** @param {Partial<Draft>} change */
 export function fill(change) {
   draft.value = { ...draft.value, ...change };
 }
-
-export const readTargets = () => guarded("target", async () => {
-  targets.value = await api.listTargets();
-});
-
-/** The newest file wins over answers that come late. */
-let wish = 0;
-
-/** Sends the chosen file to be read; nothing is searched yet. */
-async function readFile() {
-  const mine = ++wish;
-  const { file, kind } = draft.value;
-  if (!file || !kind) return;
-  reading.value = true;
-  try {
-    await guarded("target", async () => {
-      const made = await api.createTarget(file, { kind, name: file.name.replace(/\.[^.]*$/, "") });
-      targets.value = [made, ...targets.value];
-      if (mine === wish) fill({ target: made });
-    });
-  } finally {
-    if (mine === wish) reading.value = false;
-  }
-}
-
-/** A file from the picker or dropped: it is read at once where its name tells what it is. @param {File|undefined} file */
-export function takeTarget(file) {
-  if (!file) return;
-  forget("target");
-  if (file.size > FILE_BYTES) {
-    const detail = `${file.name} has ${Math.round(file.size / 2 ** 20)} MiB; a target may have 64.`;
-    tell("target", { problem: { title: "The file is too large", status: 413, detail } });
-    return;
-  }
-  fill({ file, kind: kindOf(file.name), target: null });
-  void readFile();
-}
-
-/** The same file, read as another kind. @param {TargetKind} kind */
-export function readAs(kind) {
-  fill({ kind, target: null });
-  void readFile();
-}
-
-/** One that the server has already. @param {Target} target */
-export function chooseTarget(target) {
-  wish += 1;
-  reading.value = false;
-  forget("target");
-  fill({ file: null, kind: target.kind, target });
-}
-
-/** @param {Target} target */
-export const removeTarget = (target) => guarded("target", async () => {
-  await api.deleteTarget(target.id);
-  targets.value = targets.value.filter(({ id }) => id !== target.id);
-  if (draft.value.target?.id === target.id) fill({ target: null, file: null, kind: "" });
-});
 
 /** Starts the form from an individual, its finds to be born beside it. @param {Individual} of @param {string} name */
 export function searchFrom(of, name) {
@@ -128,10 +68,10 @@ const isWhole = (text) => /^\d+$/.test(text.trim());
  * @returns {{json: Record<string, unknown>}|{field: string, wrong: string}}
  */
 export function requestOf(of, open) {
-  if (!of.target) return { field: "target", wrong: "Choose what to match first: a file, or a target that is here already." };
+  if (!of.target) return { field: "target", wrong: of.kind === "image" && of.file ? "Have the pictures read first." : "Choose what to match first: a file, or a target that is here already." };
   const budget = Number(of[of.measure]);
   if (of[of.measure].trim() === "" || !(budget > 0)) return { field: of.measure, wrong: `How many ${of.measure}? A number above 0.` };
-  if (of.measure === "generations" && !Number.isInteger(budget)) return { field: "generations", wrong: "Generations are a whole number." };
+  if (of.measure !== "seconds" && !Number.isInteger(budget)) return { field: of.measure, wrong: `${of.measure === "generations" ? "Generations" : "Evaluations"} are a whole number.` };
   if (of.seed.trim() !== "" && !isWhole(of.seed)) return { field: "seed", wrong: "A seed is a whole number, or empty." };
   if (of.threads.trim() !== "" && !(isWhole(of.threads) && Number(of.threads) > 0)) return { field: "threads", wrong: "Threads are a whole number from 1 on, or empty for all." };
   /** @type {Record<string, unknown>} */
@@ -180,7 +120,7 @@ const pointed = (error) => /^\/(\w+)/.exec(error?.problem?.pointer ?? "")?.[1] ?
 
 /** The next form begins with the same options, but is of nothing yet. @param {Job} job */
 function began(job) {
-  fill({ name: "", start: null });
+  fill({ name: "", start: null, own: null });
   putJob(job);
   if (looking.value === NEW) openSearches(job.id);
 }

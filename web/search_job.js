@@ -5,7 +5,7 @@
  * @import { Found, Individual, Job, LogLine, Target } from "./types.js"
  */
 import { batch, computed, effect, signal, untracked } from "./vendor/signals-core.js";
-import { ProblemError, getIndividual } from "./api.js";
+import { ProblemError, getIndividual, getLineage } from "./api.js";
 import { breed } from "./breed.js";
 import { guarded, open } from "./lineage.js";
 import * as api from "./search_api.js";
@@ -21,6 +21,10 @@ import { focused, forget } from "./state.js";
 export const job = signal(null);
 /** @type {Signal<Target|null>} */
 export const target = signal(null);
+/** Whether the server has answered what the target is; it may be gone. @type {Signal<boolean>} */
+export const isTargetKnown = signal(false);
+/** The scene of the lineage where finds are born. @type {Signal<string|null>} */
+export const bornIn = signal(null);
 /** @type {Signal<LogLine[]>} */
 export const lines = signal([]);
 /** The best first. @type {Signal<Found[]>} */
@@ -62,16 +66,18 @@ async function reread(id) {
     if (before && before !== present.state) told.value = `${present.name} is ${stateInWords(present.state)}.`;
   });
   if (hasEnded(present)) leaveJob();
-  if (target.value?.id !== present.target) void readTarget(present.target);
+  if (!isTargetKnown.value) void readTarget(present);
 }
 
-/** The target may be gone after the search has ended; then nothing is told of it. @param {string} id */
-async function readTarget(id) {
-  try {
-    target.value = await api.getTarget(id);
-  } catch {
-    target.value = null;
-  }
+/** The target may be gone after the search has ended, and so may the lineage; then nothing is told of them. @param {Job} of */
+async function readTarget(of) {
+  const [to, born] = await Promise.allSettled([api.getTarget(of.target), getLineage(of.lineage)]);
+  if (job.value?.id !== of.id) return;
+  batch(() => {
+    target.value = to.status === "fulfilled" ? to.value : null;
+    bornIn.value = born.status === "fulfilled" ? born.value.scene : null;
+    isTargetKnown.value = true;
+  });
 }
 
 /** @param {string} id */
@@ -157,7 +163,8 @@ function turnTo(id) {
   leaveJob();
   logged = 0;
   batch(() => {
-    [job.value, target.value, lines.value, front.value, picked.value, told.value, ending.value] = [null, null, [], [], null, "", false];
+    [job.value, lines.value, front.value, picked.value, told.value, ending.value] = [null, [], [], null, "", false];
+    [target.value, isTargetKnown.value, bornIn.value] = [null, false, null];
   });
   forget("job", "found");
   if (id !== null && id !== ALL && id !== NEW) follow(id);

@@ -12,6 +12,7 @@ export const KINDS = [
   { value: "merl", name: "MERL table (.binary)", ends: /\.binary$/i },
   { value: "rgl", name: "RGL measurement (.bsdf)", ends: /\.bsdf$/i },
   { value: "cornell", name: "goniometer text (.brdf)", ends: /\.brdf$/i },
+  { value: "image", name: "picture of a known scene (.png .jpg .hdr .exr)", ends: /\.(png|jpe?g|hdr)$/i },
 ];
 
 /** The kind that a file's name tells; none where it tells nothing. @param {string} name @returns {TargetKind|""} */

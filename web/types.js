@@ -60,7 +60,7 @@
  * @typedef {{type?: string, title: string, status: number, detail: string, pointer?: string, line?: number,
  *   column?: number}} Problem
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"|"searches"|"target"|"search"|"job"|"found"} Place
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|"light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"|"sought"|"searches"|"target"|"search"|"job"|"found"} Place
  *   Where on the page a problem is told.
  *
  * @typedef {{problem: Problem, retry?: () => void}} Trouble
@@ -111,15 +111,25 @@
  *
  * @typedef {{scene: string, exposure_ev: number, size_px: number, other_light_deg: number, materials: Compared[]}} Comparison
  *
- * @typedef {"samples"|"slice"|"merl"|"rgl"|"cornell"} TargetKind
+ * @typedef {"samples"|"slice"|"merl"|"rgl"|"cornell"|"image"} TargetKind
+ *
+ * @typedef {{pixels: number, used: number, masked: number, background: number, edge: number, clipped: number, unlit: number,
+ *   half_lit: number, several_lights: number, grazing: number}} PixelCounts
+ *
+ * @typedef {{size_px: number, scene: Scene, samples: number|string, gain_solved: boolean, held_out: boolean, pixels: PixelCounts}} TargetView
+ *   One picture of a target of pictures.
  *
  * @typedef {{id: string, kind: TargetKind, name: string, samples: number, fitted_samples: number, held_out_samples: number,
- *   skipped_samples: number, largest_f: number, reciprocal_floor: number|null, hash: string, bytes: number, created_ms: number}} Target
+ *   skipped_samples: number, largest_f: number, reciprocal_floor: number|null, hash: string, bytes: number, created_ms: number,
+ *   views?: TargetView[]}} Target
+ *
+ * @typedef {{rmse: number|null, flip: number|null, gain: number|null, held_out: boolean}} FoundView
+ *   How a find looks in one of the target's pictures.
  *
  * @typedef {"queued"|"running"|"paused"|"succeeded"|"failed"|"cancelled"} JobState
  *
  * @typedef {{individual: string, hash: string, e_log: number, e_log_fitted: number, e_cbrt: number, relative_l2: number,
- *   operations: number, numbers: number, divisor: number, generation: number, thumbnail?: string}} Found
+ *   operations: number, numbers: number, divisor: number, generation: number, thumbnail?: string, views?: FoundView[]|null}} Found
  *   A material that a search found; it is an individual of the search's lineage.
  *
  * @typedef {{seconds?: number, generations?: number, evaluations?: number}} Budget one of the three

@@ -18,6 +18,7 @@ import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
+import { target, targetByFinger } from "./target.mjs";
 import { visitor } from "./visitor.mjs";
 
 const FLAGS = [
@@ -218,7 +219,9 @@ async function looking(hand, base) {
 }
 
 async function searching(hand, base) {
-  await search(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
+  const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
+  await search(hand, step, shot, base);
+  await target(hand, step, shot, base);
 }
 
 async function drawn(hand, base) {
@@ -235,7 +238,7 @@ async function first(hand, base) {
   await visitor(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
 }
 
-async function narrow(hand) {
+async function narrow(hand, base) {
   await step("breeds by tap on a screen of 360 pixels", async () => {
     await hand.open();
     const sideways = () => document.documentElement.scrollWidth - document.documentElement.clientWidth;
@@ -248,6 +251,7 @@ async function narrow(hand) {
   await inspectByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   await comparisonByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
   await searchByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }));
+  await targetByFinger(hand, step, (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) }), base);
   hand.quiet();
 }
 

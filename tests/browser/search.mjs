@@ -100,7 +100,7 @@ export async function search(hand, step, shot, base) {
     await hand.id("search-strategy").selectOption("lobes");
     await start(hand, GENERATIONS);
     await hand.id("search-course").locator("svg[role=img] > path.curve").first().waitFor();
-    await hand.id("found-picture").locator("img").waitFor();
+    await hand.id("found-picture").locator("img").first().waitFor();
     await shot("53-search-running");
     await stands(hand, "done");
     const ended = await present(hand);
@@ -126,12 +126,30 @@ export async function search(hand, step, shot, base) {
     await page.getByTestId("found-picture").locator(`img[src*="${shortest.individual}"]`).waitFor();
     await hand.id("found-light").fill("90");
     await hand.id("found-light").blur();
-    await page.getByTestId("found-picture").locator("img[src*='light_deg=90']").waitFor();
+    await page.getByTestId("found-picture").locator("img[src*='light_deg=90']").first().waitFor();
     await shot("54-search-front");
     await hand.accessible("a search that is done");
     await hand.id("found-light-rest").click();
     await hand.id("front-table").locator("tbody button").first().click();
     await page.getByTestId("found-picture").locator(`img[src*="${front[0].individual}"]`).waitFor();
+  });
+
+  await step("shows the target beside the find at the same light, and over it", async () => {
+    const pair = hand.id("found-pair");
+    const sources = await pair.locator("img").evaluateAll((images) => images.map((image) => image.getAttribute("src")));
+    const [beside, find, over] = sources.map((source) => new URL(source, base));
+    assert.equal(beside.href, over.href);
+    assert.ok(beside.pathname.includes(job.target) && find.pathname.includes(front[0].individual), sources.join());
+    assert.deepEqual(["scene", "size", "light_deg"].map((name) => beside.searchParams.get(name)), ["scene", "size", "light_deg"].map((name) => find.searchParams.get(name)));
+    const seen = () => pair.locator("[data-seen]").getAttribute("data-seen");
+    await page.keyboard.down("x");
+    assert.equal(await seen(), "100");
+    await page.keyboard.up("x");
+    await hand.id("found-pair-flip").click();
+    assert.equal(await seen(), "0");
+    await hand.id("found-pair-blend").fill("40");
+    assert.equal(await seen(), "40");
+    await hand.accessible("a find and its target");
   });
 
   await step("restores a search from its link, and lists it", async () => {
@@ -207,7 +225,7 @@ export async function searchByFinger(hand, step, shot) {
     await hand.accessible("360 x 740, a new search");
     await start(hand, 1);
     await stands(hand, "done");
-    await hand.id("found-picture").locator("img").waitFor();
+    await hand.id("found-picture").locator("img").first().waitFor();
     assert.ok((await sideways()) <= 0, "nothing sticks out sideways");
     await shot("59-narrow-search");
     await hand.id("search-front").scrollIntoViewIfNeeded();

@@ -11,7 +11,7 @@
  * @import { Extent, PointLight } from "./view.js"
  */
 import { computed, effect, signal } from "../vendor/signals-core.js";
-import { flipped, pinned, seenIn } from "../compare.js";
+import { flipped, pinned, seenIn, targetSeen } from "../compare.js";
 import { extentOf, extents } from "../extents.js";
 import { isLayered } from "../layers.js";
 import { ready } from "../pictures.js";
@@ -282,7 +282,7 @@ export function watchLive() {
   });
   effect(() => {
     // What a drawing depends on; the loop reads it again.
-    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value];
+    void [generation.value, wishedScene.value, held.value, turning.value, moving.value, rest.value, able.value, clipped.value, pinned.value, flipped.value, targetSeen.value];
     schedule();
   });
   document.addEventListener("visibilitychange", schedule);

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { flipKeyDown, flipKeyUp, flipped, namedIn, pinned } from "../compare.js";
+import { flipped, keyOfB, namedIn, pinned, seenIn, targetSeen } from "../compare.js";
 
 const HERE = "http://127.0.0.1:7000";
 const ID = "01a1ffd9-51b1-75fb-b7c0-def93ade19a9";
@@ -26,12 +26,27 @@ test("what names nothing is told apart by its reason", () => {
 test("a short press flips, and a held one only for as long as it is held", () => {
   pinned.value = /** @type {any} */ ({ id: ID });
   flipped.value = false;
-  flipKeyDown(1000);
-  flipKeyUp(1100);
+  keyOfB.down(1000);
+  keyOfB.up(1100);
   assert.equal(flipped.value, true);
-  flipKeyDown(2000);
+  keyOfB.down(2000);
   assert.equal(flipped.value, false);
-  flipKeyUp(2800);
+  keyOfB.up(2800);
   assert.equal(flipped.value, true);
+  pinned.value = null;
+});
+
+test("B takes the target's place in the centre, where no individual is seen while the target is", () => {
+  const b = /** @type {any} */ ({ id: ID });
+  pinned.value = b;
+  flipped.value = true;
+  targetSeen.value = true;
+  assert.equal(seenIn("centre"), null);
+  keyOfB.down(1000);
+  keyOfB.up(1010);
+  assert.equal(targetSeen.value, false);
+  flipped.value = true;
+  assert.equal(seenIn("centre"), b);
+  flipped.value = false;
   pinned.value = null;
 });

@@ -9,8 +9,8 @@ import { budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindOf
 const TARGET = /** @type {any} */ ({ id: "t-1", name: "gold" });
 /** @type {any} */
 const DRAFT = {
-  file: null, kind: "samples", target: TARGET, name: "", strategy: "", measure: "seconds", seconds: "25", generations: "40", seed: "", threads: "",
-  mirrored: false, into: "own", start: null,
+  file: null, kind: "samples", views: [], target: TARGET, own: null, name: "", strategy: "", measure: "seconds", seconds: "25", generations: "40",
+  evaluations: "20000", seed: "", threads: "", mirrored: false, into: "own", start: null,
 };
 
 /** @param {number} generation @param {number|null} held */
@@ -33,13 +33,14 @@ test("a form says all that was filled in, and a seed arrives whole", () => {
       lineage: "l-1", start: ["i-1"],
     },
   });
+  assert.deepEqual(requestOf({ ...DRAFT, measure: "evaluations" }, null), { json: { kind: "fit", target: "t-1", evaluations: 20000 } });
   assert.deepEqual(requestOf({ ...DRAFT, into: "open" }, null), { json: { kind: "fit", target: "t-1", seconds: 25 } });
 });
 
 test("a form that cannot be sent says which field is wrong", () => {
   for (const [change, field] of /** @type {[any, string][]} */ ([
     [{ target: null }, "target"], [{ seconds: "" }, "seconds"], [{ seconds: "soon" }, "seconds"], [{ seconds: "0" }, "seconds"],
-    [{ measure: "generations", generations: "2.5" }, "generations"], [{ seed: "-1" }, "seed"], [{ threads: "0" }, "threads"], [{ threads: "two" }, "threads"],
+    [{ measure: "generations", generations: "2.5" }, "generations"], [{ measure: "evaluations", evaluations: "1e-3" }, "evaluations"], [{ seed: "-1" }, "seed"], [{ threads: "0" }, "threads"], [{ threads: "two" }, "threads"],
   ])) {
     const asked = requestOf({ ...DRAFT, ...change }, null);
     assert.equal("field" in asked && asked.field, field, JSON.stringify(change));
@@ -120,7 +121,7 @@ test("a click means the nearest point within reach", () => {
 });
 
 test("a file's name tells what it is", () => {
-  assert.deepEqual(["a.CSV", "b.exr", "gold.binary", "x_rgb.bsdf", "paint.brdf", "c.obj"].map(kindOf), ["samples", "slice", "merl", "rgl", "cornell", ""]);
+  assert.deepEqual(["a.CSV", "b.exr", "gold.binary", "x_rgb.bsdf", "paint.brdf", "c.obj", "d.PNG", "e.jpeg", "f.hdr"].map(kindOf), ["samples", "slice", "merl", "rgl", "cornell", "", "image", "image", "image"]);
 });
 
 test("what can be done follows from the state", () => {

@@ -38,7 +38,7 @@ export function App() {
     <${Inspector} />
     <${Comparison} />
     <${TokenQuestion} />
-    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, a .brood to breed from it, or measured samples to search for them</p></div>`}
+    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, a .brood to breed from it, or measured samples or pictures to search for them</p></div>`}
     <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>
   `;
 }

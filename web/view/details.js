@@ -19,6 +19,7 @@ import { detailsOpen, focused, generation, inOrder, large } from "../state.js";
 import { Compare, Pin } from "./compare.js";
 import { Exports, listFormats } from "./exports.js";
 import { Layers } from "./layers.js";
+import { SoughtSection } from "./sought.js";
 import { Trouble } from "./trouble.js";
 import { albedoInWords, madeBy, reflectsInWords } from "./words.js";
 
@@ -112,7 +113,7 @@ export function Details() {
   return html`
     <aside class="pane right" aria-label="Details">
       <button type="button" class="close" aria-label="Close the details" onClick=${() => (detailsOpen.value = false)}>×</button>
-      <${Centre} /><${Compare} /><${Favourites} />
+      <${Centre} /><${SoughtSection} /><${Compare} /><${Favourites} />
     </aside>
   `;
 }

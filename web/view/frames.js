@@ -6,7 +6,7 @@
 import { signal } from "../vendor/signals-core.js";
 import { pictureUrl } from "../api.js";
 import { nameOf, toggleFavourite } from "../breed.js";
-import { flip, flipped, pinCell, pinned } from "../compare.js";
+import { flip, flipped, pinCell, pinned, targetSeen } from "../compare.js";
 import { listenToHands } from "../hands.js";
 import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
@@ -14,8 +14,10 @@ import { makeupInWords } from "../layers.js";
 import { attachCanvas, isPictured, liveCells, schedule } from "../live/live.js";
 import { still } from "../live/stills.js";
 import { mark } from "../marks.js";
+import { sought } from "../sought.js";
 import { Pin } from "./compare.js";
 import { LightDot } from "./light.js";
+import { InCentre, InCentreFlip } from "./sought.js";
 import { attempts, failed, loaded, pictureFailed, pictureLoaded, ready, tryAgain } from "../pictures.js";
 import { breeding, clipped, focused, generation, individualIn, lineage, mate, sceneBusy, shown, turning, scene } from "../state.js";
 import { globe } from "../turn.js";
@@ -47,6 +49,7 @@ function label(cell, of) {
   if (of.twin) parts.push("twin of another");
   if (mate.value?.id === of.id) parts.push("mate");
   if (pinned.value?.id === of.id) parts.push("B");
+  if (cell === "centre" && targetSeen.value) parts.push("the target is shown in its place");
   if (cell === "centre" && flipped.value) parts.push("B is shown in its place");
   return parts.join(", ");
 }
@@ -163,6 +166,7 @@ function Frame({ cell }) {
   const other = centre ? pinned.value : null;
   const isB = of !== null && pinned.value?.id === of.id;
   const flippedHere = other !== null && flipped.value;
+  const away = flippedHere || (centre && targetSeen.value);
   const scaled = !drawnLive && centre && scene.value && turning.value?.kind === "scale" ? turning.value.scale / scene.value.scale : 1;
   return html`
     <div
@@ -178,12 +182,13 @@ function Frame({ cell }) {
       onFocus=${() => (focused.value = cell)}
     >
       ${of && html`
-        <div class=${`pictures ${drawnLive ? "lit" : ""} ${flippedHere ? "flipped" : ""}`} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
+        <div class=${`pictures ${drawnLive ? "lit" : ""} ${away ? "flipped" : ""}`} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
           <${Picture} of=${of} cell=${cell} />
           ${large && html`<${Large} url=${large} />`}
           ${lit && html`<${Still} key=${`${of.id} ${lineage.value?.scene}`} url=${lit} />`}
           <${Marks} url=${lit ?? (large && loaded.value.has(large) ? large : of.thumbnail)} />
           ${other && html`<${Other} of=${other} />`}
+          ${centre && sought.value && html`<${InCentre} size=${ready.value === shown.value ? Math.max(256, largePx.value) : 256} />`}
         </div>
         ${centre && !drawnLive && html`<${Globe} />`}
         ${centre && html`<${LightDot} />`}
@@ -192,6 +197,7 @@ function Frame({ cell }) {
         <${Pin} name=${nameOf(cell)} on=${isB} does=${() => pinCell(cell, nameOf(cell))} />
         ${other && html`<button type="button" class="flip" data-testid="flip-here" tabindex="-1" aria-pressed=${flippedHere} aria-label="Show B in the place of the centre" title="Flip between A and B (X)"
           onClick=${() => flip(!flipped.value)}><span class=${flippedHere ? "a" : "a on"}></span><span class=${flippedHere ? "b on" : "b"}></span></button>`}
+        ${centre && html`<${InCentreFlip} />`}
         ${isMate && html`<span class="badge" data-testid="mate-badge">mate</span>`}
       `}
     </div>

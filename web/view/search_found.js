@@ -1,17 +1,21 @@
 /**
- * The find that is chosen: its picture under its own light or another, its figures, and what can be done with it. Owns their words.
+ * The find that is chosen: its picture beside the target's, under their own light or another, its figures, and what can be done with
+ * it. Owns their words.
  *
- * @import { Found, Job } from "../types.js"
+ * @import { Found, Job, Target } from "../types.js"
  */
 import { pin } from "../compare.js";
 import { html } from "../html.js";
 import { openInspector } from "../inspector.js";
-import { breedFound, chosen, front, individuals, openLineageOf, showFound } from "../search_job.js";
-import { heldLight, isComing, light, picture } from "../search_picture.js";
+import { besideFound } from "../pair.js";
+import { breedFound, chosen, front, individuals, openLineageOf, showFound, target } from "../search_job.js";
+import { findPicture, heldLight, isPaired, light, lookAt, targetPicture, view } from "../search_picture.js";
+import { nameOfView } from "../search_views.js";
 import { errorInWords, hasEnded } from "../search_words.js";
 import { closeSearches } from "../searches.js";
 import { Slider } from "./control.js";
 import { Exports, listFormats } from "./exports.js";
+import { Pair } from "./pair.js";
 import { Trouble } from "./trouble.js";
 
 /** @param {{name: string, value: unknown, title?: string}} props */
@@ -20,15 +24,22 @@ const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</d
 /** @param {Found} of */
 const nameOf = (of) => (of === front.value[0] ? "the best" : `a find of ${of.operations} operations`);
 
-/** Puts the light back where its lineage has it. */
+/** Puts the light back where its scene has it. */
 function restLight() {
   light.value = null;
   heldLight.value = null;
 }
 
+/** Why the target is not beside it. @param {Target|null} to */
+function alone(to) {
+  if (!to) return "The target is not on the server any more.";
+  return (to.views ?? []).length > 0 ? "The find alone: the picture was not taken under this light, so there is nothing to hold against it." : "";
+}
+
 /** The light goes around, to angles that nobody looked at. */
 function Light() {
   const at = heldLight.value ?? light.value;
+  const words = light.value === null ? "" : alone(target.value);
   /** @param {number} to */
   const rest = (to) => {
     light.value = to;
@@ -40,18 +51,63 @@ function Light() {
         title="How it looks under a light that stands elsewhere" turns=${(/** @type {number} */ to) => (heldLight.value = to)} rests=${rest} />
       <button type="button" data-testid="found-light-rest" disabled=${at === null} aria-label="Back to its own light" title="Back to its own light" onClick=${restLight}>↺</button>
     </div>
+    ${words && html`<p class="small" role="status" data-testid="found-alone">${words}</p>`}
   `;
 }
 
-/** @param {{of: Found|null, waits: string}} props */
+/** Under which light a picture is, where it is not its own. */
+const underLight = () => (light.value === null ? "" : ` under a light at ${light.value}°`);
+
+/** @param {import("../arriving.js").Arriving} picture @param {string} name @param {string} words @returns {import("./pair.js").Side} */
+const side = (picture, name, words) => ({ name, words, url: picture.there.value?.url ?? null, coming: picture.isComing.value, lost: picture.isLost.value });
+
+/** The find, with the target beside and over it where it can be drawn. @param {{of: Found|null, waits: string}} props */
 function Picture({ of, waits }) {
-  const there = picture.value;
+  if (isPaired.value) {
+    const views = target.value?.views ?? [];
+    const named = views.length > 0 ? nameOfView(views, view.value) : "the target";
+    const name = views.length > 1 ? `picture ${view.value + 1}` : views.length > 0 ? "picture" : "target";
+    return html`
+      <div data-testid="found-picture">
+        <${Pair} id="found-pair" upper=${side(targetPicture, name, `${named}${underLight()}`)} lower=${side(findPicture, "find", `${of ? nameOf(of) : "nothing"}${underLight()}`)}
+          state=${besideFound} waits=${of ? "It is drawn …" : waits} />
+      </div>
+    `;
+  }
+  const there = findPicture.there.value;
+  const coming = findPicture.isComing.value;
   return html`
-    <div class=${isComing.value && there ? "best coming" : "best"} aria-busy=${isComing.value} data-testid="found-picture">
+    <div class=${coming && there ? "best coming" : "best"} aria-busy=${coming} data-testid="found-picture">
       ${of && there
-        ? html`<img src=${there.url} width="384" height="384" alt=${`${nameOf(of)}${light.value === null ? "" : ` under a light at ${light.value}°`}`} />`
-        : html`<p class="small hollow">${of ? "Its picture is drawn …" : waits}</p>`}
+        ? html`<img src=${there.url} width="384" height="384" alt=${`${nameOf(of)}${underLight()}`} />`
+        : html`<p class="small hollow">${!of ? waits : findPicture.isLost.value ? "Its picture cannot be drawn." : "Its picture is drawn …"}</p>`}
     </div>
+  `;
+}
+
+/** The target's pictures, each with how far the find is from it. @param {{of: Found}} props */
+function Views({ of }) {
+  const to = target.value;
+  const views = to?.views ?? [];
+  if (views.length === 0) return null;
+  return html`
+    <table class="finds views" data-testid="found-views">
+      <caption class="unseen">How the find looks in the target's pictures</caption>
+      <thead><tr><th scope="col">picture</th><th scope="col" title="Root mean square of the differences of linear radiance">RMSE</th><th scope="col" title="How different they look when one flips to the other, 0 to 1">FLIP</th>
+        <th scope="col" title="By what the picture is multiplied: its brightness was not known where this was solved for">gain</th></tr></thead>
+      <tbody>
+        ${views.map((one, at) => {
+          const on = at === view.value;
+          const found = of.views?.[at];
+          return html`
+            <tr key=${at} class=${on ? "on" : ""} onClick=${() => lookAt(at)}>
+              <td><button type="button" aria-pressed=${on} data-testid=${`found-view-${at}`} onClick=${() => lookAt(at)}>${views.length > 1 ? at + 1 : "the picture"}${one.held_out ? " held out" : ""}</button></td>
+              <td>${errorInWords(found?.rmse)}</td><td>${errorInWords(found?.flip)}</td><td>${one.gain_solved ? errorInWords(found?.gain) : "known"}</td>
+            </tr>
+          `;
+        })}
+      </tbody>
+    </table>
   `;
 }
 
@@ -91,14 +147,21 @@ function Deeds({ of, within }) {
   `;
 }
 
+/** @param {Found|null} of @param {Job} within */
+function titleOf(of, within) {
+  if (of && front.value.length > 1 && of !== front.value[0]) return "Chosen from the front";
+  if (hasEnded(within)) return of ? "The best" : "Nothing found";
+  return "Best so far";
+}
+
 /** @param {{of: Job, waits: string}} props */
 export function FoundView({ of: within, waits }) {
   const of = chosen.value;
   return html`
     <section class="found-one" aria-labelledby="found-title">
-      <h3 id="found-title">${of && front.value.length > 1 && of !== front.value[0] ? "Chosen from the front" : hasEnded(within) ? "The best" : "Best so far"}</h3>
+      <h3 id="found-title">${titleOf(of, within)}</h3>
       <${Picture} of=${of} waits=${waits} />
-      ${of && html`<${Light} /><${Figures} of=${of} /><${Deeds} of=${of} within=${within} />`}
+      ${of && html`<${Light} /><${Views} of=${of} /><${Figures} of=${of} /><${Deeds} of=${of} within=${within} />`}
       <${Trouble} place="found" />
       <button type="button" class="link" data-testid="job-lineage" title="All that was found on the way, in order" onClick=${() => openLineageOf(within)}>Open its lineage</button>
     </section>

@@ -5,7 +5,9 @@
  * @import { Found, Job } from "../types.js"
  */
 import { html } from "../html.js";
-import { change, chosen, ending, front, job, lines, picked, target, told } from "../search_job.js";
+import { change, chosen, ending, front, isTargetKnown, job, lines, picked, target, told } from "../search_job.js";
+import { searchAgain } from "../search_target.js";
+import { isPaired } from "../search_picture.js";
 import { budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindInWords, nameOfTarget, reasonInWords, stateInWords } from "../search_words.js";
 import { Course, FrontChart } from "./search_charts.js";
 import { FoundView } from "./search_found.js";
@@ -38,6 +40,7 @@ function Deeds({ of }) {
         ? html`<button type="button" data-testid="job-resume" disabled=${!can.resumed} onClick=${() => change("resume")}>Resume</button>`
         : html`<button type="button" data-testid="job-pause" disabled=${!can.paused} onClick=${() => change("pause")}>Pause</button>`}
       <button type="button" data-testid="job-cancel" disabled=${!can.cancelled} onClick=${() => (ending.value = true)}>Cancel</button>
+      ${hasEnded(of) && target.value && html`<button type="button" data-testid="job-again" title="A new search for the same, to be changed before it begins" onClick=${() => target.value && searchAgain(of, target.value)}>Search again …</button>`}
     </div>
   `;
 }
@@ -57,8 +60,11 @@ const Progress = ({ of }) => html`
 
 /** @param {{of: Job}} props */
 const Failed = ({ of }) => of.state === "failed" && html`
-  <div class="trouble" role="alert" data-testid="job-reason"><p><strong>The search failed.</strong> ${reasonInWords(of.reason)} What it had found is there.</p></div>
+  <div class="trouble" role="alert" data-testid="job-reason"><p><strong>The search failed.</strong> ${sentence(reasonInWords(of.reason))}${front.value.length > 0 ? " What it had found is there." : ""}</p></div>
 `;
+
+/** A reason of the server is no sentence. @param {string} words */
+const sentence = (words) => words.charAt(0).toUpperCase() + words.slice(1) + (/[.!?]$/.test(words) ? "" : ".");
 
 /** @param {{name: string, value: unknown, title?: string}} props */
 const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
@@ -70,6 +76,7 @@ function About({ of }) {
     <section class="asked" aria-labelledby="asked-title">
       <h3 id="asked-title">As asked for</h3>
       <dl>
+        ${!to && isTargetKnown.value && html`<${Fact} name="target" value="not on the server any more" />`}
         ${to && html`<${Fact} name="target" value=${nameOfTarget(to)} /><${Fact} name="kind" value=${kindInWords(to.kind)} /><${Fact} name="samples" value=${`${to.fitted_samples.toLocaleString("en")} fitted, ${to.held_out_samples.toLocaleString("en")} held out`} />`}
         ${to && to.reciprocal_floor !== null && html`<${Fact} name="reciprocal floor" value=${errorInWords(to.reciprocal_floor)} title="Nothing reciprocal comes closer than this" />`}
         <${Fact} name="strategy" value=${of.strategy} />
@@ -156,7 +163,7 @@ export function JobView() {
       <div class="standing"><${Progress} of=${of} /><${Deeds} of=${of} /></div>
       <${Trouble} place="job" />
       <${Failed} of=${of} />
-      <div class="looked">
+      <div class=${isPaired.value || (target.value?.views ?? []).length > 0 ? "looked paired" : "looked"}>
         <${FoundView} of=${of} waits=${waiting(of)} />
         <div class="charted">
           <div class="course"><${Course} lines=${lines.value} waits=${waiting(of)} /><${About} of=${of} /></div>

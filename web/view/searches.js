@@ -61,8 +61,8 @@ function Row(of) {
 
 const Empty = () => html`
   <div class="empty">
-    <p>A search lets the machine breed: give it a measured material, and it looks for the shortest program that reflects light as that does.</p>
-    <p class="small">Drop a file of measurements here, or begin with a new search. What it finds is bred on by eye like everything else.</p>
+    <p>A search lets the machine breed: give it a measured material or pictures of one, and it looks for the shortest program that reflects light as that does.</p>
+    <p class="small">Drop a file of measurements or a picture here, or begin with a new search. What it finds is bred on by eye like everything else.</p>
     <button type="button" class="primary" onClick=${() => openSearches(NEW)}>New search</button>
   </div>
 `;
