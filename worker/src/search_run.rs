@@ -12,7 +12,9 @@ use brood_inspect::Specimen;
 use brood_protocol::{
     Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews,
 };
-use brood_search::{Candidate, Found, KnownView, Options, Pace, Progress, Search, Strategy, TargetFile};
+use brood_search::{
+    Candidate, Found, KnownView, Options, Pace, Progress, Search, Strategy, TargetFile,
+};
 
 use crate::beside::Beside;
 
