@@ -1,8 +1,8 @@
 //! The numbers of [`Population`] varied one by one on measured materials: what genetic programs from nothing come to in the same
 //! processor time, over what the usual ones come to.
 //!
-//! `cargo run --release -p brood-search --example population -- DATA SECONDS SEEDS MATERIAL...`, DATA/nbrdf/merl.json being weights of
-//! neural materials. Each run has one thread, and its seconds are those of that thread, so that a busy machine changes nothing but
+//! `cargo run --release -p brood-search --example population -- DATA SECONDS SEEDS VARIANTS MATERIAL...`, DATA/nbrdf/merl.json being weights
+//! of neural materials, and VARIANTS names with commas between them, or `all`. Each run has one thread, and its seconds are those of that thread, so that a busy machine changes nothing but
 //! the waiting.
 
 use std::collections::BTreeMap;
@@ -22,13 +22,17 @@ fn main() -> Result<()> {
     let data = arguments.next().ok_or("DATA is missing")?;
     let seconds: f64 = arguments.next().ok_or("SECONDS are missing")?.parse()?;
     let seeds: u64 = arguments.next().ok_or("SEEDS are missing")?.parse()?;
+    let names = arguments.next().ok_or("VARIANTS are missing")?;
     let bytes = std::fs::read(format!("{data}/nbrdf/merl.json"))?;
     let target = |name: String| -> Result<(String, MeasuredTarget)> {
         let target = MeasuredTarget::of(&Neural::read(&bytes, &name)?)?;
         Ok((name, target))
     };
     let targets = arguments.map(target).collect::<Result<Vec<_>>>()?;
-    let variants = variants();
+    let is_asked = |(what, _): &(String, Population)| {
+        names == "all" || what == "usual" || names.split(',').any(|name| name == what)
+    };
+    let variants: Vec<_> = variants().into_iter().filter(is_asked).collect();
     let mut runs = Vec::new();
     for (name, target) in &targets {
         for seed in 1..=seeds {
@@ -129,5 +133,9 @@ fn variants() -> Vec<(String, Population)> {
     add("migration 64", Population { migration: 64, ..usual });
     add("stale 20", Population { stale: 20, ..usual });
     add("stale 160", Population { stale: 160, ..usual });
+    // What looked better alone.
+    let together = Population { islands: 8, tuned: 2, crossed: 0.7, lexicase: 1.0, ..usual };
+    add("together", together);
+    add("together, stale 160", Population { stale: 160, ..together });
     all
 }

@@ -7,6 +7,7 @@ use brood_protocol::{
     CONTENT_TYPE, LeaseId, LeaseRequest, LeaseResults, LeaseTicket, LightAssetFile, decode, encode,
 };
 use http::{Request, StatusCode, header};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::extract::{ContentType, NoQuery, Path, read_message};
@@ -14,7 +15,7 @@ use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-pub(super) const NAME_CHARS: usize = 200;
+const NAME_CHARS: usize = 200;
 
 /// Waits for a job: 200 with a grant, 204 where there was none.
 #[utoipa::path(post, path = "/v1/leases", tag = "workers",
@@ -26,12 +27,8 @@ pub async fn claim(
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
     let mut asked: LeaseRequest = read(request, limit::JSON_BYTES).await?;
-    let clean = asked.worker.chars().map(|c| if c.is_control() { ' ' } else { c });
-    asked.worker = clean.take(NAME_CHARS).collect();
-    Ok(match app.lease(&asked).await? {
-        Some(grant) => ([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&grant)).into_response(),
-        None => StatusCode::NO_CONTENT.into_response(),
-    })
+    asked.worker = for_logs(&asked.worker);
+    Ok(granted(app.lease(&asked).await?))
 }
 
 /// Keeps a lease.
@@ -125,6 +122,19 @@ pub(super) async fn read<T: DeserializeOwned>(
     ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
     let bytes = read_message(&head.headers, body, max).await?;
     decode(&bytes).map_err(|error| ApiError::bad_request(quote(&error.to_string())))
+}
+
+/// A worker's name as it may stand in logs.
+pub(super) fn for_logs(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).take(NAME_CHARS).collect()
+}
+
+/// 200 with what was granted, 204 where nothing was.
+pub(super) fn granted<T: Serialize>(grant: Option<T>) -> Response {
+    match grant {
+        Some(grant) => ([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&grant)).into_response(),
+        None => StatusCode::NO_CONTENT.into_response(),
+    }
 }
 
 fn check_same(id: LeaseId, ticket: &LeaseTicket) -> Result<(), ApiError> {

@@ -8,7 +8,7 @@ use brood_protocol::{
 };
 use http::{Request, StatusCode, header};
 
-use super::lease::{NAME_CHARS, read};
+use super::lease::{for_logs, granted, read};
 use crate::extract::{NoQuery, Path};
 use crate::limit;
 use crate::problem::ApiError;
@@ -24,12 +24,8 @@ pub async fn claim(
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
     let mut asked: SearchRequest = read(request, limit::JSON_BYTES).await?;
-    let clean = asked.worker.chars().map(|c| if c.is_control() { ' ' } else { c });
-    asked.worker = clean.take(NAME_CHARS).collect();
-    Ok(match app.lease_search(&asked).await? {
-        Some(grant) => ([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&grant)).into_response(),
-        None => StatusCode::NO_CONTENT.into_response(),
-    })
+    asked.worker = for_logs(&asked.worker);
+    Ok(granted(app.lease_search(&asked).await?))
 }
 
 /// Keeps the lease of a search.

@@ -31,7 +31,8 @@ pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Fit, words)?;
     let data = options.data.as_ref().context("--data is missing")?;
     let data = data.canonicalize().context("find the data")?;
-    let mut environment = Environment::prepare(&options, &[Peer::Operon])?;
+    let wanted: &[Peer] = if options.recorded.is_some() { &[] } else { &[Peer::Operon] };
+    let mut environment = Environment::prepare(&options, wanted)?;
     let mut missing = std::mem::take(&mut environment.missing);
     let folder = suite::target_directory()?.join("peers/fit");
     if folder.exists() {
@@ -45,7 +46,16 @@ pub fn run(words: &[&str]) -> Result<()> {
     }
     let own = shell::output(brood.arg(&data).arg("--json"))?;
     let own: Vec<Value> = serde_json::from_str(&own).context("read brood's table")?;
-    let mut peers = BTreeMap::new();
+    let mut peers = match &options.recorded {
+        Some(file) => recorded(file)?,
+        None => BTreeMap::new(),
+    };
+    if let Some(file) = &options.recorded {
+        missing.push(format!(
+            "pyoperon in this run: its figures are those of {}, from the same samples",
+            file.display()
+        ));
+    }
     if environment.has(Peer::Operon) {
         let mut script = environment.script("operon_fit.py");
         script.args(["--seconds", SECONDS, "--threads", THREADS]).arg(folder.join("samples"));
@@ -70,6 +80,13 @@ fn copy_chart(folder: &Path, out: &Path) -> Result<()> {
     let chart = folder.join("fit.svg");
     std::fs::copy(&chart, shell::root().join(out).join("fit.svg")).context("copy the chart")?;
     Ok(())
+}
+
+/// The peer's figures of an earlier run. Samples depend on the material alone, so they are of the same ones.
+fn recorded(file: &Path) -> Result<BTreeMap<String, Value>> {
+    let text = std::fs::read(file).with_context(|| file.display().to_string())?;
+    let mut report: Value = serde_json::from_slice(&text).context("read an earlier run")?;
+    serde_json::from_value(report["pyoperon"].take()).context("the earlier run has no pyoperon")
 }
 
 /// The peer's lines by their materials.

@@ -67,6 +67,8 @@ struct Options {
     rounds: u32,
     /// Where meshes, recorded pictures and measured materials are. Of pictures and fits.
     data: Option<PathBuf>,
+    /// The peer's figures of an earlier run, which are taken instead of running it again. Of fits.
+    recorded: Option<PathBuf>,
     /// Names of materials with commas between them. Of fits.
     materials: Option<String>,
     /// Random starts. Of recovering.
@@ -82,6 +84,7 @@ impl Options {
             brood: None,
             rounds: 2,
             data: None,
+            recorded: None,
             materials: None,
             starts: None,
         };
@@ -102,6 +105,10 @@ impl Options {
                 }
                 "--data" if !matches!(task, Task::Peers | Task::Inverse) => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
+                }
+                "--recorded" if task == Task::Fit => {
+                    let file = words.next().context("--recorded needs a fit.json")?;
+                    options.recorded = Some(file.into());
                 }
                 "--materials" if task == Task::Fit => {
                     let names = words.next().context("--materials needs names")?;

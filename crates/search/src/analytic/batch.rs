@@ -18,6 +18,8 @@ pub(super) struct Lanes {
     pub(super) wanted: [[f64; LANES]; 3],
     /// 1, and 0 beyond the last sample.
     pub(super) counts: [f64; LANES],
+    /// What counts of being above what is wanted: 1, and 0 where f is only known not to be below.
+    pub(super) above: [f64; LANES],
 }
 
 /// Samples in blocks.
@@ -31,34 +33,52 @@ pub(super) struct Batch {
 impl Batch {
     /// Of the samples of these indices, in this order.
     pub(super) fn new(samples: &Samples, indices: &[usize]) -> Self {
-        let level = Level::best();
-        let of = |indices: &[usize]| {
-            let pairs: Vec<DirectionPair> = indices.iter().map(|at| samples.pairs()[*at]).collect();
-            let mut lanes = Lanes {
-                block: Block::new(),
-                weight: [0.0; LANES],
-                wanted: [[0.0; LANES]; 3],
-                counts: [0.0; LANES],
-            };
-            lanes.block.fill(level, &pairs);
-            for (lane, at) in indices.iter().enumerate() {
-                let cos_i = pairs[lane].cos_i();
-                lanes.weight[lane] = cos_i;
-                lanes.counts[lane] = 1.0;
-                for (row, f) in lanes.wanted.iter_mut().zip(samples.values()[*at]) {
-                    row[lane] = libm::log1p(f * cos_i);
-                }
-            }
-            lanes
-        };
-        let lanes = indices.chunks(LANES).map(of).collect();
-        Self { lanes, total: 3.0 * indices.len() as f64 }
+        let row = |at: &usize| (samples.pairs()[*at], samples.values()[*at]);
+        let rows: Vec<Row> = indices.iter().map(row).collect();
+        Self { lanes: lanes(&rows, 1.0), total: 3.0 * indices.len() as f64 }
+    }
+
+    /// The same held up where nothing is known but that f is not below a value, in about as many places as there are samples at most.
+    pub(super) fn with_least(mut self, samples: &Samples) -> Self {
+        let most = (self.lanes.len() * LANES).max(1);
+        let step = samples.least().len().div_ceil(most).max(1);
+        let rows: Vec<Row> = samples.least().iter().step_by(step).copied().collect();
+        self.lanes.extend(lanes(&rows, 0.0));
+        self
     }
 
     /// How many residuals there are, those of lanes that count nothing included.
     pub(super) fn residuals(&self) -> usize {
         3 * LANES * self.lanes.len()
     }
+}
+
+/// A pair with what is wanted there.
+type Row = (DirectionPair, [f64; 3]);
+
+fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
+    let level = Level::best();
+    let of = |rows: &[Row]| {
+        let pairs: Vec<DirectionPair> = rows.iter().map(|(pair, _)| *pair).collect();
+        let mut lanes = Lanes {
+            block: Block::new(),
+            weight: [0.0; LANES],
+            wanted: [[0.0; LANES]; 3],
+            counts: [0.0; LANES],
+            above: [above; LANES],
+        };
+        lanes.block.fill(level, &pairs);
+        for (lane, (pair, value)) in rows.iter().enumerate() {
+            let cos_i = pair.cos_i();
+            lanes.weight[lane] = cos_i;
+            lanes.counts[lane] = 1.0;
+            for (row, f) in lanes.wanted.iter_mut().zip(value) {
+                row[lane] = libm::log1p(f * cos_i);
+            }
+        }
+        lanes
+    };
+    rows.chunks(LANES).map(of).collect()
 }
 
 /// Some of the samples of these indices: half of them evenly, half evenly among those that are brightest, so that highlights are in

@@ -49,8 +49,8 @@ impl Recovery {
     #[must_use]
     pub fn new(samples: &Samples, form: Form, enough: f64) -> Self {
         let all: Vec<usize> = (0..samples.len()).collect();
-        let few = Batch::new(samples, &some_of(samples, &all, FEW));
-        let many = Batch::new(samples, &some_of(samples, &all, MANY));
+        let few = Batch::new(samples, &some_of(samples, &all, FEW)).with_least(samples);
+        let many = Batch::new(samples, &some_of(samples, &all, MANY)).with_least(samples);
         Self { space: Space::new(form), few, many, enough }
     }
 

@@ -194,7 +194,9 @@ impl Loop for Compare<'_> {
         for ((f, wanted), out) in f.iter().zip(&lanes.wanted).zip(out.chunks_exact_mut(LANES)) {
             for k in 0..LANES {
                 let f = if f[k] > 0.0 { f[k] } else { 0.0 };
-                out[k] = lanes.counts[k] * (F::ln(1.0 + f * lanes.weight[k]) - wanted[k]);
+                let off = F::ln(1.0 + f * lanes.weight[k]) - wanted[k];
+                let off = if off > 0.0 { off * lanes.above[k] } else { off };
+                out[k] = lanes.counts[k] * off;
             }
             for part in out.chunks_exact(SUMS) {
                 for (sum, value) in sums.iter_mut().zip(part) {

@@ -91,8 +91,9 @@ impl Analytic {
     pub fn new(samples: &Samples, kinds: Vec<ModelKind>, started: &[Genome], seed: u64) -> Self {
         let is_held = |at: &usize| at % HELD == HELD - 1;
         let (held, fitted): (Vec<usize>, Vec<usize>) = (0..samples.len()).partition(is_held);
-        let batch =
-            |indices: &[usize], count| Batch::new(samples, &some_of(samples, indices, count));
+        let batch = |indices: &[usize], count| {
+            Batch::new(samples, &some_of(samples, indices, count)).with_least(samples)
+        };
         let all: Vec<usize> = (0..samples.len()).collect();
         Self {
             seed,
@@ -101,7 +102,7 @@ impl Analytic {
             few: batch(&fitted, FEW),
             all: batch(&fitted, MANY),
             held: Batch::new(samples, &held),
-            whole: Batch::new(samples, &all),
+            whole: Batch::new(samples, &all).with_least(samples),
             generation: 0,
             evaluations: 0,
             kept: Vec::new(),

@@ -161,6 +161,13 @@ fn gain(weighted: &[[f64; 3]]) -> f64 {
     1.0 / median.clamp(DARKEST, 1.0)
 }
 
+/// The points where nothing is known but that f is not below a value, each counting 1 where it is.
+pub(super) fn least(samples: &Samples, shape: &Shape) -> Vec<Point> {
+    let (pairs, values) = samples.least().iter().copied().unzip();
+    let points = points(&Samples::new(pairs, values), shape);
+    points.into_iter().map(|point| Point { share: 0.0, side: -1.0, ..point }).collect()
+}
+
 /// The points of samples, with the inputs of a shape, each counting 1.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {

@@ -6,7 +6,7 @@ use std::mem::take;
 use brood_genome::{BirthKey, Operator, Stream};
 use rayon::prelude::*;
 
-use super::batch::{Batch, Point, points};
+use super::batch::{Batch, Point, least, points};
 use super::damped::Damped;
 use super::guard::{Bounds, Pool};
 use super::normal::{e_log, error};
@@ -88,7 +88,8 @@ impl Problem {
             indices.map(|at| &points[at]).collect::<Vec<_>>()
         };
         let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
-        let (guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape));
+        let (mut guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape));
+        guard.extend(least(samples, &shape));
         let part: Vec<&Point> =
             fitted.iter().copied().step_by(4).chain(guard.iter().step_by(4)).collect();
         let part = Batch::new(part.into_iter()).with_ridge(&shape, &points);

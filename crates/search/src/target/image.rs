@@ -73,7 +73,7 @@ impl ImageView {
     /// Tells the pixels of a picture apart; also what the material reflects at those that say something of it.
     ///
     /// A pixel is used where the mesh covers it wholly, one light reaches its centre, and light is even within it; f is its
-    /// radiance over the irradiance there.
+    /// radiance over the irradiance there. Where such a pixel is clipped, f is not below that ([`Samples::least`]).
     pub fn new(view: &View<'_>) -> Result<(Self, Samples), ImageTargetError> {
         let side = check(view)?;
         let exposure = film(view)?;
@@ -104,7 +104,8 @@ impl ImageView {
             spans[span.pixel as usize] = Some(span);
         }
         let side = layout.width as usize;
-        let (mut pairs, mut values, mut counts) = (Vec::new(), Vec::new(), self.counts);
+        let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
+        let mut counts = self.counts;
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
             // What blurs over the border of a pixel shows its neighbours.
@@ -113,7 +114,11 @@ impl ImageView {
                 _ if !in_mask(pixel) => Look::Nothing(PixelFate::Masked),
                 _ if coverage == 0.0 => Look::Nothing(PixelFate::Background),
                 _ if coverage < 1.0 || near_edge() => Look::Nothing(PixelFate::Edge),
-                _ if clipped[pixel] => Look::Nothing(PixelFate::Clipped),
+                Some(span) if clipped[pixel] => match self.lit(span) {
+                    Look::Sample(pair, value) => Look::Least(pair, value),
+                    Look::Least(..) | Look::Nothing(_) => Look::Nothing(PixelFate::Clipped),
+                },
+                None if clipped[pixel] => Look::Nothing(PixelFate::Clipped),
                 None => Look::Nothing(PixelFate::Unlit),
                 Some(span) => self.lit(span),
             };
@@ -124,12 +129,16 @@ impl ImageView {
                     values.push(value);
                     PixelFate::Used
                 }
+                Look::Least(pair, value) => {
+                    least.push((pair, value));
+                    PixelFate::Clipped
+                }
             };
             counts.add(fate);
             self.fates.push(fate);
         }
         self.counts = counts;
-        Samples::new(pairs, values)
+        Samples::new(pairs, values).with_least(least)
     }
 
     /// What a pixel is that is covered and in some light.
@@ -273,6 +282,9 @@ fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
     }
 }
 
+/// What is shown as the brightest of 256 steps is at least this.
+const ALMOST_ONE: f64 = 0.9956;
+
 /// The way back from what a picture shows to radiance.
 struct Shown {
     factor: f64,
@@ -284,8 +296,8 @@ impl Shown {
     fn radiance(&self, value: f64) -> f64 {
         let exposed = match self.tone {
             Tone::None | Tone::Filmic => value,
-            // x / (1 + x), of which 1 is that of infinity.
-            Tone::Reinhard => value / (1.0 - value).max(1e-6),
+            // x / (1 + x), of which 1 is that of infinity: what is shown as 1 is not less than this.
+            Tone::Reinhard => value.min(ALMOST_ONE) / (1.0 - value.min(ALMOST_ONE)),
         };
         exposed / self.factor
     }
@@ -311,16 +323,17 @@ pub fn pooled<'a>(
     views: impl IntoIterator<Item = (&'a ImageView, &'a Samples)>,
 ) -> Result<(Samples, PixelCounts), ImageTargetError> {
     let mut counts = PixelCounts::default();
-    let (mut pairs, mut values) = (Vec::new(), Vec::new());
+    let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
     for (view, samples) in views {
         counts = counts.and(view.counts());
         pairs.extend_from_slice(samples.pairs());
         values.extend_from_slice(samples.values());
+        least.extend_from_slice(samples.least());
     }
     if pairs.len() < FEWEST {
         return Err(ImageTargetError::Few(counts));
     }
-    Ok((Samples::new(pairs, values), counts))
+    Ok((Samples::new(pairs, values).with_least(least), counts))
 }
 
 #[cfg(test)]

@@ -149,3 +149,37 @@ fn what_is_no_target_is_refused() {
     let shown = LinearPicture { is_linear: false, ..good };
     assert!(said(&filmic, &shown, None).contains("tone curve is filmic"));
 }
+
+#[test]
+fn clipped_highlight_is_no_hole() {
+    let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.2, 0.1, 0.05]).unwrap();
+    let model = model.with("roughness", &[0.3]).unwrap();
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    let scene = scene(r#"{"lights": [{"kind": "directional"}], "light_deg": 20}"#);
+    let image = rendered(&model, &mesh, &scene, Sampling::Adaptive);
+    let mut picture = picture(&image);
+    let brightest = picture.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
+    // Everything above a tenth of the brightest is lost.
+    for (pixel, clipped) in picture.pixels.iter_mut().zip(&mut picture.clipped) {
+        *clipped = pixel[0] > 0.1 * brightest;
+        *pixel = pixel.map(|value| value.min(0.1 * brightest));
+    }
+    let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
+    assert!(samples.least().len() > 10, "{}", samples.least().len());
+    assert!(view.counts().clipped as usize >= samples.least().len());
+    for strategy in [Strategy::Lobes, Strategy::Analytic] {
+        let options = Options { strategy, seed: 2, is_mirrored: true, start: Vec::new() };
+        let mut search = Search::new(&samples, &options);
+        (0..3).for_each(|_| {
+            search.step();
+        });
+        let outcome = search.finish().unwrap();
+        let program = brood_program::Program::lower(&outcome.front[outcome.best].genome);
+        let pairs: Vec<_> = samples.least().iter().map(|(pair, _)| *pair).collect();
+        let found = Samples::of_program(&program, pairs).unwrap();
+        let below = samples.least().iter().zip(found.values());
+        let worst = below.map(|((_, least), f)| f[0] / least[0]).fold(f64::INFINITY, f64::min);
+        println!("{strategy}: at least {worst:.3} of what was clipped");
+        assert!(worst > 0.9, "{strategy}: {worst}");
+    }
+}

@@ -15,6 +15,8 @@ const HELD: usize = 16384;
 const ONE_IN: usize = 5;
 /// Pixels that are looked at, at most.
 const PIXELS: usize = 10_240;
+/// Pairs of which nothing is known but that f is not below a value: of more only some are looked at, evenly.
+const LEAST: usize = 1024;
 /// Fewer cannot be told from noise.
 const FEWEST: usize = 100;
 /// Streams of what is fitted and what is held out.
@@ -97,7 +99,7 @@ impl MeasuredTarget {
         }
         let picked = (0..PIXELS).map(|k| k * count / PIXELS);
         let (pairs, values) = picked.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
-        Self::split(&Samples::new(pairs, values))
+        Self::split(&Samples::new(pairs, values).with_least(samples.least().to_vec()))
     }
 
     fn split(samples: &Samples) -> Result<Self, TargetError> {
@@ -110,7 +112,10 @@ impl MeasuredTarget {
                 rows.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
             Samples::new(pairs, values)
         };
-        Self { fitted: part(false), held: part(true), floor: None }.checked()
+        let step = samples.least().len().div_ceil(LEAST).max(1);
+        let least = samples.least().iter().step_by(step).copied().collect();
+        let fitted = part(false).with_least(least);
+        Self { fitted, held: part(true), floor: None }.checked()
     }
 
     fn checked(self) -> Result<Self, TargetError> {

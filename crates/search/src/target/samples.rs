@@ -10,6 +10,8 @@ use brood_scene::SampleSet;
 pub struct Samples {
     pairs: Vec<DirectionPair>,
     values: Vec<[f64; 3]>,
+    /// Where nothing is known but that f is not below a value.
+    least: Vec<(DirectionPair, [f64; 3])>,
 }
 
 impl Samples {
@@ -24,7 +26,7 @@ impl Samples {
             (0.5 * (brdf.f(pair) + brdf.f(&pair.swapped()))).to_array().map(|f| f.max(0.0))
         };
         let values = pairs.iter().map(value).collect();
-        Self { pairs, values }
+        Self { pairs, values, least: Vec::new() }
     }
 
     /// What a program makes of these pairs.
@@ -34,7 +36,7 @@ impl Samples {
         let count = pairs.len();
         let value = |k: usize| [0, 1, 2].map(|channel| f64::from(out[channel * count + k]));
         let values = (0..count).map(value).collect();
-        Ok(Self { pairs, values })
+        Ok(Self { pairs, values, least: Vec::new() })
     }
 
     /// Takes pairs and values as they are.
@@ -44,7 +46,20 @@ impl Samples {
     #[must_use]
     pub fn new(pairs: Vec<DirectionPair>, values: Vec<[f64; 3]>) -> Self {
         assert_eq!(pairs.len(), values.len(), "every pair has a value");
-        Self { pairs, values }
+        Self { pairs, values, least: Vec::new() }
+    }
+
+    /// The same, with pairs of which nothing is known but that f is not below a value: they are no samples, and no error is told of
+    /// them.
+    #[must_use]
+    pub fn with_least(self, least: Vec<(DirectionPair, [f64; 3])>) -> Self {
+        Self { least, ..self }
+    }
+
+    /// The pairs of which nothing is known but that f is not below a value.
+    #[must_use]
+    pub fn least(&self) -> &[(DirectionPair, [f64; 3])] {
+        &self.least
     }
 
     /// The pairs.

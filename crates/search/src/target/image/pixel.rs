@@ -55,6 +55,8 @@ pub enum PixelFate {
 /// What a pixel that is covered says of the material, or why it says nothing.
 pub(super) enum Look {
     Sample(DirectionPair, [f64; 3]),
+    /// f is not below that.
+    Least(DirectionPair, [f64; 3]),
     Nothing(PixelFate),
 }
 
