@@ -48,8 +48,8 @@ pub struct BenchBreedArgs {
     seed: u64,
 }
 
-/// Broods until the searches are paused or resumed.
-const TURN: u32 = 20;
+/// Broods until the searches are paused or resumed: some seconds, so that searches come to their second generation.
+const TURN: u32 = 100;
 /// How many of the slowest broods are told one by one.
 const SLOWEST: usize = 8;
 
