@@ -48,7 +48,7 @@
  *   profile?: string, image?: string, samples?: number}} Light
  *   A light carries more than these fields; what the page does not know it hands back unchanged.
  *
- * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, light_deg?: number, lights?: Light[], shadows?: boolean}} Scene
+ * @typedef {{id?: string, mesh: string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, light_deg?: number, lights?: Light[], shadows?: boolean, normals?: string}} Scene
  *   A scene carries more than these fields; what the page does not know it hands back unchanged.
  *
  * @typedef {{line: number, text: string}} MeshWarning

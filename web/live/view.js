@@ -80,11 +80,15 @@ export function viewOf(camera, extent, { rotation, scale }) {
 }
 
 /**
- * Whether frames can be drawn here: by point lights with an intensity or none said, without shadows and tone curves.
+ * Whether frames can be drawn here: by point lights with an intensity or none said, without shadows and tone curves, on
+ * curved surfaces.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
-  !scene.shadows && (scene.film.tone ?? "none") === "none" && (scene.lights ?? []).every((light) => (light.kind ?? "point") === "point" && strengthField(light) !== null);
+  !scene.shadows &&
+  (scene.normals ?? "curved") === "curved" &&
+  (scene.film.tone ?? "none") === "none" &&
+  (scene.lights ?? []).every((light) => (light.kind ?? "point") === "point" && strengthField(light) !== null);
 
 /** @param {import("../types.js").Channels|undefined} strength @returns {Vec3|null} */
 const channels = (strength) => (typeof strength === "number" ? [strength, strength, strength] : (strength ?? null));

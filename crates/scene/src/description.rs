@@ -7,6 +7,7 @@ mod camera;
 mod film;
 mod light;
 mod mesh_ref;
+mod normals;
 #[cfg(feature = "schema")]
 mod schema;
 #[cfg(test)]
@@ -24,6 +25,7 @@ pub use light::{
     IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
 };
 pub use mesh_ref::{BuiltinMesh, MeshRef};
+pub use normals::Normals;
 pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX, SceneError};
 
 /// What is rendered: a mesh, a camera, lights and a film. World right-handed, y up.
@@ -48,6 +50,8 @@ pub struct Scene {
     pub light_deg: f64,
     /// Whether what is between a light and a place keeps its light off.
     pub shadows: bool,
+    /// What the normals of the mesh's corners tell of.
+    pub normals: Normals,
 }
 
 impl Default for Scene {
@@ -61,6 +65,7 @@ impl Default for Scene {
             film: Film::default(),
             light_deg: 0.0,
             shadows: false,
+            normals: Normals::default(),
         }
     }
 }
@@ -88,8 +93,10 @@ impl Scene {
 impl Serialize for Scene {
     /// Pictures are found again by the JSON of their scene: what came later is only written where it says something.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let later = self.shadows || !serializer.is_human_readable();
-        let mut out = serializer.serialize_struct("Scene", 7 + usize::from(later))?;
+        let all = !serializer.is_human_readable();
+        let (shadows, normals) = (self.shadows || all, self.normals != Normals::default() || all);
+        let fields = 7 + usize::from(shadows) + usize::from(normals);
+        let mut out = serializer.serialize_struct("Scene", fields)?;
         out.serialize_field("mesh", &self.mesh)?;
         out.serialize_field("rotation_deg", &self.rotation_deg)?;
         out.serialize_field("scale", &self.scale)?;
@@ -97,10 +104,15 @@ impl Serialize for Scene {
         out.serialize_field("lights", &self.lights)?;
         out.serialize_field("film", &self.film)?;
         out.serialize_field("light_deg", &self.light_deg)?;
-        if later {
+        if shadows {
             out.serialize_field("shadows", &self.shadows)?;
         } else {
             out.skip_field("shadows")?;
+        }
+        if normals {
+            out.serialize_field("normals", &self.normals)?;
+        } else {
+            out.skip_field("normals")?;
         }
         out.end()
     }

@@ -112,8 +112,7 @@ impl EnvironmentMap {
         self.mean
     }
 
-    /// A direction drawn in proportion to luminance, and the radiance from it over the density by solid angle; `None` where
-    /// all is dark.
+    /// A direction drawn in proportion to luminance, and the radiance from it; `None` where all is dark.
     ///
     /// # Domain
     /// Both coordinates of the place within [0, 1).
@@ -130,9 +129,16 @@ impl EnvironmentMap {
         let turn = ((column as f64 + within_column) / self.width as f64 - 0.5) * 2.0 * PI;
         let direction = DVec3::new(sin * libm::sin(turn), cos, -sin * libm::cos(turn));
         let radiance = self.pixels[row * self.width + column].map(f64::from);
-        // The density is luminance over the sum of luminance times solid angle, all over the pixel.
-        let weight = whole / luminance(radiance);
-        weight.is_finite().then(|| (direction, radiance.map(|channel| channel * weight)))
+        (luminance(radiance) > 0.0).then_some((direction, radiance))
+    }
+
+    /// The density by which a direction of that radiance is drawn: the same all over its pixel.
+    ///
+    /// # Units
+    /// 1/sr; 0 where all is dark.
+    pub(crate) fn density(&self, radiance: [f64; 3]) -> f64 {
+        let whole = self.rows[self.height];
+        if whole > 0.0 { luminance(radiance) / whole } else { 0.0 }
     }
 
     /// Hash of size and pixels.
@@ -195,10 +201,11 @@ mod tests {
         let mut sum = [0.0; 3];
         for k in 0..steps * steps {
             let at = |k: usize| (k as f64 + 0.5) / steps as f64;
-            let (direction, weight) = map.draw([at(k % steps), at(k / steps)]).unwrap();
-            let radiance = map.radiance(direction);
+            let (direction, radiance) = map.draw([at(k % steps), at(k / steps)]).unwrap();
+            assert_eq!(radiance, map.radiance(direction), "{direction}");
             assert!(radiance[0] > 0.0, "{direction}");
-            sum.iter_mut().zip(weight).for_each(|(sum, weight)| *sum += weight);
+            let density = map.density(radiance);
+            sum.iter_mut().zip(radiance).for_each(|(sum, radiance)| *sum += radiance / density);
         }
         for (sum, mean) in sum.iter().zip(map.mean()) {
             let drawn = sum / (steps * steps) as f64 / (4.0 * PI);
@@ -207,12 +214,12 @@ mod tests {
     }
 
     #[test]
-    fn grey_environment_gives_every_sample_the_same_weight() {
+    fn grey_environment_draws_every_direction_alike() {
         let map = EnvironmentMap::new(7, 5, vec![[2.0; 3]; 35]).unwrap();
         for place in [[0.0, 0.0], [0.3, 0.9], [0.999_999, 0.999_999]] {
-            let (direction, weight) = map.draw(place).unwrap();
+            let (direction, radiance) = map.draw(place).unwrap();
             assert!((direction.length() - 1.0).abs() < 1e-12);
-            assert!((weight[0] - 8.0 * PI).abs() < 1e-9, "{weight:?}");
+            assert!((map.density(radiance) * 4.0 * PI - 1.0).abs() < 1e-12, "{radiance:?}");
         }
         assert!((map.mean()[1] - 2.0).abs() < 1e-12);
     }

@@ -30,7 +30,7 @@ pub(crate) use description::Measure;
 pub use description::{
     AREA_SAMPLES, AmbientLight, BuiltinMesh, Camera, DirectionalLight, DiskLight,
     ENVIRONMENT_SAMPLES, EV_MAX, EnvironmentLight, Exposure, Film, IesLight, LIGHT_SAMPLES_MAX,
-    LIGHTS_MAX, Light, MeshRef, PointLight, Quantity, RectangleLight, Scene, SceneError,
+    LIGHTS_MAX, Light, MeshRef, Normals, PointLight, Quantity, RectangleLight, Scene, SceneError,
     SphereLight, SpotLight, Strength, Tone,
 };
 pub use environment::{EnvironmentError, EnvironmentMap};

@@ -1,5 +1,5 @@
 use super::{
-    BuiltinMesh, Camera, Exposure, Light, MeshRef, PointLight, Quantity, Scene, SpotLight,
+    BuiltinMesh, Camera, Exposure, Light, MeshRef, Normals, PointLight, Quantity, Scene, SpotLight,
     Strength, Tone,
 };
 
@@ -73,6 +73,7 @@ fn scene_survives_json_and_binary_when_it_is_written_and_read() {
         scene.mesh = MeshRef::from("0199-ab");
         scene.film.exposure = Exposure::Ev(-1.5);
         scene.shadows = !scenes.len().is_multiple_of(2);
+        scene.normals = if scenes.len() == 2 { Normals::Plain } else { Normals::Curved };
         scene.lights.extend(LIGHTS.map(|json| serde_json::from_str(json).unwrap()));
         scenes.push(scene);
     }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::Normals;
 use crate::mesh::{MeshParts, fixed_tangent};
 use crate::trace::Hit;
 
@@ -24,6 +25,8 @@ pub(super) struct ShadedPoint {
     /// The normal, on the side that the eye sees.
     pub n: DVec3,
     side: Side,
+    /// Whether the normal turns away from the eye.
+    averted: bool,
 }
 
 /// The side of a triangle that the eye sees.
@@ -52,18 +55,29 @@ impl ShadedPoint {
         let u = if u.length() > CANCELLED { u.normalize() } else { fixed_tangent(n) };
         let b = n.cross(u);
         let uv = corners.iter().zip(hit.weights).map(|(corner, w)| parts.uvs[*corner] * w).sum();
-        let mut point = Self { place: weighted(&parts.positions), uv, wo: DVec3::Z, u, b, n, side };
-        point.wo = above_horizon(point.local(eye));
+        let (place, wo) = (weighted(&parts.positions), DVec3::Z);
+        let mut point = Self { place, uv, wo, u, b, n, side, averted: false };
+        let wo = point.local(eye);
+        point.averted = wo.z <= 0.0;
+        point.wo = above_horizon(wo);
         point
     }
 
-    /// Where rays to the lights start, relative to the mesh's own origin: above the flat triangle, on the curved surface that
-    /// its normals tell of, so that a convex surface never shades itself where its normals see the light.
+    /// Whether anything of what arrives here is reflected to the eye.
+    pub fn reflects(&self, normals: Normals) -> bool {
+        normals == Normals::Curved || !self.averted
+    }
+
+    /// Where rays to the lights start, relative to the mesh's own origin: on the flat triangle, or above it on the curved
+    /// surface that its normals tell of, so that a convex surface never shades itself where its normals see the light.
     ///
     /// # Source
     /// Hanika 2021, *Hacking the Shadow Terminator*, in Ray Tracing Gems II: the place, projected onto the tangent plane of
     /// each corner where that is above it, and interpolated as the corners are.
-    pub fn shadow_start(&self, parts: &MeshParts, hit: &Hit) -> DVec3 {
+    pub fn shadow_start(&self, normals: Normals, parts: &MeshParts, hit: &Hit) -> DVec3 {
+        if normals == Normals::Plain {
+            return self.place;
+        }
         let corners = parts.triangles[hit.triangle].map(|corner| corner as usize);
         let lift = |(corner, weight): (usize, f64)| {
             let n = parts.normals[corner] * self.side.sign;
@@ -91,7 +105,7 @@ impl ShadedPoint {
         let u = fixed_tangent(n);
         let side = Side { face: n, sign: 1.0 };
         let (place, uv, wo) = (DVec3::ZERO, DVec2::ZERO, DVec3::Z);
-        Self { place, uv, wo, u, b: n.cross(u), n, side }
+        Self { place, uv, wo, u, b: n.cross(u), n, side, averted: false }
     }
 
     /// A direction in the local frame.

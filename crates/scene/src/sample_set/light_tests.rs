@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use super::{PixelArea, Raster, SampleSet, Sampling};
 use crate::{
-    BuiltinMesh, EnvironmentMap, LightAssets, Mesh, MeshParts, ObjLimits, Scene, parse_obj,
+    BuiltinMesh, EnvironmentMap, LightAssets, Mesh, MeshParts, Normals, ObjLimits, Scene, parse_obj,
 };
 
 fn scene(json: &str) -> Scene {
@@ -73,11 +73,12 @@ fn even_environment_and_ambient_light_give_pi_everywhere() {
 }
 
 /// The counts of a picture of a mesh in parallel light from a direction.
-fn lit_and_shadowed(mesh: &Mesh, towards: [f64; 3]) -> (u64, u64) {
+fn lit_and_shadowed(mesh: &Mesh, towards: [f64; 3], normals: Normals) -> (u64, u64) {
     let [x, y, z] = towards.map(|v| -v);
-    let scene = scene(&format!(
+    let mut scene = scene(&format!(
         r#"{{"shadows": true, "lights": [{{"kind": "directional", "direction": [{x}, {y}, {z}]}}]}}"#
     ));
+    scene.normals = normals;
     let counts = SampleSet::render(mesh, &scene, 150, 1).counts();
     (counts.lit, counts.shadowed)
 }
@@ -100,10 +101,29 @@ fn convex_surface_never_shades_itself() {
     }
     for (number, mesh) in meshes.iter().enumerate() {
         for towards in TOWARDS {
-            let (lit, shadowed) = lit_and_shadowed(mesh, towards);
+            let (lit, shadowed) = lit_and_shadowed(mesh, towards, Normals::Curved);
             assert!(lit > 0 && shadowed == 0, "{number} {towards:?}: {shadowed} of {lit}");
         }
     }
+}
+
+#[test]
+fn plain_normals_let_flat_triangles_shade_and_turn_away() {
+    let mesh = ball(5, 1.0, 0.0);
+    let (mut hidden, mut averted) = (0, 0);
+    for towards in TOWARDS {
+        let (curved, _) = lit_and_shadowed(&mesh, towards, Normals::Curved);
+        let (plain, shadowed) = lit_and_shadowed(&mesh, towards, Normals::Plain);
+        assert!(plain + shadowed <= curved, "{towards:?}: {plain} + {shadowed} of {curved}");
+        hidden += shadowed;
+        // What is neither lit nor in shadow any more is what turns away from the eye.
+        averted += curved - plain - shadowed;
+    }
+    assert!(hidden > 100 && averted > 100, "{hidden} {averted}");
+    // Where normals are those of the triangles it makes no difference.
+    let cube = Mesh::builtin(BuiltinMesh::Cube);
+    let counts = |normals| lit_and_shadowed(&cube, TOWARDS[0], normals);
+    assert_eq!(counts(Normals::Plain), counts(Normals::Curved));
 }
 
 /// A ball of that many rows and twice as many columns.

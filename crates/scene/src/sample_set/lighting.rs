@@ -6,6 +6,7 @@
 mod area;
 mod beam;
 mod distant;
+mod mixture;
 mod photometric;
 mod placing;
 #[cfg(test)]
@@ -111,7 +112,7 @@ impl Lamp {
             Source::Ies(ies) => ies.at(place),
             Source::Sphere(sphere) => return sphere.arrivals(receiver, draw(), lit),
             Source::Flat(flat) => return flat.arrivals(receiver, draw(), lit),
-            Source::Environment(environment) => return environment.arrivals(draw(), lit),
+            Source::Environment(environment) => return environment.arrivals(receiver, draw(), lit),
             Source::Ambient(ambient) => return ambient.arrivals(receiver, draw(), lit),
             Source::Dark => None,
         };

@@ -8,9 +8,9 @@ use glam::{DVec2, DVec3, Vec3};
 use super::frame::ShadedPoint;
 use super::lighting::{Lamp, Receiver};
 use super::round_to_f32;
-use crate::Mesh;
 use crate::mesh::MeshParts;
 use crate::trace::{Hit, Ray, Stack, Tracer};
+use crate::{Mesh, Normals, Scene};
 
 /// What hits are made into points with.
 pub(super) struct Surface<'a> {
@@ -19,6 +19,7 @@ pub(super) struct Surface<'a> {
     lamps: Vec<Lamp>,
     /// What is in the way of light; `None` where nothing is.
     obstacles: Option<&'a Tracer>,
+    normals: Normals,
     /// 1 over the sum of the lights' irradiance at the centre of the mesh, so that shades are about 1 at most.
     shade_scale: f64,
 }
@@ -95,11 +96,11 @@ impl Mark {
 }
 
 impl<'a> Surface<'a> {
-    pub fn new(mesh: &'a Mesh, lamps: Vec<Lamp>, shadows: bool) -> Self {
+    pub fn new(mesh: &'a Mesh, lamps: Vec<Lamp>, scene: &Scene) -> Self {
         let all: f64 = lamps.iter().map(Lamp::usual).sum();
         let shade_scale = if all > 0.0 && all.is_finite() { 1.0 / all } else { 0.0 };
-        let obstacles = shadows.then(|| mesh.tracer());
-        Self { parts: mesh.parts(), mesh, lamps, obstacles, shade_scale }
+        let obstacles = scene.shadows.then(|| mesh.tracer());
+        Self { parts: mesh.parts(), mesh, lamps, obstacles, normals: scene.normals, shade_scale }
     }
 
     /// Makes `point` the point of a hit. Reuses its memory.
@@ -108,14 +109,19 @@ impl<'a> Surface<'a> {
         let shaded = ShadedPoint::new(self.parts, hit, -ray.direction);
         let place = self.in_unit_frame(shaded.place);
         let start = self.obstacles.map(|tracer| {
-            let start = self.in_unit_frame(shaded.shadow_start(self.parts, hit));
+            let start = self.in_unit_frame(shaded.shadow_start(self.normals, self.parts, hit));
             (tracer, start + shaded.face() * START_ABOVE)
         });
         let Point { lit, skipped, shadowed, .. } = point;
         lit.clear();
         let (mut mask, mut fading, mut shade) = (0, 0, 0.0);
         (*skipped, *shadowed) = (0, 0);
+        let reflects = shaded.reflects(self.normals);
         for (index, lamp) in self.lamps.iter().enumerate() {
+            if !reflects {
+                *skipped += u64::from(lamp.samples);
+                continue;
+            }
             let (before, shadowed_before) = (lit.len(), *shadowed);
             let (mut fades, soft) = (false, lamp.is_soft());
             lamp.arrivals(&Receiver { place, shaded: &shaded, seed }, |sample, arrival| {

