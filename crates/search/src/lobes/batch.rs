@@ -27,7 +27,7 @@ pub(super) struct Block {
     pub(super) weight: Row,
     /// ln(1 + f cos_i) that is wanted of red, green and blue.
     pub(super) wanted: [Row; 3],
-    /// ln(1 + f cos_i / m) that is wanted of them, m being the median of what is wanted.
+    /// ln(1 + f cos_i / m) that is wanted of them, m being an eighth of the median of what is wanted.
     pub(super) relative: [Row; 3],
     /// Root of what a squared difference counts; 0 beyond the last sample.
     pub(super) importance: Row,
@@ -66,9 +66,11 @@ pub(super) struct Point {
 
 /// Root of what squared differences of ln(1 + f cos_i / m) count of those of ln(1 + f cos_i). Without, a dark body under a bright
 /// highlight is as good as black.
-const SHARE: f64 = 0.2;
+const SHARE: f64 = 0.6;
+/// m over the median of what is wanted. Eyes see differences relative to what is there far below it.
+const BELOW_MEDIAN: f64 = 0.125;
 /// m is at least this and at most 1, and then the two are the same.
-const DARKEST: f64 = 1e-4;
+const DARKEST: f64 = 1e-5;
 
 impl Batch {
     /// Of points whose inputs are those of one shape.
@@ -158,7 +160,7 @@ fn gain(weighted: &[[f64; 3]]) -> f64 {
     let mut all: Vec<f64> = weighted.iter().map(|value| value.iter().sum::<f64>() / 3.0).collect();
     all.sort_by(f64::total_cmp);
     let median = all.get(all.len() / 2).copied().unwrap_or(1.0);
-    1.0 / median.clamp(DARKEST, 1.0)
+    1.0 / (BELOW_MEDIAN * median).clamp(DARKEST, 1.0)
 }
 
 /// The points where nothing is known but that f is not below a value, each counting 1 where it is.
