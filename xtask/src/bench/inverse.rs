@@ -14,26 +14,29 @@ use super::{Options, Task, write_report};
 /// Random starts of each material, of every side.
 const STARTS: u32 = 50;
 const THREADS: &str = "2";
+/// Most starts of pycma, which takes thousands of pictures for each.
+const EVOLVED_STARTS: u32 = 10;
 /// Starts that choose Adam's learning rate for a material, and do not count.
 const TUNING: &str = "3";
 
 /// Runs the comparison.
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Inverse, words)?;
-    let starts = options.starts.unwrap_or(STARTS).to_string();
+    let count = options.starts.unwrap_or(STARTS);
+    let (starts, evolved) = (count.to_string(), count.min(EVOLVED_STARTS).to_string());
     let mut environment = Environment::prepare(&options, &[Peer::Mitsuba, Peer::Cma])?;
     let mut missing = std::mem::take(&mut environment.missing);
     let mut brood = environment.brood();
     brood.args(["bench", "inverse", "--json", "--starts", &starts]);
     let own = json_of(&mut brood).context("brood's own side")?;
     let mut peers = Vec::new();
-    let methods = [(Peer::Mitsuba, "adam"), (Peer::Cma, "cma")];
-    for (peer, method) in methods {
+    let methods = [(Peer::Mitsuba, "adam", &starts), (Peer::Cma, "cma", &evolved)];
+    for (peer, method, starts) in methods {
         if !(environment.has(Peer::Mitsuba) && environment.has(peer)) {
             continue;
         }
         let mut script = environment.script("mitsuba_inverse.py");
-        script.args(["--threads", THREADS, "--starts", &starts, "--method", method]);
+        script.args(["--threads", THREADS, "--starts", starts, "--method", method]);
         script.args(["--tune", TUNING]);
         match json_of(&mut script) {
             Ok(found) => peers.push(found),

@@ -99,7 +99,7 @@ const OBJECTS: [Object; 4] = [
         camera: spot_camera,
         lights: spot_lights,
     },
-    // Round normals on large triangles, where renderers have to choose.
+    // Round normals on large triangles.
     Object {
         name: "spot",
         mesh: Some("smooth"),
@@ -136,9 +136,9 @@ pub fn fresh(with_meshes: bool) -> Vec<Case> {
     cases
 }
 
-/// With shadows, which the peer always has.
+/// With shadows, which the peer always has, and with normals taken as the peer takes them.
 pub fn scene(camera: Value, light: Value) -> Value {
-    json!({"camera": camera, "lights": [light], "shadows": true})
+    json!({"camera": camera, "lights": [light], "shadows": true, "normals": "plain"})
 }
 
 /// All of a unit sphere and a little more.
