@@ -110,17 +110,15 @@ async fn answer(
     if aspect != Aspect::Mask && has_already(headers, &etag) {
         return Ok(file(headers, &etag, "image/png", CACHE, ""));
     }
-    let drawn = match app.shelf.known(key) {
-        Some(drawn) => drawn,
-        None => {
-            let known = Shelf::view(app, target, n).await?;
-            if aspect == Aspect::Mask && !known.is_masked {
-                let words = format!("picture {n} of this target has no mask");
-                return Err(ApiError::not_found(words));
-            }
-            Shelf::drawn(app, key, move || draw(&known, aspect)).await?
+    let prepare = async {
+        let known = Shelf::view(app, target, n).await?;
+        if aspect == Aspect::Mask && !known.is_masked {
+            let words = format!("picture {n} of this target has no mask");
+            return Err(ApiError::not_found(words));
         }
+        Ok(move || draw(&known, aspect))
     };
+    let drawn = Shelf::drawn(app, key, prepare).await?;
     Ok(file(headers, &etag, "image/png", CACHE, drawn.bytes))
 }
 
@@ -258,16 +256,17 @@ pub async fn measured(
     exposure_ev: Option<f64>,
 ) -> Result<Drawn, ApiError> {
     let key = measured_key(target, view, exposure_ev);
-    if let Some(drawn) = app.shelf.known(key) {
-        return Ok(drawn);
-    }
-    let stage = Shelf::stage(app, view).await?;
-    let volume = Shelf::volume(app, target).await?;
-    let draw = move || match &*volume {
-        Volume::Measured(brdf) => Drawn::of(&stage.take(&**brdf, exposure_ev), PictureFormat::Png),
-        Volume::Pictures(..) => Err(ApiError::refused(IN_ITS_SCENE)),
+    let prepare = async {
+        let stage = Shelf::stage(app, view).await?;
+        let volume = Shelf::volume(app, target).await?;
+        Ok(move || match &*volume {
+            Volume::Measured(brdf) => {
+                Drawn::of(&stage.take(&**brdf, exposure_ev), PictureFormat::Png)
+            }
+            Volume::Pictures(..) => Err(ApiError::refused(IN_ITS_SCENE)),
+        })
     };
-    Shelf::drawn(app, key, draw).await
+    Shelf::drawn(app, key, prepare).await
 }
 
 fn measured_key(target: &Target, view: StageView, exposure_ev: Option<f64>) -> blake3::Hash {

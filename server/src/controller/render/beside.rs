@@ -79,17 +79,14 @@ impl Beside {
         if has_already(headers, &etag) {
             return Ok(file(headers, &etag, content_type(format), CACHE, ""));
         }
-        let drawn = match app.shelf.known(key) {
-            Some(drawn) => drawn,
-            None => {
-                let known = Shelf::view(app, target, n).await?;
-                let draw = move || {
-                    let specimen = Specimen::Bred(&material.genome, &material.program);
-                    Drawn::of(&laid_over(&known, &specimen, size, sampling), format)
-                };
-                Shelf::drawn(app, key, draw).await?
-            }
+        let prepare = async {
+            let known = Shelf::view(app, target, n).await?;
+            Ok(move || {
+                let specimen = Specimen::Bred(&material.genome, &material.program);
+                Drawn::of(&laid_over(&known, &specimen, size, sampling), format)
+            })
         };
+        let drawn = Shelf::drawn(app, key, prepare).await?;
         Ok(file(headers, &etag, content_type(format), CACHE, drawn.bytes))
     }
 
@@ -121,18 +118,15 @@ impl Beside {
         if has_already(headers, &etag) {
             return Ok(file(headers, &etag, content_type(format), CACHE, ""));
         }
-        let drawn = match app.shelf.known(key) {
-            Some(drawn) => drawn,
-            None => {
-                let ev = measured(app, target, view, None).await?.exposure_ev;
-                let stage = Shelf::stage(app, view).await?;
-                let draw = move || {
-                    let specimen = Specimen::Bred(&material.genome, &material.program);
-                    Drawn::of(&stage.take(&specimen, Some(ev)), format)
-                };
-                Shelf::drawn(app, key, draw).await?
-            }
+        let prepare = async {
+            let ev = measured(app, target, view, None).await?.exposure_ev;
+            let stage = Shelf::stage(app, view).await?;
+            Ok(move || {
+                let specimen = Specimen::Bred(&material.genome, &material.program);
+                Drawn::of(&stage.take(&specimen, Some(ev)), format)
+            })
         };
+        let drawn = Shelf::drawn(app, key, prepare).await?;
         Ok(file(headers, &etag, content_type(format), CACHE, drawn.bytes))
     }
 }
