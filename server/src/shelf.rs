@@ -128,6 +128,12 @@ impl Drawn {
     }
 }
 
+impl From<Drawn> for Bytes {
+    fn from(drawn: Drawn) -> Self {
+        drawn.bytes
+    }
+}
+
 /// What is kept of targets.
 pub struct Shelf {
     volumes: Cache<[u8; 32], (Arc<Volume>, u32)>,

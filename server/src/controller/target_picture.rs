@@ -11,8 +11,8 @@ use brood_search::{KnownView, PixelFate};
 use http::HeaderMap;
 use serde::Deserialize;
 
+use super::file::FileHead;
 use super::render::{check_light, check_rays, sampling, size};
-use super::{file, has_already};
 use crate::extract::{NoQuery, Path, Query};
 use crate::problem::ApiError;
 use crate::shelf::{Drawn, Shelf, StageView, Volume};
@@ -107,9 +107,7 @@ async fn answer(
     hasher.update(&n.to_le_bytes()).update(format!("{aspect:?}").as_bytes());
     let key = hasher.finalize();
     let etag = format!("\"{}\"", key.to_hex());
-    if aspect != Aspect::Mask && has_already(headers, &etag) {
-        return Ok(file(headers, &etag, "image/png", CACHE, ""));
-    }
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let prepare = async {
         let known = Shelf::view(app, target, n).await?;
         if aspect == Aspect::Mask && !known.is_masked {
@@ -118,8 +116,12 @@ async fn answer(
         }
         Ok(move || draw(&known, aspect))
     };
-    let drawn = Shelf::drawn(app, key, prepare).await?;
-    Ok(file(headers, &etag, "image/png", CACHE, drawn.bytes))
+    let drawn = Shelf::drawn(app, key, prepare);
+    match aspect {
+        // Whether there is one is said before whether it has changed.
+        Aspect::Mask => Ok(head.answer(headers, drawn.await?)),
+        Aspect::Picture | Aspect::Scene | Aspect::Pixels => head.made(headers, drawn).await,
+    }
 }
 
 /// Refuses a picture that a target does not have.
@@ -241,11 +243,8 @@ pub async fn render(
     };
     let view = StageView { scene, light_deg: query.light_deg, size_px, sampling };
     let etag = format!("\"{}\"", measured_key(&target, view, query.exposure_ev).to_hex());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
-    let drawn = measured(&app, &target, view, query.exposure_ev).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, drawn.bytes))
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    head.made(&headers, measured(&app, &target, view, query.exposure_ev)).await
 }
 
 /// A measured material, drawn.
