@@ -128,6 +128,12 @@ impl Drawn {
     }
 }
 
+impl From<Drawn> for Bytes {
+    fn from(drawn: Drawn) -> Self {
+        drawn.bytes
+    }
+}
+
 /// What is kept of targets.
 pub struct Shelf {
     volumes: Cache<[u8; 32], (Arc<Volume>, u32)>,
@@ -234,15 +240,19 @@ impl Shelf {
         app.on_processor(trace).await
     }
 
-    /// A picture by its key, drawn where it is not at hand; waits a bounded time.
-    pub async fn drawn(
+    /// A picture by its key; where it is not at hand, what draws it is prepared and drawing waited for, a bounded time.
+    pub async fn drawn<Draw>(
         app: &App,
         key: blake3::Hash,
-        draw: impl FnOnce() -> Result<Drawn, ApiError> + Send + 'static,
-    ) -> Result<Drawn, ApiError> {
+        prepare: impl Future<Output = Result<Draw, ApiError>>,
+    ) -> Result<Drawn, ApiError>
+    where
+        Draw: FnOnce() -> Result<Drawn, ApiError> + Send + 'static,
+    {
         if let Some(drawn) = app.shelf.pictures.get(&key) {
             return Ok(drawn);
         }
+        let draw = prepare.await?;
         let own = app.clone();
         let work = app.on_processor(move || {
             // Who had the processor before may have drawn it.
@@ -255,11 +265,6 @@ impl Shelf {
         });
         let drawn = tokio::time::timeout(limit::WAIT, work).await;
         drawn.map_err(|_| ApiError::not_yet("ask again in a moment"))??
-    }
-
-    /// A picture that is at hand.
-    pub fn known(&self, key: blake3::Hash) -> Option<Drawn> {
-        self.pictures.get(&key)
     }
 }
 

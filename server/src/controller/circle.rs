@@ -14,7 +14,8 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::{file, has_already, sheet as contact};
+use super::file::FileHead;
+use super::sheet as contact;
 use crate::extract::{Path, Query};
 use crate::library::View;
 use crate::limit;
@@ -100,14 +101,13 @@ pub async fn animation(
     let circle = query.check(1)?;
     let frames = rows_of(&app, id, circle).await?;
     let etag = etag("apng", circle.delay_ms, frames.iter());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/apng", CACHE, ""));
-    }
-    let pictures = pictures(&app, frames, circle.size_px).await?;
-    let (size_px, delay_ms) = (circle.size_px, circle.delay_ms);
-    let encode = move || encode_apng(size_px, size_px, &pictures, delay_ms);
-    let bytes = app.on_processor(encode).await?;
-    Ok(file(&headers, &etag, "image/apng", CACHE, bytes))
+    let head = FileHead { etag, content_type: "image/apng", cache: CACHE };
+    let make = async {
+        let pictures = pictures(&app, frames, circle.size_px).await?;
+        let (size_px, delay_ms) = (circle.size_px, circle.delay_ms);
+        app.on_processor(move || encode_apng(size_px, size_px, &pictures, delay_ms)).await
+    };
+    head.made(&headers, make).await
 }
 
 /// A whole circle of the light as one PNG: its pictures side by side.
@@ -123,13 +123,13 @@ pub async fn strip(
     let circle = query.check(1)?;
     let frames = rows_of(&app, id, circle).await?;
     let etag = etag("strip", 0, frames.iter());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
-    let pictures = pictures(&app, frames, circle.size_px).await?;
-    let side = circle.size_px;
-    let bytes = app.on_processor(move || side_by_side(&pictures, side)).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, bytes))
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let make = async {
+        let side = circle.size_px;
+        let pictures = pictures(&app, frames, side).await?;
+        app.on_processor(move || side_by_side(&pictures, side)).await
+    };
+    head.made(&headers, make).await
 }
 
 /// A generation as an animated PNG over a whole circle of the light: the sheet, each individual at its own exposure.
@@ -161,9 +161,7 @@ pub async fn sheet(
         rows.push(self::rows(&app, centre.clone(), generation.lineage, large).await?);
     }
     let etag = etag("sheet", circle.delay_ms, rows.iter().flatten());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/apng", CACHE, ""));
-    }
+    let head = FileHead { etag, content_type: "image/apng", cache: CACHE };
     let has_centre = centre.is_some();
     let compose = async {
         let mut frames = Vec::with_capacity(circle.frames as usize);
@@ -180,9 +178,11 @@ pub async fn sheet(
         let encode = move || encode_apng(size.0, size.1, &frames, circle.delay_ms);
         app.on_processor(encode).await
     };
-    let bytes = tokio::time::timeout(limit::WAIT, compose).await;
-    let bytes = bytes.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
-    Ok(file(&headers, &etag, "image/apng", CACHE, bytes))
+    let make = async {
+        let bytes = tokio::time::timeout(limit::WAIT, compose).await;
+        bytes.map_err(|_| ApiError::not_yet("ask again in a moment"))?
+    };
+    head.made(&headers, make).await
 }
 
 fn composed(

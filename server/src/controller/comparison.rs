@@ -18,7 +18,7 @@ use http::HeaderMap;
 use serde::{Deserialize, Serialize};
 
 use self::picture::{exposed, linear, row};
-use super::{file, has_already};
+use super::file::FileHead;
 use crate::extract::Query;
 use crate::library::{Material, Optics, View};
 use crate::limit;
@@ -114,14 +114,14 @@ pub async fn get(
 ) -> Result<Response, ApiError> {
     let wanted = find(&app, query).await?;
     let etag = wanted.etag();
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "application/json", CACHE, ""));
-    }
-    let compared = compare(&app, wanted);
-    let compared = tokio::time::timeout(limit::WAIT, compared).await;
-    let compared = compared.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
-    let body = serde_json::to_vec(&compared).expect("a comparison is plain data");
-    Ok(file(&headers, &etag, "application/json", CACHE, body))
+    let head = FileHead { etag, content_type: "application/json", cache: CACHE };
+    let make = async {
+        let compared = compare(&app, wanted);
+        let compared = tokio::time::timeout(limit::WAIT, compared).await;
+        let compared = compared.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        Ok(serde_json::to_vec(&compared).expect("a comparison is plain data"))
+    };
+    head.made(&headers, make).await
 }
 
 /// The absolute difference of two materials' pictures, of linear values as exposed.
@@ -137,22 +137,22 @@ pub async fn difference(
         return Err(ApiError::bad_parameter("materials", "a difference is of two"));
     }
     let etag = wanted.etag();
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
-    let exposed = exposed(&app, &wanted).await?;
-    let pictures = linear(&app, &wanted, exposed);
-    let pictures = tokio::time::timeout(limit::WAIT, pictures).await;
-    let mut pictures = pictures.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
-    let (second, first) = (pictures.pop(), pictures.pop());
-    let draw = move || {
-        let apart = first.zip(second).map(|(first, second)| first.absolute_difference(&second));
-        let apart = apart.expect("there are two pictures");
-        let (width, height) = apart.size();
-        encode_png(width, height, &apart.encoded_rgba())
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let make = async {
+        let exposed = exposed(&app, &wanted).await?;
+        let pictures = linear(&app, &wanted, exposed);
+        let pictures = tokio::time::timeout(limit::WAIT, pictures).await;
+        let mut pictures = pictures.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        let (second, first) = (pictures.pop(), pictures.pop());
+        let draw = move || {
+            let apart = first.zip(second).map(|(first, second)| first.absolute_difference(&second));
+            let apart = apart.expect("there are two pictures");
+            let (width, height) = apart.size();
+            encode_png(width, height, &apart.encoded_rgba())
+        };
+        app.on_processor(draw).await
     };
-    let png = app.on_processor(draw).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, png))
+    head.made(&headers, make).await
 }
 
 async fn find(app: &App, query: ComparisonQuery) -> Result<Wanted, ApiError> {

@@ -10,7 +10,7 @@ use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, header};
 use serde::Deserialize;
 
-use super::file;
+use super::file::FileHead;
 use crate::extract::{NoQuery, Path, Query};
 use crate::problem::ApiError;
 use crate::state::App;
@@ -85,7 +85,8 @@ pub async fn get(
     };
     let text = text.map_err(|error| ApiError::refused(error.to_string()))?;
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
-    let mut response = file(&headers, &etag, format.media_type(), CACHE, text);
+    let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
+    let mut response = head.answer(&headers, text);
     let name = format!("attachment; filename=\"brood-{id}.{}\"", format.extension());
     let name = HeaderValue::from_str(&name).expect("ids and endings are letters and digits");
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);

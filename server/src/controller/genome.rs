@@ -9,7 +9,8 @@ use brood_genome::{Genome, GenomeHash, Model, live_instructions};
 use brood_storage::NewGenome;
 use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
-use super::{created, has_already};
+use super::created;
+use super::file::has_already;
 use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;

@@ -6,7 +6,7 @@ use brood_protocol::decode;
 use brood_scene::{Mesh, MeshRef};
 use http::HeaderMap;
 
-use super::file;
+use super::file::FileHead;
 use crate::extract::{NoQuery, Path};
 use crate::problem::ApiError;
 use crate::state::App;
@@ -43,7 +43,8 @@ pub async fn get(
     let bytes = encoded
         .map_err(|error| ApiError::internal(format!("a stored mesh cannot be read: {error}")))?;
     let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
-    Ok(file(&headers, &etag, CONTENT_TYPE, CACHE, bytes))
+    let head = FileHead { etag, content_type: CONTENT_TYPE, cache: CACHE };
+    Ok(head.answer(&headers, bytes))
 }
 
 fn encode(mesh: &Mesh) -> Vec<u8> {

@@ -8,7 +8,7 @@ use brood_protocol::IndividualId;
 use http::{HeaderMap, header};
 use serde::Deserialize;
 
-use super::{file, has_already};
+use super::file::FileHead;
 use crate::extract::{NoQuery, Path, Query};
 use crate::limit;
 use crate::problem::ApiError;
@@ -72,13 +72,10 @@ pub async fn slice(
     let material = app.library.material(individual.hash).await?;
     let version = env!("CARGO_PKG_VERSION");
     let etag = format!("\"{}-{size_px}-{version}\"", material.program.hash());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let draw = move || {
         let slice = image_slice(&material.program, size_px);
         encode_png(slice.size_px, slice.size_px, &slice.rgba)
     };
-    let png = app.on_processor(draw).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, png))
+    head.made(&headers, app.on_processor(draw)).await
 }

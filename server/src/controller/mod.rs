@@ -4,6 +4,7 @@ pub mod circle;
 pub mod comparison;
 pub mod event;
 pub mod export;
+mod file;
 pub mod generation;
 pub mod genome;
 pub mod geometry;
@@ -31,7 +32,7 @@ pub mod thumbnail;
 
 use axum::Json;
 use axum::response::{IntoResponse, Response};
-use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use http::{HeaderValue, StatusCode, header};
 use serde::{Deserialize, Serialize};
 
 use crate::extract::etag;
@@ -67,43 +68,6 @@ fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
     ([(header::ETAG, etag(version))], Json(answer)).into_response()
 }
 
-/// Whether the client has what carries this ETag already.
-fn has_already(headers: &HeaderMap, etag: &str) -> bool {
-    let values = headers.get_all(header::IF_NONE_MATCH).iter();
-    let mut tags = values.filter_map(|value| value.to_str().ok()).flat_map(|text| text.split(','));
-    tags.any(|tag| {
-        let tag = tag.trim();
-        tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == etag
-    })
-}
-
-/// A file with an ETag, or 304 where the client has it already.
-fn file(
-    headers: &HeaderMap,
-    etag: &str,
-    content_type: &str,
-    cache: &'static str,
-    bytes: impl Into<bytes::Bytes>,
-) -> Response {
-    let fixed = |name: HeaderName, text: &str| (name, HeaderValue::from_str(text).ok());
-    let common = [
-        fixed(header::ETAG, etag),
-        fixed(header::CACHE_CONTROL, cache),
-        fixed(header::CONTENT_TYPE, content_type),
-    ];
-    let mut response = if has_already(headers, etag) {
-        StatusCode::NOT_MODIFIED.into_response()
-    } else {
-        axum::body::Body::from(bytes.into()).into_response()
-    };
-    for (name, value) in common {
-        if let Some(value) = value {
-            response.headers_mut().insert(name, value);
-        }
-    }
-    response
-}
-
 /// Refuses text that is longer than it may be.
 fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiError> {
     if text.chars().count() > max_chars {
@@ -116,18 +80,6 @@ fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiEr
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn file_is_not_sent_again_when_the_client_has_it() {
-        let mut headers = HeaderMap::new();
-        let status =
-            |headers: &HeaderMap| file(headers, "\"a\"", "image/png", "no-cache", "x").status();
-        assert_eq!(status(&headers), 200);
-        headers.insert(header::IF_NONE_MATCH, "\"b\", W/\"a\"".parse().unwrap());
-        assert_eq!(status(&headers), 304);
-        headers.insert(header::IF_NONE_MATCH, "\"b\"".parse().unwrap());
-        assert_eq!(status(&headers), 200);
-    }
 
     #[test]
     fn created_says_where() {

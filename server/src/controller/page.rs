@@ -8,7 +8,7 @@ use bytes::Bytes;
 use http::HeaderMap;
 use rust_embed::RustEmbed;
 
-use super::file;
+use super::file::FileHead;
 use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -50,7 +50,7 @@ async fn serve(app: &App, path: &str, headers: &HeaderMap) -> Result<Response, A
         },
     };
     let etag = format!("\"{}\"", &blake3::hash(&bytes).to_hex()[..32]);
-    Ok(file(headers, &etag, content_type, CACHE, bytes))
+    Ok(FileHead { etag, content_type, cache: CACHE }.answer(headers, bytes))
 }
 
 /// The type of the files that a page is made of; others lie in the directory for other reasons and are not served.

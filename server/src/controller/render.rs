@@ -10,7 +10,7 @@ use http::HeaderMap;
 use serde::Deserialize;
 
 use self::beside::Beside;
-use super::file;
+use super::file::FileHead;
 use crate::extract::{Path, Query};
 use crate::library::View;
 use crate::limit;
@@ -122,13 +122,12 @@ async fn render(
     let material = app.library.material(individual.hash).await?;
     let key = framed.key(material.program.hash());
     let etag = format!("\"{key}\"");
-    let content_type = content_type(format);
-    if super::has_already(headers, &etag) {
-        return Ok(file(headers, &etag, content_type, CACHE, ""));
-    }
-    let row = app.announce(framed.row(key, individual.hash)).await?;
-    let bytes = app.picture(&row).await?;
-    Ok(file(headers, &etag, content_type, CACHE, bytes))
+    let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
+    let make = async {
+        let row = app.announce(framed.row(key, individual.hash)).await?;
+        app.picture(&row).await
+    };
+    head.made(headers, make).await
 }
 
 /// The side of a picture, within what one may have.

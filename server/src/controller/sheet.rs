@@ -11,7 +11,7 @@ use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::file;
+use super::file::FileHead;
 use crate::extract::{NoQuery, Path, Query};
 use crate::library::View;
 use crate::limit;
@@ -114,15 +114,15 @@ async fn compose(
         hasher.update(&row.key.0);
     });
     let etag = format!("\"{}\"", hasher.finalize().to_hex());
-    if super::has_already(headers, &etag) {
-        return Ok(file(headers, &etag, "image/png", CACHE, ""));
-    }
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let has_centre = centre.is_some();
-    let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
-    let small = tokio::time::timeout(limit::WAIT, small).await;
-    let small = small.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
-    let png = app.on_processor(move || draw(small, has_centre, cell_px, gap_px)).await?;
-    Ok(file(headers, &etag, "image/png", CACHE, png))
+    let make = async {
+        let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
+        let small = tokio::time::timeout(limit::WAIT, small).await;
+        let small = small.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        app.on_processor(move || draw(small, has_centre, cell_px, gap_px)).await
+    };
+    head.made(headers, make).await
 }
 
 /// The pictures in the size of their places, a few of them under way at a time.

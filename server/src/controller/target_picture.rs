@@ -11,8 +11,8 @@ use brood_search::{KnownView, PixelFate};
 use http::HeaderMap;
 use serde::Deserialize;
 
+use super::file::FileHead;
 use super::render::{check_light, check_rays, sampling, size};
-use super::{file, has_already};
 use crate::extract::{NoQuery, Path, Query};
 use crate::problem::ApiError;
 use crate::shelf::{Drawn, Shelf, StageView, Volume};
@@ -107,21 +107,21 @@ async fn answer(
     hasher.update(&n.to_le_bytes()).update(format!("{aspect:?}").as_bytes());
     let key = hasher.finalize();
     let etag = format!("\"{}\"", key.to_hex());
-    if aspect != Aspect::Mask && has_already(headers, &etag) {
-        return Ok(file(headers, &etag, "image/png", CACHE, ""));
-    }
-    let drawn = match app.shelf.known(key) {
-        Some(drawn) => drawn,
-        None => {
-            let known = Shelf::view(app, target, n).await?;
-            if aspect == Aspect::Mask && !known.is_masked {
-                let words = format!("picture {n} of this target has no mask");
-                return Err(ApiError::not_found(words));
-            }
-            Shelf::drawn(app, key, move || draw(&known, aspect)).await?
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let prepare = async {
+        let known = Shelf::view(app, target, n).await?;
+        if aspect == Aspect::Mask && !known.is_masked {
+            let words = format!("picture {n} of this target has no mask");
+            return Err(ApiError::not_found(words));
         }
+        Ok(move || draw(&known, aspect))
     };
-    Ok(file(headers, &etag, "image/png", CACHE, drawn.bytes))
+    let drawn = Shelf::drawn(app, key, prepare);
+    match aspect {
+        // Whether there is one is said before whether it has changed.
+        Aspect::Mask => Ok(head.answer(headers, drawn.await?)),
+        Aspect::Picture | Aspect::Scene | Aspect::Pixels => head.made(headers, drawn).await,
+    }
 }
 
 /// Refuses a picture that a target does not have.
@@ -243,11 +243,8 @@ pub async fn render(
     };
     let view = StageView { scene, light_deg: query.light_deg, size_px, sampling };
     let etag = format!("\"{}\"", measured_key(&target, view, query.exposure_ev).to_hex());
-    if has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
-    let drawn = measured(&app, &target, view, query.exposure_ev).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, drawn.bytes))
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    head.made(&headers, measured(&app, &target, view, query.exposure_ev)).await
 }
 
 /// A measured material, drawn.
@@ -258,16 +255,17 @@ pub async fn measured(
     exposure_ev: Option<f64>,
 ) -> Result<Drawn, ApiError> {
     let key = measured_key(target, view, exposure_ev);
-    if let Some(drawn) = app.shelf.known(key) {
-        return Ok(drawn);
-    }
-    let stage = Shelf::stage(app, view).await?;
-    let volume = Shelf::volume(app, target).await?;
-    let draw = move || match &*volume {
-        Volume::Measured(brdf) => Drawn::of(&stage.take(&**brdf, exposure_ev), PictureFormat::Png),
-        Volume::Pictures(..) => Err(ApiError::refused(IN_ITS_SCENE)),
+    let prepare = async {
+        let stage = Shelf::stage(app, view).await?;
+        let volume = Shelf::volume(app, target).await?;
+        Ok(move || match &*volume {
+            Volume::Measured(brdf) => {
+                Drawn::of(&stage.take(&**brdf, exposure_ev), PictureFormat::Png)
+            }
+            Volume::Pictures(..) => Err(ApiError::refused(IN_ITS_SCENE)),
+        })
     };
-    Shelf::drawn(app, key, draw).await
+    Shelf::drawn(app, key, prepare).await
 }
 
 fn measured_key(target: &Target, view: StageView, exposure_ev: Option<f64>) -> blake3::Hash {

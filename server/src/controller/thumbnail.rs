@@ -8,7 +8,7 @@ use brood_protocol::{PictureFormat, PictureKey, RENDERER_VERSION};
 use brood_storage::PictureRow;
 use http::{HeaderMap, header};
 
-use super::file;
+use super::file::FileHead;
 use crate::extract::{NoQuery, Path};
 use crate::library::View;
 use crate::presenter::thumbnail_url;
@@ -40,11 +40,8 @@ pub async fn get(
         return Err(ApiError::gone(words).with_header(header::LOCATION, url));
     }
     let etag = format!("\"{key}\"");
-    if super::has_already(&headers, &etag) {
-        return Ok(file(&headers, &etag, "image/png", CACHE, ""));
-    }
-    let bytes = app.picture(&row).await?;
-    Ok(file(&headers, &etag, "image/png", CACHE, bytes))
+    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    head.made(&headers, app.picture(&row)).await
 }
 
 impl AppState {

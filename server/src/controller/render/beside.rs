@@ -13,10 +13,11 @@ use brood_storage::{StorageError, StoredIndividual};
 use http::HeaderMap;
 
 use super::{CACHE, SIZE, check_rays, content_type};
+use crate::controller::file::FileHead;
 use crate::controller::target_picture::{
     IN_ITS_SCENE, begun, check_view, measured, shot, stage_bytes,
 };
-use crate::controller::{file, has_already};
+
 use crate::library::Material;
 use crate::problem::ApiError;
 use crate::shelf::{Drawn, Shelf, StageView};
@@ -76,21 +77,15 @@ impl Beside {
         hasher.update(material.program.hash().as_bytes()).update(format!("{format:?}").as_bytes());
         let key = hasher.finalize();
         let etag = format!("\"{}\"", key.to_hex());
-        if has_already(headers, &etag) {
-            return Ok(file(headers, &etag, content_type(format), CACHE, ""));
-        }
-        let drawn = match app.shelf.known(key) {
-            Some(drawn) => drawn,
-            None => {
-                let known = Shelf::view(app, target, n).await?;
-                let draw = move || {
-                    let specimen = Specimen::Bred(&material.genome, &material.program);
-                    Drawn::of(&laid_over(&known, &specimen, size, sampling), format)
-                };
-                Shelf::drawn(app, key, draw).await?
-            }
+        let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
+        let prepare = async {
+            let known = Shelf::view(app, target, n).await?;
+            Ok(move || {
+                let specimen = Specimen::Bred(&material.genome, &material.program);
+                Drawn::of(&laid_over(&known, &specimen, size, sampling), format)
+            })
         };
-        Ok(file(headers, &etag, content_type(format), CACHE, drawn.bytes))
+        head.made(headers, Shelf::drawn(app, key, prepare)).await
     }
 
     /// Under any light, as a measured target is exposed there.
@@ -118,22 +113,16 @@ impl Beside {
         hasher.update(format!("{format:?}").as_bytes());
         let key = hasher.finalize();
         let etag = format!("\"{}\"", key.to_hex());
-        if has_already(headers, &etag) {
-            return Ok(file(headers, &etag, content_type(format), CACHE, ""));
-        }
-        let drawn = match app.shelf.known(key) {
-            Some(drawn) => drawn,
-            None => {
-                let ev = measured(app, target, view, None).await?.exposure_ev;
-                let stage = Shelf::stage(app, view).await?;
-                let draw = move || {
-                    let specimen = Specimen::Bred(&material.genome, &material.program);
-                    Drawn::of(&stage.take(&specimen, Some(ev)), format)
-                };
-                Shelf::drawn(app, key, draw).await?
-            }
+        let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
+        let prepare = async {
+            let ev = measured(app, target, view, None).await?.exposure_ev;
+            let stage = Shelf::stage(app, view).await?;
+            Ok(move || {
+                let specimen = Specimen::Bred(&material.genome, &material.program);
+                Drawn::of(&stage.take(&specimen, Some(ev)), format)
+            })
         };
-        Ok(file(headers, &etag, content_type(format), CACHE, drawn.bytes))
+        head.made(headers, Shelf::drawn(app, key, prepare)).await
     }
 }
 

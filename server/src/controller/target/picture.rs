@@ -8,7 +8,7 @@ use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, 
 use brood_scene::{AssetRef, Light, Mesh, Sampling, Scene};
 use brood_search::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
-    TargetFileError, TargetKind, ViewError,
+    PixelCounts, TargetFileError, TargetKind, ViewError,
 };
 use bytes::Bytes;
 use serde_json::Value;
@@ -237,24 +237,40 @@ fn pointer(error: &ViewError, one: &Asked) -> String {
 
 /// A picture as it was understood.
 pub fn describe(known: &KnownView) -> TargetView {
-    let counts = known.view.counts();
     TargetView {
         size_px: known.side(),
         scene: known.setting.scene.clone(),
         samples: known.setting.sampling,
         gain_solved: known.view.is_gain_unknown(),
         held_out: known.setting.is_held_out,
-        pixels: TargetPixels {
-            pixels: counts.pixels,
-            used: counts.used,
-            masked: counts.masked,
-            background: counts.background,
-            edge: counts.edge,
-            clipped: counts.clipped,
-            unlit: counts.unlit,
-            half_lit: counts.half_lit,
-            several_lights: counts.several_lights,
-            grazing: counts.grazing,
-        },
+        pixels: counted(known.view.counts()),
+    }
+}
+
+/// Taken apart by name, so that a new fate cannot be left out.
+fn counted(counts: PixelCounts) -> TargetPixels {
+    let PixelCounts {
+        pixels,
+        used,
+        masked,
+        background,
+        edge,
+        clipped,
+        unlit,
+        half_lit,
+        several_lights,
+        grazing,
+    } = counts;
+    TargetPixels {
+        pixels,
+        used,
+        masked,
+        background,
+        edge,
+        clipped,
+        unlit,
+        half_lit,
+        several_lights,
+        grazing,
     }
 }

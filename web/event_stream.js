@@ -1,0 +1,65 @@
+/**
+ * Streams of the server's events. Owns the EventSource of each, its reconnection and its rest while the page is hidden (browsers allow
+ * six connections to a host, over all tabs); knows nothing of what the events say.
+ */
+
+const AGAIN_MS = 3000;
+
+/**
+ * @typedef {{url: string, opened: (missed: boolean) => void, on: Record<string, (news: any) => void>}} Heard
+ *   `opened`: told of every connection, and whether events may have been missed that the server does not tell again.
+ */
+
+/** A stream that nothing is heard of yet. */
+export function eventStream() {
+  /** @type {EventSource|null} */
+  let source = null;
+  /** @type {Heard|null} */
+  let wanted = null;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let reopening;
+  /** Since the last connection. */
+  let missed = false;
+
+  function connect() {
+    clearTimeout(reopening);
+    source?.close();
+    source = null;
+    if (!wanted || document.hidden) return;
+    const { url, opened, on } = wanted;
+    const own = new EventSource(url);
+    source = own;
+    own.addEventListener("open", () => {
+      opened(missed);
+      missed = false;
+    });
+    for (const [name, take] of Object.entries(on)) {
+      own.addEventListener(name, (event) => {
+        if (source === own) take(JSON.parse(event.data));
+      });
+    }
+    own.addEventListener("error", () => {
+      // A dropped connection reopens by itself and replays; a refused one stays closed and is asked for again.
+      if (own.readyState !== EventSource.CLOSED || source !== own) return;
+      missed = true;
+      reopening = setTimeout(connect, AGAIN_MS);
+    });
+  }
+
+  return {
+    /** Listens to this, and to nothing else any more. @param {Heard|null} heard */
+    listen(heard) {
+      wanted = heard;
+      missed = false;
+      connect();
+    },
+
+    /** Lets the connection rest while nobody looks. */
+    restWhileHidden() {
+      document.addEventListener("visibilitychange", () => {
+        if (document.hidden) missed = true;
+        connect();
+      });
+    },
+  };
+}

@@ -1,0 +1,98 @@
+/** Streams of events: what is refused is asked for again, what nobody looks at rests. */
+import assert from "node:assert/strict";
+import { beforeEach, mock, test } from "node:test";
+import { eventStream } from "../event_stream.js";
+
+/** @type {any[]} */
+let sources = [];
+
+class Source extends EventTarget {
+  static CLOSED = 2;
+  readyState = 1;
+
+  /** @param {string} url */
+  constructor(url) {
+    super();
+    this.url = url;
+    sources.push(this);
+  }
+
+  close() {
+    this.readyState = Source.CLOSED;
+  }
+
+  refuse() {
+    this.close();
+    this.dispatchEvent(new Event("error"));
+  }
+
+  /** @param {string} name @param {unknown} news */
+  tell(name, news) {
+    this.dispatchEvent(Object.assign(new Event(name), { data: JSON.stringify(news) }));
+  }
+}
+
+const page = Object.assign(new EventTarget(), { hidden: false });
+Object.assign(globalThis, { EventSource: Source, document: page });
+
+/** @param {boolean} hidden */
+function hide(hidden) {
+  page.hidden = hidden;
+  page.dispatchEvent(new Event("visibilitychange"));
+}
+
+/** What was heard, in turn. @param {string} url */
+function heardOf(url) {
+  /** @type {unknown[]} */
+  const all = [];
+  const hear = (/** @type {unknown} */ what) => void all.push(what);
+  return { all, heard: { url, opened: hear, on: { news: hear } } };
+}
+
+beforeEach(() => {
+  sources = [];
+  page.hidden = false;
+});
+
+test("a refused connection is asked for again, and says that events may be missed", () => {
+  mock.timers.enable({ apis: ["setTimeout"] });
+  const { all, heard } = heardOf("/a");
+  eventStream().listen(heard);
+  sources[0].dispatchEvent(new Event("open"));
+  sources[0].tell("news", { n: 1 });
+  sources[0].refuse();
+  assert.equal(sources.length, 1);
+  mock.timers.tick(3000);
+  mock.timers.reset();
+  assert.equal(sources.length, 2);
+  sources[1].dispatchEvent(new Event("open"));
+  sources[1].dispatchEvent(new Event("open"));
+  assert.deepEqual(all, [false, { n: 1 }, true, false]);
+});
+
+test("the connection rests while the page is hidden", () => {
+  const { all, heard } = heardOf("/a");
+  const stream = eventStream();
+  stream.restWhileHidden();
+  stream.listen(heard);
+  hide(true);
+  assert.equal(sources[0].readyState, Source.CLOSED);
+  hide(false);
+  sources[1].dispatchEvent(new Event("open"));
+  assert.deepEqual(all, [true]);
+  stream.listen(null);
+  hide(true);
+  hide(false);
+  assert.equal(sources.length, 2, "nothing is listened to");
+});
+
+test("what is listened to no more is not heard", () => {
+  const [first, second] = [heardOf("/a"), heardOf("/b")];
+  const stream = eventStream();
+  stream.listen(first.heard);
+  stream.listen(second.heard);
+  sources[0].tell("news", 1);
+  sources[1].tell("news", 2);
+  assert.deepEqual([first.all, second.all], [[], [2]]);
+  assert.deepEqual(sources.map((source) => source.url), ["/a", "/b"]);
+});
