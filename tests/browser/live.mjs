@@ -176,6 +176,7 @@ export async function exported(hand, step, binary) {
       assert.deepEqual([result.within_exact, result.within_differing], [PROGRAMS, 0], JSON.stringify(result));
       // Inputs in f32 instead of f64: a few units of the last place, more where a program multiplies them up.
       assert.ok(result.directions_p99 < 1e-3, JSON.stringify(result));
+      assert.deepEqual(result.models.filter(({ kept }) => !kept), [], JSON.stringify(result.models));
     } finally {
       await rm(folder, { recursive: true, force: true });
     }

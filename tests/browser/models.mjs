@@ -98,7 +98,7 @@ export async function models(hand, step, shot, binary) {
     assert.equal(await hand.id("lock-sign").count(), 0);
   });
 
-  await step("looks into a model, and says why it has no source code", async () => {
+  await step("looks into a model, and exports it as a shader function", async () => {
     await hand.id("centre").focus();
     await page.keyboard.press("i");
     const inspector = hand.id("inspector");
@@ -108,8 +108,9 @@ export async function models(hand, step, shot, binary) {
     await hand.accessible("a model in the inspector");
     await page.keyboard.press("Escape");
     await page.getByText("Export", { exact: true }).click();
-    await hand.id("no-source").filter({ hasText: "models are not written as source code" }).waitFor();
-    assert.equal(await page.getByRole("link", { name: /GLSL/ }).count(), 0);
+    const link = await hand.id("export-glsl-es-300").getAttribute("href");
+    const source = await (await page.request.get(new URL(link, page.url()).href)).text();
+    assert.match(source, /vec3 evolved_models\(vec3 wi, vec3 wo\)/);
     await page.getByText("Export", { exact: true }).click();
   });
 

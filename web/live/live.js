@@ -166,7 +166,7 @@ const CELLS = ["centre", ...Array(FRAMES).keys()];
 /** Whether the scene is one that frames can be drawn of. */
 export const sceneDrawable = computed(() => wishedScene.value === null || isDrawable(wishedScene.value));
 
-/** Whether it can be drawn here: a program alone, for models have no source code. @param {Individual|null} of */
+/** Whether it can be drawn here: a program alone, models are seen in the server's pictures. @param {Individual|null} of */
 const isDrawnHere = (of) => of !== null && sceneDrawable.value && !isLayered(of);
 
 /** Whether it is certainly seen in the server's pictures alone. @param {Individual|null} of */

@@ -5,7 +5,6 @@
  */
 import * as api from "../api.js";
 import { html } from "../html.js";
-import { isLayered } from "../layers.js";
 import { guarded } from "../lineage.js";
 import { signal } from "../vendor/signals-core.js";
 import { Switch } from "./control.js";
@@ -34,19 +33,13 @@ const saveText = (of, place) => guarded(place, async () => {
 /** Whether functions are exported under the energy limit: other renderers count on it. */
 const limitedExports = signal(true);
 
-/** Models have no source code, and nobody is to find that out by a download that fails. @param {{of: Individual}} props */
-function SourceCode({ of }) {
-  if (isLayered(of)) {
-    const names = formats.value.map(({ label }) => label.replace(/ functions.*$/, ""));
-    return html`<li class="small" data-testid="no-source">Not as ${names.join(", ")}: models are not written as source code.</li>`;
-  }
-  return html`
-    ${formats.value.map((format) => html`
-      <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
-    `)}
-    <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
-  `;
-}
+/** @param {{of: Individual}} props */
+const SourceCode = ({ of }) => html`
+  ${formats.value.map((format) => html`
+    <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
+  `)}
+  <li><${Switch} id="export-limited" name="functions reflect no more than they receive" on=${limitedExports.value} title="The energy limit: functions are divided by their largest albedo where that is above 1. Off: as bright as on the screen." turns=${(/** @type {boolean} */ on) => (limitedExports.value = on)} /></li>
+`;
 
 /** @param {{within: Generation}} props */
 const OfBrood = ({ within }) => html`

@@ -31,8 +31,9 @@ pub use measured::{
     Samples, Scattered, Slice, SliceError, TensorError,
 };
 pub use model::{
-    Brdf, Claims, CoatTables, Model, ModelKind, ModelPreset, NumbersError, Parameter,
-    ParameterError, ParameterTextError, PreparedModel, Scale, Shape, TableDetail, UnknownModel,
-    model_presets,
+    Brdf, Claims, ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants,
+    MetalConstants, Model, ModelConstants, ModelKind, ModelPreset, NumbersError, Parameter,
+    ParameterError, ParameterTextError, PhongHighlight, PreparedModel, PrincipledConstants, Scale,
+    SgdChannel, Shadowing, Shape, TableDetail, UnknownModel, WardForm, model_presets,
 };
 pub use swapped::Swapped;

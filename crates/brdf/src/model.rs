@@ -5,6 +5,7 @@
 
 mod ashikhmin_shirley;
 mod coat;
+mod constants;
 mod cook_torrance;
 mod diffuse;
 mod fit;
@@ -27,12 +28,19 @@ use glam::DVec3;
 
 use crate::{DirectionPair, Machine};
 pub use coat::{CoatTables, TableDetail};
+pub use constants::{
+    ClearCoatConstants, DistributionConstants, FacetConstants, MetalConstants, ModelConstants,
+    PrincipledConstants, SgdChannel,
+};
 pub use kind::{ModelKind, UnknownModel};
+pub use microfacet::Shadowing;
 use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
+pub use phong::Highlight as PhongHighlight;
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
 pub use text::ParameterTextError;
+pub use ward::Form as WardForm;
 
 /// What reflects light.
 pub trait Brdf: Send + Sync {

@@ -33,7 +33,7 @@ pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
     let genome = genome_file::read(&args.genome)?;
     let limited = args.limit.unwrap_or(genome.is_limited());
     let program = express(&genome.with_limit(limited));
-    let text = export(&program, args.format)?;
+    let text = export(&program, args.format);
     let Some(path) = &args.output else {
         return match json {
             true => output::print_json(&json!({ "format": args.format.name(), "source": text })),

@@ -6,7 +6,7 @@ use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
 use crate::input;
 use crate::language::{Language, Type};
 
-/// Lines that take the inputs by their names and return f, for texture positions from -`uv` to `uv`.
+/// Lines that take the inputs by their names, and `models` where there are layers, and return f, for texture positions from -`uv` to `uv`.
 pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
     let ranges = step_ranges(program, |input| {
         let bound = input::bound(input, uv);
@@ -19,8 +19,8 @@ pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
         text += &language.let_line(Type::Scalar, &format!("s{index}"), &call);
     }
     for (channel, result) in program.results().iter().enumerate() {
-        let g = value(*result);
-        text += &language.let_line(Type::Scalar, &format!("f{channel}"), &format!("{g} * {g}"));
+        let f = square(program, *result, &value(*result), channel);
+        text += &language.let_line(Type::Scalar, &format!("f{channel}"), &f);
     }
     let vector = language.type_name(Type::Vec3);
     if *program.output() == Output::IDENTITY {
@@ -28,6 +28,25 @@ pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
     }
     text += &output(program.output(), language);
     text + &format!("  return {vector}(o0, o1, o2);\n")
+}
+
+/// The square of a result, and what the models add to it.
+fn square(program: &Program, result: Operand, g: &str, channel: usize) -> String {
+    if program.layers().is_empty() {
+        return format!("{g} * {g}");
+    }
+    let models = format!("models.{}", ["x", "y", "z"][channel]);
+    match constant(program, result) {
+        Some(0.0) => models,
+        _ => format!("brood_hold(brood_product({g}, {g}) + {models})"),
+    }
+}
+
+fn constant(program: &Program, operand: Operand) -> Option<f32> {
+    match operand {
+        Operand::Constant(index) => Some(program.constants()[usize::from(index)].canonical),
+        Operand::Step(_) | Operand::Input(_) => None,
+    }
 }
 
 /// The colour matrix, scale and offset of f0, f1, f2, in the order of the canonical evaluators.

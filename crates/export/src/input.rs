@@ -219,7 +219,7 @@ mod tests {
         }
         let mut names: Vec<&str> = Input::ALL.into_iter().map(name).collect();
         names.extend(Part::ALL.map(Part::name));
-        names.extend(["wi", "wo", "n", "x", "y", "uv"]);
+        names.extend(["wi", "wo", "n", "x", "y", "uv", "models"]);
         let count = names.len();
         names.sort_unstable();
         names.dedup();

@@ -35,6 +35,22 @@ impl Language {
         }
     }
 
+    /// The same of a structure.
+    pub(crate) fn let_line_of(self, structure: &str, name: &str, value: &str) -> String {
+        match self {
+            Self::Glsl => format!("  {structure} {name} = {value};\n"),
+            Self::Wgsl => format!("  let {name} = {value};\n"),
+        }
+    }
+
+    /// The first line of a function of one structure, with its brace.
+    pub(crate) fn head_of(self, name: &str, structure: &str, parameter: &str) -> String {
+        match self {
+            Self::Glsl => format!("vec3 {name}({structure} {parameter}) {{\n"),
+            Self::Wgsl => format!("fn {name}({parameter}: {structure}) -> vec3f {{\n"),
+        }
+    }
+
     /// The first line of a function, with its brace.
     pub(crate) fn head(self, name: &str, parameters: &[(Type, &str)]) -> String {
         let parameter = |(of, name): &(Type, &str)| match self {

@@ -11,16 +11,18 @@
 //!
 //! let text = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n";
 //! let genome: Genome = text.parse().unwrap();
-//! let module = export(&Program::lower(&genome), Format::GlslEs300).unwrap();
+//! let module = export(&Program::lower(&genome), Format::GlslEs300);
 //! assert!(module.contains("vec3 evolved(vec3 wi, vec3 wo, vec3 n, vec3 x, vec3 y, vec2 uv)"));
 //! ```
 
 mod body;
+pub mod conformance;
 mod format;
 mod input;
 mod language;
 mod library;
+mod model;
 mod module;
 
 pub use format::{Format, FormatError};
-pub use module::{ExportError, export, export_within};
+pub use module::{export, export_within};

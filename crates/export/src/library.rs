@@ -1,83 +1,65 @@
-//! The canonical functions in each language, of which a module gets those that it calls.
-
-use brood_program::{Operation, Program};
+//! The functions that modules call, in each language: hand-written texts, of which a module gets those that it calls and what
+//! these call in turn.
 
 use crate::language::Language;
 
-/// A function of the library, in the order in which they are defined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Function {
-    Base,
-    Sine,
-    Ex2,
-    Log2,
-    Square,
-    Lg2,
-    Rcp,
-    Rsq,
-    Spl,
+/// The files of both languages, each after those that it calls.
+const FILES: [(&str, &str); 8] = [
+    (include_str!("functions.glsl"), include_str!("functions.wgsl")),
+    (include_str!("model/elementary.glsl"), include_str!("model/elementary.wgsl")),
+    (include_str!("model/pair.glsl"), include_str!("model/pair.wgsl")),
+    (include_str!("model/fresnel.glsl"), include_str!("model/fresnel.wgsl")),
+    (include_str!("model/facet.glsl"), include_str!("model/facet.wgsl")),
+    (include_str!("model/lobe.glsl"), include_str!("model/lobe.wgsl")),
+    (include_str!("model/principled.glsl"), include_str!("model/principled.wgsl")),
+    (include_str!("model/fit.glsl"), include_str!("model/fit.wgsl")),
+];
+/// What stands above each function, before its name without `brood_`.
+const MARK: &str = "// @";
+/// What all others stand on; every module has it.
+const BASE: &str = "base";
+
+/// A function with what it alone needs.
+#[derive(Debug, Clone, Copy)]
+struct Function {
+    name: &'static str,
+    text: &'static str,
 }
 
 impl Function {
-    const ALL: [Self; 9] = [
-        Self::Base,
-        Self::Sine,
-        Self::Ex2,
-        Self::Log2,
-        Self::Square,
-        Self::Lg2,
-        Self::Rcp,
-        Self::Rsq,
-        Self::Spl,
-    ];
-
-    /// What stands above it in the files.
-    fn mark(self) -> &'static str {
-        match self {
-            Self::Base => "base",
-            Self::Sine => "sine",
-            Self::Ex2 => "ex2",
-            Self::Log2 => "log2",
-            Self::Square => "square",
-            Self::Lg2 => "lg2",
-            Self::Rcp => "rcp",
-            Self::Rsq => "rsq",
-            Self::Spl => "spl",
-        }
-    }
-
-    /// Those that an operation needs, its callees included.
-    fn needed_by(operation: Operation) -> &'static [Self] {
-        match operation {
-            Operation::Add | Operation::Sub | Operation::Mul => &[],
-            Operation::Sin | Operation::Cos => &[Self::Sine],
-            Operation::Ex2 | Operation::Ex2Neg => &[Self::Ex2],
-            Operation::Lg2 => &[Self::Log2, Self::Square, Self::Lg2],
-            Operation::Rcp => &[Self::Square, Self::Rcp],
-            Operation::Rsq => &[Self::Square, Self::Rsq],
-            Operation::Spl | Operation::SplNeg => &[Self::Ex2, Self::Log2, Self::Spl],
-        }
-    }
-
-    fn text(self, language: Language) -> &'static str {
-        let all = match language {
-            Language::Glsl => include_str!("functions.glsl"),
-            Language::Wgsl => include_str!("functions.wgsl"),
-        };
-        all.split("// @")
-            .find_map(|part| part.strip_prefix(self.mark())?.strip_prefix('\n'))
-            .expect("each function is in both files")
+    fn is_called_in(&self, text: &str) -> bool {
+        text.contains(&format!("brood_{}(", self.name))
     }
 }
 
-/// The functions that a program calls.
-pub(crate) fn functions(program: &Program, language: Language) -> String {
-    let needs = |function: &Function| {
-        let mut steps = program.steps().iter();
-        *function == Function::Base
-            || steps.any(|step| Function::needed_by(step.operation).contains(function))
-    };
-    Function::ALL.iter().filter(|function| needs(function)).map(|f| f.text(language)).collect()
+/// All functions; each calls only those before it.
+fn all(language: Language) -> Vec<Function> {
+    let files = FILES.map(|(glsl, wgsl)| match language {
+        Language::Glsl => glsl,
+        Language::Wgsl => wgsl,
+    });
+    files.into_iter().flat_map(marked).collect()
+}
+
+/// What stands below each mark of a file.
+fn marked(file: &'static str) -> impl Iterator<Item = Function> {
+    file.split(MARK).skip(1).map(|part| {
+        let (name, text) = part.split_once('\n').expect("a text stands below each mark");
+        Function { name, text }
+    })
+}
+
+/// The functions that a text calls, and those that these call.
+pub(crate) fn functions(text: &str, language: Language) -> String {
+    let mut wanted: Vec<Function> = Vec::new();
+    for function in all(language).into_iter().rev() {
+        let is_called =
+            function.is_called_in(text) || wanted.iter().any(|it| function.is_called_in(it.text));
+        if is_called || function.name == BASE {
+            wanted.push(function);
+        }
+    }
+    wanted.iter().rev().map(|function| function.text).collect()
 }
 
 #[cfg(test)]
@@ -85,16 +67,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_function_is_in_both_files_and_calls_only_what_comes_before_it() {
+    fn functions_are_in_both_languages_and_call_only_what_comes_before_them() {
+        let names = |language| all(language).iter().map(|it| it.name).collect::<Vec<_>>();
+        assert_eq!(names(Language::Glsl), names(Language::Wgsl));
         for language in [Language::Glsl, Language::Wgsl] {
-            for (place, function) in Function::ALL.into_iter().enumerate() {
-                let text = function.text(language);
-                assert!(text.contains("brood_"), "{function:?}");
-                for later in &Function::ALL[place + 1..] {
-                    let call = format!("brood_{}(", later.mark());
-                    assert!(!text.contains(&call), "{function:?} calls {later:?}");
+            let all = all(language);
+            for (place, function) in all.iter().enumerate() {
+                // A text that has the function's own head calls it, too.
+                assert!(function.is_called_in(function.text) || function.name == BASE);
+                for later in &all[place + 1..] {
+                    let (name, later_name) = (function.name, later.name);
+                    assert!(!later.is_called_in(function.text), "{name} calls {later_name}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn what_is_called_by_what_is_called_comes_too_and_nothing_else() {
+        let text = functions("brood_lg2(a)", Language::Wgsl);
+        for name in ["brood_hold", "brood_log2", "brood_square", "brood_lg2"] {
+            assert!(text.contains(&format!("fn {name}(")), "{name}");
+        }
+        for name in ["brood_sine", "brood_ex2", "brood_ln"] {
+            assert!(!text.contains(&format!("{name}(")), "{name}");
         }
     }
 }

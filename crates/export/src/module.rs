@@ -2,63 +2,82 @@
 
 use std::fmt::Write;
 
-use brood_genome::{ModelKind, RANGE};
+use brood_genome::RANGE;
 use brood_program::Program;
 
 use crate::format::Format;
 use crate::language::{Language, Type};
+use crate::model::Layers;
 use crate::{body, input, library};
-
-/// Why a program has no source code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum ExportError {
-    /// A layer of it is a model.
-    #[error("the material has a layer of the model {0}, and models are not written as source code")]
-    Layer(ModelKind),
-}
 
 /// The source of a module with these functions:
 ///
 /// - `evolved(wi, wo, n, x, y, uv)`: f in 1/sr, the cosine of `wi` not included; directions to the light and to the
 ///   eye, normal, tangent along u, and n cross x, all unit and in one space; texture position.
-/// - `evolved_program(...)`: the same of the inputs that the program reads.
+/// - `evolved_program(...)`: the same of the inputs that the program reads, and of what its models reflect where it has any.
+/// - `evolved_models(wi, wo)`: what these reflect, of directions in the local frame; only where there are any.
 ///
 /// # Error
 /// `evolved_program` has the bits of the canonical evaluator where the compiler keeps to IEEE rounding; `evolved`
-/// differs by what inputs in f32 differ from inputs in f64.
-pub fn export(program: &Program, format: Format) -> Result<String, ExportError> {
+/// differs by what inputs and models in f32 differ from those in f64. Of models that is [`crate::conformance`]'s table.
+#[must_use]
+pub fn export(program: &Program, format: Format) -> String {
     export_within(program, format, RANGE)
 }
 
 /// The same for texture positions from -`uv` to `uv`: what cannot leave the range of numbers there is not clamped, which
 /// for most programs spares most of the clamps. `uv`: 0 to 65504.
-pub fn export_within(program: &Program, format: Format, uv: f32) -> Result<String, ExportError> {
-    if let Some(model) = program.layers().first() {
-        return Err(ExportError::Layer(model.kind()));
-    }
+#[must_use]
+pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
     let language = format.language();
-    let inputs = program.inputs();
-    let names: Vec<&str> = inputs.iter().map(input::name).collect();
-    let mut text = head(program, format, uv);
-    text += &library::functions(program, language);
-    let parameters: Vec<(Type, &str)> = names.iter().map(|name| (Type::Scalar, *name)).collect();
-    text += "// f of the inputs that the program reads.\n";
+    let layers = Layers::of(program.layers());
+    let mut text = String::new();
+    if !layers.are_none() {
+        text += &layers.functions(language);
+    }
+    text += &evolved_program(program, language, uv);
+    text += &evolved(program, language);
+    head(program, &layers, format, uv) + &library::functions(&text, language) + &text
+}
+
+fn evolved_program(program: &Program, language: Language, uv: f32) -> String {
+    let has_models = !program.layers().is_empty();
+    let mut parameters: Vec<(Type, &str)> =
+        program.inputs().iter().map(|input| (Type::Scalar, input::name(input))).collect();
+    let mut text = "// f of the inputs that the program reads".to_owned();
+    if has_models {
+        parameters.push((Type::Vec3, "models"));
+        text += ", and of what the models reflect";
+    }
+    text += ".\n";
     text += &language.head("evolved_program", &parameters);
     text += &body::lines(program, language, uv);
-    text += "}\n\n";
-    text += "// f(wi, wo) in 1/sr, the cosine of wi not included. wi: to the light; wo: to the eye (where it is below the\n\
+    text + "}\n\n"
+}
+
+fn evolved(program: &Program, language: Language) -> String {
+    let mut text = "// f(wi, wo) in 1/sr, the cosine of wi not included. wi: to the light; wo: to the eye (where it is below the\n\
              // surface, move it to a cosine of 1e-4); n: normal; x: tangent along u; y: n cross x; uv: texture position.\n\
-             // All directions are unit and in one space.\n";
+             // All directions are unit and in one space.\n"
+        .to_owned();
     let vectors = ["wi", "wo", "n", "x", "y"].map(|name| (Type::Vec3, name));
     let parameters: Vec<(Type, &str)> = vectors.into_iter().chain([(Type::Vec2, "uv")]).collect();
     text += &language.head("evolved", &parameters);
-    text += &input::lines(inputs, language);
-    writeln!(text, "  return evolved_program({});\n}}", names.join(", "))
+    text += &input::lines(program.inputs(), language);
+    let mut arguments: Vec<&str> = program.inputs().iter().map(input::name).collect();
+    if !program.layers().is_empty() {
+        let vector = language.type_name(Type::Vec3);
+        let local = |w: &str| format!("{vector}(dot({w}, x), dot({w}, y), dot({w}, n))");
+        let models = format!("evolved_models({}, {})", local("wi"), local("wo"));
+        text += &language.let_line(Type::Vec3, "models", &models);
+        arguments.push("models");
+    }
+    writeln!(text, "  return evolved_program({});\n}}", arguments.join(", "))
         .expect("a string takes everything");
-    Ok(text)
+    text
 }
 
-fn head(program: &Program, format: Format, uv: f32) -> String {
+fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> String {
     let precision = match (format, format.language()) {
         (Format::GlslEs300, _) => "precision highp float;\nprecision highp int;\n\n",
         (_, Language::Glsl | Language::Wgsl) => "",
@@ -68,8 +87,12 @@ fn head(program: &Program, format: Format, uv: f32) -> String {
     } else {
         String::new()
     };
+    let laws = match layers.are_reciprocal() {
+        true => "reciprocal and never negative",
+        false => "never negative, but not reciprocal, as one of its models is not",
+    };
     format!(
-        "// A material bred by brood: reciprocal and never negative, whatever the directions.\n\
+        "// A material bred by brood: {laws}, whatever the directions.\n\
          // Program {}, {} operations. {}.\n{within}\n{precision}",
         program.hash(),
         program.operations(),
@@ -79,9 +102,10 @@ fn head(program: &Program, format: Format, uv: f32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use brood_genome::{BirthKey, Dialect, Genome, OpcodeSet, Output, Variation};
+    use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 
     use super::*;
+    use crate::conformance;
 
     fn programs() -> Vec<Program> {
         let mut programs: Vec<Program> = [OpcodeSet::Paper, OpcodeSet::Extended]
@@ -96,13 +120,28 @@ mod tests {
             .collect();
         let black = "brood 1\n.dialect paper smooth registers 7\nSUB R0, R0, R0\n";
         programs.push(Program::lower(&black.parse::<Genome>().unwrap()));
+        programs.extend(models().iter().map(|case| case.program.clone()));
+        programs.extend(models().chunks(7).map(over_a_program));
         programs
+    }
+
+    fn models() -> Vec<conformance::Case> {
+        ModelKind::ALL.into_iter().flat_map(conformance::cases).collect()
+    }
+
+    /// The first two of them as layers over a program with an output stage.
+    fn over_a_program(cases: &[conformance::Case]) -> Program {
+        let mut text =
+            "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n"
+                .to_owned();
+        cases.iter().take(2).for_each(|case| text += &case.model.to_string());
+        Program::lower(&text.parse::<Genome>().unwrap())
     }
 
     #[test]
     fn wgsl_modules_are_valid_whatever_the_program() {
         for program in programs() {
-            let text = export(&program, Format::Wgsl).unwrap();
+            let text = export(&program, Format::Wgsl);
             let module = naga::front::wgsl::parse_str(&text);
             let module = module.unwrap_or_else(|e| panic!("{}\n{text}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(
@@ -114,14 +153,41 @@ mod tests {
     }
 
     #[test]
+    fn layers_are_functions_of_the_module_and_are_added_before_the_output_stage() {
+        let text = "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n\
+                    .model lambert\n.model cook-torrance\nf0 1 0.71 0.29\n";
+        let program = Program::lower(&text.parse::<Genome>().unwrap());
+        let text = export(&program, Format::GlslEs300);
+        for part in [
+            "// Layer 2, cook-torrance: diffuse 0 0 0, f0 1 0.71 0.29, roughness 0.2",
+            "vec3 layer_1(BroodPair p) {\n  return vec3(0.15915494);\n}",
+            "brood_schlick(vec3(1.0, 0.71, 0.29), p.off_c) * facets",
+            "return min(layer_1(p) + layer_2(p), vec3(4290774000.0));",
+            "+ models.x);",
+            "reciprocal and never negative",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        for absent in ["brood_erf(", "brood_metal(", "brood_sgd("] {
+            assert!(!text.contains(absent), "{absent}");
+        }
+        let phong = "brood 1\n.model phong\n".parse::<Genome>().unwrap();
+        let text = export(&Program::lower(&phong), Format::Wgsl);
+        assert!(
+            text.contains("but not reciprocal") && text.contains("let f0 = models.x;"),
+            "{text}"
+        );
+    }
+
+    #[test]
     fn module_carries_the_output_stage_and_only_the_functions_it_calls() {
         let text = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n";
         let genome: Genome = text.parse().unwrap();
-        let plain = export(&Program::lower(&genome), Format::GlslEs300).unwrap();
+        let plain = export(&Program::lower(&genome), Format::GlslEs300);
         assert!(plain.contains("brood_sine(") && !plain.contains("brood_ex2("));
         assert!(plain.contains("return vec3(f0, f1, f2);"));
         let grey = genome.with_output(Output::saturation(0.25).unwrap());
-        let grey = export(&Program::lower(&grey), Format::GlslEs300).unwrap();
+        let grey = export(&Program::lower(&grey), Format::GlslEs300);
         assert!(
             grey.contains("brood_product(f1, 0.5364") && grey.contains("return vec3(o0, o1, o2);")
         );

@@ -9,8 +9,8 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use brood_export::{Format, export};
-use brood_genome::{BirthKey, Dialect, OpcodeSet, Output, Variation};
+use brood_export::{Format, conformance, export};
+use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 use brood_program::Program;
 
 /// Random programs of both dialects, with and without an output stage.
@@ -29,7 +29,20 @@ fn programs() -> Vec<Program> {
             (0..6).map(move |slot| random.birth(BirthKey { seed: 5, slot, attempt: 0 }))
         })
         .map(|genome| Program::lower(&genome))
+        .chain(models())
         .collect()
+}
+
+/// Models of every kind with every word of their choices, and some over a program.
+fn models() -> Vec<Program> {
+    let cases: Vec<_> = ModelKind::ALL.into_iter().flat_map(conformance::cases).collect();
+    let over = cases.chunks(7).map(|few| {
+        let head = "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n";
+        let layers: String = few.iter().take(2).map(|case| case.model.to_string()).collect();
+        Program::lower(&format!("{head}{layers}").parse::<Genome>().unwrap())
+    });
+    let alone = cases.iter().map(|case| case.program.clone());
+    over.chain(alone).collect()
 }
 
 /// What the compiler says to a fragment shader; nothing where it is content.
@@ -56,8 +69,7 @@ fn exports_are_accepted_by_the_reference_compiler() {
     let main = format!("out vec4 color;\nvoid main() {{ color = vec4({call}, 1.0); }}\n");
     for program in programs() {
         for (format, version) in [(Format::GlslEs300, "300 es"), (Format::Glsl410, "410 core")] {
-            let source =
-                format!("#version {version}\n{}\n{main}", export(&program, format).unwrap());
+            let source = format!("#version {version}\n{}\n{main}", export(&program, format));
             if let Some(said) = refusal(&compiler, &source) {
                 panic!("{said}\n{source}");
             }

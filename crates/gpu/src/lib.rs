@@ -23,6 +23,8 @@ mod encode;
 mod engine;
 mod error;
 mod evaluator;
+#[cfg(test)]
+mod export_tests;
 mod fitness;
 mod guard;
 mod marked;

@@ -74,16 +74,20 @@ pub async fn get(
     if !(0.0..=RANGE).contains(&within) {
         return Err(ApiError::bad_parameter("uv_within", "0 to 65504"));
     }
-    let text = if limited == material.genome.is_limited() {
+    let is_as_bred = limited == material.genome.is_limited();
+    let text = if is_as_bred && material.program.layers().is_empty() {
         export_within(&material.program, format, within)
     } else {
-        let other = move || {
+        // A limit is searched for, and models with tables take milliseconds to prepare.
+        let print = move || {
+            if is_as_bred {
+                return export_within(&material.program, format, within);
+            }
             let program = express(&material.genome.clone().with_limit(limited));
             export_within(&program, format, within)
         };
-        app.on_processor(other).await?
+        app.on_processor(print).await?
     };
-    let text = text.map_err(|error| ApiError::refused(error.to_string()))?;
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
     let mut response = head.answer(&headers, text);

@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
-use super::{Claims, fresnel};
+use super::{Claims, ModelConstants, fresnel};
 use crate::block::{Half, smaller};
 use crate::{Block, Elementary, Machine};
 
@@ -71,5 +71,14 @@ impl Reflect for AshikhminShirley {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: true }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::AshikhminShirley {
+            base: self.base,
+            specular: self.specular,
+            exponents: DVec2::from(self.exponents),
+            height: self.height,
+        }
     }
 }

@@ -5,13 +5,13 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::Claims;
 use super::diffuse::ALBEDO;
 use super::formula::{Formula, colors};
 use super::fresnel::{self, Conductor};
 use super::microfacet::{DISTRIBUTIONS, Distribution, SHADOWINGS, Shadowing};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
+use super::{Claims, ModelConstants};
 use crate::block::Half;
 use crate::{Block, Elementary, Machine};
 
@@ -169,6 +169,18 @@ impl Reflect for Microfacet {
         let one_part =
             self.diffuse == DVec3::ZERO || matches!(self.boundary, Boundary::Dielectric(_));
         Claims { reciprocal: true, conserving: one_part && self.conserving_facets() }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        let (diffuse, facets) = (self.diffuse, self.distribution.constants(self.shadowing));
+        match self.boundary {
+            Boundary::Schlick(f0) => ModelConstants::CookTorrance { diffuse, f0, facets },
+            Boundary::Conductor(metals) => {
+                let metals = metals.map(|metal| metal.constants());
+                ModelConstants::Conductor { metals, facets }
+            }
+            Boundary::Dielectric(ior) => ModelConstants::Coated { base: diffuse, ior, facets },
+        }
     }
 }
 

@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::DVec3;
 
-use super::Claims;
 use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
+use super::{Claims, ModelConstants};
 use crate::block::{Half, larger};
 use crate::{Block, Elementary, Machine};
 
@@ -47,6 +47,10 @@ impl Reflect for Lambert {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: true }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::Lambert { f: self.f }
     }
 }
 
@@ -97,5 +101,10 @@ impl Reflect for OrenNayar {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: self.albedo.max_element() <= 0.99 }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        let Self { albedo, a, b } = *self;
+        ModelConstants::OrenNayar { albedo, a, b }
     }
 }

@@ -4,10 +4,11 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
+use super::constants::SgdChannel;
 use super::formula::{Formula, colors, numbers};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
-use super::{Claims, fresnel};
+use super::{Claims, ModelConstants, fresnel};
 use crate::block::{Half, larger, smaller};
 use crate::{Block, Elementary, Machine};
 
@@ -66,6 +67,16 @@ impl Reflect for Abc {
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: false }
     }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::Abc {
+            diffuse: self.diffuse * FRAC_1_PI,
+            a: self.a * FRAC_1_PI,
+            b: self.b,
+            c: self.c,
+            ior: self.ior,
+        }
+    }
 }
 
 pub(super) const SGD: &[Parameter] = &[
@@ -91,28 +102,13 @@ pub(super) const SGD: &[Parameter] = &[
 /// Bagher, Soler and Holzschuch 2012, equations 8 to 13.
 #[derive(Debug, Clone)]
 pub(super) struct Sgd {
-    channels: [Channel; 3],
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Channel {
-    rho_d: f64,
-    rho_s: f64,
-    alpha: f64,
-    p: f64,
-    f0: f64,
-    f1: f64,
-    normal: f64,
-    lambda: f64,
-    c: f64,
-    k: f64,
-    theta0: f64,
+    channels: [SgdChannel; 3],
 }
 
 pub(super) fn sgd(values: Values<'_>) -> Prepared {
     let of = |channel: usize| {
         let value = |name| values.color(name)[channel];
-        Channel {
+        SgdChannel {
             rho_d: value("rho_d"),
             rho_s: value("rho_s"),
             alpha: value("alpha"),
@@ -146,11 +142,11 @@ impl Formula for Angle {
 
 /// A channel with the angles of both directions.
 struct Angled<'a, const N: usize> {
-    channel: &'a Channel,
+    channel: &'a SgdChannel,
     thetas: &'a [[f64; N]; 2],
 }
 
-impl Channel {
+impl SgdChannel {
     #[inline(always)]
     fn shadow<F: Elementary>(&self, theta: f64) -> f64 {
         let past = larger(theta - self.theta0, 0.0);
@@ -204,5 +200,9 @@ impl Reflect for Sgd {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: false }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::Sgd { channels: self.channels }
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::constants::MetalConstants;
 use crate::block::{larger, unit};
 
 /// (1 - c)^5 for the cosine c of the angle to the boundary's normal.
@@ -84,6 +85,10 @@ impl Conductor {
     pub(super) fn new(eta: f64, k: f64) -> Self {
         let (eta2, k2) = (eta * eta, k * k);
         Self { difference: eta2 - k2, product: 4.0 * eta2 * k2 }
+    }
+
+    pub(super) fn constants(&self) -> MetalConstants {
+        MetalConstants { difference: self.difference, product: self.product }
     }
 
     /// # Source

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::constants::{DistributionConstants, FacetConstants};
 use super::formula::{Formula, numbers};
 use crate::block::{Half, larger, smaller};
 use crate::{Block, Elementary, Machine};
@@ -27,7 +28,7 @@ pub(super) enum Distribution {
 
 /// How facets hide each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shadowing {
+pub enum Shadowing {
     /// Cook and Torrance 1982: V-shaped grooves.
     Groove,
     /// Smith 1967, independently for both directions.
@@ -95,6 +96,25 @@ impl Distribution {
             Self::Gaussian(facets) => shadowed(*facets, shadowing, machine, block),
             Self::Blinn(facets) => shadowed(*facets, shadowing, machine, block),
         }
+    }
+
+    /// What [`Distribution::facets`] computes with.
+    pub(super) fn constants(&self, shadowing: Shadowing) -> FacetConstants {
+        let distribution = match *self {
+            Self::Ggx(Ggx { inverse, height, .. }) => {
+                DistributionConstants::Ggx { alpha: 1.0 / inverse, height }
+            }
+            Self::Beckmann(Beckmann { alpha, height, .. }) => {
+                DistributionConstants::Beckmann { alpha, height }
+            }
+            Self::Gaussian(Gaussian { alpha, height, .. }) => {
+                DistributionConstants::Gaussian { alpha, height }
+            }
+            Self::Blinn(Blinn { alpha, n, height }) => {
+                DistributionConstants::Blinn { alpha, exponent: n, height }
+            }
+        };
+        FacetConstants { distribution, shadowing }
     }
 
     /// Smith's G1(w) / cos(w), finite at the horizon.

@@ -8,10 +8,10 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::Claims;
 use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
+use super::{Claims, ModelConstants};
 use crate::block::{Half, unit};
 use crate::{Block, Elementary, Machine};
 
@@ -25,9 +25,9 @@ const EXPONENT: Parameter =
 
 pub(super) const PHONG: &[Parameter] = &[DIFFUSE, SPECULAR, EXPONENT];
 
-/// What the power is taken of, and what it is scaled by.
-#[derive(Debug, Clone, Copy)]
-enum Highlight {
+/// What the power of a highlight is taken of, and what it is scaled by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Highlight {
     /// (r . wo)^n of reflected light; r is wi mirrored at the normal. Phong 1975.
     Mirror,
     /// (n . h)^n of reflected light. Blinn 1977.
@@ -142,5 +142,10 @@ impl Reflect for Phong {
             Highlight::Mirror | Highlight::Half | Highlight::NormalisedHalf => Claims::default(),
             Highlight::Brdf => Claims { reciprocal: true, conserving: self.whole },
         }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        let Lobe { diffuse, specular, n } = self.lobe;
+        ModelConstants::Phong { highlight: self.highlight, diffuse, specular, exponent: n }
     }
 }

@@ -10,7 +10,7 @@ use super::phong::Phong;
 use super::principled::Principled;
 use super::rough_plastic::RoughPlastic;
 use super::ward::Ward;
-use super::{Brdf, Claims};
+use super::{Brdf, Claims, ModelConstants};
 use crate::{Block, DirectionPair, HORIZON, Libm, Machine, Plain};
 
 /// A model, prepared: the same formula for one pair in f64 with `libm`, which is the reference, and for blocks of pairs.
@@ -38,6 +38,9 @@ pub(super) trait Reflect {
 
     /// What it promises.
     fn claims(&self) -> Claims;
+
+    /// What it computes with.
+    fn constants(&self) -> ModelConstants;
 }
 
 macro_rules! each {
@@ -76,6 +79,12 @@ impl PreparedModel {
         block: &Block<N>,
     ) -> [[f64; N]; 3] {
         each!(self, model => model.block(machine, block))
+    }
+
+    /// The formula that it is, and all numbers of it that do not depend on directions.
+    #[must_use]
+    pub fn constants(&self) -> ModelConstants {
+        each!(self, model => model.constants())
     }
 }
 

@@ -4,11 +4,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
+use super::constants::{ClearCoatConstants, PrincipledConstants};
 use super::formula::{Formula, colors, numbers};
 use super::microfacet::{Distribution, Shadowing, square};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
-use super::{Claims, fresnel};
+use super::{Claims, ModelConstants, fresnel};
 use crate::block::Half;
 use crate::{Block, Elementary, Machine};
 
@@ -122,6 +123,16 @@ impl Coat {
         let (i, o) = (unmasked_coat(half.cos_i()), unmasked_coat(half.cos_o()));
         fresnel::schlick(DVec3::splat(COAT_F0), half.cos_d).x * d * (over / (i * o))
     }
+
+    fn constants(&self) -> ClearCoatConstants {
+        ClearCoatConstants {
+            narrow: self.narrow,
+            height: self.height,
+            published: self.published,
+            f0: COAT_F0,
+            shadowing: COAT_SHADOWING,
+        }
+    }
 }
 
 /// Over 4 cos_i cos_o.
@@ -215,5 +226,19 @@ impl Reflect for Principled {
     fn claims(&self) -> Claims {
         // Body, highlight, sheen and coat are added without taking from each other.
         Claims { reciprocal: true, conserving: false }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::Principled(Box::new(PrincipledConstants {
+            base: self.base,
+            tinted_f0: self.tinted_f0,
+            roughness: self.roughness,
+            metallic: self.metallic,
+            ior: self.eta,
+            spec_tint: self.spec_tint,
+            sheen: self.sheen,
+            coat: self.coat.as_ref().map(Coat::constants),
+            facets: self.distribution.constants(Shadowing::Separable),
+        }))
     }
 }

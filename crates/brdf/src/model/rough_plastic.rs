@@ -11,7 +11,7 @@ use super::formula::{Formula, colors};
 use super::microfacet::{Distribution, Shadowing};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
-use super::{Claims, fresnel};
+use super::{Claims, ModelConstants, fresnel};
 use crate::block::{Half, larger, smaller, unit};
 use crate::{Block, Elementary, Libm, Machine, Plain};
 
@@ -125,5 +125,14 @@ impl Reflect for RoughPlastic {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: true }
+    }
+
+    fn constants(&self) -> ModelConstants {
+        ModelConstants::RoughPlastic {
+            base: self.base,
+            ior: self.eta,
+            facets: self.distribution.constants(Shadowing::Separable),
+            passes: self.passes.to_vec(),
+        }
     }
 }

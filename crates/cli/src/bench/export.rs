@@ -1,8 +1,8 @@
 //! `brood bench export`: a page that runs exported programs in a browser and counts the bits that differ.
 //!
 //! Writes the page, which holds the programs, the inputs and what the canonical evaluator makes of them; whoever opens
-//! it learns whether the graphics processor, driver and compiler of that machine keep the meaning of exports. The last
-//! line of the page is JSON for scripts.
+//! it learns whether the graphics processor, driver and compiler of that machine keep the meaning of exports. Models of
+//! every kind are held to the suite of `brood_export::conformance`. The last line of the page is JSON for scripts.
 
 use std::path::PathBuf;
 
@@ -10,13 +10,14 @@ use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_export::conformance;
 use brood_export::{Format, export, export_within};
-use brood_genome::{BirthKey, Dialect, OpcodeSet, Variation};
+use brood_genome::{BirthKey, Dialect, ModelKind, OpcodeSet, Variation};
 use brood_program::Program;
 use brood_scene::SampleSet;
 use clap::Args;
 use glam::DVec2;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::target::random_pairs;
 use crate::{logging, output};
@@ -53,8 +54,8 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         let inputs: Vec<f32> =
             program.inputs().iter().flat_map(|i| set.input(i).to_vec()).collect();
         tests.push(json!({
-            "source": export(program, Format::GlslEs300)?,
-            "within": export_within(program, Format::GlslEs300, TEXTURE_LIMIT)?,
+            "source": export(program, Format::GlslEs300),
+            "within": export_within(program, Format::GlslEs300, TEXTURE_LIMIT),
             "operations": program.operations(),
             "rows": program.inputs().len(),
             "inputs": base64(&inputs),
@@ -62,8 +63,12 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         }));
     }
     let directions: Vec<f32> = (0..set.len()).flat_map(|index| row(&set, index)).collect();
-    let data =
-        json!({ "samples": args.samples, "directions": base64(&directions), "tests": tests });
+    let data = json!({
+        "samples": args.samples,
+        "directions": base64(&directions),
+        "tests": tests,
+        "models": models(args.samples as usize),
+    });
     let page = include_str!("export/page.html")
         .replace("/*script*/", include_str!("export/page.js"))
         // No text of a shader can end the script.
@@ -76,6 +81,32 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         );
     }
     output::print(&format!("{}: open it in a browser\n", args.output.display()))
+}
+
+/// The cases of the suite of models, with what they should be, what a unit of error is, and the bounds.
+fn models(samples: usize) -> Value {
+    let pairs = conformance::pairs(samples);
+    let rows: Vec<f32> = pairs
+        .iter()
+        .flat_map(|[wi, wo]| [wi.as_vec3().to_array(), wo.as_vec3().to_array(), [0.0; 3]].concat())
+        .collect();
+    let case = |case: &conformance::Case| {
+        let wanted = case.wanted(&pairs);
+        let f: Vec<f64> = wanted.iter().flat_map(|wanted| wanted.f.to_array()).collect();
+        let unit: Vec<f64> = wanted.iter().flat_map(|wanted| wanted.unit.to_array()).collect();
+        json!({
+            "source": export(&case.program, Format::GlslEs300),
+            "f": base64_of_doubles(&f),
+            "unit": base64_of_doubles(&unit),
+        })
+    };
+    let kind = |kind: ModelKind| {
+        let bound = conformance::BOUNDS.into_iter().find(|bound| bound.kind == kind);
+        let bound = bound.expect("every kind has a bound");
+        let cases: Vec<Value> = conformance::cases(kind).iter().map(case).collect();
+        json!({ "kind": kind.name(), "median": bound.median, "units": bound.units, "cases": cases })
+    };
+    json!({ "directions": base64(&rows), "kinds": ModelKind::ALL.map(kind) })
 }
 
 /// wi, wo, u, v in the local frame, as the page reads them.
@@ -100,6 +131,11 @@ fn programs(seed: u64, count: u32) -> Vec<Program> {
 fn pairs(seed: u64, count: u32) -> SampleSet {
     let uvs = (0..count).map(|k| DVec2::new(f64::from(k % 17), f64::from(k % 13)) / 8.0);
     SampleSet::from_pairs(&random_pairs(seed, count as usize), &uvs.collect::<Vec<_>>())
+}
+
+fn base64_of_doubles(values: &[f64]) -> String {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    BASE64_STANDARD.encode(bytes)
 }
 
 fn base64(values: &[f32]) -> String {

@@ -1,17 +1,19 @@
 "use strict";
 // Runs each program of the page three times: on the inputs that brood computed, where every bit must agree, in the text for
 // any texture position and in the shorter one for those there are, and on the directions themselves, where inputs are computed
-// in f32 here and in f64 there.
+// in f32 here and in f64 there. Then each model of the suite on directions: its errors are relative, and in units of what rounding
+// directions and parameters does.
 const data = JSON.parse(document.getElementById("data").textContent);
 const gl = document.createElement("canvas").getContext("webgl2", { antialias: false, depth: false });
 
 /** Bits of no result. */
 const UNDRAWN = 0x7fffffff;
 
-function floats(base64) {
-  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-  return new Float32Array(bytes.buffer);
-}
+const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
+
+const floats = (base64) => new Float32Array(bytes(base64));
+
+const doubles = (base64) => new Float64Array(bytes(base64));
 
 function compile(fragment) {
   const program = gl.createProgram();
@@ -59,6 +61,49 @@ function run(source, call, values, width) {
   return pixels;
 }
 
+/** wi and wo of the row k of the values. */
+const directionsAt = () => [0, 3].map((first) => `vec3(at(${first}, k), at(${first + 1}, k), at(${first + 2}, k))`).join(", ");
+
+const FRAME = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
+
+/** What was found of all models of a kind. */
+function measureKind({ kind, median, units, cases }, directions) {
+  const relative = [];
+  let most = 0;
+  let strange = 0;
+  for (const { source, f, unit } of cases) {
+    const found = new Float32Array(run(source, `evolved(${directionsAt()}, ${FRAME}, vec2(0.0))`, directions, 9).buffer);
+    const [wanted, scale] = [doubles(f), doubles(unit)];
+    for (let place = 0; place < wanted.length; place++) {
+      const value = found[4 * Math.floor(place / 3) + (place % 3)];
+      if (!(value >= 0 && value < Infinity)) strange += 1;
+      const off = Math.abs(value - wanted[place]);
+      // Exponentials end before f32 does.
+      if (wanted[place] > 1e-20) relative.push(off / wanted[place]);
+      most = Math.max(most, off / scale[place]);
+    }
+  }
+  relative.sort((a, b) => a - b);
+  const at = (share) => relative[Math.min(relative.length - 1, Math.floor(relative.length * share))];
+  const figures = { kind, median: at(0.5), p99: at(0.99), worst: at(1), units: most, strange };
+  return { ...figures, kept: strange === 0 && figures.median <= median && most <= units };
+}
+
+async function measureModels(progress) {
+  const directions = floats(data.models.directions);
+  const found = [];
+  for (const kind of data.models.kinds) {
+    progress(kind.kind);
+    await new Promise((resolve) => setTimeout(resolve));
+    try {
+      found.push(measureKind(kind, directions));
+    } catch (error) {
+      found.push({ kind: kind.kind, kept: false, error: String(error.message).slice(0, 500) });
+    }
+  }
+  return found;
+}
+
 async function measure(progress) {
   const target = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, target);
@@ -100,9 +145,7 @@ async function measure(progress) {
         }
       }
       result.values += 3 * data.samples;
-      const vector = (row) => `vec3(at(${row}, k), at(${row + 1}, k), at(${row + 2}, k))`;
-      const frame = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
-      const free = run(test.source, `evolved(${vector(0)}, ${vector(3)}, ${frame}, vec2(at(6, k), at(7, k)))`, directions, 8);
+      const free = run(test.source, `evolved(${directionsAt()}, ${FRAME}, vec2(at(6, k), at(7, k)))`, directions, 8);
       for (let k = 0; k < data.samples; k++) {
         for (let channel = 0; channel < 3; channel++) {
           bits[0] = free[4 * k + channel];
@@ -136,7 +179,10 @@ async function show() {
   const info = gl.getExtension("WEBGL_debug_renderer_info");
   const renderer = gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
   const started = performance.now();
-  const result = { renderer, ...(await measure((number) => (output.textContent = `running ${number} of ${data.tests.length}`))), ms: Math.round(performance.now() - started) };
+  const result = { renderer, ...(await measure((number) => (output.textContent = `running ${number} of ${data.tests.length}`))) };
+  result.models = await measureModels((kind) => (output.textContent = `running ${kind}`));
+  result.ms = Math.round(performance.now() - started);
+  const kept = result.models.filter(({ kept }) => kept).length;
   const rows = [
     ["Graphics processor", renderer],
     ["Programs with the same bits", `${result.exact} of ${result.programs}`],
@@ -144,6 +190,8 @@ async function show() {
     ["The same in the shorter text", `${result.within_exact} of ${result.programs}, ${result.within_differing} values differ`],
     ["Error from directions in f32", `${result.directions_median.toExponential(1)} in the median, ${result.directions_p99.toExponential(1)} at the 99th percentile`],
     ["Programs refused by the compiler", String(result.failures.length)],
+    ["Kinds of models within their bounds", `${kept} of ${result.models.length}`],
+    ...result.models.map(({ kind, median, worst, units, error }) => [kind, error ?? `off by ${median.toExponential(1)} in the median, ${worst.toExponential(1)} at most, ${units.toFixed(1)} units`]),
   ];
   const body = document.getElementById("rows");
   for (const [name, text] of rows) {

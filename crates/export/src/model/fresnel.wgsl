@@ -1,0 +1,56 @@
+Fresnel reflectance, in WGSL. CPU twin: brood-brdf's model/fresnel.rs, in forms that do not subtract what is nearly equal
+(docs/maths/shading.md); GLSL twin: fresnel.glsl.
+// @fifth
+// m^5; (1 - c)^5 for m = 1 - c.
+fn brood_fifth(m: f32) -> f32 {
+  let a = clamp(m, 0.0, 1.0);
+  let a2 = a * a;
+  return a2 * a2 * a;
+}
+
+// @schlick
+// Schlick's reflectance from f0 at normal incidence, for off = 1 - c.
+fn brood_schlick(f0: vec3f, off: f32) -> vec3f {
+  return f0 + (1.0 - f0) * brood_fifth(off);
+}
+
+// @dielectric
+// The reflectance of an even boundary to a medium of refractive index eta, e = eta^2 - 1 not below 0, at the cosine c.
+fn brood_dielectric(e: f32, c: f32) -> f32 {
+  let g = sqrt(e + c * c);
+  let p = c + g;
+  let q = (e + 1.0) * c + g;
+  let perpendicular = e / (p * p);
+  let parallel = e * ((e + 2.0) * (c * c) - 1.0) / (q * q);
+  return 0.5 * (perpendicular * perpendicular + parallel * parallel);
+}
+
+// @transmitted
+// What of the light passes that boundary.
+fn brood_transmitted(e: f32, c: f32) -> f32 {
+  let g = sqrt(e + c * c);
+  let p = c + g;
+  let q = (e + 1.0) * c + g;
+  return 2.0 * c * g * (1.0 / (p * p) + (e + 1.0) / (q * q));
+}
+
+// @metal
+// The reflectance of an even metal of index eta + i k: d = eta^2 - k^2, d_1 = d - 1, b = 4 eta^2 k^2.
+fn brood_metal(p: BroodPair, d: f32, d_1: f32, b: f32) -> f32 {
+  let cos2 = p.c * p.c;
+  let sin2 = p.off_c * (1.0 + p.c);
+  // The squares of u + i v = sqrt(eta^2 - k^2 - sin^2 + 2 i eta k), the smaller of which is not a difference.
+  let t = d - sin2;
+  let large = 0.5 * (sqrt(t * t + b) + abs(t));
+  let small = 0.25 * b / large;
+  let u = sqrt(select(small, large, t > 0.0));
+  let v2 = select(large, small, t > 0.0);
+  var minus = (d_1 + v2) / (u + p.c);
+  var plus = u + p.c;
+  let perpendicular = (minus * minus + v2) / (plus * plus + v2);
+  minus = p.c * u - sin2;
+  plus = p.c * u + sin2;
+  let parallel = (minus * minus + cos2 * v2) / (plus * plus + cos2 * v2);
+  return 0.5 * perpendicular * (1.0 + parallel);
+}
+

@@ -1,0 +1,26 @@
+A pair of directions as models read it, in WGSL. CPU twin: brood-brdf's block.rs; GLSL twin: pair.glsl. What stands above the
+first mark is not exported; each mark begins a function that library.rs picks where it is called.
+// @pair
+// Two directions in the local frame (z = n, x = u), both above the surface, with their half vector h and c = h . wi = h . wo.
+// 1 - c, 1 - h.z and the square of h's sine are computed apart: the rounding of a cosine near 1 is all there is of them.
+struct BroodPair {
+  wi: vec3f,
+  wo: vec3f,
+  h: vec3f,
+  c: f32,
+  off_c: f32,
+  off_h: f32,
+  sin2_h: f32,
+}
+
+fn brood_pair(wi: vec3f, wo: vec3f) -> BroodPair {
+  let sum = wi + wo;
+  let difference = wi - wo;
+  let size = sqrt(dot(sum, sum));
+  let h = sum / size;
+  let c = min(0.5 * size, 1.0);
+  let sin2_h = dot(h.xy, h.xy);
+  let off_c = 0.25 * dot(difference, difference) / (1.0 + c);
+  return BroodPair(wi, wo, h, c, off_c, sin2_h / (1.0 + h.z), sin2_h);
+}
+

@@ -1,0 +1,14 @@
+What passes the coat of a rough plastic, in GLSL; CPU twin: brood-brdf's model/rough_plastic.rs; WGSL twin: plastic.wgsl.
+LAYER stands for the number of the layer, TABLE for its table. Unlike the other texts this one is written once for each layer.
+// @table
+// What passes the coat of layer LAYER at cosines from 0 to 1 in equal steps, linear between them.
+const float passes_LAYER_table[64] = float[64](
+TABLE);
+
+float passes_LAYER(float cosine) {
+  float at = 63.0 * clamp(cosine, 0.0, 1.0);
+  int low = int(min(at, 62.0));
+  float share = at - float(low);
+  return passes_LAYER_table[low] * (1.0 - share) + passes_LAYER_table[low + 1] * share;
+}
+

@@ -1,0 +1,151 @@
+//! Exported WGSL on whatever adapter there is, by value: models held to the suite of `brood_export::conformance`, programs with
+//! layers to the canonical evaluator. Without an adapter skipped, as other tests of evaluators are.
+
+use brood_eval::{CanonicalEvaluator, Evaluator, conformance::layered_programs};
+use brood_export::conformance::{Tally, cases, pairs};
+use brood_export::{Format, export};
+use brood_genome::ModelKind;
+use brood_program::Program;
+use brood_scene::SampleSet;
+use glam::{DVec2, DVec3};
+
+use crate::device::Device;
+use crate::guard::Guard;
+use crate::pipeline::{bind_group_layout, build_pipeline};
+use crate::shader::{ENTRY_POINT, Kernel};
+use crate::{GpuError, GpuOptions};
+
+const PAIRS: usize = 256;
+const LANES: usize = 64;
+/// wi, wo and a texture position.
+const ROW: usize = 8;
+
+fn device() -> Option<Device> {
+    match Device::open(&GpuOptions::default()) {
+        Ok(device) => Some(device),
+        Err(error) => {
+            let required = std::env::var_os("BROOD_REQUIRE_GPU").is_some_and(|v| v == "1");
+            assert!(!required && error == GpuError::NoAdapter, "{error}");
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// f of each row, by the function `evolved` of a module in the local frame.
+fn run(device: &Device, module: &str, rows: &[[f32; ROW]]) -> Vec<[f32; 3]> {
+    let text = format!(
+        "{module}
+@group(0) @binding(1) var<storage, read> rows: array<f32>;
+@group(0) @binding(3) var<storage, read_write> values: array<f32>;
+@compute @workgroup_size({LANES})
+fn {ENTRY_POINT}(@builtin(global_invocation_id) id: vec3u) {{
+  let k = {ROW}u * id.x;
+  if (k >= arrayLength(&rows)) {{ return; }}
+  let wi = vec3f(rows[k], rows[k + 1u], rows[k + 2u]);
+  let wo = vec3f(rows[k + 3u], rows[k + 4u], rows[k + 5u]);
+  let uv = vec2f(rows[k + 6u], rows[k + 7u]);
+  let f = evolved(wi, wo, vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), uv);
+  values[3u * id.x] = f.x;
+  values[3u * id.x + 1u] = f.y;
+  values[3u * id.x + 2u] = f.z;
+}}
+"
+    );
+    let layout = bind_group_layout(&device.api, Kernel::Reflectance);
+    let pipeline = build_pipeline(device, &layout, &text, Guard::Plain).unwrap();
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+    let bytes = |count: usize| u64::try_from(4 * count).unwrap();
+    let (input, output) = (bytes(ROW * rows.len()), bytes(3 * rows.len()));
+    let zero = device.buffer("zero", 16, wgpu::BufferUsages::UNIFORM);
+    let unread = device.buffer("unread", 16, usage);
+    let directions = device.buffer("directions", input, usage);
+    let values = device.buffer("values", output, usage | wgpu::BufferUsages::COPY_SRC);
+    let reading = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+    let answer = device.buffer("answer", output, reading);
+    device.queue.write_buffer(&directions, 0, bytemuck::cast_slice(rows));
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = [&zero, &directions, &unread, &values]
+        .into_iter()
+        .zip(0..)
+        .map(|(buffer, binding)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        })
+        .collect();
+    let group = device.api.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &layout,
+        entries: &entries,
+    });
+    let mut encoder = device.api.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(u32::try_from(rows.len().div_ceil(LANES)).unwrap(), 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&values, 0, &answer, 0, output);
+    let submission = device.queue.submit([encoder.finish()]);
+    let mut found: Vec<f32> = Vec::new();
+    let read = |bytes: &[u8]| found.extend_from_slice(bytemuck::cast_slice(bytes));
+    device.read(&answer, output, submission, read).unwrap();
+    found.chunks(3).map(|f| [f[0], f[1], f[2]]).collect()
+}
+
+fn row(pair: [DVec3; 2], uv: DVec2) -> [f32; ROW] {
+    let ([wi, wo], uv) = (pair.map(|w| w.as_vec3()), uv.as_vec2());
+    [wi.x, wi.y, wi.z, wo.x, wo.y, wo.z, uv.x, uv.y]
+}
+
+#[test]
+fn exported_models_are_near_the_reference_and_as_reciprocal() {
+    let Some(device) = device() else { return };
+    let pairs = pairs(PAIRS);
+    let rows: Vec<_> = pairs.iter().map(|pair| row(*pair, DVec2::ZERO)).collect();
+    let swapped: Vec<_> = pairs.iter().map(|[wi, wo]| row([*wo, *wi], DVec2::ZERO)).collect();
+    for kind in ModelKind::ALL {
+        let mut tally = Tally::new(kind);
+        for case in cases(kind) {
+            let module = export(&case.program, Format::Wgsl);
+            let found = run(&device, &module, &rows);
+            for ((f, wanted), pair) in found.iter().zip(case.wanted(&pairs)).zip(&pairs) {
+                tally.add(*f, &wanted, || format!("{} {pair:?}", case.model));
+            }
+            if case.is_reciprocal() {
+                let back = run(&device, &module, &swapped);
+                let differs = found.iter().zip(&back).position(|(f, b)| f != b);
+                assert_eq!(differs, None, "{} {:?}", case.model, differs.map(|k| pairs[k]));
+            }
+        }
+        println!("{kind}: {:?}", tally.figures());
+        tally.check();
+    }
+}
+
+#[test]
+fn layers_are_added_to_what_a_program_reflects_before_its_output_stage() {
+    let Some(device) = device() else { return };
+    let pairs: Vec<_> = pairs(PAIRS).into_iter().filter(|[wi, wo]| wi.z.min(wo.z) > 0.05).collect();
+    let uv = |k: usize| DVec2::new(k as f64 / 64.0, 1.0 - k as f64 / 256.0);
+    let directions: Vec<_> =
+        pairs.iter().map(|[wi, wo]| brood_brdf::DirectionPair::new(*wi, *wo).unwrap()).collect();
+    let uvs: Vec<DVec2> = (0..pairs.len()).map(uv).collect();
+    let set = SampleSet::from_pairs(&directions, &uvs);
+    let rows: Vec<_> = pairs.iter().zip(&uvs).map(|(pair, uv)| row(*pair, *uv)).collect();
+    let programs: Vec<Program> = layered_programs();
+    let mut errors = Vec::new();
+    for program in &programs {
+        let found = run(&device, &export(program, Format::Wgsl), &rows);
+        let mut wanted = Vec::new();
+        CanonicalEvaluator::default().eval(&[program], &set, &mut wanted).unwrap();
+        for (k, found) in found.iter().enumerate() {
+            for channel in 0..3 {
+                let wanted = wanted[channel * pairs.len() + k];
+                errors.push(f64::from((found[channel] - wanted).abs() / (1e-3 + wanted.abs())));
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let at = |share: usize| errors[errors.len() * share / 100];
+    println!("median {:.1e}, 99 of 100 within {:.1e}", at(50), at(99));
+    assert!(at(50) < 1e-7 && at(99) < 5e-6, "{} {}", at(50), at(99));
+}
