@@ -268,3 +268,73 @@ fn measurements_are_rendered_and_evaluated_and_bad_ones_are_told_by_their_row() 
     let tensor = file(&folder, "cut.bsdf", "tensor_file");
     assert!(refused(&["eval", &tensor, &pairs]).contains("it ends within its head"));
 }
+
+/// RGL's tables of a material that is the same everywhere.
+fn even_bsdf(rgb: [f32; 3]) -> Vec<u8> {
+    let one = |count: usize| vec![1.0_f32; count];
+    let colours = rgb.iter().flat_map(|value| [*value; 4]).collect::<Vec<_>>();
+    let fields: [(&str, &[u64], Vec<f32>); 6] = [
+        ("phi_i", &[1], vec![0.0]),
+        ("theta_i", &[2], vec![0.0, 1.5]),
+        ("ndf", &[2, 2], one(4)),
+        ("sigma", &[2, 2], one(4)),
+        ("vndf", &[1, 2, 2, 2], one(8)),
+        ("rgb", &[1, 2, 3, 2, 2], colours.repeat(2)),
+    ];
+    let (mut head, mut body) = (b"tensor_file\0\x01\0".to_vec(), Vec::<u8>::new());
+    head.extend(7_u32.to_le_bytes());
+    let flag: (&str, &[u64]) = ("jacobian", &[1]);
+    let sizes = fields.iter().map(|(name, shape, _)| (*name, *shape));
+    let heads = |(name, shape): (&str, &[u64])| 13 + name.len() + 8 * shape.len();
+    let start = head.len() + sizes.clone().chain([flag]).map(heads).sum::<usize>();
+    let mut put = |(name, shape): (&str, &[u64]), (kind, bytes): (u8, &[u8])| {
+        head.extend(u16::try_from(name.len()).unwrap().to_le_bytes());
+        head.extend(name.as_bytes());
+        head.extend(u16::try_from(shape.len()).unwrap().to_le_bytes());
+        head.push(kind);
+        head.extend(((start + body.len()) as u64).to_le_bytes());
+        head.extend(shape.iter().flat_map(|size| size.to_le_bytes()));
+        body.extend(bytes);
+    };
+    for (size, (.., numbers)) in sizes.zip(&fields) {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        put(size, (10, &bytes));
+    }
+    put(flag, (1, &[1]));
+    head.extend(body);
+    head
+}
+
+#[test]
+fn values_below_zero_of_rgl_are_kept_where_that_is_asked_for() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("blue.bsdf");
+    std::fs::write(&path, even_bsdf([0.5, -0.25, 2.0])).unwrap();
+    let material = path.to_string_lossy().into_owned();
+    let pairs = file(&folder, "pairs.csv", "wix,wiy,wiz,wox,woy,woz\n0.6,0,0.8,0,0.6,0.8\n");
+    let values = |options: &[&str]| -> Vec<f64> {
+        let found = brood([&["eval", &material, &pairs], options].concat()).success().stdout;
+        let row = found.lines().nth(1).unwrap();
+        row.split(',').map(|cell| cell.parse().unwrap()).collect()
+    };
+    let (plain, kept) = (values(&[]), values(&["--keep-negative"]));
+    assert_eq!((plain[0], 0.0, plain[2]), (kept[0], plain[1], kept[2]));
+    assert!((kept[1] / kept[0] + 0.5).abs() < 1e-9, "{kept:?}");
+    let least = |options: &[&str]| -> f32 {
+        let out = folder.path().join("out.exr").to_string_lossy().into_owned();
+        let words = ["render", &material, "--size", "24", "-o", &out];
+        brood([&words, options].concat()).success();
+        let picture = image::open(&out).unwrap().to_rgba32f();
+        picture.pixels().map(|pixel| pixel.0[1]).fold(f32::INFINITY, f32::min)
+    };
+    assert_eq!(least(&[]), 0.0);
+    assert!(least(&["--keep-negative"]) < -0.01);
+    let metal = file(&folder, "metal.brood", &brood(["model", "show", "gold"]).success().stdout);
+    let csv = file(&folder, "a.csv", "wix,wiy,wiz,wox,woy,woz,r,g,b\n0,0,1,0,0,1,1,1,1\n");
+    for other in [&metal, &csv] {
+        for words in [["render", other, "-o", "out.exr"], ["eval", other, &pairs, "--json"]] {
+            let error = refused(&[&words[..], &["--keep-negative"]].concat());
+            assert!(error.contains("--keep-negative is for RGL's .bsdf"), "{error}");
+        }
+    }
+}

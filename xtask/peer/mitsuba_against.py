@@ -16,7 +16,8 @@ import numpy
 
 mitsuba.set_variant("llvm_ad_rgb")
 
-import mitsuba_models  # noqa: E402, F401, BSDF classes exist only once a variant is set
+import mitsuba_models  # noqa: E402, BSDF classes exist only once a variant is set
+from mesh_tangents import tangents  # noqa: E402
 
 
 def rgb(value):
@@ -73,10 +74,27 @@ def scene_of(case):
     }
     sampler = {"type": case["sampler"], "sample_count": case["samples"]}
     sensor = camera_of(scene["camera"]) | {"film": film, "sampler": sampler}
+    shape = mitsuba.load_dict(shape_of(case["mesh"]) | {"bsdf": bsdf_of(case["bsdf"])})
+    if shape.is_mesh():
+        add_tangents(shape)
     return mitsuba.load_dict({
-        "type": "scene", "integrator": integrator, "sensor": sensor, "light": light_of(light),
-        "shape": shape_of(case["mesh"]) | {"bsdf": bsdf_of(case["bsdf"])},
+        "type": "scene", "integrator": integrator, "sensor": sensor, "light": light_of(light), "shape": shape,
     })
+
+
+def add_tangents(mesh):
+    """Gives a mesh the directions along the surface that it has in brood, for the BSDFs that take them."""
+    parameters = mitsuba.traverse(mesh)
+
+    def rows(name, columns):
+        return numpy.array(parameters[name]).reshape(-1, columns)
+
+    places, normals = (rows(name, 3).astype(numpy.float64) for name in ("vertex_positions", "vertex_normals"))
+    textures = rows("vertex_texcoords", 2).astype(numpy.float64)
+    if not len(textures):
+        textures = numpy.zeros((len(places), 2))
+    found = tangents(places, normals, textures, rows("faces", 3))
+    mesh.add_attribute(mitsuba_models.TANGENT, 3, found.astype(numpy.float32).ravel())
 
 
 def rmse(a, b):

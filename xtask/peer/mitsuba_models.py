@@ -11,6 +11,9 @@ import mitsuba
 
 from reflecting_bsdf import Reflecting
 
+# Of a mesh: its directions along the surface at the vertices, three numbers each.
+TANGENT = "vertex_tangent"
+
 
 class Model(Reflecting):
     """A diffuse part and a highlight."""
@@ -53,11 +56,21 @@ class NormalisedBlinnPhong(Phong):
 
 
 class Ward(Model):
-    """Ward 1992, equation 5a."""
+    """Ward 1992, equation 5a. x is the direction along the surface: a mesh's own where it has such, else Mitsuba's."""
 
     def __init__(self, properties):
         super().__init__(properties)
         self.alpha = properties["alpha_x"], properties["alpha_y"]
+
+    def directions(self, si, light):
+        if self.alpha[0] == self.alpha[1]:
+            return light, si.wi
+        along = si.to_local(si.shape.eval_attribute_3(TANGENT, si))
+        # Made orthogonal to the interpolated normal, as brood does; 0 where there is none.
+        x, y = along.x, along.y
+        length = drjit.sqrt(x * x + y * y)
+        x, y = drjit.select(length > 0.0, x / length, 1.0), drjit.select(length > 0.0, y / length, 0.0)
+        return tuple(mitsuba.Vector3f(x * w.x + y * w.y, x * w.y - y * w.x, w.z) for w in (light, si.wi))
 
     def reflected(self, l, v):
         h = drjit.normalize(l + v)

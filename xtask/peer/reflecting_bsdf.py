@@ -17,9 +17,13 @@ class Reflecting(mitsuba.BSDF):
         """A colour for directions in the local frame, both above the surface."""
         raise NotImplementedError
 
+    def directions(self, si, light):
+        """Those to the light and to the eye, with x along the surface."""
+        return light, si.wi
+
     def value(self, si, wo, active):
         lit = active & (si.wi.z > 0.0) & (wo.z > 0.0)
-        return drjit.select(lit, self.reflected(wo, si.wi), 0.0), lit
+        return drjit.select(lit, self.reflected(*self.directions(si, wo)), 0.0), lit
 
     def sample(self, context, si, sample1, sample2, active=True):
         wo = mitsuba.warp.square_to_cosine_hemisphere(sample2)

@@ -36,6 +36,10 @@ pub struct EvalArgs {
     /// Divide by the largest albedo where it is above 1, also where the genome does not ask for it
     #[arg(long)]
     pub limit: bool,
+    /// Keep the values below 0 of RGL's tables, which are 0 otherwise: colours beyond the display's have them, and other
+    /// renderers keep them
+    #[arg(long)]
+    pub keep_negative: bool,
 }
 
 /// Runs the command.
@@ -43,7 +47,7 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let stdin = Path::new("-");
     ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
-    let genome = match material_file::read(&args.genome)? {
+    let genome = match material_file::read_with(&args.genome, args.keep_negative)? {
         Material::Bred(genome) => *genome,
         Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, json),
     };

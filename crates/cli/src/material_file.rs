@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use brood_brdf::Brdf;
+use brood_brdf::{Brdf, Rgl};
 use brood_genome::Genome;
 use brood_search::{MeasuredFile, MeasuredTarget, TargetFile, TargetKind};
 
@@ -39,6 +39,19 @@ pub fn read(path: &PathBuf) -> Result<Material> {
         tell_skipped(path, skipped, rows);
     }
     Ok(Material::Measured(brdf, kind.words()))
+}
+
+/// The same with values below 0 kept where that is asked for, which only RGL's tables have.
+pub fn read_with(path: &PathBuf, keep_negative: bool) -> Result<Material> {
+    if !keep_negative {
+        return read(path);
+    }
+    let kind = TargetKind::Rgl;
+    if TargetKind::of_extension(&extension(path)) != Some(kind) {
+        bail!("--keep-negative is for RGL's .bsdf, and {} is none", name(path));
+    }
+    let rgl = Rgl::read(&read_file(path, RGL_BYTES)?).with_context(|| name(path))?;
+    Ok(Material::Measured(Box::new(rgl.keep_negative()), kind.words()))
 }
 
 fn limit_bytes(kind: TargetKind) -> u64 {

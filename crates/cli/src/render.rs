@@ -32,6 +32,10 @@ pub struct RenderArgs {
     /// measured material is from reciprocal
     #[arg(long)]
     pub swap: bool,
+    /// Keep the values below 0 of RGL's tables, which are 0 otherwise: colours beyond the display's have them, and other
+    /// renderers keep them
+    #[arg(long)]
+    pub keep_negative: bool,
     /// The picture: .png is developed, .exr is linear
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -46,7 +50,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         Some("exr") => PictureFormat::Exr,
         _ => bail!("the output's name must end in .png or .exr"),
     };
-    let program = match material_file::read(&args.genome)? {
+    let program = match material_file::read_with(&args.genome, args.keep_negative)? {
         Material::Bred(_) if args.swap => bail!("--swap is for what was measured"),
         Material::Bred(genome) => express(&genome),
         Material::Measured(brdf, kind) if args.swap => {

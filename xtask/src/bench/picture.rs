@@ -110,8 +110,9 @@ impl Folder {
                 std::fs::write(&file, text).context("write the material")?;
                 command.arg(file)
             }
-            // The peer follows light from the eye and takes the eye's direction for that of the measurement's light.
-            Material::Measured(file) => command.arg(file).arg("--swap"),
+            // The peer follows light from the eye and takes the eye's direction for that of the measurement's light, and
+            // keeps values below 0.
+            Material::Measured(file) => command.arg(file).args(["--swap", "--keep-negative"]),
         };
         let mesh = case.mesh.map(|mesh| self.0.join(format!("{mesh}.obj")));
         if let Some(mesh) = &mesh {

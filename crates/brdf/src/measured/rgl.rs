@@ -10,7 +10,8 @@ use crate::{Brdf, Claims, DirectionPair};
 
 /// A measured material, isotropic or not.
 ///
-/// Values below 0, which colours beyond the display's have, are 0 once they are interpolated.
+/// Values below 0, which colours beyond the display's have, are 0 once they are interpolated, unless they are asked for
+/// ([`Rgl::keep_negative`]).
 ///
 /// # Source
 /// Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering".
@@ -27,6 +28,8 @@ pub struct Rgl {
     rgb: Grid,
     /// That density is to be multiplied with.
     weighted: bool,
+    /// What is interpolated may be below 0.
+    negative: bool,
 }
 
 /// What turning the material about its normal changes.
@@ -100,7 +103,13 @@ impl Rgl {
         let rgb = Grid::new((height, width), values).ok_or(RglError::Small("rgb"))?;
         let weighted = tensors.byte("jacobian")? != 0;
         let symmetry = Symmetry::of(&phi);
-        Ok(Self { phi, theta, symmetry, ndf, sigma, vndf, rgb, weighted })
+        Ok(Self { phi, theta, symmetry, ndf, sigma, vndf, rgb, weighted, negative: false })
+    }
+
+    /// The same with the values below 0 that its tables give: no reflectance, but what other readers of the file have.
+    #[must_use]
+    pub fn keep_negative(self) -> Self {
+        Self { negative: true, ..self }
     }
 }
 
@@ -156,7 +165,8 @@ impl Brdf for Rgl {
         let mix = Mix::of((&self.phi, phi_i), (&self.theta, theta_i));
         let drawn = self.vndf.invert(normal, &mix);
         let rgb = [0, 1, 2].map(|channel| self.rgb.strided(drawn, &mix, (3, channel)));
-        let mut f = DVec3::from_array(rgb).max(DVec3::ZERO) / pair.cos_o();
+        let least = if self.negative { DVec3::NEG_INFINITY } else { DVec3::ZERO };
+        let mut f = DVec3::from_array(rgb).max(least) / pair.cos_o();
         if self.weighted {
             let sigma = self.sigma.at(place(theta_i, phi_i), &Mix::WHOLE);
             if sigma <= 0.0 {

@@ -10,12 +10,10 @@ pub struct Pair {
     pub model: &'static str,
     /// The peer's plugin and its properties; lists are linear colours.
     pub bsdf: Value,
-    /// Whether it needs a direction along the surface.
-    pub anisotropic: bool,
 }
 
 fn pair(name: &'static str, model: &'static str, bsdf: Value) -> Pair {
-    Pair { name, model, bsdf, anisotropic: false }
+    Pair { name, model, bsdf }
 }
 
 /// All of them. Where the peer has no plugin, `xtask/peer/mitsuba_models.py` has one.
@@ -116,17 +114,16 @@ fn ward() -> [Pair; 2] {
             "diffuse": [0.3, 0.2, 0.1], "specular": [0.2, 0.2, 0.2],
         })
     };
-    let along = pair(
-        "Ward, anisotropic",
-        "ward\ndiffuse 0.3 0.2 0.1\nspecular 0.2 0.2 0.2\nalpha_x 0.1\nalpha_y 0.3\nform ward",
-        bsdf([0.1, 0.3]),
-    );
     [
         pair(
             "Ward",
             "ward\ndiffuse 0.3 0.2 0.1\nspecular 0.2 0.2 0.2\nalpha_x 0.15\nalpha_y 0.15\nform ward",
             bsdf([0.15, 0.15]),
         ),
-        Pair { anisotropic: true, ..along },
+        pair(
+            "Ward, anisotropic",
+            "ward\ndiffuse 0.3 0.2 0.1\nspecular 0.2 0.2 0.2\nalpha_x 0.1\nalpha_y 0.3\nform ward",
+            bsdf([0.1, 0.3]),
+        ),
     ]
 }

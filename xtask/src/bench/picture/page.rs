@@ -24,8 +24,8 @@ ones on its own 5856 triangles (*spot*), and for recorded pictures those that Mi
 - Round normals on flat triangles are where the programs differ by choice: Mitsuba's rays to the light leave the triangle, brood's \
 the curved surface that the normals tell of, so that no edge is jagged where light grazes; where a normal turns away from the eye Mitsuba shows \
 black, brood what is seen at the horizon. In facets there is nothing of it, refined nearly nothing.
-- The direction along the surface is one for each triangle in Mitsuba and interpolated between vertices in brood. In facets both are \
-the same; refined there are no texture coordinates, and so no anisotropic material.
+- The direction along the surface, which anisotropic materials show, is one for each triangle in Mitsuba and interpolated between \
+vertices in brood. Mitsuba's meshes are given brood's, so that the material is what is compared.
 - Phong, Blinn-Phong and Ward are BSDFs in Python (`xtask/peer/mitsuba_models.py`), the others Mitsuba's own plugins.
 ";
 

@@ -220,6 +220,10 @@ fn values_below_zero_are_zero_and_nothing_comes_from_below() {
     assert!(f.x > 0.0 && f.y == 0.0, "{f}");
     let below = DirectionPair::new(DVec3::Z, DVec3::NEG_Z).unwrap();
     assert_eq!(rgl.f(&below), DVec3::ZERO);
+    let kept = rgl.keep_negative();
+    let g = kept.f(&pair);
+    assert!(g.y < 0.0 && (g.x, g.z) == (f.x, f.z), "{g} and {f}");
+    assert_eq!(kept.f(&below), DVec3::ZERO);
 }
 
 fn any_direction() -> impl Strategy<Value = DVec3> {
@@ -246,6 +250,8 @@ proptest! {
         if let Ok(rgl) = Rgl::read(&file(&fields)) {
             let f = rgl.f(&DirectionPair::new(wi, wo).unwrap());
             prop_assert!(f.is_finite() && f.min_element() >= 0.0, "{f}");
+            let kept = rgl.keep_negative().f(&DirectionPair::new(wi, wo).unwrap());
+            prop_assert!(kept.is_finite() && kept.max(DVec3::ZERO) == f, "{kept} and {f}");
         }
     }
 }
