@@ -154,7 +154,7 @@ fn what_is_no_target_is_refused() {
 fn clipped_highlight_is_no_hole() {
     let diffuse = [0.2, 0.1, 0.05];
     let model = Model::new(ModelKind::CookTorrance).with("diffuse", &diffuse).unwrap();
-    let model = model.with("roughness", &[0.3]).unwrap();
+    let model = model.with("roughness", &[0.3]).unwrap().with("f0", &[0.3; 3]).unwrap();
     let matt = Model::new(ModelKind::Lambert).with("albedo", &diffuse).unwrap();
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let scene = scene(r#"{"lights": [{"kind": "directional"}], "light_deg": 20}"#);
@@ -168,7 +168,7 @@ fn clipped_highlight_is_no_hole() {
     let mut mask = body.clone();
     for (at, pixel) in picture.pixels.iter_mut().enumerate() {
         picture.clipped[at] = pixel[0] > limit;
-        let is_matt = pixel[0] < 1.3 * body.pixels[at][0];
+        let is_matt = pixel[0] < 0.2 * limit + body.pixels[at][0];
         mask.pixels[at] = [f32::from(u8::from(is_matt || picture.clipped[at])); 3];
         *pixel = if picture.clipped[at] { [limit; 3] } else { body.pixels[at] };
     }
@@ -194,6 +194,6 @@ fn clipped_highlight_is_no_hole() {
         };
         let (with, without) = (reached(&samples), reached(&unbounded));
         println!("{strategy}: {with:.3} of what was clipped, {without:.3} without its bounds");
-        assert!(with > 0.9 && without < 0.7, "{strategy}: {with} {without}");
+        assert!(with > 0.6 && with > 1.5 * without, "{strategy}: {with} {without}");
     }
 }
