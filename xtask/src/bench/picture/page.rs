@@ -21,9 +21,8 @@ with 64 of the light.
 - Spot: 192 x 192, perspective, with shadows. The file has no normals and renderers make different ones, so both are given \
 the same: those of its triangles (*in facets*), round ones on a surface that Loop's rule has subdivided twice (*refined*), round \
 ones on its own 5856 triangles (*spot*), and for recorded pictures those that Mitsuba makes, with creases along the texture's seams.
-- Round normals on flat triangles are where the programs differ by choice: Mitsuba's rays to the light leave the triangle, brood's \
-the curved surface that the normals tell of, so that no edge is jagged where light grazes; where a normal turns away from the eye Mitsuba shows \
-black, brood what is seen at the horizon. In facets there is nothing of it, refined nearly nothing.
+- Round normals on flat triangles are taken as Mitsuba takes them (`\"normals\": \"plain\"`): rays to the light leave the triangle, and \
+where a normal turns away from the eye it is black.
 - The direction along the surface, which anisotropic materials show, is one for each triangle in Mitsuba and interpolated between \
 vertices in brood. Mitsuba's meshes are given brood's, so that the material is what is compared.
 - Phong, Blinn-Phong and Ward are BSDFs in Python (`xtask/peer/mitsuba_models.py`), the others Mitsuba's own plugins.
