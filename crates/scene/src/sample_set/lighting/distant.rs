@@ -92,7 +92,7 @@ impl AmbientSource {
     }
 
     /// Directions as materials may reflect. Their weights are scaled so that together they give what a place without
-    /// obstacles has, pi: matt materials have no noise.
+    /// obstacles has, pi: matt materials have no noise from two samples on. A single one may be below the horizon.
     pub fn arrivals(
         &self,
         receiver: &Receiver<'_>,
