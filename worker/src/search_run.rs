@@ -125,11 +125,11 @@ impl Run {
 
     /// The front, the best first.
     pub(crate) fn finish(&self, stop: &AtomicBool) -> Result<SearchNews, String> {
-        let begun = Instant::now();
+        let (begun, mut pace) = (Instant::now(), self.pace);
         // Nobody wants what comes of it once it is to stop.
         let outcome = self.search.finish_while(|| {
             let spent = self.seconds + begun.elapsed().as_secs_f64();
-            let is_in_time = self.pace.is_none_or(|pace| !pace.is_spent(spent));
+            let is_in_time = pace.as_mut().is_none_or(|pace| pace.has_time(spent));
             is_in_time && !stop.load(Ordering::Relaxed)
         });
         let outcome = outcome.ok_or("the search found nothing")?;

@@ -18,6 +18,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 pub use hemisphere::{Quadrature, around, pair};
+pub use lobe::LobeRule;
 pub use search::{ALBEDO_ORDER, Effort, LimitSearch, turns_with_surface};
 
 use subject::Subject;

@@ -22,8 +22,9 @@ mod reference;
 pub use canonical::{CanonicalEvaluator, Work};
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
-    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, Place, Quadrature, around, channel_albedos,
-    directional_albedo, energy_limit, express, express_brood, limited, pair, turns_with_surface,
+    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, LobeRule, Place, Quadrature, around,
+    channel_albedos, directional_albedo, energy_limit, express, express_brood, limited, pair,
+    turns_with_surface,
 };
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{

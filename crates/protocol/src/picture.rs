@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::lease::Frame;
 
 /// Counted up whenever the same key would give other pixels.
-pub const RENDERER_VERSION: u32 = 5;
+pub const RENDERER_VERSION: u32 = 6;
 
 /// Which evaluator is wanted.
 #[derive(

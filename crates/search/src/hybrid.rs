@@ -5,7 +5,7 @@ use brood_program::Program;
 use serde::{Deserialize, Serialize};
 
 use crate::gp::Gp;
-use crate::lobes::{Fit, outcome};
+use crate::lobes::{Fit, Fitted, outcome};
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
 use crate::{Probe, Samples};
 
@@ -43,8 +43,8 @@ impl Hybrid {
 
     /// Genetic programs after the lobes.
     fn later(&self) -> Option<Later> {
-        let front = self.lobes.shorten(&|| true);
-        let found = outcome(self.lobes.refine(&front))?;
+        let front: Vec<Fitted> = self.lobes.front().collect();
+        let found = outcome(self.lobes.refine(front.iter().cloned(), &mut || true))?;
         let unrefined = outcome(front)?;
         // Not refined on what the programs are chosen by.
         let genome = |candidate: &Candidate| candidate.genome.clone();
@@ -120,7 +120,7 @@ impl Method for Hybrid {
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
     }
 
-    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome> {
+    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
         let Some(later) = &self.gp else { return Method::finish(&self.lobes, go_on) };
         match later.gp.finish(go_on) {
             Some(gp) => joined(later.found.clone(), gp),

@@ -4,9 +4,12 @@
 //! C >= 0 and only C of a channel's own, and f = S^2, as the machine squares. Reciprocal and non-negative whatever the numbers
 //! are. docs/maths/fit.md says why, and how the numbers are found.
 
+mod albedo;
 mod batch;
 mod checkpoint;
 mod damped;
+mod finish;
+mod flux;
 mod guard;
 mod normal;
 mod product;
@@ -19,6 +22,7 @@ mod sweep;
 
 pub use batch::Batch;
 pub(crate) use checkpoint::outcome;
+pub use finish::Fitted;
 pub use program::LobesError;
-pub use schedule::{Fit, Fitted};
+pub use schedule::Fit;
 pub use shape::{Lobes, Shape};

@@ -65,7 +65,7 @@ impl Outcome {
 }
 
 /// Whether there is time for more.
-pub(crate) type GoOn<'a> = dyn Fn() -> bool + 'a;
+pub(crate) type GoOn<'a> = dyn FnMut() -> bool + 'a;
 
 /// A strategy at work.
 pub(crate) trait Method: Send {
@@ -81,8 +81,9 @@ pub(crate) trait Method: Send {
     /// The best so far; nothing before the first generation.
     fn best(&self) -> Option<Candidate>;
 
-    /// The front, as long as it may go on shortening; nothing before the first generation.
-    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome>;
+    /// The front; nothing before the first generation. It is asked before each part of what can be left out whether there is time for
+    /// it, and once before what cannot.
+    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome>;
 
     /// Whether there is nothing to be shortened at the end.
     fn is_short(&self) -> bool {

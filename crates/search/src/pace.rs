@@ -12,13 +12,16 @@ pub struct Pace {
     seconds: f64,
     /// The longest generation of late.
     longest: f64,
+    /// When the part of finishing began that is under way, and the longest of late.
+    part: Option<f64>,
+    longest_part: f64,
 }
 
 impl Pace {
     /// Nothing of so many seconds is spent.
     #[must_use]
     pub fn new(seconds: f64) -> Self {
-        Self { seconds, longest: 0.0 }
+        Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
     /// A generation took so many seconds.
@@ -33,10 +36,13 @@ impl Pace {
         spent + self.longest > self.seconds - kept
     }
 
-    /// Whether all of it is spent.
+    /// Whether there is time for a part of finishing, after so many seconds; asked before each of them.
     #[must_use]
-    pub fn is_spent(&self, spent: f64) -> bool {
-        spent >= self.seconds
+    pub fn has_time(&mut self, spent: f64) -> bool {
+        let took = self.part.map_or(0.0, |begun| spent - begun);
+        self.part = Some(spent);
+        self.longest_part = took.max(FORGET * self.longest_part);
+        spent + self.longest_part <= self.seconds
     }
 }
 
@@ -55,7 +61,14 @@ mod tests {
         pace.took(0.1);
         pace.took(0.1);
         assert!(!pace.is_over(6.5, true), "a long one is forgotten");
-        assert!(pace.is_spent(10.0) && !pace.is_spent(9.9));
+    }
+
+    #[test]
+    fn no_part_of_finishing_is_begun_that_there_is_no_time_for() {
+        let mut pace = Pace::new(10.0);
+        assert!(pace.has_time(7.0), "nothing is known yet");
+        assert!(pace.has_time(8.0), "parts take a second");
+        assert!(!pace.has_time(9.5));
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub const DIALECT: Dialect = Dialect {
 /// Sizes of the family of lobes that are tried: units and terms.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// What the first byte of a checkpoint says. Counted up whenever a strategy changes what it does.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// How a search goes about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -174,13 +174,14 @@ impl Search {
     /// The front of error against length; nothing before the first generation.
     #[must_use]
     pub fn finish(&self) -> Option<Outcome> {
-        self.method.finish(&|| true)
+        self.method.finish(&mut || true)
     }
 
-    /// The same, but for shorter ones that `go_on` leaves no time for.
+    /// The same, but for shorter ones that `go_on` leaves no time for: it is asked before each few of them, and once before the best
+    /// is finished in any case.
     #[must_use]
-    pub fn finish_while(&self, go_on: impl Fn() -> bool) -> Option<Outcome> {
-        self.method.finish(&go_on)
+    pub fn finish_while(&self, mut go_on: impl FnMut() -> bool) -> Option<Outcome> {
+        self.method.finish(&mut go_on)
     }
 
     /// Whether finishing takes next to no time.

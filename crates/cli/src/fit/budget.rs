@@ -36,7 +36,8 @@ pub fn spend(
             pace.is_over(now.as_secs_f64(), search.is_short())
         });
         if is_late || progress.generation >= most {
-            let outcome = search.finish_while(|| pace.is_none_or(|pace| !pace.is_spent(spent())));
+            let outcome =
+                search.finish_while(|| pace.as_mut().is_none_or(|pace| pace.has_time(spent())));
             return outcome.map(|outcome| (outcome, progress));
         }
     }

@@ -53,6 +53,14 @@ impl Quadrature {
         self.weights.len()
     }
 
+    /// The directions, and what f counts in each.
+    pub(super) fn weighted(&self) -> impl Iterator<Item = (DVec3, f64)> {
+        let azimuths = self.directions.len() / self.weights.len();
+        let weights =
+            self.weights.iter().flat_map(move |weight| std::iter::repeat_n(*weight, azimuths));
+        self.directions.iter().copied().zip(weights)
+    }
+
     /// The integral of f cos_o from f at the directions. Sums are f64 in one order.
     ///
     /// # Panics

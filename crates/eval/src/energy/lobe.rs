@@ -18,7 +18,7 @@ const BORDER: f64 = 0.25;
 
 /// A rule for integrals of f cos_o over wo.
 #[derive(Debug, Clone)]
-pub(super) struct LobeRule {
+pub struct LobeRule {
     even: Quadrature,
     /// Half vectors, the solid angle that each stands for, times its share of the weight.
     nodes: Vec<(DVec3, f64)>,
@@ -32,7 +32,8 @@ fn near(tan2: f64) -> f64 {
 
 impl LobeRule {
     /// The even rule of that order; twice as many widths of lobes, each with twice as many azimuths.
-    pub(super) fn new(order: usize) -> Self {
+    #[must_use]
+    pub fn new(order: usize) -> Self {
         let turns = 2 * order;
         let (low, high) = SPAN;
         let mut nodes = Vec::with_capacity(turns * turns);
@@ -55,6 +56,20 @@ impl LobeRule {
         self.nodes.len() + self.even.directions().len()
     }
 
+    /// The directions above the horizon that f is looked at in, and what it counts there: the integral of f cos_o is the sum of f
+    /// times these.
+    #[must_use]
+    pub fn nodes(&self, wi: DVec3) -> Vec<(DVec3, f64)> {
+        let around_half = self.nodes.iter().filter_map(|(half, weight)| {
+            let cos_d = wi.dot(*half);
+            let wo = 2.0 * cos_d * *half - wi;
+            (cos_d > 0.0 && wo.z > 0.0).then_some((wo.normalize(), 4.0 * cos_d * wo.z * weight))
+        });
+        let even =
+            self.even.weighted().map(|(wo, weight)| (wo, weight * (1.0 - near(tan2(wi, wo)))));
+        around_half.chain(even).collect()
+    }
+
     /// The directional albedo of each channel. Sums are f64 in one order.
     pub(super) fn albedo(&self, layers: &Layers, wi: DVec3) -> DVec3 {
         let mut sum = DVec3::ZERO;
@@ -71,15 +86,17 @@ impl LobeRule {
             .even
             .directions()
             .iter()
-            .map(|wo| {
-                let half = wi + *wo;
-                let tan2 = (half.x * half.x + half.y * half.y) / (half.z * half.z);
-                f(layers, wi, *wo) * (1.0 - near(tan2))
-            })
+            .map(|wo| f(layers, wi, *wo) * (1.0 - near(tan2(wi, *wo))))
             .collect();
         let channel = |channel: usize| self.even.integrate(far.iter().map(|f| f[channel]));
         sum + DVec3::new(channel(0), channel(1), channel(2))
     }
+}
+
+/// tan^2 theta_h.
+fn tan2(wi: DVec3, wo: DVec3) -> f64 {
+    let half = wi + wo;
+    (half.x * half.x + half.y * half.y) / (half.z * half.z)
 }
 
 /// f of two directions; 0 where rounding has left one that is none.
@@ -128,6 +145,18 @@ mod tests {
                 (found - expected).abs() < 2e-3 * expected,
                 "{roughness} {theta}: {found} {expected}"
             );
+        }
+    }
+
+    #[test]
+    fn nodes_are_those_of_the_albedo() {
+        let (layers, rule) = (metal(0.2), LobeRule::new(16));
+        for theta in [0.0, 0.9, 1.5] {
+            let wi = around(libm::sin(theta), libm::cos(theta), 0.2);
+            let nodes = rule.nodes(wi);
+            assert!(nodes.len() <= rule.len());
+            let sum: DVec3 = nodes.iter().map(|(wo, weight)| f(&layers, wi, *wo) * *weight).sum();
+            assert!((sum - rule.albedo(&layers, wi)).length() < 1e-12, "{theta}");
         }
     }
 

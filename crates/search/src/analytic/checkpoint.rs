@@ -45,7 +45,7 @@ impl Method for Analytic {
         self.kept.first().map(|kept| candidate(Finished::of(kept)))
     }
 
-    fn finish(&self, _: &GoOn<'_>) -> Option<Outcome> {
+    fn finish(&self, _: &mut GoOn<'_>) -> Option<Outcome> {
         Outcome::of(self.front().into_iter().map(candidate).collect())
     }
 

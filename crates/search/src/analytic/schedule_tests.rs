@@ -37,7 +37,7 @@ fn usual_kinds_are_reciprocal() {
 fn known_model_is_found_among_all_kinds() {
     let fit = run(&samples(&[conductor()]), 1);
     assert!(fit.progress().held < 1e-6, "{:?}", fit.progress());
-    let outcome = fit.finish(&|| true).unwrap();
+    let outcome = fit.finish(&mut || true).unwrap();
     let best = &outcome.front[outcome.best];
     assert_eq!(best.genome.layers()[0].kind(), ModelKind::Conductor);
     assert!(best.genome.is_limited());

@@ -194,7 +194,7 @@ impl Method for Gp {
         self.best.as_ref().map(|best| candidate(&best.member, best.fitted, best.held))
     }
 
-    fn finish(&self, _: &GoOn<'_>) -> Option<Outcome> {
+    fn finish(&self, _: &mut GoOn<'_>) -> Option<Outcome> {
         let best = self.best.as_ref()?;
         let mut members: Vec<&Member> = self.front.members.iter().rev().collect();
         if !members.contains(&&best.member) {

@@ -38,7 +38,7 @@ fn model_is_come_close_to() {
 
 #[test]
 fn shorter_ones_of_the_front_are_no_better() {
-    let front = Method::finish(&search(6, &[], 2), &|| true).unwrap().front;
+    let front = Method::finish(&search(6, &[], 2), &mut || true).unwrap().front;
     assert!(front.len() > 4, "{}", front.len());
     let operations: Vec<usize> =
         front.iter().map(|found| Program::lower(&found.genome).operations()).collect();

@@ -1,9 +1,12 @@
 //! Samples as the fit reads them: rows of lanes, block by block.
 
+use std::sync::Arc;
+
 use brood_brdf::Input;
 use brood_scene::SampleSet;
 
 use super::Shape;
+use super::albedo::Albedos;
 use crate::Samples;
 
 /// Samples of a block.
@@ -49,6 +52,8 @@ pub struct Batch {
     pub(super) ridge: Vec<f64>,
     /// In units of the mean of the squared differences.
     pub(super) cost: f64,
+    /// Where these count as well.
+    pub(super) albedos: Option<Arc<Albedos>>,
 }
 
 /// A sample, before it has been put into a block.
@@ -75,8 +80,14 @@ const DARKEST: f64 = 1e-5;
 impl Batch {
     /// Of points whose inputs are those of one shape.
     pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
-        let mut batch =
-            Self { blocks: Vec::new(), gain: 1.0, total: 0.0, ridge: Vec::new(), cost: 0.0 };
+        let mut batch = Self {
+            blocks: Vec::new(),
+            gain: 1.0,
+            total: 0.0,
+            ridge: Vec::new(),
+            cost: 0.0,
+            albedos: None,
+        };
         let mut lane = LANES;
         for point in points {
             if lane == LANES {
@@ -126,6 +137,11 @@ impl Batch {
         both.blocks.extend(blocks);
         both.total += total;
         both
+    }
+
+    /// The same where reflecting more than there is costs something.
+    pub(super) fn under(self, albedos: &Arc<Albedos>) -> Self {
+        Self { albedos: Some(albedos.clone()), ..self }
     }
 
     /// The same under a cost of large weights, each as far as its feature spreads, which says next to nothing where samples do.

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Lobes;
 use super::damped::Damped;
-use super::schedule::{Fit, Fitted, Kept};
+use super::finish::Fitted;
+use super::schedule::{Fit, Kept};
 use crate::Probe;
 use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
 
@@ -14,6 +15,7 @@ struct State {
     generation: u32,
     evaluations: u64,
     cost: f64,
+    is_under: bool,
     kept: Vec<KeptState>,
 }
 
@@ -45,8 +47,8 @@ impl Method for Fit {
         Self::best(self).map(|lobes| candidate(lobes, fitted, held))
     }
 
-    fn finish(&self, go_on: &GoOn<'_>) -> Option<Outcome> {
-        outcome(self.refine(&self.shorten(go_on)))
+    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
+        outcome(self.refine(self.front(), go_on))
     }
 
     fn is_short(&self) -> bool {
@@ -66,8 +68,8 @@ impl Method for Fit {
             }
         };
         let kept = self.kept.iter().map(kept).collect();
-        let (generation, evaluations, cost) = (self.generation, self.evaluations, self.cost);
-        let state = State { generation, evaluations, cost, kept };
+        let Self { generation, evaluations, cost, is_under, .. } = *self;
+        let state = State { generation, evaluations, cost, is_under, kept };
         postcard::to_stdvec(&state).expect("numbers can be written")
     }
 
@@ -87,6 +89,9 @@ impl Method for Fit {
         };
         let kept = state.kept.into_iter().map(kept).collect::<Option<Vec<_>>>()?;
         self.set_cost(state.cost);
+        if state.is_under {
+            self.set_under();
+        }
         (self.generation, self.evaluations, self.kept) =
             (state.generation, state.evaluations, kept);
         Some(())

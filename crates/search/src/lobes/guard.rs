@@ -5,10 +5,13 @@
 //! angle of incidence. A bound is held better than the value of the nearest sample: reflectance changes so much there that any value
 //! would be wrong.
 
+use std::sync::Arc;
+
 use brood_brdf::{DirectionPair, Input};
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::albedo::Albedos;
 use super::batch::{Batch, Point, points};
 use super::damped::Damped;
 use super::normal::excesses;
@@ -105,48 +108,69 @@ impl Bounds {
     }
 }
 
-/// Where a fit that is done is looked at for spikes.
+/// Where a fit that is done is looked at for spikes, and for reflecting more than there is.
 pub(super) struct Pool {
     points: Vec<Point>,
     batch: Batch,
+    albedos: Arc<Albedos>,
+    /// From here on nothing passes the brightest sample by far.
+    ceiled: usize,
 }
 
 impl Pool {
     pub(super) fn new(bounds: &Bounds, shape: &Shape) -> Self {
         let points = bounds.above(shape);
-        Self { batch: Batch::new(points.iter()), points }
+        let count = points.len();
+        Self::of(points, count, Arc::new(Albedos::new(shape)))
     }
 
-    /// Of many more points, where nothing passes the brightest sample by far.
-    pub(super) fn ceiling(shape: &Shape, largest: f64, seed: u64) -> Self {
+    fn of(points: Vec<Point>, ceiled: usize, albedos: Arc<Albedos>) -> Self {
+        Self { batch: Batch::new(points.iter()), points, albedos, ceiled }
+    }
+
+    /// The same with many more points, where nothing passes the brightest sample by far.
+    pub(super) fn ceiled(&self, shape: &Shape, largest: f64, seed: u64) -> Self {
         let pairs = narrow_pairs(CEILED, seed.wrapping_add(2 << 32));
         let values = vec![[Some([largest; 3]), None]; pairs.len()];
-        Self::new(&Bounds { pairs, values }, shape)
+        let mut points = self.points.clone();
+        points.extend(Bounds { pairs, values }.above(shape));
+        Self::of(points, self.points.len(), self.albedos.clone())
     }
 
-    /// Whether it stands out in none of the points.
+    /// What light there is.
+    pub(super) fn albedos(&self) -> &Arc<Albedos> {
+        &self.albedos
+    }
+
+    /// Whether it passes the brightest sample by far in none of the many points.
     pub(super) fn is_below(&self, lobes: &Lobes) -> bool {
-        excesses(lobes, &self.batch)[..self.points.len()].iter().all(|excess| *excess <= TOLERATED)
+        let excesses = excesses(lobes, &self.batch);
+        excesses[self.ceiled..self.points.len()].iter().all(|excess| *excess <= TOLERATED)
     }
 
-    /// The fit, gone on with on `batch` and those of the points that it stands out in, as long as it does.
+    /// The fit, gone on with on `batch` and those of the points that it stands out in, and below what light there is, as long as it
+    /// is over either.
     pub(super) fn hold(&self, mut fit: Damped, batch: &Batch) -> Damped {
         let mut held = vec![false; self.points.len()];
+        let mut is_under = false;
         for _ in 0..ROUNDS {
             let excesses = excesses(&fit.lobes, &self.batch);
             let mut over: Vec<(usize, f32)> = (0..self.points.len())
                 .map(|at| (at, excesses[at]))
                 .filter(|(at, excess)| *excess > TOLERATED && !held[*at])
                 .collect();
-            if over.is_empty() {
+            let is_over = self.albedos.are_over(&fit.lobes);
+            if over.is_empty() && !is_over {
                 break;
             }
+            is_under |= is_over;
             over.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             for (at, _) in over.iter().take(WORST) {
                 held[*at] = true;
             }
             let points = self.points.iter().zip(&held).filter(|(_, held)| **held);
             let bounded = batch.with(points.map(|(point, _)| point));
+            let bounded = if is_under { bounded.under(&self.albedos) } else { bounded };
             fit = fit.on(&bounded);
             fit.refine(&bounded, STEPS);
         }

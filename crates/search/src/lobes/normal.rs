@@ -32,7 +32,7 @@ pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
         sum
     };
     let parts: Vec<f64> = batch.blocks.par_chunks(TOGETHER).map(task).collect();
-    parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch)
+    parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch) + above(lobes, batch)
 }
 
 /// E_log: the root of the mean of the squared differences of ln(1 + f cos_i) alone.
@@ -70,6 +70,11 @@ fn ridge(lobes: &Lobes, batch: &Batch) -> f64 {
     batch.cost * numbers.map(|(ridge, number)| ridge * number * number).sum::<f64>()
 }
 
+/// What reflecting more than there is costs.
+fn above(lobes: &Lobes, batch: &Batch) -> f64 {
+    batch.albedos.as_ref().map_or(0.0, |albedos| albedos.cost(lobes))
+}
+
 /// The normal equations, and the same error.
 pub(super) fn normal(lobes: &Lobes, batch: &Batch) -> (Normal, f64) {
     let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
@@ -97,12 +102,13 @@ pub(super) fn normal(lobes: &Lobes, batch: &Batch) -> (Normal, f64) {
         normal.matrix[at * count + at] += cost;
         normal.gradient[at] += cost * lobes.numbers[number];
     }
-    (normal, sums.error / batch.total + ridge(lobes, batch))
+    let above = batch.albedos.as_ref().map(|albedos| albedos.add(lobes, &mut normal, batch.total));
+    (normal, sums.error / batch.total + ridge(lobes, batch) + above.unwrap_or(0.0))
 }
 
 /// Where a number stands: a slot's feature, or a colour.
 #[derive(Clone, Copy)]
-enum Place {
+pub(super) enum Place {
     Slot { slot: usize, feature: usize },
     Colour { channel: usize, term: usize },
 }
@@ -128,7 +134,7 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> Normal {
 }
 
 /// In the order of the numbers.
-fn places(shape: &Shape) -> Vec<Place> {
+pub(super) fn places(shape: &Shape) -> Vec<Place> {
     let mut places = Vec::with_capacity(shape.len());
     for unit in 0..shape.units {
         // Of the features (u, x, 1) a unit takes x and 1.

@@ -14,30 +14,38 @@ const WORST: f64 = 6.0;
 /// So that what changes nothing can be told apart from what cannot be known.
 const DAMPING: f64 = 1e-9;
 
-/// The fit, whose mean squared difference where it was not fitted is `held`, and its shorter ones.
+/// A fit's shorter ones, each made of the one before.
 ///
 /// # Source
 /// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993): a weight w is needed by
 /// w^2 / (2 [H^-1]_ww).
-pub(super) fn prune(
-    mut fit: Damped,
-    held: f64,
-    batch: &Batch,
-    go_on: &dyn Fn() -> bool,
-) -> Vec<Damped> {
-    let mut all = vec![fit.clone()];
-    let worst = WORST * WORST * fit.error.max(held);
-    while go_on() {
-        let shorter = SHARES.iter().find_map(|share| {
-            let mut shorter = Damped::new(without_least(&fit.lobes, batch, *share)?, batch);
-            shorter.refine(batch, STEPS);
-            (shorter.error <= worst).then_some(shorter)
-        });
-        let Some(shorter) = shorter else { break };
-        all.push(shorter.clone());
-        fit = shorter;
+pub(super) struct Shorter<'a> {
+    fit: Damped,
+    batch: &'a Batch,
+    /// Mean squared difference of the worst that is looked for.
+    worst: f64,
+}
+
+impl<'a> Shorter<'a> {
+    /// Of a fit whose mean squared difference where it was not fitted is `held`.
+    pub(super) fn new(fit: Damped, held: f64, batch: &'a Batch) -> Self {
+        let worst = WORST * WORST * fit.error.max(held);
+        Self { fit, batch, worst }
     }
-    all
+}
+
+impl Iterator for Shorter<'_> {
+    type Item = Damped;
+
+    fn next(&mut self) -> Option<Damped> {
+        self.fit = SHARES.iter().find_map(|share| {
+            let shorter = without_least(&self.fit.lobes, self.batch, *share)?;
+            let mut shorter = Damped::new(shorter, self.batch);
+            shorter.refine(self.batch, STEPS);
+            (shorter.error <= self.worst).then_some(shorter)
+        })?;
+        Some(self.fit.clone())
+    }
 }
 
 /// The lobes without that share of the weights, at least one, those that are needed least; nothing where none would be left.

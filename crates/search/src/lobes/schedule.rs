@@ -10,7 +10,6 @@ use super::batch::{Batch, Point, least, points};
 use super::damped::Damped;
 use super::guard::{Bounds, Pool};
 use super::normal::{e_log, error};
-use super::prune::prune;
 use super::seed::start;
 use super::{Lobes, Shape};
 use crate::{Probe, Progress, Samples};
@@ -32,8 +31,6 @@ const PERTURBED_STEPS: usize = 30;
 /// What squares of weights cost, in mean squared differences of the best fit of the first generation: next to nothing, but where no
 /// sample says anything.
 const RIDGE: f64 = 2e-3;
-/// Steps on all samples at the end.
-const LAST_STEPS: usize = 10;
 /// Every so many samples one is left out of the fit, to choose by.
 const HELD: usize = 7;
 
@@ -47,7 +44,9 @@ pub struct Fit {
     pub(super) cost: f64,
     pub(super) kept: Vec<Kept>,
     /// Of all samples.
-    largest: f64,
+    pub(super) largest: f64,
+    /// Whether reflecting more than there is costs something from the first step of a fit on: it did before.
+    pub(super) is_under: bool,
 }
 
 /// The samples as one shape reads them.
@@ -55,10 +54,10 @@ pub(super) struct Problem {
     pub(super) shape: Shape,
     points: Vec<Point>,
     part: Batch,
-    all: Batch,
-    held: Batch,
-    whole: Batch,
-    pool: Pool,
+    pub(super) all: Batch,
+    pub(super) held: Batch,
+    pub(super) whole: Batch,
+    pub(super) pool: Pool,
 }
 
 #[derive(Debug, Clone)]
@@ -66,17 +65,6 @@ pub(super) struct Kept {
     pub(super) problem: usize,
     pub(super) damped: Damped,
     pub(super) held: f64,
-}
-
-/// A fit that is done.
-#[derive(Debug, Clone)]
-pub struct Fitted {
-    /// The fit.
-    pub lobes: Lobes,
-    /// Its E_log on the samples it was fitted to, with what bounds and ridge add; before it was refined on all of them.
-    pub fitted: f64,
-    /// On those held back, before it was refined on these as well.
-    pub held: f64,
 }
 
 impl Problem {
@@ -109,7 +97,8 @@ impl Fit {
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
         let largest = samples.largest();
-        Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept: Vec::new(), largest }
+        let (kept, is_under) = (Vec::new(), false);
+        Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept, largest, is_under }
     }
 
     /// One generation.
@@ -136,41 +125,6 @@ impl Fit {
     #[must_use]
     pub fn best(&self) -> Option<&Lobes> {
         self.kept.first().map(|kept| &kept.damped.lobes)
-    }
-
-    /// The best and the shorter ones that come of leaving out, one after the other, what it needs least, for as
-    /// long as `go_on` says so; nothing where there has been no generation.
-    #[must_use]
-    pub fn shorten(&self, go_on: &dyn Fn() -> bool) -> Vec<Fitted> {
-        let Some(best) = self.kept.first() else { return Vec::new() };
-        let Problem { all, held, .. } = &self.shapes[best.problem];
-        let fitted = |fit: Damped| Fitted {
-            fitted: fit.error.sqrt(),
-            held: e_log(&fit.lobes, held),
-            lobes: fit.lobes,
-        };
-        prune(best.damped.clone(), best.held, all, go_on).into_iter().map(fitted).collect()
-    }
-
-    /// The same refined on all samples, those held back as well; without those that even then stand out where samples are few,
-    /// unless all do.
-    #[must_use]
-    pub fn refine(&self, fits: &[Fitted]) -> Vec<Fitted> {
-        let Some(best) = self.kept.first() else { return Vec::new() };
-        let Problem { shape, whole, pool, .. } = &self.shapes[best.problem];
-        let ceiling = Pool::ceiling(shape, self.largest, self.seed);
-        let refined = |fitted: &Fitted| {
-            let mut fit = Damped::new(fitted.lobes.clone(), whole);
-            fit.refine(whole, LAST_STEPS);
-            let fit = ceiling.hold(pool.hold(fit, whole), whole);
-            let is_below = ceiling.is_below(&fit.lobes);
-            (Fitted { lobes: fit.lobes, ..*fitted }, is_below)
-        };
-        let mut found: Vec<(Fitted, bool)> = fits.par_iter().map(refined).collect();
-        if found.iter().any(|(_, is_below)| *is_below) {
-            found.retain(|(_, is_below)| *is_below);
-        }
-        found.into_iter().map(|(fitted, _)| fitted).collect()
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -200,7 +154,8 @@ impl Fit {
         Stream::new(BirthKey { seed: self.seed, slot, attempt: self.generation }, Operator::Lobes)
     }
 
-    /// From now on weights cost something. What has been found is weighed anew.
+    /// From now on weights cost something, and what is reflected beyond all light where there was some. What has been found is
+    /// weighed anew.
     fn weigh(&mut self) {
         let Some(best) = self.kept.first() else { return };
         self.set_cost(RIDGE * best.damped.error);
@@ -208,9 +163,22 @@ impl Fit {
             let Problem { all, pool, .. } = &self.shapes[kept.problem];
             kept.damped = kept.damped.clone().on(all);
             kept.damped.refine(all, STEPS[2]);
+            self.is_under |= pool.albedos().are_over(&kept.damped.lobes);
             kept.damped = pool.hold(kept.damped.clone(), all);
             kept.held = error(&kept.damped.lobes, &self.shapes[kept.problem].held);
             self.evaluations += take(&mut kept.damped.tries);
+        }
+        if self.is_under {
+            self.set_under();
+        }
+    }
+
+    pub(super) fn set_under(&mut self) {
+        self.is_under = true;
+        for problem in &mut self.shapes {
+            for batch in [&mut problem.all, &mut problem.whole] {
+                batch.albedos = Some(problem.pool.albedos().clone());
+            }
         }
     }
 

@@ -25,9 +25,8 @@ fn fit(generations: u32, seed: u64) -> Fit {
 
 /// The one that does best on what was held back, refined.
 fn best(fit: &Fit) -> Lobes {
-    let front = fit.shorten(&|| true);
-    let best = front.iter().min_by(|a, b| a.held.total_cmp(&b.held)).unwrap();
-    fit.refine(std::slice::from_ref(best)).remove(0).lobes
+    let best = fit.front().min_by(|a, b| a.held.total_cmp(&b.held));
+    fit.refine(best.into_iter(), &mut || true).remove(0).lobes
 }
 
 fn e_log(lobes: &Lobes, samples: &Samples) -> f64 {
@@ -48,7 +47,7 @@ fn model_is_matched_where_it_was_not_looked_at() {
 #[test]
 fn front_gets_shorter_and_is_no_better_for_it() {
     let fit = fit(3, 2);
-    let front = fit.refine(&fit.shorten(&|| true));
+    let front = fit.refine(fit.front(), &mut || true);
     assert!(front.len() > 5, "{}", front.len());
     let lengths: Vec<usize> = front.iter().map(|fitted| fitted.lobes.free()).collect();
     assert!(lengths.windows(2).all(|pair| pair[1] < pair[0]), "{lengths:?}");
@@ -64,7 +63,10 @@ fn generations_do_not_depend_on_the_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let fit = fit(4, 3);
-            (fit.best().unwrap().clone(), fit.refine(&fit.shorten(&|| true)).pop().unwrap().lobes)
+            (
+                fit.best().unwrap().clone(),
+                fit.refine(fit.front(), &mut || true).pop().unwrap().lobes,
+            )
         })
     };
     let (one, three) = (on(1), on(3));
@@ -75,7 +77,8 @@ fn generations_do_not_depend_on_the_threads() {
 #[test]
 fn nothing_is_found_before_the_first_generation() {
     let fit = fit(0, 1);
-    assert!(fit.best().is_none() && fit.shorten(&|| true).is_empty() && fit.refine(&[]).is_empty());
+    assert!(fit.best().is_none() && fit.front().next().is_none());
+    assert!(fit.refine(fit.front(), &mut || true).is_empty());
 }
 
 #[test]
@@ -93,7 +96,7 @@ fn nothing_stands_out_far_where_samples_are_few() {
     let pairs = || narrow_pairs(1 << 16, 99);
     let most = 2.0 * Samples::of(&*metal(), pairs()).largest();
     let fit = fit(3, 2);
-    for fitted in fit.refine(&fit.shorten(&|| true)) {
+    for fitted in fit.refine(fit.front(), &mut || true) {
         let program = Program::lower(&fitted.lobes.genome().unwrap().with_limit(false));
         let largest = Samples::of_program(&program, pairs()).unwrap().largest();
         assert!(largest <= most, "{largest} of {most}");

@@ -13,7 +13,7 @@ pub(super) struct Numbers {
     pub(super) shape: Shape,
     values: Vec<f32>,
     /// [term][channel]: C.
-    factors: Vec<[f32; 3]>,
+    pub(super) factors: Vec<[f32; 3]>,
 }
 
 impl Numbers {
@@ -76,20 +76,20 @@ pub(super) fn triangle(count: usize) -> usize {
 /// Room for one block, used for one after the other.
 pub(super) struct Room {
     /// (u, x, 1).
-    features: Vec<Row>,
+    pub(super) features: Vec<Row>,
     /// Of each unit: du by its argument.
     slopes: Vec<Row>,
-    terms: Vec<Row>,
+    pub(super) terms: Vec<Row>,
     /// [channel]: of the two differences the one residual that has both their slopes and gradients.
-    residuals: [Row; 3],
+    pub(super) residuals: [Row; 3],
     /// [channel]: the residual by S.
-    by_result: [Row; 3],
+    pub(super) by_result: [Row; 3],
     /// The squared differences, summed over channels.
     squares: Row,
     /// Those of ln(1 + f cos_i) alone.
     logarithmic: Row,
     /// [channel][slot]: the residual by the slot's argument.
-    by_slot: Vec<Row>,
+    pub(super) by_slot: Vec<Row>,
     left: Vec<Row>,
     pairs: Turned,
     turned: Turned,
@@ -156,7 +156,7 @@ impl Work for Sweep<'_> {
 impl Sweep<'_> {
     /// Units, then terms.
     #[inline(always)]
-    fn forwards(&mut self) {
+    pub(super) fn forwards(&mut self) {
         let functions = std::hint::black_box(Functions::KNOWN);
         let Numbers { shape, values, .. } = self.numbers;
         let Room { features, slopes, terms, .. } = &mut *self.room;
@@ -221,7 +221,7 @@ impl Sweep<'_> {
 
     /// The residuals by the arguments of terms and units.
     #[inline(always)]
-    fn slots(&mut self) {
+    pub(super) fn slots(&mut self) {
         let Numbers { shape, values, factors } = self.numbers;
         let Room { slopes, terms, by_result, by_slot, .. } = &mut *self.room;
         for (by_slot, (channel, by_result)) in
@@ -299,7 +299,7 @@ fn combine(out: &mut Row, weights: &[f32], rows: &[Row]) {
 }
 
 #[inline(always)]
-fn product(a: &Row, b: &Row) -> Row {
+pub(super) fn product(a: &Row, b: &Row) -> Row {
     let mut out = Row::ZERO;
     for lane in 0..LANES {
         out.0[lane] = a.0[lane] * b.0[lane];

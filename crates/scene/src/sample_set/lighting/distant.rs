@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::mixture::Mixture;
+use super::mixture::{Mixture, by_cosine};
 use super::placing::Placing;
 use super::{Arrival, Receiver};
 use crate::angle::rotation_y_deg;
@@ -92,7 +92,8 @@ impl AmbientSource {
     }
 
     /// Directions as materials may reflect. Their weights are scaled so that together they give what a place without
-    /// obstacles has, pi: matt materials have no noise from two samples on. A single one may be below the horizon.
+    /// obstacles has, pi: matt materials have no noise. Where all are below the horizon, as a single one may be, one stands
+    /// for them that is drawn by the cosine.
     pub fn arrivals(
         &self,
         receiver: &Receiver<'_>,
@@ -100,11 +101,14 @@ impl AmbientSource {
         mut put: impl FnMut(u32, Arrival),
     ) {
         let mixture = Mixture::new(receiver.shaded.wo);
-        let drawn: Vec<(u32, DVec3, f64)> = (0..samples)
+        let mut drawn: Vec<(u32, DVec3, f64)> = (0..samples)
             .map(|sample| (sample, mixture.draw(places.at(sample))))
             .filter(|(_, local)| local.z > 0.0)
             .map(|(sample, local)| (sample, local, 1.0 / mixture.density(local)))
             .collect();
+        if drawn.is_empty() {
+            drawn.push((0, by_cosine(places.at(0)), 1.0));
+        }
         let all: f64 = drawn.iter().map(|(_, local, weight)| local.z * weight).sum();
         for (sample, local, weight) in drawn {
             let towards = receiver.shaded.global(local).normalize();

@@ -33,9 +33,7 @@ impl Mixture {
     /// Both coordinates within (0, 1). Places next to each other make directions next to each other but for three edges.
     pub fn draw(&self, [across, around]: [f64; 2]) -> DVec3 {
         if across < BY_COSINE {
-            let across = across / BY_COSINE;
-            return aside(DVec3::X, DVec3::Y, around) * across.sqrt()
-                + DVec3::Z * (1.0 - across).sqrt();
+            return by_cosine([across / BY_COSINE, around]);
         }
         let lobes = (across - BY_COSINE) / (1.0 - BY_COSINE) * ALPHAS.len() as f64;
         let lobe = (lobes as usize).min(ALPHAS.len() - 1);
@@ -52,6 +50,11 @@ impl Mixture {
         let mirrors: f64 = ALPHAS.iter().map(|alpha| mirror_density(self.wo, half, *alpha)).sum();
         BY_COSINE * by_cosine + (1.0 - BY_COSINE) / ALPHAS.len() as f64 * mirrors
     }
+}
+
+/// The direction of a place in the unit square, drawn by the cosine: never below the horizon.
+pub(super) fn by_cosine([across, around]: [f64; 2]) -> DVec3 {
+    aside(DVec3::X, DVec3::Y, around) * across.sqrt() + DVec3::Z * (1.0 - across).sqrt()
 }
 
 /// The mirror direction about a normal that the eye sees, drawn as a GGX surface has them.

@@ -217,6 +217,21 @@ fn flux_of_an_area_is_what_passes_through_everything_around_it() {
 }
 
 #[test]
+fn one_sample_of_ambient_light_gives_pi_wherever_it_is_drawn() {
+    let mut aslant = up();
+    aslant.wo = DVec3::new(0.6, -0.79, 0.125).normalize();
+    let lamps = lamps(r#"{"lights": [{"kind": "ambient", "samples": 1}]}"#);
+    for seed in 0..500 {
+        let receiver = Receiver { place: DVec3::ZERO, shaded: &aslant, seed };
+        let mut sum = 0.0;
+        lamps[0].arrivals(&receiver, |_, arrival| {
+            sum += arrival.irradiance[0] * arrival.towards.z.max(0.0);
+        });
+        assert!((sum - PI).abs() < 1e-12, "{seed}: {sum}");
+    }
+}
+
+#[test]
 fn ambient_light_gives_pi_and_an_even_environment_nearly_so() {
     let found = irradiance(r#"{"kind": "ambient", "samples": 64}"#, DVec3::ZERO);
     assert!((found - PI).abs() < 1e-12, "{found}");

@@ -1,0 +1,103 @@
+//! Albedos against other quadratures, their slopes against differences, and fits of what reflects more than there is.
+
+use brood_brdf::{Brdf, Claims, Model, ModelKind};
+use brood_eval::{channel_albedos, energy_limit};
+use brood_genome::{BirthKey, Operator, Stream};
+use brood_program::Program;
+use glam::DVec3;
+
+use super::super::Fit;
+use super::super::seed::start;
+use super::*;
+use crate::draw_pairs;
+
+fn lobes(shape: &Shape, seed: u64) -> Lobes {
+    let brdf = Model::new(ModelKind::Conductor).brdf();
+    let points = points(&Samples::of(&*brdf, draw_pairs(700, seed)), shape);
+    start(shape, &points, &mut Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Lobes))
+}
+
+fn program(lobes: &Lobes) -> Program {
+    Program::lower(&lobes.genome().unwrap().with_limit(false))
+}
+
+#[test]
+fn albedos_are_those_of_the_program() {
+    for is_mirrored in [true, false] {
+        let shape = Shape::new(3, 4, is_mirrored);
+        let albedos = Albedos::new(&shape);
+        for seed in 0..4 {
+            let lobes = lobes(&shape, seed);
+            let program = program(&lobes);
+            for (angle, found) in ANGLES.into_iter().zip(albedos.values(&lobes)) {
+                let wanted = channel_albedos(&program, angle, 256);
+                for (found, wanted) in found.into_iter().zip(wanted) {
+                    let off = (found - wanted).abs() / wanted;
+                    assert!(off < 0.03, "{is_mirrored} {seed} {angle}: {found} {wanted}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn slopes_are_those_of_the_cost() {
+    let shape = Shape::new(2, 3, false);
+    let albedos = Albedos::new(&shape);
+    let mut lobes = lobes(&shape, 1);
+    let most = albedos.values(&lobes).as_flattened().iter().fold(0.0f64, |a, b| a.max(*b));
+    for channel in 0..3 {
+        for term in 0..shape.terms {
+            lobes.numbers[shape.colour(term, channel)] += 0.5 * libm::log2(3.0 / most);
+        }
+    }
+    lobes.free[3] = false;
+    let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+    let count = free.len();
+    let mut normal = Normal { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+    let cost = albedos.add(&lobes, &mut normal, 7.0);
+    assert!(cost > 0.1 && (cost - albedos.cost(&lobes)).abs() < 1e-9 * cost, "{cost}");
+    let largest = normal.gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
+    for (row, number) in free.into_iter().enumerate() {
+        let moved = |by: f64| {
+            let mut lobes = lobes.clone();
+            lobes.numbers[number] += by;
+            albedos.cost(&lobes)
+        };
+        let slope = 7.0 * (moved(1e-3) - moved(-1e-3)) / 4e-3;
+        let off = (slope - normal.gradient[row]).abs();
+        assert!(off < 4e-3 * largest, "{number}: {slope} {}", normal.gradient[row]);
+    }
+    for row in 0..count {
+        for column in 0..row {
+            let (a, b) = (normal.matrix[row * count + column], normal.matrix[column * count + row]);
+            assert!((a - b).abs() <= 1e-9 * a.abs(), "{row} {column}");
+        }
+    }
+}
+
+/// Reflects more and more towards the horizon, at last eleven times what comes.
+struct Shining;
+
+impl Brdf for Shining {
+    fn f(&self, pair: &DirectionPair) -> DVec3 {
+        let (cos_i, cos_o) = (pair.cos_i(), pair.cos_o());
+        DVec3::new(0.9, 0.5, 0.1) * (1.0 + 0.05 / (cos_i * cos_o)) * std::f64::consts::FRAC_1_PI
+    }
+
+    fn claims(&self) -> Claims {
+        Claims { reciprocal: true, conserving: false }
+    }
+}
+
+#[test]
+fn what_shines_is_fitted_below_what_light_there_is() {
+    let samples = Samples::of(&Shining, draw_pairs(1000, 1));
+    let mut fit = Fit::new(&samples, vec![Shape::new(2, 3, true)], 1);
+    fit.step();
+    fit.step();
+    for fitted in fit.refine(fit.front(), &mut || true).iter().take(5) {
+        let limit = energy_limit(&program(&fitted.lobes));
+        assert!(limit.albedo < 1.01 && limit.albedo > 0.9, "{limit:?}");
+    }
+}
