@@ -120,7 +120,7 @@
  *   One picture of a target of pictures.
  *
  * @typedef {{id: string, kind: TargetKind, name: string, samples: number, fitted_samples: number, held_out_samples: number,
- *   skipped_samples: number, largest_f: number, reciprocal_floor: number|null, hash: string, bytes: number, created_ms: number,
+ *   skipped_samples: number, largest_f: number, reciprocal_floor: number|null, largest_albedo: {albedo: number, theta_deg: number}|null, hash: string, bytes: number, created_ms: number,
  *   views?: TargetView[]}} Target
  *
  * @typedef {{rmse: number|null, flip: number|null, gain: number|null, held_out: boolean}} FoundView

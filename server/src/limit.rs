@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::problem::ApiError;
+
 /// Most bytes of a JSON body or of a genome's text; a genome of 1024 instructions stays below.
 pub const JSON_BYTES: usize = 256 << 10;
 /// Deepest nesting of a JSON body.
@@ -100,6 +102,12 @@ pub const LEASE: Duration = Duration::from_secs(20);
 pub const LEASE_WAIT: Duration = Duration::from_secs(20);
 /// At shutdown, requests under way have this long.
 pub const DRAIN: Duration = Duration::from_secs(10);
+
+/// What comes of the work, or a word that it has not been done in [`WAIT`].
+pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Result<T, ApiError> {
+    let done = tokio::time::timeout(WAIT, work).await;
+    done.map_err(|_| ApiError::not_yet("ask again in a moment"))?
+}
 
 /// The limits by name, in the unit that the name ends in.
 pub fn report() -> BTreeMap<String, u64> {

@@ -263,8 +263,7 @@ impl Shelf {
             own.shelf.pictures.insert(key, drawn.clone());
             Ok(drawn)
         });
-        let drawn = tokio::time::timeout(limit::WAIT, work).await;
-        drawn.map_err(|_| ApiError::not_yet("ask again in a moment"))??
+        limit::in_time(work).await?
     }
 }
 

@@ -95,6 +95,26 @@ async fn search_waits_while_it_is_paused_and_ends_when_it_is_cancelled() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn more_searches_than_there_is_room_for_take_turns() {
+    let server = TestServer::start();
+    // A worker has four at once; after 20 s one makes room for the fifth.
+    let mut all = Vec::new();
+    for _ in 0..5 {
+        all.push(begin(&server, json!({"seconds": 3600})).await);
+    }
+    for id in &all {
+        server.job_once(id, |job| job["generation"].as_u64() > Some(0)).await;
+    }
+    let jobs = server.get("/v1/jobs").await.expect(200).json();
+    let states = jobs["items"].as_array().unwrap().iter().map(|job| text_of(&job["state"]));
+    let waiting: Vec<String> = states.filter(|state| state != "running").collect();
+    assert_eq!(waiting, ["queued"], "{jobs}");
+    for id in &all {
+        change(&server, id, "cancel").await.expect(200);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn same_search_is_begun_once_and_comes_to_the_same_in_parts() {
     let server = TestServer::start();
     let target = server.glossy_target().await;

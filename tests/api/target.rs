@@ -43,6 +43,29 @@ async fn target_is_told_listed_and_deleted() {
     server.delete(&place).await.problem(404);
 }
 
+/// A MERL table of a material that reflects that share of all light everywhere.
+fn even_merl(albedo: f64) -> Vec<u8> {
+    let mut bytes = [90i32, 90, 180].map(i32::to_le_bytes).concat();
+    for scale in [1.0, 1.15, 1.66] {
+        let value = albedo / std::f64::consts::PI * 1500.0 / scale;
+        bytes.extend(std::iter::repeat_n(value.to_le_bytes(), 90 * 90 * 180).flatten());
+    }
+    bytes
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn target_says_how_much_light_it_sends_back() {
+    let server = TestServer::start();
+    for albedo in [0.5, 1.5] {
+        let answer = server.post_target(&json!({"kind": "merl"}), even_merl(albedo)).await;
+        let most = answer.expect(201).json()["largest_albedo"].clone();
+        assert!((most["albedo"].as_f64().unwrap() - albedo).abs() < 0.01 * albedo, "{most}");
+        assert!(most["theta_deg"].as_f64().is_some(), "{most}");
+    }
+    let told = server.post_target(&json!({"kind": "samples"}), glossy_csv(200, 1)).await;
+    assert_eq!(told.expect(201).json()["largest_albedo"], Value::Null, "it is not known everywhere");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn upload_is_answered_once_when_it_is_sent_again() {
     let server = TestServer::start();

@@ -1,6 +1,7 @@
-//! kill -9 of server and worker in the middle of a search: it ends with the same population as one that nobody disturbed.
+//! kill -9 of server and worker in the middle of a search: it ends with the same population as one that nobody disturbed,
+//! unless every worker dies over it.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use brood_tests::{TestServer, text_of};
 use serde_json::{Value, json};
@@ -71,4 +72,35 @@ async fn search_that_is_killed_five_times_ends_as_one_that_was_not() {
         "kill -9 of a search: {} times, after generations {killed:?}; the same population after {GENERATIONS}",
         killed.len()
     );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn search_that_every_worker_dies_over_fails_and_the_next_one_does_not() {
+    let server = TestServer::start();
+    let target = server.glossy_target().await;
+    let id = begin(&server, &target).await;
+    let (mut killed, deadline) = (0, Instant::now() + Duration::from_secs(80));
+    let lost = loop {
+        let job = server.job_once(&id, |_| true).await;
+        if has_ended(&job) {
+            break job;
+        }
+        // A generation that was told is a sign of life: deaths are counted from there again.
+        if job["state"] == "running" {
+            for worker in workers_of(server.process(), true) {
+                let kill = ["-9", &worker.to_string()];
+                killed += u32::from(
+                    std::process::Command::new("kill").args(kill).status().unwrap().success(),
+                );
+            }
+        }
+        assert!(Instant::now() < deadline, "{killed} killed: {job}");
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    };
+    assert_eq!((&lost["state"], &lost["reason"]), (&json!("failed"), &json!("worker_lost")));
+    assert!(killed >= 3, "{killed}");
+    let next = begin(&server, &target).await;
+    let next = server.job_once(&next, has_ended).await;
+    assert_eq!(next["state"], "succeeded", "{next}");
+    println!("kill -9 of {killed} workers over one search: it failed, the next one did not");
 }

@@ -123,7 +123,10 @@ export function Understood({ of }) {
         <${Fact} name="largest f" value=${`${amount(of.largest_f)} per sr`} />
         ${views.length === 0 && html`<${Fact} name="reciprocal floor" value=${of.reciprocal_floor === null ? "not known" : amount(of.reciprocal_floor)}
           title="The measurement differs that much from itself where light and eye change places; nothing reciprocal comes closer" />`}
+        ${of.largest_albedo && html`<${Fact} name="reflects at most" value=${`${amount(of.largest_albedo.albedo)} at ${of.largest_albedo.theta_deg}°`}
+          title="Of the light from one direction" />`}
       </dl>
+      ${of.largest_albedo && of.largest_albedo.albedo > 1.02 && html`<p class="small" data-testid="too-much">That is more light than there is. What is found reflects no more than what comes, and is off there.</p>`}
       <p class="small">${views.length > 0 ? "Pictures show few pairs of directions: look at what is found under another light too." : floorInWords(of)}</p>
     </div>
   `;

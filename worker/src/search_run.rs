@@ -15,6 +15,7 @@ use brood_protocol::{
 use brood_search::{
     Candidate, Found, KnownView, Options, Pace, Progress, Search, Strategy, TargetFile,
 };
+use rayon::prelude::*;
 
 use crate::beside::Beside;
 
@@ -106,7 +107,7 @@ impl Run {
             if progress.held < NOTABLY * self.recorded {
                 self.recorded = progress.held;
                 best = match self.search.best() {
-                    Some(candidate) => Some(self.measured(&candidate)?),
+                    Some(candidate) => Some(measured(&self.target, &candidate)?),
                     None => None,
                 };
                 break;
@@ -136,8 +137,9 @@ impl Run {
         let best = outcome.front.get(outcome.best);
         let others = outcome.front.iter().enumerate();
         let others = others.filter(|(index, _)| *index != outcome.best).map(|(_, one)| one);
-        let front: Result<Vec<_>, _> =
-            best.into_iter().chain(others).map(|one| self.measured(one)).collect();
+        let front: Vec<&Candidate> = best.into_iter().chain(others).collect();
+        let target = &*self.target;
+        let front: Result<Vec<_>, _> = front.par_iter().map(|one| measured(target, one)).collect();
         let seconds = self.seconds + begun.elapsed().as_secs_f64();
         Ok(SearchNews::Finished { front: front?, seconds })
     }
@@ -153,25 +155,24 @@ impl Run {
         };
         is_used_up || self.target_error.is_some_and(|error| progress.held <= error)
     }
+}
 
-    fn measured(&self, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
-        let target = &self.target.target;
-        let found = Found::of(candidate, target).map_err(|error| error.to_string())?;
-        let views = self.target.pictures.as_ref();
-        let views = views.map(|pictures| apart(&pictures.views, &found.genome));
-        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        Ok(MeasuredMaterial {
-            genome: found.genome.canonical_bytes(),
-            operations: count(found.operations),
-            numbers: count(found.numbers),
-            e_log: found.e_log,
-            e_log_fitted: found.fitted,
-            e_cbrt: found.e_cbrt,
-            relative_l2: found.relative_l2,
-            divisor: found.divisor,
-            views,
-        })
-    }
+fn measured(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
+    let found = Found::of(candidate, &file.target).map_err(|error| error.to_string())?;
+    let views = file.pictures.as_ref();
+    let views = views.map(|pictures| apart(&pictures.views, &found.genome));
+    let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    Ok(MeasuredMaterial {
+        genome: found.genome.canonical_bytes(),
+        operations: count(found.operations),
+        numbers: count(found.numbers),
+        e_log: found.e_log,
+        e_log_fitted: found.fitted,
+        e_cbrt: found.e_cbrt,
+        relative_l2: found.relative_l2,
+        divisor: found.divisor,
+        views,
+    })
 }
 
 /// How far a material is from each picture, as it is seen under the energy limit.

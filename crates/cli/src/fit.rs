@@ -101,7 +101,8 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let begun = Instant::now();
     let (outcome, progress) = pool.install(|| search(args, &target, seconds))?;
     let seconds = begun.elapsed().as_secs_f64();
-    let front = front(&outcome, &target)?;
+    let front =
+        pool.install(|| Found::all(&outcome.front, &target)).context("evaluate what was found")?;
     let best = &front[outcome.best];
     write_front(&args.output, &front)?;
     output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;
@@ -173,11 +174,6 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
     spinner.finish_and_clear();
     log.map_or(Ok(()), Log::finish)?;
     found.context("the search found nothing")
-}
-
-fn front(outcome: &Outcome, target: &MeasuredTarget) -> Result<Vec<Found>> {
-    let found = |candidate| Found::of(candidate, target).context("evaluate what was found");
-    outcome.front.iter().map(found).collect()
 }
 
 /// The front as CSV and its genomes, from the longest to the shortest.

@@ -51,5 +51,7 @@ pub use search_lease::{
 };
 pub use seed::Seed;
 pub use system::{BackendReport, SystemAnswer};
-pub use target::{Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec};
+pub use target::{
+    LargestAlbedo, Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec,
+};
 pub use work::Work;

@@ -89,6 +89,10 @@ pub struct Target {
     pub largest_f: f64,
     /// E_log below which no reciprocal material comes; null where only one of a pair and its exchange was measured.
     pub reciprocal_floor: Option<f64>,
+    /// The largest share of the light from one direction that is sent back, where it is known everywhere: above 1 that is more than
+    /// what is found may reflect.
+    #[serde(default)]
+    pub largest_albedo: Option<LargestAlbedo>,
     /// Hash of the file; of pictures, of all that was stored of them.
     pub hash: String,
     /// Bytes of the same.
@@ -98,6 +102,15 @@ pub struct Target {
     /// The pictures, in the order of the upload; none of what was measured at directions.
     #[serde(default)]
     pub views: Vec<TargetView>,
+}
+
+/// Where most is reflected.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct LargestAlbedo {
+    /// Of the channel that reflects most.
+    pub albedo: f64,
+    /// Of the light, from the normal.
+    pub theta_deg: f64,
 }
 
 /// A picture of a target, as it was understood.

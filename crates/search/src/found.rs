@@ -3,6 +3,7 @@
 use brood_eval::{EvalError, energy_limit};
 use brood_genome::Genome;
 use brood_program::Program;
+use rayon::prelude::*;
 
 use crate::method::Candidate;
 use crate::{MeasuredTarget, Samples, metric};
@@ -29,6 +30,11 @@ pub struct Found {
 }
 
 impl Found {
+    /// Measures candidates at once.
+    pub fn all(candidates: &[Candidate], target: &MeasuredTarget) -> Result<Vec<Self>, EvalError> {
+        candidates.par_iter().map(|candidate| Self::of(candidate, target)).collect()
+    }
+
     /// Measures a candidate.
     pub fn of(candidate: &Candidate, target: &MeasuredTarget) -> Result<Self, EvalError> {
         let Candidate { genome, numbers, .. } = candidate;

@@ -27,7 +27,7 @@ pub use probe::Probe;
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
     BundleError, BundledView, ImageError, ImageTargetError, ImageView, KnownView, MeasuredFile,
-    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelFate, Samples,
-    Setting, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View, ViewError,
-    draw_pairs, narrow_pairs, pooled,
+    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelFate, Reflected,
+    Samples, Setting, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View,
+    ViewError, draw_pairs, narrow_pairs, pooled,
 };

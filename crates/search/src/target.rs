@@ -6,6 +6,7 @@ mod file;
 mod image;
 mod known;
 mod measured;
+mod reflected;
 mod samples;
 
 pub use bundle::{BundleError, BundledView, PictureBundle};
@@ -15,4 +16,5 @@ pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKin
 pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelFate, View, pooled};
 pub use known::{KnownView, Pictures, PicturesError, Setting, ViewError};
 pub use measured::{MeasuredTarget, TargetError};
+pub use reflected::Reflected;
 pub use samples::Samples;

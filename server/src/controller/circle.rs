@@ -178,11 +178,7 @@ pub async fn sheet(
         let encode = move || encode_apng(size.0, size.1, &frames, circle.delay_ms);
         app.on_processor(encode).await
     };
-    let make = async {
-        let bytes = tokio::time::timeout(limit::WAIT, compose).await;
-        bytes.map_err(|_| ApiError::not_yet("ask again in a moment"))?
-    };
-    head.made(&headers, make).await
+    head.made(&headers, limit::in_time(compose)).await
 }
 
 fn composed(
@@ -272,8 +268,7 @@ async fn pictures(
 ) -> Result<Vec<Vec<u8>>, ApiError> {
     let pictures = rows.into_iter().map(|row| async move { app.picture(&row).await });
     let pictures = stream::iter(pictures).buffered(AT_ONCE).try_collect::<Vec<_>>();
-    let pictures = tokio::time::timeout(limit::WAIT, pictures).await;
-    let pictures = pictures.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+    let pictures = limit::in_time(pictures).await?;
     let decode = move || pictures.iter().map(|png| pixels(png, size_px)).collect();
     app.on_processor(decode).await?
 }

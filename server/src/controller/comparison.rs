@@ -116,9 +116,7 @@ pub async fn get(
     let etag = wanted.etag();
     let head = FileHead { etag, content_type: "application/json", cache: CACHE };
     let make = async {
-        let compared = compare(&app, wanted);
-        let compared = tokio::time::timeout(limit::WAIT, compared).await;
-        let compared = compared.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        let compared = limit::in_time(compare(&app, wanted)).await?;
         Ok(serde_json::to_vec(&compared).expect("a comparison is plain data"))
     };
     head.made(&headers, make).await
@@ -140,9 +138,7 @@ pub async fn difference(
     let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let make = async {
         let exposed = exposed(&app, &wanted).await?;
-        let pictures = linear(&app, &wanted, exposed);
-        let pictures = tokio::time::timeout(limit::WAIT, pictures).await;
-        let mut pictures = pictures.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        let mut pictures = limit::in_time(linear(&app, &wanted, exposed)).await?;
         let (second, first) = (pictures.pop(), pictures.pop());
         let draw = move || {
             let apart = first.zip(second).map(|(first, second)| first.absolute_difference(&second));

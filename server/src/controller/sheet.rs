@@ -118,8 +118,7 @@ async fn compose(
     let has_centre = centre.is_some();
     let make = async {
         let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
-        let small = tokio::time::timeout(limit::WAIT, small).await;
-        let small = small.map_err(|_| ApiError::not_yet("ask again in a moment"))??;
+        let small = limit::in_time(small).await?;
         app.on_processor(move || draw(small, has_centre, cell_px, gap_px)).await
     };
     head.made(headers, make).await

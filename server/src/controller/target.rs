@@ -6,7 +6,7 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_protocol::{Page, Target, TargetId, TargetSpec, TargetUpload};
+use brood_protocol::{LargestAlbedo, Page, Target, TargetId, TargetSpec, TargetUpload};
 use brood_search::{TargetFile, TargetFileError, TargetKind};
 use brood_storage::NewTarget;
 use bytes::Bytes;
@@ -192,6 +192,9 @@ fn describe(spec: &TargetSpec, taken: &Taken) -> Target {
         skipped_samples: *skipped as u64,
         largest_f: target.fitted.largest(),
         reciprocal_floor: target.floor,
+        largest_albedo: target
+            .reflected
+            .map(|most| LargestAlbedo { albedo: most.albedo, theta_deg: most.theta_deg }),
         hash: taken.hash.to_hex().to_string(),
         bytes: taken.bytes.len() as u64,
         created_ms: now_ms(),

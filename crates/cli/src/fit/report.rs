@@ -4,7 +4,7 @@
 use anyhow::Result;
 use brood_eval::express;
 use brood_inspect::{Inspection, inspect};
-use brood_search::{Found, MeasuredTarget, Samples, narrow_pairs};
+use brood_search::{Found, MeasuredTarget, Reflected, Samples, narrow_pairs};
 use serde_json::{Value, json};
 
 /// Pairs that are looked at for spikes.
@@ -44,6 +44,7 @@ impl<'a> Report<'a> {
                 "held_out_samples": target.held.len(),
                 "largest_f": self.largest(),
                 "reciprocal_floor": target.floor,
+                "largest_albedo": target.reflected.map(|most| json!({"albedo": most.albedo, "theta_deg": most.theta_deg})),
             },
             "search": run,
             "e_log": found.e_log,
@@ -66,13 +67,18 @@ impl<'a> Report<'a> {
         let floor = target.floor.map_or_else(String::new, |floor| {
             format!(" (no reciprocal material comes closer than {floor:.5})")
         });
+        let too_much = target.reflected.filter(|most| most.is_too_much());
+        let too_much = too_much.map_or_else(String::new, |most| {
+            let Reflected { albedo, theta_deg } = most;
+            format!("it sends back {albedo:.2} times the light from {theta_deg} degrees; what is found, no more than there is\n")
+        });
         let reciprocal = match physics.not_reciprocal {
             0 => format!("the same in every bit for all {} swapped pairs", physics.swapped_pairs),
             count => format!("NOT reciprocal for {count} of {} pairs", physics.swapped_pairs),
         };
         format!(
             "{}: {} samples fitted, {} held out{floor}\n\
-             E_log {:.5} on what was held out, {:.5} on what was fitted; E_cbrt {:.5}, relative L2 {:.4}\n\
+             {too_much}E_log {:.5} on what was held out, {:.5} on what was fitted; E_cbrt {:.5}, relative L2 {:.4}\n\
              {} operations a sample, {} fitted numbers; f from {} to {:.4} (the samples' largest: {:.4}), {} values not finite\n\
              reciprocity: {reciprocal}; the energy limit divides by {:.6}\n",
             self.kind,

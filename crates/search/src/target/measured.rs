@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use brood_brdf::{Brdf, DirectionPair};
 use glam::DVec3;
 
-use super::{Samples, draw_pairs, from_half};
+use super::{Reflected, Samples, draw_pairs, from_half};
 use crate::metric::e_log;
 
 /// Drawn to fit, and to hold out.
@@ -39,6 +39,8 @@ pub struct MeasuredTarget {
     /// E_log of the mean over the exchange of light and eye against what was measured, on what is held out: closer no reciprocal
     /// material comes. None where only one of a pair and its exchange was measured.
     pub floor: Option<f64>,
+    /// The most that is reflected of the light from one direction, of a material that is known everywhere.
+    pub reflected: Option<Reflected>,
 }
 
 /// Why something is no target.
@@ -63,7 +65,8 @@ impl MeasuredTarget {
         let raw = held.pairs().iter().map(|pair| brdf.f(pair).to_array().map(|f| f.max(0.0)));
         let raw = Samples::new(held.pairs().to_vec(), raw.collect());
         let floor = Some(e_log(&raw.weighted(), &held.weighted()));
-        Self { fitted, held, floor }.checked()
+        let reflected = Some(Reflected::most(brdf));
+        Self { fitted, held, floor, reflected }.checked()
     }
 
     /// Of a material that is known by its image slice alone: at the middle of each of 90 x 90 degrees of theta_h and theta_d, phi_d
@@ -115,7 +118,7 @@ impl MeasuredTarget {
         let step = samples.least().len().div_ceil(LEAST).max(1);
         let least = samples.least().iter().step_by(step).copied().collect();
         let fitted = part(false).with_least(least);
-        Self { fitted, held: part(true), floor: None }.checked()
+        Self { fitted, held: part(true), floor: None, reflected: None }.checked()
     }
 
     fn checked(self) -> Result<Self, TargetError> {

@@ -21,6 +21,7 @@ fn target() -> NewTarget {
         skipped_samples: 0,
         largest_f: 0.5,
         reciprocal_floor: None,
+        largest_albedo: None,
         hash: "00".to_owned(),
         bytes: 3,
         created_ms: 7,

@@ -1,0 +1,72 @@
+//! How much of the light from one direction a measured material sends back: tables say more than there is towards the horizon.
+
+use brood_brdf::{Brdf, DirectionPair};
+use brood_eval::{LobeRule, around};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Samples;
+
+/// Angles from the normal that are looked at: fewer than a degree from the horizon little is measured.
+const DEGREES: [f64; 14] =
+    [0.0, 15.0, 30.0, 45.0, 55.0, 65.0, 72.0, 77.0, 81.0, 84.0, 86.0, 87.5, 88.5, 89.0];
+/// Of the quadrature.
+const ORDER: usize = 24;
+
+/// The most that is reflected of the light from one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reflected {
+    /// Of the channel that reflects most.
+    pub albedo: f64,
+    /// Of the light, from the normal.
+    pub theta_deg: f64,
+}
+
+impl Reflected {
+    /// Of the mean of f over the exchange of light and eye, as it is fitted. Light comes from one azimuth.
+    ///
+    /// # Error
+    /// A percent or two of the albedo where the material is smooth.
+    pub(super) fn most(brdf: &dyn Brdf) -> Self {
+        let rule = LobeRule::new(ORDER);
+        let of = |theta_deg: &f64| {
+            let (sin, cos) = libm::sincos(theta_deg.to_radians());
+            let wi = around(sin, cos, 0.0);
+            let node = |(wo, weight)| DirectionPair::new(wi, wo).ok().map(|pair| (pair, weight));
+            let (pairs, weights): (Vec<_>, Vec<f64>) =
+                rule.nodes(wi).into_iter().filter_map(node).unzip();
+            let samples = Samples::of(brdf, pairs);
+            let each = samples.values().iter().zip(weights);
+            let albedo: DVec3 = each.map(|(f, weight)| DVec3::from(*f) * weight).sum();
+            Self { albedo: albedo.max_element(), theta_deg: *theta_deg }
+        };
+        let all: Vec<Self> = DEGREES.par_iter().map(of).collect();
+        let more = |a: Self, b: Self| if b.albedo > a.albedo { b } else { a };
+        all.into_iter().reduce(more).expect("there are angles")
+    }
+
+    /// Whether that is more than there is.
+    #[must_use]
+    pub fn is_too_much(&self) -> bool {
+        self.albedo > 1.02
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_brdf::{Model, ModelKind};
+
+    use super::*;
+
+    #[test]
+    fn lambert_reflects_its_albedo_and_grey_phong_too_much() {
+        let lambert = Reflected::most(&*Model::new(ModelKind::Lambert).brdf());
+        assert!((lambert.albedo - 0.5).abs() < 2e-3 && !lambert.is_too_much(), "{lambert:?}");
+        let phong = Model::new(ModelKind::Phong)
+            .with("specular", &[1.0; 3])
+            .and_then(|model| model.with("exponent", &[20.0]))
+            .unwrap();
+        let phong = Reflected::most(&*phong.brdf());
+        assert!(phong.is_too_much(), "{phong:?}");
+    }
+}
