@@ -63,7 +63,11 @@ async fn target_says_how_much_light_it_sends_back() {
         assert!(most["theta_deg"].as_f64().is_some(), "{most}");
     }
     let told = server.post_target(&json!({"kind": "samples"}), glossy_csv(200, 1)).await;
-    assert_eq!(told.expect(201).json()["largest_albedo"], Value::Null, "it is not known everywhere");
+    assert_eq!(
+        told.expect(201).json()["largest_albedo"],
+        Value::Null,
+        "it is not known everywhere"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]

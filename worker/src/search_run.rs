@@ -147,8 +147,7 @@ impl Run {
     fn is_over(&self, progress: &Progress) -> bool {
         let is_used_up = match self.budget {
             Budget::Seconds(_) => {
-                let is_short = self.search.is_short();
-                self.pace.is_some_and(|pace| pace.is_over(self.seconds, is_short))
+                self.pace.is_some_and(|pace| pace.is_over(self.seconds, &self.search))
             }
             Budget::Generations(generations) => progress.generation >= generations,
             Budget::Evaluations(evaluations) => progress.evaluations >= evaluations,

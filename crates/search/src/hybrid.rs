@@ -1,5 +1,7 @@
 //! Lobes first, then genetic programs: fits give the least error, programs the short ones, and both are on one front.
 
+use std::sync::OnceLock;
+
 use brood_genome::Genome;
 use brood_program::Program;
 use serde::{Deserialize, Serialize};
@@ -11,6 +13,8 @@ use crate::{Probe, Samples};
 
 /// Generations of lobes.
 const LOBES: u32 = 8;
+/// How many times as long as the ones before the last of these takes, in which lobes are shortened and programs begin.
+const LAST_TAKES: f64 = 5.0;
 /// Of their front, that many are started from.
 const STARTED: usize = 6;
 
@@ -25,8 +29,8 @@ pub(crate) struct Hybrid {
 
 /// What there is once lobes are done.
 struct Later {
-    /// The front of lobes, refined on all samples.
-    found: Outcome,
+    /// The front of lobes, refined on all samples; after a break it is not known before the end.
+    found: OnceLock<Option<Outcome>>,
     gp: Gp,
 }
 
@@ -41,10 +45,8 @@ impl Hybrid {
         Self { lobes, samples: samples.clone(), start: start.to_vec(), seed, gp: None }
     }
 
-    /// Genetic programs after the lobes.
-    fn later(&self) -> Option<Later> {
-        let front: Vec<Fitted> = self.lobes.front().collect();
-        let found = outcome(self.lobes.refine(front.iter().cloned(), &mut || true))?;
+    /// Genetic programs after the lobes, whose front that is.
+    fn later(&self, front: Vec<Fitted>) -> Option<Later> {
         let unrefined = outcome(front)?;
         // Not refined on what the programs are chosen by.
         let genome = |candidate: &Candidate| candidate.genome.clone();
@@ -53,7 +55,12 @@ impl Hybrid {
         start.push(genome(&unrefined.front[unrefined.best]));
         start.extend(unrefined.front.iter().step_by(step).map(genome));
         let gp = Gp::new(&self.samples, &start, self.seed, true);
-        Some(Later { found, gp })
+        Some(Later { found: OnceLock::new(), gp })
+    }
+
+    /// The front of lobes refined.
+    fn found(&self, front: impl Iterator<Item = Fitted>) -> Option<Outcome> {
+        outcome(self.lobes.refine(front, &mut || true))
     }
 }
 
@@ -88,7 +95,9 @@ impl Method for Hybrid {
             None => {
                 let progress = self.lobes.step();
                 if progress.generation == LOBES {
-                    self.gp = self.later();
+                    let front: Vec<Fitted> = self.lobes.front().collect();
+                    let found = self.found(front.iter().cloned());
+                    self.gp = self.later(front).map(|later| Later { found: found.into(), ..later });
                 }
             }
         }
@@ -120,16 +129,22 @@ impl Method for Hybrid {
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
     }
 
+    fn next_takes(&self) -> f64 {
+        let is_last = Method::progress(&self.lobes).generation + 1 == LOBES;
+        if self.gp.is_none() && is_last { LAST_TAKES } else { 1.0 }
+    }
+
     fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
         let Some(later) = &self.gp else { return Method::finish(&self.lobes, go_on) };
+        let found = later.found.get_or_init(|| self.found(self.lobes.front())).clone()?;
         match later.gp.finish(go_on) {
-            Some(gp) => joined(later.found.clone(), gp),
-            None => Some(later.found.clone()),
+            Some(gp) => joined(found, gp),
+            None => Some(found),
         }
     }
 
     fn is_short(&self) -> bool {
-        self.gp.is_some()
+        self.gp.as_ref().is_some_and(|later| later.found.get().is_some())
     }
 
     fn save(&self) -> Vec<u8> {
@@ -143,7 +158,7 @@ impl Method for Hybrid {
         self.lobes.load(&state.lobes)?;
         self.gp = match state.gp {
             Some(state) => {
-                let mut later = self.later()?;
+                let mut later = self.later(self.lobes.front().collect())?;
                 later.gp.load(&state)?;
                 Some(later)
             }

@@ -90,6 +90,11 @@ pub(crate) trait Method: Send {
         true
     }
 
+    /// How many times as long as the ones before the next generation takes, about.
+    fn next_takes(&self) -> f64 {
+        1.0
+    }
+
     /// All that the next generations depend on besides samples and options.
     fn save(&self) -> Vec<u8>;
 

@@ -1,6 +1,8 @@
 //! How seconds are spent: no generation is begun that there is no time for, and something is kept for finishing. Whose seconds
 //! they are is the caller's business: it has the clock.
 
+use crate::Search;
+
 /// Of the seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
 const KEPT: (f64, f64) = (0.3, 4.0);
 /// How soon a long generation is forgotten, so that it is not held against all that follow.
@@ -29,11 +31,16 @@ impl Pace {
         self.longest = seconds.max(FORGET * self.longest);
     }
 
-    /// Whether there is no time for another generation after so many seconds; of a search whose end `is_short` nothing is kept for it.
+    /// Whether there is no time for another generation of the search after so many seconds.
     #[must_use]
-    pub fn is_over(&self, spent: f64, is_short: bool) -> bool {
+    pub fn is_over(&self, spent: f64, search: &Search) -> bool {
+        self.has_passed(spent, search.is_short(), search.next_takes())
+    }
+
+    /// Of a search whose end `is_short` nothing is kept for it; the next generation takes so many `times` as long as the ones before.
+    fn has_passed(&self, spent: f64, is_short: bool, times: f64) -> bool {
         let kept = if is_short { 0.0 } else { (KEPT.0 * self.seconds).min(KEPT.1) };
-        spent + self.longest > self.seconds - kept
+        spent + times * self.longest > self.seconds - kept
     }
 
     /// Whether there is time for a part of finishing, after so many seconds; asked before each of them.
@@ -53,14 +60,15 @@ mod tests {
     #[test]
     fn no_generation_is_begun_that_there_is_no_time_for() {
         let mut pace = Pace::new(10.0);
-        assert!(!pace.is_over(0.0, false) && !pace.is_over(6.9, false));
-        assert!(pace.is_over(7.5, false) && !pace.is_over(7.5, true));
+        assert!(!pace.has_passed(0.0, false, 1.0) && !pace.has_passed(6.9, false, 1.0));
+        assert!(pace.has_passed(7.5, false, 1.0) && !pace.has_passed(7.5, true, 1.0));
         pace.took(4.0);
-        assert!(pace.is_over(6.5, true));
+        assert!(pace.has_passed(6.5, true, 1.0));
         pace.took(0.1);
         pace.took(0.1);
         pace.took(0.1);
-        assert!(!pace.is_over(6.5, true), "a long one is forgotten");
+        assert!(!pace.has_passed(6.5, true, 1.0), "a long one is forgotten");
+        assert!(pace.has_passed(6.5, true, 5.0), "but the next one is longer");
     }
 
     #[test]
@@ -73,6 +81,6 @@ mod tests {
 
     #[test]
     fn of_many_seconds_only_some_are_kept() {
-        assert!(!Pace::new(1000.0).is_over(995.0, false));
+        assert!(!Pace::new(1000.0).has_passed(995.0, false, 1.0));
     }
 }

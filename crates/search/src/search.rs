@@ -190,6 +190,12 @@ impl Search {
         self.method.is_short()
     }
 
+    /// How many times as long as the ones before the next generation takes, about.
+    #[must_use]
+    pub fn next_takes(&self) -> f64 {
+        self.method.next_takes()
+    }
+
     /// The state: what [`Search::resume`] reads. Two searches that have come to the same have the same bytes.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {

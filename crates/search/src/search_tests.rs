@@ -29,7 +29,19 @@ fn breaks_change_no_bit() {
         }
         assert_eq!(broken.checkpoint(), whole.checkpoint(), "{strategy}");
         assert_eq!(broken.best(), whole.best(), "{strategy}");
+        let ends = [broken, whole].map(|search| search.finish());
+        assert_eq!(ends[0], ends[1], "{strategy}");
     }
+}
+
+#[test]
+fn generation_that_programs_begin_in_is_told_to_be_long() {
+    let mut search = Search::new(&samples(), &options(Strategy::Hybrid));
+    let is_long = (0..9).map(|_| {
+        search.step();
+        search.next_takes() > 1.0
+    });
+    assert_eq!(is_long.collect::<Vec<_>>(), (1..=9).map(|done| done == 7).collect::<Vec<_>>());
 }
 
 #[test]

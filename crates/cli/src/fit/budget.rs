@@ -33,7 +33,7 @@ pub fn spend(
         told(search, &progress, now);
         let is_late = pace.as_mut().is_some_and(|pace| {
             pace.took((now - before).as_secs_f64());
-            pace.is_over(now.as_secs_f64(), search.is_short())
+            pace.is_over(now.as_secs_f64(), search)
         });
         if is_late || progress.generation >= most {
             let outcome =
