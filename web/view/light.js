@@ -68,7 +68,7 @@ function Circle() {
       turns=${(/** @type {number} */ to) => placeLight(to)} />
     <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
       turns=${(/** @type {number} */ to) => (speed.value = to)} />
-    ${!sceneDrawable.value && html`<p class="small" data-testid="stills">Point lights without shadows and tone curve are drawn live. These are pictures of the server, which follow the light in steps.</p>`}
+    ${!sceneDrawable.value && html`<p class="small" data-testid="stills">Point lights without shadows, tone curve and plain normals are drawn live. These are pictures of the server, which follow the light in steps.</p>`}
     ${sceneDrawable.value && anyLayered() && html`<p class="small" data-testid="stills">Only programs are drawn live. Models are pictures of the server, which follow the light in steps.</p>`}
   `;
 }

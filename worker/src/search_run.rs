@@ -84,12 +84,12 @@ impl Run {
         let (mut lines, mut best) = (Vec::new(), None);
         let mut is_over = self.has_begun && self.is_over(&self.search.progress());
         while !is_over && !stop.load(Ordering::Relaxed) {
-            let step = Instant::now();
+            let (step, times) = (Instant::now(), self.search.next_takes());
             let progress = self.search.step();
             let took = step.elapsed().as_secs_f64();
             self.seconds += took;
             if let Some(pace) = &mut self.pace {
-                pace.took(took);
+                pace.took(took, times);
             }
             self.has_begun = true;
             let probe = self.search.probe();

@@ -65,11 +65,6 @@ fn random_model(kind: ModelKind, slot: u32) -> Model {
                 turn /= count;
                 vec![f64::from(word)]
             }
-            // Of 0 times what is beyond f64 the reference knows nothing.
-            None if ["lambda", "c"].contains(&parameter.name) => {
-                let share = |stream: &mut Stream| share(stream).max(1e-3);
-                (0..parameter.count()).map(|_| parameter.at_share(share(&mut stream))).collect()
-            }
             None => {
                 (0..parameter.count()).map(|_| parameter.at_share(share(&mut stream))).collect()
             }

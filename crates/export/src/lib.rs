@@ -2,7 +2,8 @@
 //!
 //! This crate owns the printers, one road from scalar code to every language. It refuses to know genomes as such,
 //! files and routes. What it prints keeps the meaning of the program, and its bits where the compiler rounds each
-//! operation: inputs are computed from directions in f32 there, in f64 here, which is the only difference.
+//! operation: inputs are computed from directions in f32 there, in f64 here, which is the only difference. Models are of
+//! f32 there and of f64 here, and keep the meaning alone.
 //!
 //! ```
 //! use brood_export::{Format, export};

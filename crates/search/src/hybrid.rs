@@ -1,7 +1,5 @@
 //! Lobes first, then genetic programs: fits give the least error, programs the short ones, and both are on one front.
 
-use std::sync::OnceLock;
-
 use brood_genome::Genome;
 use brood_program::Program;
 use serde::{Deserialize, Serialize};
@@ -30,7 +28,7 @@ pub(crate) struct Hybrid {
 /// What there is once lobes are done.
 struct Later {
     /// The front of lobes, refined on all samples; after a break it is not known before the end.
-    found: OnceLock<Option<Outcome>>,
+    found: Option<Outcome>,
     gp: Gp,
 }
 
@@ -55,12 +53,12 @@ impl Hybrid {
         start.push(genome(&unrefined.front[unrefined.best]));
         start.extend(unrefined.front.iter().step_by(step).map(genome));
         let gp = Gp::new(&self.samples, &start, self.seed, true);
-        Some(Later { found: OnceLock::new(), gp })
+        Some(Later { found: None, gp })
     }
 
     /// The front of lobes refined.
-    fn found(&self, front: impl Iterator<Item = Fitted>) -> Option<Outcome> {
-        outcome(self.lobes.refine(front, &mut || true))
+    fn found(&self, front: impl Iterator<Item = Fitted>, go_on: &mut GoOn<'_>) -> Option<Outcome> {
+        outcome(self.lobes.refine(front, go_on))
     }
 }
 
@@ -96,8 +94,8 @@ impl Method for Hybrid {
                 let progress = self.lobes.step();
                 if progress.generation == LOBES {
                     let front: Vec<Fitted> = self.lobes.front().collect();
-                    let found = self.found(front.iter().cloned());
-                    self.gp = self.later(front).map(|later| Later { found: found.into(), ..later });
+                    let found = self.found(front.iter().cloned(), &mut || true);
+                    self.gp = self.later(front).map(|later| Later { found, ..later });
                 }
             }
         }
@@ -136,7 +134,10 @@ impl Method for Hybrid {
 
     fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
         let Some(later) = &self.gp else { return Method::finish(&self.lobes, go_on) };
-        let found = later.found.get_or_init(|| self.found(self.lobes.front())).clone()?;
+        let found = match &later.found {
+            Some(found) => found.clone(),
+            None => self.found(self.lobes.front(), go_on)?,
+        };
         match later.gp.finish(go_on) {
             Some(gp) => joined(found, gp),
             None => Some(found),
@@ -144,7 +145,7 @@ impl Method for Hybrid {
     }
 
     fn is_short(&self) -> bool {
-        self.gp.as_ref().is_some_and(|later| later.found.get().is_some())
+        self.gp.as_ref().is_some_and(|later| later.found.is_some())
     }
 
     fn save(&self) -> Vec<u8> {

@@ -17,6 +17,8 @@ mod probe;
 mod search;
 mod solve;
 mod target;
+#[cfg(test)]
+mod test_material;
 
 pub use ask::{AskOptions, AskTell, TellError, Told};
 pub use found::Found;

@@ -90,7 +90,7 @@ pub(crate) trait Method: Send {
         true
     }
 
-    /// How many times as long as the ones before the next generation takes, about.
+    /// How many times as long as the ones before the next generation takes, about; more than once where it finishes something.
     fn next_takes(&self) -> f64 {
         1.0
     }

@@ -26,9 +26,9 @@ impl Pace {
         Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
-    /// A generation took so many seconds.
-    pub fn took(&mut self, seconds: f64) {
-        self.longest = seconds.max(FORGET * self.longest);
+    /// A generation took so many seconds, of which was said before that it takes so many `times` as long as others.
+    pub fn took(&mut self, seconds: f64, times: f64) {
+        self.longest = (seconds / times).max(FORGET * self.longest);
     }
 
     /// Whether there is no time for another generation of the search after so many seconds.
@@ -37,9 +37,11 @@ impl Pace {
         self.has_passed(spent, search.is_short(), search.next_takes())
     }
 
-    /// Of a search whose end `is_short` nothing is kept for it; the next generation takes so many `times` as long as the ones before.
+    /// Of a search whose end `is_short` nothing is kept for it. The next generation takes so many `times` as long as the ones before;
+    /// where that is more than once, it does what would be done at the end.
     fn has_passed(&self, spent: f64, is_short: bool, times: f64) -> bool {
-        let kept = if is_short { 0.0 } else { (KEPT.0 * self.seconds).min(KEPT.1) };
+        let is_kept = !is_short && times <= 1.0;
+        let kept = if is_kept { (KEPT.0 * self.seconds).min(KEPT.1) } else { 0.0 };
         spent + times * self.longest > self.seconds - kept
     }
 
@@ -62,13 +64,16 @@ mod tests {
         let mut pace = Pace::new(10.0);
         assert!(!pace.has_passed(0.0, false, 1.0) && !pace.has_passed(6.9, false, 1.0));
         assert!(pace.has_passed(7.5, false, 1.0) && !pace.has_passed(7.5, true, 1.0));
-        pace.took(4.0);
+        pace.took(4.0, 1.0);
         assert!(pace.has_passed(6.5, true, 1.0));
-        pace.took(0.1);
-        pace.took(0.1);
-        pace.took(0.1);
+        (0..3).for_each(|_| pace.took(0.1, 1.0));
         assert!(!pace.has_passed(6.5, true, 1.0), "a long one is forgotten");
         assert!(pace.has_passed(6.5, true, 5.0), "but the next one is longer");
+        let mut pace = Pace::new(10.0);
+        pace.took(0.6, 1.0);
+        assert!(!pace.has_passed(4.2, false, 5.0), "and the end with it");
+        pace.took(3.0, 5.0);
+        assert!(!pace.has_passed(8.0, true, 1.0), "those after it are not as long");
     }
 
     #[test]

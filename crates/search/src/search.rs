@@ -190,7 +190,7 @@ impl Search {
         self.method.is_short()
     }
 
-    /// How many times as long as the ones before the next generation takes, about.
+    /// How many times as long as the ones before the next generation takes, about; more than once where it finishes something.
     #[must_use]
     pub fn next_takes(&self) -> f64 {
         self.method.next_takes()

@@ -149,6 +149,10 @@ struct Angled<'a, const N: usize> {
 impl SgdChannel {
     #[inline(always)]
     fn shadow<F: Elementary>(&self, theta: f64) -> f64 {
+        // Nothing is hidden, also where the power is beyond all numbers.
+        if self.lambda == 0.0 || self.c == 0.0 {
+            return 1.0;
+        }
         let past = larger(theta - self.theta0, 0.0);
         let hidden = 1.0 - F::exp(self.c * F::pow(past, self.k));
         // NaN stays what it is.

@@ -9,7 +9,7 @@ use brood_search::{Outcome, Pace, Progress, Search};
 pub enum Budget {
     /// So many generations: the same result on every machine.
     Generations(u32),
-    /// No generation is begun that would, if it took as long as the last one, end later.
+    /// Nothing is begun that would, if it took as long as what was like it, end later.
     Seconds(f64),
 }
 
@@ -27,12 +27,12 @@ pub fn spend(
         Budget::Seconds(seconds) => (u32::MAX, Some(Pace::new(seconds))),
     };
     loop {
-        let before = begun.elapsed();
+        let (before, times) = (begun.elapsed(), search.next_takes());
         let progress = search.step();
         let now = begun.elapsed();
         told(search, &progress, now);
         let is_late = pace.as_mut().is_some_and(|pace| {
-            pace.took((now - before).as_secs_f64());
+            pace.took((now - before).as_secs_f64(), times);
             pace.is_over(now.as_secs_f64(), search)
         });
         if is_late || progress.generation >= most {

@@ -1,15 +1,15 @@
 //! Albedos against other quadratures, their slopes against differences, and fits of what reflects more than there is.
 
-use brood_brdf::{Brdf, Claims, Model, ModelKind};
+use brood_brdf::{Model, ModelKind};
 use brood_eval::{channel_albedos, energy_limit};
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_program::Program;
-use glam::DVec3;
 
 use super::super::Fit;
 use super::super::seed::start;
 use super::*;
 use crate::draw_pairs;
+use crate::test_material::Shining;
 
 fn lobes(shape: &Shape, seed: u64) -> Lobes {
     let brdf = Model::new(ModelKind::Conductor).brdf();
@@ -73,20 +73,6 @@ fn slopes_are_those_of_the_cost() {
             let (a, b) = (normal.matrix[row * count + column], normal.matrix[column * count + row]);
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{row} {column}");
         }
-    }
-}
-
-/// Reflects more and more towards the horizon, at last eleven times what comes.
-struct Shining;
-
-impl Brdf for Shining {
-    fn f(&self, pair: &DirectionPair) -> DVec3 {
-        let (cos_i, cos_o) = (pair.cos_i(), pair.cos_o());
-        DVec3::new(0.9, 0.5, 0.1) * (1.0 + 0.05 / (cos_i * cos_o)) * std::f64::consts::FRAC_1_PI
-    }
-
-    fn claims(&self) -> Claims {
-        Claims { reciprocal: true, conserving: false }
     }
 }
 

@@ -17,7 +17,7 @@ const STEPS: usize = 10;
 pub struct Fitted {
     /// The fit.
     pub lobes: Lobes,
-    /// Its E_log on the samples it was fitted to, with what bounds and ridge add; before it was refined on all of them.
+    /// Its E_log on the samples it was fitted to, bounds being samples too; before it was refined on all of them.
     pub fitted: f64,
     /// On those held back, before it was refined on these as well.
     pub held: f64,
@@ -30,7 +30,7 @@ impl Fit {
         self.kept.first().into_iter().flat_map(|best| {
             let Problem { all, held, .. } = &self.shapes[best.problem];
             let fitted = |fit: Damped| Fitted {
-                fitted: fit.error.sqrt(),
+                fitted: e_log(&fit.lobes, all),
                 held: e_log(&fit.lobes, held),
                 lobes: fit.lobes,
             };
@@ -40,7 +40,7 @@ impl Fit {
     }
 
     /// These of [`Fit::front`] refined on all samples, those held back as well; without those that even then stand out where samples
-    /// are few, unless all do. The first is refined in any case; `go_on` is asked before every few.
+    /// are few or send back more than there is, unless all do. The first is refined in any case; `go_on` is asked before every few.
     pub(crate) fn refine(
         &self,
         mut front: impl Iterator<Item = Fitted>,
@@ -54,7 +54,7 @@ impl Fit {
             let mut fit = Damped::new(fitted.lobes, whole);
             fit.refine(whole, STEPS);
             let lobes = pool.hold(fit, whole).lobes;
-            let is_below = pool.is_below(&lobes);
+            let is_below = pool.is_below(&lobes) && pool.albedos().largest(&lobes) <= 1.0;
             (Fitted { lobes, ..fitted }, is_below)
         };
         let mut found: Vec<(Fitted, bool)> = front.next().map(&refined).into_iter().collect();

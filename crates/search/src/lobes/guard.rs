@@ -11,7 +11,7 @@ use brood_brdf::{DirectionPair, Input};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::albedo::Albedos;
+use super::albedo::{Albedos, TOLERATED as TOLERATED_ALBEDO};
 use super::batch::{Batch, Point, points};
 use super::damped::Damped;
 use super::normal::excesses;
@@ -159,7 +159,7 @@ impl Pool {
                 .map(|at| (at, excesses[at]))
                 .filter(|(at, excess)| *excess > TOLERATED && !held[*at])
                 .collect();
-            let is_over = self.albedos.are_over(&fit.lobes);
+            let is_over = self.albedos.largest(&fit.lobes) > TOLERATED_ALBEDO;
             if over.is_empty() && !is_over {
                 break;
             }

@@ -6,6 +6,7 @@ use std::mem::take;
 use brood_genome::{BirthKey, Operator, Stream};
 use rayon::prelude::*;
 
+use super::albedo::TOLERATED;
 use super::batch::{Batch, Point, least, points};
 use super::damped::Damped;
 use super::guard::{Bounds, Pool};
@@ -45,7 +46,7 @@ pub struct Fit {
     pub(super) kept: Vec<Kept>,
     /// Of all samples.
     pub(super) largest: f64,
-    /// Whether reflecting more than there is costs something from the first step of a fit on: it did before.
+    /// Whether reflecting more than there is costs something from the first step on all samples on: it did before.
     pub(super) is_under: bool,
 }
 
@@ -163,14 +164,18 @@ impl Fit {
             let Problem { all, pool, .. } = &self.shapes[kept.problem];
             kept.damped = kept.damped.clone().on(all);
             kept.damped.refine(all, STEPS[2]);
-            self.is_under |= pool.albedos().are_over(&kept.damped.lobes);
+            self.is_under |= pool.albedos().largest(&kept.damped.lobes) > TOLERATED;
             kept.damped = pool.hold(kept.damped.clone(), all);
             kept.held = error(&kept.damped.lobes, &self.shapes[kept.problem].held);
             self.evaluations += take(&mut kept.damped.tries);
         }
         if self.is_under {
             self.set_under();
+            for kept in &mut self.kept {
+                kept.damped = kept.damped.clone().on(&self.shapes[kept.problem].all);
+            }
         }
+        self.sort();
     }
 
     pub(super) fn set_under(&mut self) {
@@ -252,8 +257,13 @@ impl Fit {
             let held = error(&damped.lobes, &self.shapes[problem].held);
             self.kept.push(Kept { problem, damped, held });
         }
-        self.kept.sort_by(|a, b| (a.held + a.damped.error).total_cmp(&(b.held + b.damped.error)));
+        self.sort();
         self.kept.truncate(KEPT);
+    }
+
+    /// The best first.
+    fn sort(&mut self) {
+        self.kept.sort_by(|a, b| (a.held + a.damped.error).total_cmp(&(b.held + b.damped.error)));
     }
 }
 

@@ -4,6 +4,7 @@ use brood_brdf::{Brdf, Model, ModelKind};
 use brood_program::Program;
 
 use super::*;
+use crate::test_material::Shining;
 use crate::{draw_pairs, metric, narrow_pairs};
 
 fn shapes() -> Vec<Shape> {
@@ -21,6 +22,18 @@ fn fit(generations: u32, seed: u64) -> Fit {
         fit.step();
     }
     fit
+}
+
+/// What becomes of one that reflects more than there is, on so many threads.
+fn shining(threads: usize) -> Lobes {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let samples = Samples::of(&Shining, draw_pairs(600, 1));
+        let mut fit = Fit::new(&samples, shapes(), 3);
+        (0..3).for_each(|_| drop(fit.step()));
+        assert!(fit.is_under);
+        fit.refine(fit.front(), &mut || true).remove(0).lobes
+    })
 }
 
 /// The one that does best on what was held back, refined.
@@ -71,6 +84,7 @@ fn generations_do_not_depend_on_the_threads() {
     };
     let (one, three) = (on(1), on(3));
     assert_eq!(one, three);
+    assert!(shining(3) == shining(1));
     assert_ne!(fit(4, 4).best().unwrap(), &one.0);
 }
 

@@ -54,22 +54,8 @@ impl Reflected {
 
 #[cfg(test)]
 mod tests {
-    use brood_brdf::Claims;
-
     use super::*;
-
-    /// Reflects that share of all light everywhere.
-    struct Even(f64);
-
-    impl Brdf for Even {
-        fn f(&self, _: &DirectionPair) -> DVec3 {
-            DVec3::new(0.1, self.0, 0.2) * std::f64::consts::FRAC_1_PI
-        }
-
-        fn claims(&self) -> Claims {
-            Claims { reciprocal: true, conserving: self.0 <= 1.0 }
-        }
-    }
+    use crate::test_material::Even;
 
     #[test]
     fn what_is_even_reflects_its_albedo() {

@@ -1,0 +1,33 @@
+//! Materials that reflect more than there is, for tests.
+
+use std::f64::consts::FRAC_1_PI;
+
+use brood_brdf::{Brdf, Claims, DirectionPair};
+use glam::DVec3;
+
+/// Reflects more and more towards the horizon, at last eleven times what comes.
+pub(crate) struct Shining;
+
+impl Brdf for Shining {
+    fn f(&self, pair: &DirectionPair) -> DVec3 {
+        let (cos_i, cos_o) = (pair.cos_i(), pair.cos_o());
+        DVec3::new(0.9, 0.5, 0.1) * (1.0 + 0.05 / (cos_i * cos_o)) * FRAC_1_PI
+    }
+
+    fn claims(&self) -> Claims {
+        Claims { reciprocal: true, conserving: false }
+    }
+}
+
+/// Reflects that share of all light everywhere.
+pub(crate) struct Even(pub(crate) f64);
+
+impl Brdf for Even {
+    fn f(&self, _: &DirectionPair) -> DVec3 {
+        DVec3::new(0.1, self.0, 0.2) * FRAC_1_PI
+    }
+
+    fn claims(&self) -> Claims {
+        Claims { reciprocal: true, conserving: self.0 <= 1.0 }
+    }
+}
