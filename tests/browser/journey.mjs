@@ -229,7 +229,7 @@ async function drawn(hand, base) {
   await live(hand, step, shot, base);
   await film(hand, step, shot);
   await limitedLive(hand, step, shot, base);
-  await modelsLive(hand, step, shot);
+  await modelsLive(hand, step, shot, base);
   await exported(hand, step, binary);
   hand.quiet();
 }

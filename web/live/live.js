@@ -13,7 +13,6 @@
 import { computed, effect, signal } from "../vendor/signals-core.js";
 import { flipped, pinned, seenIn, targetSeen } from "../compare.js";
 import { extentOf, extents } from "../extents.js";
-import { isLayered } from "../layers.js";
 import { ready } from "../pictures.js";
 import { FRAMES, breeding, clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
@@ -166,11 +165,11 @@ const CELLS = ["centre", ...Array(FRAMES).keys()];
 /** Whether the scene is one that frames can be drawn of. */
 export const sceneDrawable = computed(() => wishedScene.value === null || isDrawable(wishedScene.value));
 
-/** Whether it can be drawn here: a program alone, models are seen in the server's pictures. @param {Individual|null} of */
-const isDrawnHere = (of) => of !== null && sceneDrawable.value && !isLayered(of);
+/** Whether it can be drawn here. @param {Individual|null} of */
+const isDrawnHere = (of) => of !== null && sceneDrawable.value;
 
 /** Whether it is certainly seen in the server's pictures alone. @param {Individual|null} of */
-export const isPictured = (of) => of !== null && (!sceneDrawable.value || isLayered(of));
+export const isPictured = (of) => of !== null && !sceneDrawable.value;
 
 /** Where the light is, told to those who show it. @param {Scene} scene @param {Extent} extent @param {number} degrees */
 function tell(scene, extent, degrees) {

@@ -1,5 +1,5 @@
 /**
- * The light in the server's pictures of what has models and is not drawn here: they are asked for where the light is, in steps,
+ * The light in the server's pictures of scenes that are not drawn here: they are asked for where the light is, in steps,
  * each when the pictures of the last are there, so that neither server nor page falls behind. Owns the steps; knows nothing of frames.
  */
 import { signal } from "../vendor/signals-core.js";

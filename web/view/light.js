@@ -4,7 +4,6 @@
  * @import { Vec3 } from "../types.js"
  */
 import { seenIn } from "../compare.js";
-import { isLayered } from "../layers.js";
 import { html } from "../html.js";
 import { PLAIN } from "../light_color.js";
 import { lamp, lampKnown, leaveLamp, turnLamp } from "../lighting.js";
@@ -12,7 +11,7 @@ import { letMove, moving, placeLight, rest, speed } from "../live/light.js";
 import { able, isPictured, liveCells, sceneDrawable, watchers } from "../live/live.js";
 import { still } from "../live/stills.js";
 import { chooseLight, lightByFile, setShadows } from "../scene.js";
-import { generation, wishedScene } from "../state.js";
+import { wishedScene } from "../state.js";
 import { Colour, Slider, Switch } from "./control.js";
 import { Trouble } from "./trouble.js";
 
@@ -54,8 +53,6 @@ export function LightDot() {
   return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${(/** @type {HTMLElement|null} */ element) => (dot = element)}></span>`;
 }
 
-const anyLayered = () => [generation.value?.centre ?? null, ...(generation.value?.individuals ?? [])].some(isLayered);
-
 /** Where the light is and how it moves, which only what is drawn live follows. */
 function Circle() {
   if (able.value === false) return html`<p class="small">This browser draws nothing live (WebGL 2 is missing), so the light rests.</p>`;
@@ -69,7 +66,6 @@ function Circle() {
     <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
       turns=${(/** @type {number} */ to) => (speed.value = to)} />
     ${!sceneDrawable.value && html`<p class="small" data-testid="stills">Point lights without shadows, tone curve and plain normals are drawn live. These are pictures of the server, which follow the light in steps.</p>`}
-    ${sceneDrawable.value && anyLayered() && html`<p class="small" data-testid="stills">Only programs are drawn live. Models are pictures of the server, which follow the light in steps.</p>`}
   `;
 }
 

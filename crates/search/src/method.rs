@@ -24,14 +24,14 @@ pub struct Candidate {
     pub genome: Genome,
     /// How many numbers of it were fitted.
     pub numbers: usize,
-    /// E_log on the samples it was fitted to, and with it what its strategy adds to that.
+    /// E_log on the samples it was fitted to.
     pub fitted: f64,
     /// E_log on the samples that were held back from it, before it was refined on these as well.
     pub held: f64,
 }
 
 impl Candidate {
-    /// What one is better than another by: how far off it is where it was fitted and where it was not. The samples that were held
+    /// What one is better than another by, of whatever strategy: how far off it is where it was fitted and where it was not. The samples that were held
     /// back alone are few, and of many candidates the one that does best there is often only lucky.
     pub(crate) fn off(&self) -> f64 {
         self.fitted * self.fitted + self.held * self.held
@@ -48,19 +48,20 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of candidates from the longest to the shortest those that are better than all shorter ones; the best of them, and of those
-    /// that are as good the shortest.
-    pub(crate) fn of(mut front: Vec<Candidate>) -> Option<Self> {
+    /// Of candidates from the longest to the shortest, each with what the least of is the best, those that are better than all shorter
+    /// ones; the best of them, and of those that are as good the shortest.
+    pub(crate) fn of(mut all: Vec<(Candidate, f64)>) -> Option<Self> {
         let mut least = f64::INFINITY;
-        front.reverse();
-        front.retain(|candidate| {
-            let is_better = candidate.off() < least;
-            least = least.min(candidate.off());
+        all.reverse();
+        all.retain(|(_, off)| {
+            let is_better = *off < least;
+            least = least.min(*off);
             is_better
         });
-        front.reverse();
-        let better = |a: usize, b: usize| if front[b].off() < front[a].off() { b } else { a };
-        (0..front.len()).reduce(better).map(|best| Self { front, best })
+        all.reverse();
+        let better = |a: usize, b: usize| if all[b].1 < all[a].1 { b } else { a };
+        let best = (0..all.len()).reduce(better)?;
+        Some(Self { front: all.into_iter().map(|(candidate, _)| candidate).collect(), best })
     }
 }
 

@@ -56,10 +56,9 @@ impl LobeRule {
         self.nodes.len() + self.even.directions().len()
     }
 
-    /// The directions above the horizon that f is looked at in, and what it counts there: the integral of f cos_o is the sum of f
-    /// times these.
+    /// Where f is looked at above the horizon, and what it counts there: the integral of f cos_o is the sum of f times these.
     #[must_use]
-    pub fn nodes(&self, wi: DVec3) -> Vec<(DVec3, f64)> {
+    pub fn nodes(&self, wi: DVec3) -> Vec<(DirectionPair, f64)> {
         let around_half = self.nodes.iter().filter_map(|(half, weight)| {
             let cos_d = wi.dot(*half);
             let wo = 2.0 * cos_d * *half - wi;
@@ -67,7 +66,8 @@ impl LobeRule {
         });
         let even =
             self.even.weighted().map(|(wo, weight)| (wo, weight * (1.0 - near(tan2(wi, wo)))));
-        around_half.chain(even).collect()
+        let pair = |(wo, weight)| DirectionPair::new(wi, wo).ok().map(|pair| (pair, weight));
+        around_half.chain(even).filter_map(pair).collect()
     }
 
     /// The directional albedo of each channel. Sums are f64 in one order.
@@ -155,7 +155,7 @@ mod tests {
             let wi = around(libm::sin(theta), libm::cos(theta), 0.2);
             let nodes = rule.nodes(wi);
             assert!(nodes.len() <= rule.len());
-            let sum: DVec3 = nodes.iter().map(|(wo, weight)| f(&layers, wi, *wo) * *weight).sum();
+            let sum: DVec3 = nodes.iter().map(|(pair, weight)| layers.f(pair) * *weight).sum();
             assert!((sum - rule.albedo(&layers, wi)).length() < 1e-12, "{theta}");
         }
     }

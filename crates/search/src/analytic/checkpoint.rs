@@ -46,7 +46,12 @@ impl Method for Analytic {
     }
 
     fn finish(&self, _: &mut GoOn<'_>) -> Option<Outcome> {
-        Outcome::of(self.front().into_iter().map(candidate).collect())
+        let of = |found| {
+            let candidate = candidate(found);
+            let off = candidate.off();
+            (candidate, off)
+        };
+        Outcome::of(self.front().into_iter().map(of).collect())
     }
 
     fn save(&self) -> Vec<u8> {

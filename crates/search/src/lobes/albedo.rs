@@ -3,7 +3,7 @@
 //! Next to the horizon are hardly any samples, and ln(1 + f cos_i) tells little of f there. A fit of white paper that is off by
 //! 0.009 reflected twice what came from 89 degrees, and the energy limit divides all of a material by the most that it reflects.
 
-use brood_brdf::{DirectionPair, Input};
+use brood_brdf::Input;
 use brood_eval::{Level, LobeRule, around};
 use rayon::prelude::*;
 
@@ -110,19 +110,14 @@ fn reflected(numbers: &Numbers, batch: &Batch, mut slopes: Option<&mut [Vec<f64>
 fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch {
     let (sin, cos) = libm::sincos(angle.to_radians());
     let wi = around(sin, cos, 0.0);
-    let (pairs, weights): (Vec<DirectionPair>, Vec<f64>) = rule
-        .nodes(wi)
-        .into_iter()
-        .filter(|(wo, _)| !is_mirrored || wo.y > 0.0)
-        .filter_map(|(wo, weight)| {
-            let weight = if is_mirrored { 2.0 * weight } else { weight };
-            DirectionPair::new(wi, wo).ok().map(|pair| (pair, weight))
-        })
-        .unzip();
+    let nodes = rule.nodes(wi).into_iter();
+    let half = nodes.filter(|(pair, _)| !is_mirrored || pair.wo().y > 0.0);
+    let (pairs, weights): (Vec<_>, Vec<f64>) = half.unzip();
+    let whole = if is_mirrored { 2.0 } else { 1.0 };
     let values = vec![[0.0; 3]; pairs.len()];
     let mut points = points(&Samples::new(pairs, values), shape);
     for (point, weight) in points.iter_mut().zip(weights) {
-        point.importance = weight as f32;
+        point.importance = (whole * weight) as f32;
     }
     Batch::new(points.iter())
 }

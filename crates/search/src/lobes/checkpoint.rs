@@ -100,9 +100,8 @@ impl Method for Fit {
 
 /// Lobes as a search's result.
 pub(crate) fn outcome(front: Vec<Fitted>) -> Option<Outcome> {
-    Outcome::of(
-        front.iter().map(|fitted| candidate(&fitted.lobes, fitted.fitted, fitted.held)).collect(),
-    )
+    let of = |fitted: Fitted| (candidate(&fitted.lobes, fitted.fitted, fitted.held), fitted.off);
+    Outcome::of(front.into_iter().map(of).collect())
 }
 
 fn candidate(lobes: &Lobes, fitted: f64, held: f64) -> Candidate {

@@ -21,6 +21,9 @@ pub struct Fitted {
     pub fitted: f64,
     /// On those held back, before it was refined on these as well.
     pub held: f64,
+    /// What the least of is the best: all that was minimised where it was fitted, and the square of `held`. Fits chosen by E_log alone
+    /// stand out more where samples are few.
+    pub(super) off: f64,
 }
 
 impl Fit {
@@ -29,10 +32,9 @@ impl Fit {
     pub(crate) fn front(&self) -> impl Iterator<Item = Fitted> {
         self.kept.first().into_iter().flat_map(|best| {
             let Problem { all, held, .. } = &self.shapes[best.problem];
-            let fitted = |fit: Damped| Fitted {
-                fitted: e_log(&fit.lobes, all),
-                held: e_log(&fit.lobes, held),
-                lobes: fit.lobes,
+            let fitted = |fit: Damped| {
+                let (fitted, held) = (e_log(&fit.lobes, all), e_log(&fit.lobes, held));
+                Fitted { fitted, held, off: fit.error + held * held, lobes: fit.lobes }
             };
             let first = best.damped.clone();
             std::iter::once(first.clone()).chain(Shorter::new(first, best.held, all)).map(fitted)

@@ -1,6 +1,6 @@
 //! How much of the light from one direction a measured material sends back: tables say more than there is towards the horizon.
 
-use brood_brdf::{Brdf, DirectionPair};
+use brood_brdf::Brdf;
 use brood_eval::{LobeRule, around};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -32,9 +32,7 @@ impl Reflected {
         let of = |theta_deg: &f64| {
             let (sin, cos) = libm::sincos(theta_deg.to_radians());
             let wi = around(sin, cos, 0.0);
-            let node = |(wo, weight)| DirectionPair::new(wi, wo).ok().map(|pair| (pair, weight));
-            let (pairs, weights): (Vec<_>, Vec<f64>) =
-                rule.nodes(wi).into_iter().filter_map(node).unzip();
+            let (pairs, weights): (Vec<_>, Vec<f64>) = rule.nodes(wi).into_iter().unzip();
             let samples = Samples::of(brdf, pairs);
             let each = samples.values().iter().zip(weights);
             let albedo: DVec3 = each.map(|(f, weight)| DVec3::from(*f) * weight).sum();
