@@ -30,7 +30,9 @@ fn shining(threads: usize) -> Lobes {
     pool.install(|| {
         let samples = Samples::of(&Shining, draw_pairs(600, 1));
         let mut fit = Fit::new(&samples, shapes(), 3);
-        (0..3).for_each(|_| drop(fit.step()));
+        for _ in 0..3 {
+            fit.step();
+        }
         assert!(fit.is_under);
         fit.refine(fit.front(), &mut || true).remove(0).lobes
     })
