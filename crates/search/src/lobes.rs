@@ -6,6 +6,7 @@
 
 mod albedo;
 mod batch;
+mod bounds;
 mod checkpoint;
 mod damped;
 mod finish;

@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::albedo::TOLERATED;
 use super::batch::{Batch, Point, least, points};
+use super::bounds::Bounds;
 use super::damped::Damped;
-use super::guard::{Bounds, Pool};
+use super::guard::Pool;
 use super::normal::{e_log, error};
 use super::seed::start;
 use super::{Lobes, Shape};

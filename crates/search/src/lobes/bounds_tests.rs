@@ -1,0 +1,60 @@
+use brood_brdf::{Brdf, Claims};
+use glam::DVec3;
+
+use super::*;
+use crate::draw_pairs;
+
+/// A highlight of that width (tan theta_h) over an even rest, as much brighter towards the horizon as Schlick's rise says.
+struct Highlight {
+    width: f64,
+    peak: f64,
+}
+
+impl Brdf for Highlight {
+    fn f(&self, pair: &DirectionPair) -> DVec3 {
+        let of = |input: Input| input.evaluate(pair, DVec2::ZERO);
+        let tail = 1.0 + libm::exp(2.0 * of(Input::LogTanHalf)) / (self.width * self.width);
+        let rise = 0.04 + 0.96 * libm::pow(1.0 - of(Input::HalfDotLight).clamp(0.0, 1.0), 5.0);
+        DVec3::splat(0.1) + DVec3::new(1.0, 0.9, 0.8) * self.peak * rise / (tail * tail)
+    }
+
+    fn claims(&self) -> Claims {
+        Claims { reciprocal: true, conserving: false }
+    }
+}
+
+fn bounded(material: &Highlight) -> (Samples, Bounds) {
+    let samples = Samples::of(material, draw_pairs(4096, 1));
+    let bounds = Bounds::new(&samples, narrow_pairs(2000, 5));
+    (Samples::of(material, bounds.pairs.clone()), bounds)
+}
+
+#[test]
+fn highlights_that_samples_show_are_within_bounds() {
+    for width in [0.01, 0.03, 0.1, 0.5] {
+        let (wanted, bounds) = bounded(&Highlight { width, peak: 100.0 });
+        let (mut above, mut below) = (0, 0);
+        for (wanted, [most, least]) in wanted.values().iter().zip(&bounds.values) {
+            above += usize::from(most.is_some_and(|most| wanted[0] > WIDER * most[0]));
+            below += usize::from(least.is_some_and(|least| wanted[0] < least[0]));
+        }
+        assert!(above <= 30 && below <= 30, "{width}: {above} above and {below} below of 2000");
+    }
+}
+
+#[test]
+fn nothing_grows_to_a_peak_between_samples_that_do_not() {
+    let (wanted, bounds) = bounded(&Highlight { width: 0.1, peak: 1000.0 });
+    let mut looked_at = 0;
+    for ((pair, wanted), [most, _]) in
+        wanted.pairs().iter().zip(wanted.values()).zip(&bounds.values)
+    {
+        let place = Place::of(pair);
+        if place.theta_d < 0.8 && place.half < -6.5 {
+            looked_at += 1;
+            let most = most.map_or(f64::INFINITY, |most| most[0]);
+            assert!(most < 10.0 * wanted[0], "{most} for {} at {}", wanted[0], place.theta_d);
+        }
+    }
+    assert!(looked_at > 100, "{looked_at}");
+}
