@@ -1,3 +1,5 @@
+//! Bounds against materials whose highlights are known everywhere.
+
 use brood_brdf::{Brdf, Claims};
 use glam::DVec3;
 
