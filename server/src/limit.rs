@@ -109,6 +109,15 @@ pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Resu
     done.map_err(|_| ApiError::not_yet("ask again in a moment"))?
 }
 
+/// The side of a picture that was asked for in a query's `size`, of at most that many pixels.
+pub fn side(size_px: u32, most_px: u32) -> Result<u32, ApiError> {
+    if (PICTURE_MIN_PX..=most_px).contains(&size_px) {
+        return Ok(size_px);
+    }
+    let words = format!("{PICTURE_MIN_PX} to {most_px} pixels, not {size_px}");
+    Err(ApiError::bad_parameter("size", words))
+}
+
 /// The limits by name, in the unit that the name ends in.
 pub fn report() -> BTreeMap<String, u64> {
     let seconds = |duration: Duration| duration.as_secs();

@@ -157,10 +157,12 @@ async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
     }
     let large = server.get(&format!("{over}&view=0&size=96&samples=1")).await.expect(200);
     assert_eq!(large.picture().dimensions(), (96, 96));
-    let own = server.get(&format!("{place}/render.png?size=200")).await.expect(200).picture();
+    let own = server.get(&format!("{place}/render.png")).await.expect(200).picture();
     assert_eq!(own, shown);
     for (path, status) in [
         (format!("{place}/render.png?light_deg=10"), 422),
+        (format!("{place}/render.png?size=200"), 422),
+        (format!("{place}/render.png?exposure_ev=1"), 422),
         (format!("{over}&light_deg=10"), 422),
         (format!("{over}&view=1"), 404),
         (format!("{over}&area=0,0,4,4"), 400),

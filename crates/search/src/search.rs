@@ -165,7 +165,7 @@ impl Search {
         self.method.probe()
     }
 
-    /// The best so far by the samples that are held back; nothing before the first generation.
+    /// The best so far, by how far off it is where it is fitted and where it is not; nothing before the first generation.
     #[must_use]
     pub fn best(&self) -> Option<Candidate> {
         self.method.best()

@@ -62,14 +62,9 @@ struct Circle {
 impl CircleQuery {
     /// Refuses more pixels than one answer may have, of `cells` pictures a frame.
     fn check(&self, cells: u64) -> Result<Circle, ApiError> {
-        let size_px = self.size.unwrap_or(SIZE);
+        let size_px = limit::side(self.size.unwrap_or(SIZE), limit::THUMBNAIL_PX)?;
         let frames = self.frames.unwrap_or(FRAMES);
         let seconds = self.seconds.unwrap_or(SECONDS);
-        let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
-        if !sides.contains(&size_px) {
-            let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
-            return Err(ApiError::bad_parameter("size", words));
-        }
         if !(2..=limit::CIRCLE_FRAMES).contains(&frames) {
             let words = format!("2 to {} pictures, not {frames}", limit::CIRCLE_FRAMES);
             return Err(ApiError::bad_parameter("frames", words));

@@ -152,12 +152,7 @@ pub async fn difference(
 }
 
 async fn find(app: &App, query: ComparisonQuery) -> Result<Wanted, ApiError> {
-    let size_px = query.size.unwrap_or(SIZE);
-    let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
-    if !sides.contains(&size_px) {
-        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
-        return Err(ApiError::bad_parameter("size", words));
-    }
+    let size_px = limit::side(query.size.unwrap_or(SIZE), limit::THUMBNAIL_PX)?;
     let count = query.materials.split(',').count();
     if !COMPARED.contains(&count) {
         let words = format!("{} to {}, not {count}", COMPARED.start(), COMPARED.end());

@@ -62,12 +62,7 @@ pub async fn slice(
     Query(query): Query<SliceQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let size_px = query.size.unwrap_or(SLICE_PX);
-    let sides = limit::PICTURE_MIN_PX..=limit::PICTURE_PX;
-    if !sides.contains(&size_px) {
-        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
-        return Err(ApiError::bad_parameter("size", words));
-    }
+    let size_px = limit::side(query.size.unwrap_or(SLICE_PX), limit::PICTURE_PX)?;
     let individual = app.store.individual(id).await?;
     let material = app.library.material(individual.hash).await?;
     let version = env!("CARGO_PKG_VERSION");

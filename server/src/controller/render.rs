@@ -132,13 +132,7 @@ async fn render(
 
 /// The side of a picture, within what one may have.
 pub(super) fn size(asked: Option<u32>) -> Result<u32, ApiError> {
-    let size_px = asked.unwrap_or(SIZE);
-    let sides = limit::PICTURE_MIN_PX..=limit::PICTURE_PX;
-    if !sides.contains(&size_px) {
-        let words = format!("{} to {} pixels, not {size_px}", sides.start(), sides.end());
-        return Err(ApiError::bad_parameter("size", words));
-    }
-    Ok(size_px)
+    limit::side(asked.unwrap_or(SIZE), limit::PICTURE_PX)
 }
 
 /// Refuses what is no place on the light circle.

@@ -193,16 +193,16 @@ pub fn shot<'a>(known: &'a KnownView, scene: &'a Scene) -> Shot<'a> {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct TargetRenderQuery {
-    /// Side in pixels, 16 to 2048; 256 unless asked otherwise. Pictures have their own.
+    /// Side in pixels, 16 to 2048; 256 unless asked otherwise. Not of pictures.
     #[param(minimum = 16, maximum = 2048)]
     size: Option<u32>,
     /// The scene; the default one unless asked otherwise. Not of pictures.
     scene: Option<SceneId>,
     /// Position on the scene's light circle, degrees. Not of pictures.
     light_deg: Option<f64>,
-    /// Samples per pixel: `adaptive`, or 1 to 64 in every pixel; adaptive unless asked otherwise. Pictures have their own.
+    /// Samples per pixel: `adaptive`, or 1 to 64 in every pixel; adaptive unless asked otherwise. Not of pictures.
     samples: Option<String>,
-    /// Exposure; the film's unless asked otherwise. Pictures have their own.
+    /// Exposure; the film's unless asked otherwise. Not of pictures.
     exposure_ev: Option<f64>,
     /// Which picture, counted from 0; the first unless asked otherwise. Of pictures alone.
     view: Option<u32>,
@@ -230,6 +230,10 @@ pub async fn render(
     if !target.views.is_empty() {
         if query.scene.is_some() || query.light_deg.is_some() {
             return Err(ApiError::refused(IN_ITS_SCENE));
+        }
+        if query.size.is_some() || query.samples.is_some() || query.exposure_ev.is_some() {
+            let words = "a picture is shown as it is: without size, samples and exposure_ev";
+            return Err(ApiError::refused(words));
         }
         let n = query.view.unwrap_or(0);
         return answer(&app, &target, n, &headers, Aspect::Picture).await;

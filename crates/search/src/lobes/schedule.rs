@@ -123,7 +123,7 @@ impl Fit {
         self.progress()
     }
 
-    /// The best so far by the samples that were held back.
+    /// The best so far.
     #[must_use]
     pub fn best(&self) -> Option<&Lobes> {
         self.kept.first().map(|kept| &kept.damped.lobes)
