@@ -29,6 +29,9 @@ const WIDER: f64 = 1.4;
 const IMPORTANCE: f64 = 0.2;
 /// cos_i counts as at least this.
 const FLOOR: f64 = 0.17;
+/// And as at least so many times 1 over the brightest sample where nothing passes that: ln(1 + f cos_i) tells how many times it is passed
+/// where this is far above 1 alone.
+const BRIGHT: f64 = 10.0;
 /// What a bound is of the largest sample, from above and from below.
 const MARGINS: (f64, f64) = (1.3, 0.7);
 /// Samples whose ln tan theta_h is by this much less than a point's belong to those it is bounded by from above.
@@ -49,6 +52,8 @@ pub(super) struct Bounds {
     pairs: Vec<DirectionPair>,
     /// From above and from below.
     values: Vec<[Option<[f64; 3]>; 2]>,
+    /// What cos_i counts as at least.
+    floor: f64,
 }
 
 impl Bounds {
@@ -65,13 +70,14 @@ impl Bounds {
     /// Of many more, where nothing passes the brightest sample.
     pub(super) fn of_ceiling(largest: f64, seed: u64) -> Self {
         let pairs = narrow_pairs(CEILED, seed.wrapping_add(2 << 32));
-        Self { values: vec![[Some([largest; 3]), None]; pairs.len()], pairs }
+        let values = vec![[Some([largest; 3]), None]; pairs.len()];
+        Self { values, pairs, floor: FLOOR.max(BRIGHT / largest.max(1e-6)) }
     }
 
     fn new(samples: &Samples, pairs: Vec<DirectionPair>) -> Self {
         let places: Vec<Place> = samples.pairs().par_iter().map(Place::of).collect();
         let of = |pair: &DirectionPair| bounds(&places, samples.values(), &Place::of(pair));
-        Self { values: pairs.par_iter().map(of).collect(), pairs }
+        Self { values: pairs.par_iter().map(of).collect(), pairs, floor: FLOOR }
     }
 
     /// The points as a shape reads them, bounded from both sides.
@@ -96,7 +102,7 @@ impl Bounds {
         let values = vec![[0.0; 3]; self.pairs.len()];
         let unbounded = points(&Samples::new(self.pairs.clone(), values), shape);
         let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
-            let weight = f64::from(point.weight).max(FLOOR);
+            let weight = f64::from(point.weight).max(self.floor);
             let of = |side: f32, bound: [f64; 3]| Point {
                 wanted: bound.map(|f| libm::log1p(f * weight) as f32),
                 weight: weight as f32,

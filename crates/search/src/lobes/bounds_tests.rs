@@ -60,3 +60,22 @@ fn nothing_grows_to_a_peak_between_samples_that_do_not() {
     let loose = over.iter().filter(|over| **over > 5.0).count();
     assert!(over.len() > 100 && 8 * loose < over.len(), "{loose} of {}", over.len());
 }
+
+#[test]
+fn ceiling_is_as_close_however_bright_the_brightest_sample_is() {
+    for largest in [1e-3, 1.0, 100.0] {
+        let bounds = Bounds::of_ceiling(largest, 1);
+        let shape = Shape::new(4, 5, true);
+        let points = bounds.above(&shape);
+        for point in points.iter().step_by(1000) {
+            // As `is_below` sees it: 1.7 times is let be, twice is not.
+            let excess = |times: f64| {
+                let found = libm::log1p(times * largest * f64::from(point.weight));
+                let excess = (found - f64::from(point.wanted[0])).max(0.0);
+                f64::from(point.importance) * f64::from(point.importance) * excess * excess
+            };
+            let tolerated = f64::from(super::super::guard::TOLERATED);
+            assert!(excess(1.6) < tolerated && excess(2.0) > tolerated, "{largest}");
+        }
+    }
+}

@@ -14,7 +14,7 @@ const WORST: usize = 256;
 const ROUNDS: usize = 5;
 const STEPS: usize = 8;
 /// Squared excesses, summed over channels, that are let be: a fifth more in one channel.
-const TOLERATED: f32 = 2.0 * 0.033;
+pub(super) const TOLERATED: f32 = 2.0 * 0.033;
 
 /// Where a fit that is done is looked at for spikes, and for reflecting more than there is.
 pub(super) struct Pool {
