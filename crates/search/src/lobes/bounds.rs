@@ -75,8 +75,13 @@ impl Bounds {
     }
 
     fn new(samples: &Samples, pairs: Vec<DirectionPair>) -> Self {
-        let places: Vec<Place> = samples.pairs().par_iter().map(Place::of).collect();
-        let of = |pair: &DirectionPair| bounds(&places, samples.values(), &Place::of(pair));
+        // Where f is known not to be below a value it may be that, and says nothing of how highlights grow.
+        let (pairs_below, below): (Vec<_>, Vec<_>) = samples.least().iter().copied().unzip();
+        let grows = below.is_empty();
+        let places: Vec<Place> =
+            samples.pairs().par_iter().chain(&pairs_below).map(Place::of).collect();
+        let values = [samples.values(), &below].concat();
+        let of = |pair: &DirectionPair| bounds(&places, &values, grows, &Place::of(pair));
         Self { values: pairs.par_iter().map(of).collect(), pairs, floor: FLOOR }
     }
 
@@ -158,8 +163,13 @@ fn grown(places: &[Place], values: &[[f64; 3]], point: &Place) -> Option<[f64; 3
     grown.iter().all(|f| f.is_finite() && *f > 0.0).then_some(grown)
 }
 
-/// At most and at least this, where samples say so.
-fn bounds(places: &[Place], values: &[[f64; 3]], point: &Place) -> [Option<[f64; 3]>; 2] {
+/// At most and at least this, where samples say so; of how they grow only where that is known.
+fn bounds(
+    places: &[Place],
+    values: &[[f64; 3]],
+    grows: bool,
+    point: &Place,
+) -> [Option<[f64; 3]>; 2] {
     let largest = |margin: f64, counts: &dyn Fn(&Place) -> bool| {
         let among = places.iter().zip(values).filter(|(place, _)| counts(place));
         among
@@ -174,7 +184,7 @@ fn bounds(places: &[Place], values: &[[f64; 3]], point: &Place) -> [Option<[f64;
     let above = largest(MARGINS.0, &|place| {
         if is_known { near(place) } else { place.half >= point.half - NEARER }
     });
-    let grown = if is_close && !is_known { grown(places, values, point) } else { None };
+    let grown = if grows && is_close && !is_known { grown(places, values, point) } else { None };
     let above = match (above, grown) {
         (Some(above), Some(grown)) => Some([0, 1, 2].map(|c| above[c].min(GROWN * grown[c]))),
         (above, _) => above,

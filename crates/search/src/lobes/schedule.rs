@@ -45,7 +45,7 @@ pub struct Fit {
     /// What weights cost, in mean squared differences.
     pub(super) cost: f64,
     pub(super) kept: Vec<Kept>,
-    /// Of all samples.
+    /// Of all samples, and of what f is known not to be below.
     pub(super) largest: f64,
     /// Whether reflecting more than there is costs something from the first step on all samples on: it did before.
     pub(super) is_under: bool,
@@ -98,7 +98,8 @@ impl Fit {
         let bounds = [Bounds::of_fits(samples, seed), Bounds::of_pool(samples, seed)];
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
-        let largest = samples.largest();
+        let below = samples.least().iter().flat_map(|(_, least)| least).copied();
+        let largest = below.fold(samples.largest(), f64::max);
         let (kept, is_under) = (Vec::new(), false);
         Self { seed, shapes, generation: 0, evaluations: 0, cost: 0.0, kept, largest, is_under }
     }
