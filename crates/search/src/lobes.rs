@@ -12,6 +12,7 @@ mod damped;
 mod finish;
 mod flux;
 mod guard;
+mod known;
 mod normal;
 mod product;
 mod program;

@@ -10,8 +10,8 @@ mod reflected;
 mod samples;
 
 pub use bundle::{BundleError, BundledView, PictureBundle};
-pub(crate) use draw::from_half;
 pub use draw::{draw_pairs, narrow_pairs};
+pub(crate) use draw::{from_half, grazing_pairs};
 pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
 pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelFate, View, pooled};
 pub use known::{KnownView, Pictures, PicturesError, Setting, ViewError};

@@ -1,7 +1,7 @@
 //! Bounds against materials whose highlights are known everywhere.
 
-use brood_brdf::{Brdf, Claims};
-use glam::DVec3;
+use brood_brdf::{Brdf, Claims, Input};
+use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::draw_pairs;
@@ -27,7 +27,7 @@ impl Brdf for Highlight {
 
 fn bounded(material: &Highlight) -> (Samples, Bounds) {
     let samples = Samples::of(material, draw_pairs(4096, 1));
-    let bounds = Bounds::new(&samples, narrow_pairs(2000, 5));
+    let bounds = Bounds::new(&Known::new(&samples), narrow_pairs(2000, 5));
     (Samples::of(material, bounds.pairs.clone()), bounds)
 }
 
@@ -42,6 +42,27 @@ fn highlights_that_samples_show_are_within_bounds() {
         }
         assert!(above <= 30 && below <= 30, "{width}: {above} above and {below} below of 2000");
     }
+}
+
+/// At most angles of incidence no sample is near enough to show them.
+#[test]
+fn highlights_that_hide_below_an_even_rest_may_grow() {
+    for width in [0.0005, 0.001, 0.002, 0.004] {
+        let material = Highlight { width, peak: 1000.0 };
+        let known = || Known::new(&Samples::of(&material, draw_pairs(4096, 1)));
+        let [over, over_without_growth] =
+            [known(), known().without_growth()].map(|known| over(&material, &known));
+        assert_eq!(over, over_without_growth, "{width}");
+    }
+}
+
+/// How often the material passes a bound from above, of 2000 points.
+fn over(material: &Highlight, known: &Known) -> usize {
+    let bounds = Bounds::new(known, narrow_pairs(2000, 5));
+    let passes = |(pair, [most, _]): &(&DirectionPair, &[Option<[f64; 3]>; 2])| {
+        most.is_some_and(|most| material.f(pair).x > WIDER * most[0])
+    };
+    bounds.pairs.iter().zip(&bounds.values).filter(passes).count()
 }
 
 #[test]

@@ -11,6 +11,7 @@ use super::batch::{Batch, Point, least, points};
 use super::bounds::Bounds;
 use super::damped::Damped;
 use super::guard::Pool;
+use super::known::Known;
 use super::normal::{e_log, error};
 use super::seed::start;
 use super::{Lobes, Shape};
@@ -95,7 +96,8 @@ impl Fit {
     /// Begins one. Everything that comes of it depends on the samples, the shapes and the seed alone.
     #[must_use]
     pub fn new(samples: &Samples, shapes: Vec<Shape>, seed: u64) -> Self {
-        let bounds = [Bounds::of_fits(samples, seed), Bounds::of_pool(samples, seed)];
+        let known = Known::new(samples);
+        let bounds = [Bounds::of_fits(&known, seed), Bounds::of_pool(&known, seed)];
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
         let below = samples.least().iter().flat_map(|(_, least)| least).copied();

@@ -13,6 +13,9 @@ const LEAST_NARROW_COSINE: f64 = 1e-4;
 const NARROWEST: f64 = -9.0;
 /// The least theta_d of every second narrow pair, of 90 degrees.
 const GRAZING: f64 = 0.75;
+/// ln of how near to 90 degrees theta_d of grazing pairs is at most and at least, of 90 degrees.
+const STEEPEST: f64 = -9.0;
+const LEAST_STEEP: f64 = -1.4;
 
 /// Pairs of directions above the surface, the same for the same seed.
 ///
@@ -40,12 +43,31 @@ pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
 /// normal as between 1 and 10, every second pair with theta_d above 67 degrees.
 #[must_use]
 pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
-    let mut stream = Stream::new(BirthKey { seed, slot: 1, attempt: 0 }, Operator::Directions);
+    close_pairs(count, seed, 1, |index, unit| {
+        let least = if index % 2 == 0 { GRAZING } else { 0.0 };
+        least + (1.0 - least) * unit
+    })
+}
+
+/// The same, about as often between 0.02 and 0.2 degrees above the horizon as between 2 and 20.
+pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    close_pairs(count, seed, 2, |_, unit| {
+        1.0 - libm::exp(LEAST_STEEP + (STEEPEST - LEAST_STEEP) * unit)
+    })
+}
+
+/// Pairs close to the mirror direction; `theta_d` makes that of a pair, of 90 degrees, of a number that is drawn.
+fn close_pairs(
+    count: usize,
+    seed: u64,
+    slot: u32,
+    theta_d: impl Fn(usize, f64) -> f64,
+) -> Vec<DirectionPair> {
+    let mut stream = Stream::new(BirthKey { seed, slot, attempt: 0 }, Operator::Directions);
     let mut pairs = Vec::with_capacity(count);
     while pairs.len() < count {
         let theta_h = FRAC_PI_2 * libm::exp(NARROWEST * unit(&mut stream));
-        let least = if pairs.len() % 2 == 0 { GRAZING } else { 0.0 };
-        let theta_d = FRAC_PI_2 * (least + (1.0 - least) * unit(&mut stream));
+        let theta_d = FRAC_PI_2 * theta_d(pairs.len(), unit(&mut stream));
         let [phi_d, phi_h] = [(); 2].map(|()| TAU * unit(&mut stream));
         let (wi, wo) = from_half([theta_h, theta_d, phi_d, phi_h]);
         if wi.z.min(wo.z) >= LEAST_NARROW_COSINE {
@@ -106,5 +128,20 @@ mod tests {
         assert!(near(0) < 30 && near(1) > 120, "{} {}", near(0), near(1));
         assert_eq!(draw_pairs(10, 5), pairs[..10]);
         assert_ne!(draw_pairs(10, 6), pairs[..10]);
+    }
+
+    #[test]
+    fn grazing_pairs_are_about_as_often_in_each_range_of_angles_above_the_horizon() {
+        let pairs = grazing_pairs(4000, 5);
+        assert!(pairs.iter().all(|pair| pair.cos_i().min(pair.cos_o()) >= LEAST_NARROW_COSINE));
+        let above = |pair: &DirectionPair| {
+            let half = (pair.wi() + pair.wo()).normalize();
+            half.dot(pair.wi()).asin().to_degrees()
+        };
+        let between = |least: f64, most: f64| {
+            pairs.iter().filter(|pair| (least..most).contains(&above(pair))).count()
+        };
+        let counts = [between(0.02, 0.2), between(0.2, 2.0), between(2.0, 20.0)];
+        assert!(counts.iter().all(|count| (600..2000).contains(count)), "{counts:?}");
     }
 }
