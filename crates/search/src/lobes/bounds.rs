@@ -17,7 +17,7 @@ const COUNT: usize = 1024;
 const POOL: usize = 4096;
 /// Points that nothing may stand out in from everything that was measured, when all is done.
 const CEILED: usize = 1 << 16;
-/// And those close to the horizon.
+/// And those towards the horizon, wherever the mirror direction is.
 const GRAZING: usize = 1 << 14;
 /// What a squared excess counts where fits are looked at when they are done.
 const IMPORTANCE_ABOVE: f64 = 2.0;

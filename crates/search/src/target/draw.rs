@@ -1,6 +1,6 @@
 //! Where a material is looked at: pairs of directions that are drawn, half of them so that highlights are seen.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use brood_brdf::DirectionPair;
 use brood_genome::{BirthKey, Operator, Stream};
@@ -11,11 +11,10 @@ const LEAST_COSINE: f64 = 0.01;
 const LEAST_NARROW_COSINE: f64 = 1e-4;
 /// ln of the narrowest theta_h, of 90 degrees.
 const NARROWEST: f64 = -9.0;
+/// ln of how close azimuths of grazing pairs get to opposite ones, of 180 degrees.
+const CLOSEST: f64 = -11.0;
 /// The least theta_d of every second narrow pair, of 90 degrees.
 const GRAZING: f64 = 0.75;
-/// ln of how near to 90 degrees theta_d of grazing pairs is at most and at least, of 90 degrees.
-const STEEPEST: f64 = -9.0;
-const LEAST_STEEP: f64 = -1.4;
 
 /// Pairs of directions above the surface, the same for the same seed.
 ///
@@ -43,31 +42,12 @@ pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
 /// normal as between 1 and 10, every second pair with theta_d above 67 degrees.
 #[must_use]
 pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
-    close_pairs(count, seed, 1, |index, unit| {
-        let least = if index % 2 == 0 { GRAZING } else { 0.0 };
-        least + (1.0 - least) * unit
-    })
-}
-
-/// The same, about as often between 0.02 and 0.2 degrees above the horizon as between 2 and 20.
-pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
-    close_pairs(count, seed, 2, |_, unit| {
-        1.0 - libm::exp(LEAST_STEEP + (STEEPEST - LEAST_STEEP) * unit)
-    })
-}
-
-/// Pairs close to the mirror direction; `theta_d` makes that of a pair, of 90 degrees, of a number that is drawn.
-fn close_pairs(
-    count: usize,
-    seed: u64,
-    slot: u32,
-    theta_d: impl Fn(usize, f64) -> f64,
-) -> Vec<DirectionPair> {
-    let mut stream = Stream::new(BirthKey { seed, slot, attempt: 0 }, Operator::Directions);
+    let mut stream = Stream::new(BirthKey { seed, slot: 1, attempt: 0 }, Operator::Directions);
     let mut pairs = Vec::with_capacity(count);
     while pairs.len() < count {
         let theta_h = FRAC_PI_2 * libm::exp(NARROWEST * unit(&mut stream));
-        let theta_d = FRAC_PI_2 * theta_d(pairs.len(), unit(&mut stream));
+        let least = if pairs.len() % 2 == 0 { GRAZING } else { 0.0 };
+        let theta_d = FRAC_PI_2 * (least + (1.0 - least) * unit(&mut stream));
         let [phi_d, phi_h] = [(); 2].map(|()| TAU * unit(&mut stream));
         let (wi, wo) = from_half([theta_h, theta_d, phi_d, phi_h]);
         if wi.z.min(wo.z) >= LEAST_NARROW_COSINE {
@@ -77,14 +57,34 @@ fn close_pairs(
     pairs
 }
 
+/// Pairs of directions towards the horizon: both cosines are as often between 1e-4 and 1e-3 as between 0.1 and 1, and azimuths of
+/// every second pair as often between 0.01 and 0.1 degrees from opposite ones as between 1 and 10.
+pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    let mut stream = Stream::new(BirthKey { seed, slot: 2, attempt: 0 }, Operator::Directions);
+    let mut drawn = || unit(&mut stream);
+    let mut pair = |index: usize| {
+        let [cos_i, cos_o] = [(); 2].map(|()| libm::pow(LEAST_NARROW_COSINE, drawn()));
+        let (phi, aside) = (TAU * drawn(), drawn());
+        let aside = if index % 2 == 0 { libm::exp(CLOSEST * aside) } else { aside };
+        let (wi, wo) = (at(cos_i, phi), at(cos_o, phi + PI * (1.0 + aside)));
+        DirectionPair::new(wi, wo).expect("both have been made unit")
+    };
+    (0..count).map(&mut pair).collect()
+}
+
 fn by_hemisphere(stream: &mut Stream) -> (DVec3, DVec3) {
     let mut direction = || {
         let z = unit(stream);
-        let (sin, cos) = libm::sincos(TAU * unit(stream));
-        let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * cos, r * sin, z).normalize()
+        at(z, TAU * unit(stream))
     };
     (direction(), direction())
+}
+
+/// The direction of that cosine and azimuth.
+fn at(z: f64, phi: f64) -> DVec3 {
+    let (sin, cos) = libm::sincos(phi);
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * cos, r * sin, z).normalize()
 }
 
 fn by_half(stream: &mut Stream) -> (DVec3, DVec3) {
@@ -131,17 +131,21 @@ mod tests {
     }
 
     #[test]
-    fn grazing_pairs_are_about_as_often_in_each_range_of_angles_above_the_horizon() {
+    fn grazing_pairs_are_as_often_in_each_range_of_cosines_and_half_of_them_near_the_mirror() {
         let pairs = grazing_pairs(4000, 5);
-        assert!(pairs.iter().all(|pair| pair.cos_i().min(pair.cos_o()) >= LEAST_NARROW_COSINE));
-        let above = |pair: &DirectionPair| {
-            let half = (pair.wi() + pair.wo()).normalize();
-            half.dot(pair.wi()).asin().to_degrees()
+        let cosines: Vec<f64> =
+            pairs.iter().flat_map(|pair| [pair.cos_i(), pair.cos_o()]).collect();
+        assert!(cosines.iter().all(|cosine| *cosine >= 0.99 * LEAST_NARROW_COSINE));
+        for least in [1e-4, 1e-3, 1e-2, 1e-1] {
+            let range = least..10.0 * least;
+            let count = cosines.iter().filter(|cosine| range.contains(*cosine)).count();
+            assert!((1850..2150).contains(&count), "{count} from {least}");
+        }
+        let is_opposite = |pair: &&DirectionPair| {
+            let [wi, wo] = [pair.wi(), pair.wo()].map(|w| w.truncate());
+            (PI - wi.angle_to(wo).abs()).to_degrees() < 0.1
         };
-        let between = |least: f64, most: f64| {
-            pairs.iter().filter(|pair| (least..most).contains(&above(pair))).count()
-        };
-        let counts = [between(0.02, 0.2), between(0.2, 2.0), between(2.0, 20.0)];
-        assert!(counts.iter().all(|count| (600..2000).contains(count)), "{counts:?}");
+        let count = pairs.iter().filter(is_opposite).count();
+        assert!((600..720).contains(&count), "{count}");
     }
 }
