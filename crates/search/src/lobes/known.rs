@@ -36,7 +36,13 @@ pub(super) struct Known {
     /// Whether how highlights grow can be told. Where f is known not to be below a value it may be that, and says nothing of it.
     grows: bool,
     /// Of each sample, how many times as bright others get nearer to the mirror direction, and where, once that has been asked for.
-    contrasts: Vec<OnceLock<Vec<(f64, [f64; 3])>>>,
+    contrasts: Vec<OnceLock<Vec<Contrast>>>,
+}
+
+/// How many times as bright samples are at most that are no nearer to the mirror direction than this.
+struct Contrast {
+    half: f64,
+    most: [f64; 3],
 }
 
 /// What a bound looks at of a pair.
@@ -66,7 +72,7 @@ impl Known {
         let (pairs_below, below): (Vec<_>, Vec<_>) = samples.least().iter().copied().unzip();
         let places: Vec<Place> =
             samples.pairs().par_iter().chain(&pairs_below).map(Place::of).collect();
-        let contrasts = vec![OnceLock::new(); places.len()];
+        let contrasts = places.iter().map(|_| OnceLock::new()).collect();
         let values = [samples.values(), &below].concat();
         Self { places, values, grows: below.is_empty(), contrasts }
     }
@@ -143,12 +149,12 @@ impl Known {
         let contrasts = || self.contrasts(self.places[at].half);
         let contrasts = (self.places[at].half < CLOSE + WINDOW)
             .then(|| self.contrasts[at].get_or_init(contrasts))?;
-        let nearer = contrasts.partition_point(|(half, _)| *half >= point.half - NEARER);
-        Some(nearer.checked_sub(1).map_or([1.0; 3], |last| contrasts[last].1))
+        let nearer = contrasts.partition_point(|contrast| contrast.half >= point.half - NEARER);
+        Some(nearer.checked_sub(1).map_or([1.0; 3], |last| contrasts[last].most))
     }
 
     /// How many times as bright samples get from there on towards the mirror direction, at any theta_d, and where.
-    fn contrasts(&self, from: f64) -> Vec<(f64, [f64; 3])> {
+    fn contrasts(&self, from: f64) -> Vec<Contrast> {
         let is_between = |k: &usize| self.places[*k].half <= from + WINDOW;
         let mut close: Vec<usize> = (0..self.places.len()).filter(is_between).collect();
         close.sort_by(|a, b| self.places[*b].half.total_cmp(&self.places[*a].half));
@@ -164,7 +170,7 @@ impl Known {
                     *most = most.max(self.values[*peak][c] / f);
                 }
             }
-            contrasts.push((self.places[*peak].half, most));
+            contrasts.push(Contrast { half: self.places[*peak].half, most });
         }
         contrasts
     }

@@ -65,7 +65,7 @@ pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut pair = |index: usize| {
         let [cos_i, cos_o] = [(); 2].map(|()| libm::pow(LEAST_NARROW_COSINE, drawn()));
         let (phi, aside) = (TAU * drawn(), drawn());
-        let aside = if index % 2 == 0 { libm::exp(CLOSEST * aside) } else { aside };
+        let aside = if index.is_multiple_of(2) { libm::exp(CLOSEST * aside) } else { aside };
         let (wi, wo) = (at(cos_i, phi), at(cos_o, phi + PI * (1.0 + aside)));
         DirectionPair::new(wi, wo).expect("both have been made unit")
     };
