@@ -21,7 +21,7 @@ const NEARER: f64 = 0.5;
 /// Growth towards the mirror direction is that between the brightest samples of the nearest two such ranges of ln tan theta_h.
 const WINDOW: f64 = 1.0;
 /// What a bound is of what samples would have grown to, and how many times as fast they may grow: none of twenty materials of MERL
-/// passes such a bound where it does not pass the one by the largest sample.
+/// passes such a bound where it does not pass the one by the largest sample, one of four of RGL's by 9 % at a few points.
 const GROWN: f64 = 1.5;
 const GROWTH: f64 = 1.5;
 /// ln tan 3 degrees: as far from the mirror direction every material falls off from it.
