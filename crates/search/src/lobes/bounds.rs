@@ -17,8 +17,8 @@ const COUNT: usize = 1024;
 const POOL: usize = 4096;
 /// Points that nothing may stand out in from everything that was measured, when all is done.
 const CEILED: usize = 1 << 16;
-/// And those towards the horizon, wherever the mirror direction is.
-const GRAZING: usize = 1 << 14;
+/// To so many close to the mirror direction there is one towards the horizon, wherever the mirror direction is.
+const TO_ONE: usize = 4;
 /// What a squared excess counts where fits are looked at when they are done.
 const IMPORTANCE_ABOVE: f64 = 2.0;
 /// What a bound there is of the one that fits are held by.
@@ -30,6 +30,7 @@ const FLOOR: f64 = 0.17;
 /// And as at least so many times 1 over the brightest sample where nothing passes that: ln(1 + f cos_i) tells how many times it is passed
 /// where this is far above 1 alone.
 const BRIGHT: f64 = 10.0;
+
 /// Pairs of directions where samples are few, and what samples say of them.
 pub(super) struct Bounds {
     pairs: Vec<DirectionPair>,
@@ -47,13 +48,12 @@ impl Bounds {
 
     /// Of the points that fits are looked at in afterwards.
     pub(super) fn of_pool(known: &Known, seed: u64) -> Self {
-        Self::new(known, narrow_pairs(POOL, seed.wrapping_add(1 << 32)))
+        Self::new(known, close_pairs(POOL, seed.wrapping_add(1 << 32)))
     }
 
     /// Of many more, where nothing passes the brightest sample.
     pub(super) fn of_ceiling(largest: f64, seed: u64) -> Self {
-        let mut pairs = narrow_pairs(CEILED, seed.wrapping_add(2 << 32));
-        pairs.extend(grazing_pairs(GRAZING, seed));
+        let pairs = close_pairs(CEILED, seed.wrapping_add(2 << 32));
         let values = vec![[Some([largest; 3]), None]; pairs.len()];
         Self { values, pairs, floor: FLOOR.max(BRIGHT / largest.max(1e-6)) }
     }
@@ -99,6 +99,13 @@ impl Bounds {
         };
         unbounded.into_iter().zip(&self.values).flat_map(bounded).flatten().collect()
     }
+}
+
+/// So many pairs close to the mirror direction, and some towards the horizon.
+fn close_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    let mut pairs = narrow_pairs(count, seed);
+    pairs.extend(grazing_pairs(count / TO_ONE, seed));
+    pairs
 }
 
 #[cfg(test)]

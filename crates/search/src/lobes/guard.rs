@@ -13,6 +13,8 @@ use super::{Lobes, Shape};
 const WORST: usize = 256;
 const ROUNDS: usize = 5;
 const STEPS: usize = 8;
+/// When all is done, as many points are held by then that fewer steps leave the samples behind.
+const LAST_STEPS: usize = 16;
 /// Squared excesses, summed over channels, that are let be: a fifth more in one channel.
 pub(super) const TOLERATED: f32 = 2.0 * 0.033;
 
@@ -23,24 +25,26 @@ pub(super) struct Pool {
     albedos: Arc<Albedos>,
     /// From here on nothing passes the brightest sample by far.
     ceiled: usize,
+    /// Each time points are held.
+    steps: usize,
 }
 
 impl Pool {
     pub(super) fn new(bounds: &Bounds, shape: &Shape) -> Self {
         let points = bounds.above(shape);
         let count = points.len();
-        Self::of(points, count, Arc::new(Albedos::new(shape)))
+        Self::of(points, count, STEPS, Arc::new(Albedos::new(shape)))
     }
 
-    fn of(points: Vec<Point>, ceiled: usize, albedos: Arc<Albedos>) -> Self {
-        Self { batch: Batch::new(points.iter()), points, albedos, ceiled }
+    fn of(points: Vec<Point>, ceiled: usize, steps: usize, albedos: Arc<Albedos>) -> Self {
+        Self { batch: Batch::new(points.iter()), points, albedos, ceiled, steps }
     }
 
     /// The same with many more points, where nothing passes the brightest sample by far.
     pub(super) fn ceiled(&self, shape: &Shape, largest: f64, seed: u64) -> Self {
         let mut points = self.points.clone();
         points.extend(Bounds::of_ceiling(largest, seed).above(shape));
-        Self::of(points, self.points.len(), self.albedos.clone())
+        Self::of(points, self.points.len(), LAST_STEPS, self.albedos.clone())
     }
 
     /// What light there is.
@@ -78,7 +82,7 @@ impl Pool {
             let bounded = batch.with(points.map(|(point, _)| point));
             let bounded = if is_under { bounded.under(&self.albedos) } else { bounded };
             fit = fit.on(&bounded);
-            fit.refine(&bounded, STEPS);
+            fit.refine(&bounded, self.steps);
         }
         fit.on(batch)
     }
