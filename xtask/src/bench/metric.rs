@@ -12,7 +12,7 @@ use crate::{shell, suite};
 /// A metric, and by how much it may differ, relative to what is found. Matrices of colour spaces are published with four digits.
 const METRICS: [(&str, f64); 3] = [("flip", 1e-3), ("ssim", 1e-6), ("itp", 1e-3)];
 /// Two materials that differ in colour, in highlights and in grain.
-const PRESETS: [&str; 2] = ["gold", "red-plastic"];
+const MODELS: [&str; 2] = ["gold", "coated"];
 
 /// Compares them; a package that cannot be installed is a failure.
 pub fn run(brood: &Path) -> Result<()> {
@@ -25,7 +25,7 @@ pub fn run(brood: &Path) -> Result<()> {
     let folder = suite::target_directory()?.join("accept");
     std::fs::create_dir_all(&folder).context("make a folder")?;
     let pictures = [0, 1].map(|index| folder.join(format!("metric-{index}.png")));
-    for (name, picture) in PRESETS.iter().zip(&pictures) {
+    for (name, picture) in MODELS.iter().zip(&pictures) {
         render(&environment, name, picture)?;
     }
     let theirs = json_of(environment.script("metrics.py").args(&pictures))?;
