@@ -18,7 +18,10 @@ WHITE = 100.0
 
 
 def read(path):
-    return numpy.asarray(Image.open(path).convert("RGB"), dtype=numpy.float64) / 255.0
+    """sRGB over black, the light of edges being added up, not their codes."""
+    codes = numpy.asarray(Image.open(path).convert("RGBA"), dtype=numpy.float64) / 255.0
+    light = colour.models.eotf_sRGB(codes[..., :3]) * codes[..., 3:]
+    return colour.models.eotf_inverse_sRGB(light)
 
 
 def itp(picture):
