@@ -99,8 +99,15 @@ export async function search(hand, step, shot, base) {
   const job = await step("searches, and shows how", async () => {
     await hand.id("search-strategy").selectOption("lobes");
     await start(hand, GENERATIONS);
-    // A curve without a rise has no height, and counts as hidden.
-    await hand.id("search-course").locator("svg[role=img] > path.curve").first().waitFor({ state: "attached" });
+    // A curve without a rise has no height and counts as hidden, so its chart is to be visible, and it to have a stroke.
+    await hand.id("search-course").locator("svg[role=img]").first().waitFor();
+    const curve = hand.id("search-course").locator("svg[role=img] > path.curve").first();
+    await curve.waitFor({ state: "attached" });
+    const drawn = await curve.evaluate((path) => {
+      const { visibility, display, stroke, opacity } = getComputedStyle(path);
+      return visibility === "visible" && display !== "none" && stroke !== "none" && opacity !== "0";
+    });
+    assert.ok(drawn, "the curve is drawn");
     await hand.id("found-picture").locator("img").first().waitFor();
     await shot("53-search-running");
     await stands(hand, "done");
