@@ -1,25 +1,51 @@
-// How many frames a second the page draws live, 21 materials under the circling light, in headless Chromium with software
-// WebGL: `node tests/browser/rate.mjs [--side PX] [--seconds S] [--object NAME] [--seed N]`, with $BROOD_BIN and $CHROMIUM as
-// the journey has them. A measurement, not a test: it prints what it found, whatever that is. The window is chosen so that the
-// frames are as many pixels across; what the page makes of a slow machine is switched off.
+// How many frames a second the page draws live, 21 materials under the circling light, and how many exported programs keep
+// their bits, in headless Chromium:
+// `node tests/browser/rate.mjs [--angle NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--seeds N,...]
+// [--programs N]`, with $BROOD_BIN and $CHROMIUM as the journey has them. Without --angle the browser's own software draws; with
+// it, what the system has: gl-egl for the OpenGL of a Linux machine without a screen, gl, vulkan, metal or d3d11 elsewhere.
+// A measurement, not a test: it prints what it found, whatever that is, a line of JSON for each object and seed and one for the
+// exports, and fails only where --hardware is given and software draws. `cargo xtask bench live` makes tables of it.
 
-import { parseArgs } from "node:util";
+import { execFile } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { parseArgs, promisify } from "node:util";
 import { chromium } from "playwright-core";
 
-import { startServer } from "./server.mjs";
+import { binary, startServer } from "./server.mjs";
 
 const { values } = parseArgs({
   options: {
+    angle: { type: "string" },
+    hardware: { type: "boolean", default: false },
     side: { type: "string", default: "640" },
     seconds: { type: "string", default: "9" },
-    object: { type: "string", default: "sphere" },
-    seed: { type: "string", default: "7" },
+    objects: { type: "string", default: "sphere" },
+    seeds: { type: "string", default: "7" },
+    programs: { type: "string", default: "0" },
   },
 });
 /** Until what was compiled in the background no longer is. */
 const SETTLING_MS = 5000;
+/** Of the window; its height follows from how large the frames are to be. */
+const WIDTH_PX = 1400;
+const HEIGHT_PX = 900;
+const DEADLINE_MS = 600_000;
 
-async function made(url, { seed, object }) {
+const number = (name) => {
+  const value = Number(values[name]);
+  if (!(value >= 0)) throw new Error(`--${name} needs a number, not ${values[name]}`);
+  return value;
+};
+const [side, seconds, programs] = ["side", "seconds", "programs"].map(number);
+const driver = values.angle
+  ? ["--use-gl=angle", `--use-angle=${values.angle}`, "--ignore-gpu-blocklist", ...(values.angle === "vulkan" ? ["--enable-features=Vulkan"] : [])]
+  : ["--enable-unsafe-swiftshader"];
+const say = (found) => console.log(JSON.stringify(found));
+
+/** A lineage of one random brood, as the place of the page that shows it. */
+async function made(url, object, seed) {
   const send = async (path, body) => {
     const answer = await fetch(`${url}${path}`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
     if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
@@ -31,28 +57,17 @@ async function made(url, { seed, object }) {
   return `${url}/#/lineage/${lineage.id}/generation/${bred.id}`;
 }
 
-const server = await startServer();
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--enable-unsafe-swiftshader"],
-});
-try {
-  const page = await browser.newPage({ viewport: { width: 1400, height: 900 } });
-  page.setDefaultTimeout(120_000);
-  await page.goto(await made(server.url, values));
-  await page.locator("[data-testid=light-moves]:enabled").waitFor();
-  const across = () => page.evaluate(() => document.querySelector("canvas.live").parentElement.getBoundingClientRect().width);
-  const height = 900 + Math.round(Number(values.side) - (await across()));
-  await page.setViewportSize({ width: 1400, height });
-  await page.evaluate(async () => {
-    const { Pace } = await import("/web/live/stage.js");
-    Pace.prototype.step = () => false;
+/** What draws in this browser. */
+const drawer = (page) =>
+  page.evaluate(async () => {
+    const { openContext } = await import("/web/live/stage.js");
+    const context = openContext(document.createElement("canvas"));
+    return { renderer: context?.renderer ?? null, software: context?.software ?? true };
   });
-  await page.getByRole("button", { name: "Let the light circle" }).click();
-  await page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
-  await page.waitForTimeout(SETTLING_MS);
-  const found = await page.evaluate(async (seconds) => {
-    const canvas = document.querySelector("canvas.live");
+
+/** The display's frames of so many seconds, and the buffer that they are drawn in. */
+const watch = (page) =>
+  page.evaluate(async (seconds) => {
     const steps = [];
     await new Promise((done) => {
       const start = performance.now();
@@ -65,11 +80,80 @@ try {
       };
       requestAnimationFrame(tick);
     });
+    const canvas = document.querySelector("canvas.live");
     const total = steps.reduce((sum, step) => sum + step, 0);
     steps.sort((a, b) => a - b);
-    return { buffer: [canvas.width, canvas.height], frames: steps.length, fps: (1000 * steps.length) / total, median_ms: steps[steps.length >> 1], p95_ms: steps[Math.floor(steps.length * 0.95)] };
-  }, Number(values.seconds));
-  console.log(JSON.stringify({ object: values.object, seed: values.seed, ...found }));
+    const rounded = (value) => Math.round(10 * value) / 10;
+    return {
+      fps: rounded((1000 * steps.length) / total),
+      median_ms: rounded(steps[steps.length >> 1]),
+      p95_ms: rounded(steps[Math.floor(steps.length * 0.95)]),
+      buffer: [canvas.width, canvas.height],
+    };
+  }, seconds);
+
+/** Frames a second of the display while nothing is drawn, in a whole buffer, and in the one that the page chooses. */
+async function rates(page, url) {
+  await page.goto(url);
+  const light = page.getByTestId("light-moves");
+  await page.locator("[data-testid=light-moves]:enabled").waitFor();
+  // By hardware the light goes round by itself.
+  await page.waitForTimeout(SETTLING_MS);
+  if ((await light.getAttribute("aria-pressed")) === "true") await light.click();
+  const across = await page.evaluate(() => document.querySelector("canvas.live").parentElement.getBoundingClientRect().width);
+  const { height } = page.viewportSize();
+  await page.setViewportSize({ width: WIDTH_PX, height: height + Math.round(side - across) });
+  const idle = await watch(page);
+  const chosen = await page.evaluateHandle(async () => {
+    const { Pace } = await import("/web/live/pace.js");
+    const { step } = Pace.prototype;
+    Pace.prototype.step = () => false;
+    return { resume: () => (Pace.prototype.step = step) };
+  });
+  const begun = Date.now();
+  await light.click();
+  await page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
+  const all_drawn_ms = Date.now() - begun;
+  await page.waitForTimeout(SETTLING_MS);
+  const whole = await watch(page);
+  await chosen.evaluate((pace) => pace.resume());
+  await page.waitForTimeout(SETTLING_MS);
+  return { display_fps: idle.fps, all_drawn_ms, whole, paced: await watch(page) };
+}
+
+/** Exported programs against the bits they must have. */
+async function exports(page) {
+  const folder = await mkdtemp(join(tmpdir(), "brood-export-"));
+  try {
+    const file = join(folder, "export.html");
+    await promisify(execFile)(binary, ["bench", "export", "--programs", values.programs, "--output", file]);
+    await page.goto(`file://${file}`);
+    await page.waitForFunction(() => document.getElementById("result").textContent.startsWith("{"));
+    const found = JSON.parse(await page.locator("#result").innerText());
+    const kept = found.models.filter(({ kept }) => kept).length;
+    const { renderer, programs, exact, values: count, differing, within_exact, failures } = found;
+    return { renderer, exports: { programs, exact, values: count, differing, within_exact, failures: failures.length, kinds: found.models.length, kinds_kept: kept } };
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+}
+
+const server = await startServer();
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", ...driver],
+});
+try {
+  const page = await browser.newPage({ viewport: { width: WIDTH_PX, height: HEIGHT_PX } });
+  page.setDefaultTimeout(DEADLINE_MS);
+  await page.goto(server.url);
+  const by = await drawer(page);
+  if (by.renderer === null) throw new Error("this browser has no WebGL 2 here; another --angle may have");
+  if (values.hardware && by.software) throw new Error(`${by.renderer}: this is software`);
+  for (const object of values.objects.split(",")) {
+    for (const seed of values.seeds.split(",")) say({ ...by, object, seed, ...(await rates(page, await made(server.url, object, seed))) });
+  }
+  if (programs > 0) say(await exports(page));
 } finally {
   await browser.close();
   await server.stop();

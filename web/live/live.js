@@ -17,13 +17,14 @@ import { ready } from "../pictures.js";
 import { FRAMES, breeding, clipped, generation, held, individualIn, turning, wishedScene } from "../state.js";
 import { dropGeometry, loadGeometry } from "./geometry.js";
 import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
-import { LIGHTS, METER_ANGLES, METER_SIDE, drawMaterial, makeDark, makeMeter } from "./material.js";
+import { METER_ANGLES, METER_SIDE, drawMaterial, makeDark, makeMeter } from "./material.js";
+import { Pace, displayInterval } from "./pace.js";
 import { learnParts, lightParts } from "./parts.js";
-import { Pace, layOut, openContext } from "./stage.js";
+import { layOut, openContext } from "./stage.js";
 import { followLight, still } from "./stills.js";
 import { Stock } from "./stock.js";
 import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
-import { evenedOut, isDrawable, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./view.js";
+import { LIGHTS, evenedOut, isDrawable, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "./view.js";
 
 /** @template T @typedef {import("../vendor/signals-core.js").Signal<T>} Signal */
 
@@ -102,7 +103,15 @@ function tryOnce() {
   able.value = context !== null;
   if (!context) return;
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  if (chosenBefore() ?? !(still || context.software)) letMove(true, false);
+  const begin = () => {
+    if (chosenBefore() ?? !(still || context?.software)) letMove(true, false);
+  };
+  if (context.software) return begin();
+  // Before anything is drawn, which could hold up the display's frames.
+  void displayInterval().then((interval) => {
+    pace.aimAt(interval);
+    begin();
+  });
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Scene} scene */

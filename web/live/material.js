@@ -10,8 +10,6 @@ import { drawReached } from "./parts.js";
 import { OUTLINED, drop, isLinked, link, linkNow, place, refusal } from "./program.js";
 import { drawWithin } from "./surface.js";
 
-/** Lights that are added up at most. */
-export const LIGHTS = 8;
 /** Side of the pictures that exposure is measured on, and how many places of the light they show. */
 export const METER_SIDE = 32;
 export const METER_ANGLES = 8;

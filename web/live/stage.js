@@ -7,17 +7,8 @@
 
 /** Beyond this many pixels a side a canvas costs more than is seen. */
 const LIMIT_PX = 2048;
-/** The drawing buffer over the canvas, at the least. */
-const LEAST_RATIO = 0.3;
-/** Slower than this, in milliseconds a frame, and the buffer shrinks; faster than that, and it grows by a step that does not
- * make it too slow at once. */
-const SLOW_MS = 40;
-const FAST_MS = 30;
-const GROWTH = 1.1;
 /** Between a frame's border and its picture in CSS pixels, as in stage.css. */
 const INSET_PX = 3;
-/** Frames over which the pace is judged. */
-const JUDGED = 12;
 
 /**
  * @typedef {{cell: Cell, corner: [number, number]}} Square lower left in pixels
@@ -60,39 +51,6 @@ export function layOut(canvas, ratio) {
   if (squares.length === 0) return null;
   const css = { left: `${left - whole.left}px`, top: `${top - whole.top}px`, width: `${width / fine}px`, height: `${height / fine}px` };
   return { width, height, css, small, large, squares };
-}
-
-/** How fine the drawing buffer is, from how long frames take. */
-export class Pace {
-  ratio = 1;
-  /** @type {number|null} */
-  #last = null;
-  /** @type {number[]} */
-  #steps = [];
-
-  /**
-   * One frame more while the light moves and nothing else takes time.
-   * @param {number} now milliseconds
-   * @returns {boolean} whether the ratio has changed
-   */
-  step(now) {
-    if (this.#last !== null) this.#steps.push(now - this.#last);
-    this.#last = now;
-    if (this.#steps.length < JUDGED) return false;
-    const steps = this.#steps.sort((a, b) => a - b);
-    const middle = steps[steps.length >> 1];
-    this.#steps = [];
-    const before = this.ratio;
-    if (middle > SLOW_MS) this.ratio = Math.max(LEAST_RATIO, this.ratio * Math.max(0.6, Math.sqrt(SLOW_MS / middle)));
-    else if (middle < FAST_MS) this.ratio = Math.min(1, this.ratio * GROWTH);
-    return this.ratio !== before;
-  }
-
-  /** The light rests: the next movement is judged anew. */
-  pause() {
-    this.#last = null;
-    this.#steps = [];
-  }
 }
 
 /** @typedef {{gl: WebGL2RenderingContext, software: boolean, renderer: string}} Context */

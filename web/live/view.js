@@ -7,6 +7,8 @@
 import { strengthField } from "../light_color.js";
 import { about, axes, fromDegrees } from "../turn.js";
 
+/** Lights that are added up at most. */
+export const LIGHTS = 8;
 /** Distance of a framing camera over the one at which the bounding sphere touches the picture's edge. */
 const FRAMING_MARGIN = 1.04;
 /** Azimuth, elevation and distance in radii of a light that has no place of its own. */
@@ -80,12 +82,13 @@ export function viewOf(camera, extent, { rotation, scale }) {
 }
 
 /**
- * Whether frames can be drawn here: by point lights with an intensity or none said, without shadows and tone curves, on
+ * Whether frames can be drawn here: by a few point lights with an intensity or none said, without shadows and tone curves, on
  * curved surfaces.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
   !scene.shadows &&
+  (scene.lights ?? []).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
   (scene.film.tone ?? "none") === "none" &&
   (scene.lights ?? []).every((light) => (light.kind ?? "point") === "point" && strengthField(light) !== null);

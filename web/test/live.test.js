@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { METER_GAIN, autoGain } from "../live/material.js";
 import { readGeometry } from "../live/geometry.js";
 import { SIDES, outline, triangles } from "../live/outline.js";
-import { Pace } from "../live/stage.js";
+import { Pace, displayInterval } from "../live/pace.js";
 import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "../live/view.js";
 
 const extent = { centre: /** @type {[number, number, number]} */ ([0, 0, 0]), radius: 1 };
@@ -86,20 +86,75 @@ test("the outline holds all of the object, with little to spare", () => {
   assert.equal(outline(new Float32Array([0, 0, 0, ...view.eye]), view, side).length, 8);
 });
 
+/**
+ * A display that shows a frame every `interval` milliseconds, or the first such moment after it is drawn.
+ * @param {Pace} pace
+ * @param {{interval: number, whole_ms: number, fixed_ms?: number, seconds: number}} machine `whole_ms`: what a whole buffer takes
+ * @returns {number} frames a second of the last half
+ */
+function shown(pace, { interval, whole_ms, fixed_ms = 0, seconds }) {
+  const late = [];
+  let now = 0;
+  let done = 0;
+  while (now < 1000 * seconds) {
+    pace.step(now);
+    done = Math.max(done, now) + fixed_ms + whole_ms * pace.ratio ** 2;
+    // The next frame is begun at the display's next moment, unless the one before is not done by then.
+    now = interval * Math.max(Math.round(now / interval) + 1, Math.ceil((done - interval) / interval));
+    if (now > 500 * seconds) late.push(now);
+  }
+  return (1000 * (late.length - 1)) / (late[late.length - 1] - late[0]);
+}
+
 test("a slow machine gets a coarser buffer and a quick one the full one back", () => {
   const pace = new Pace();
   let now = 0;
-  const run = (/** @type {number} */ step) => {
-    for (let k = 0; k < 60; k += 1) pace.step((now += step));
+  const run = (/** @type {number} */ whole_ms) => {
+    for (let k = 0; k < 72; k += 1) pace.step((now += whole_ms * pace.ratio ** 2));
   };
   run(100);
-  assert.ok(pace.ratio < 0.6 && pace.ratio >= 0.3, `${pace.ratio}`);
-  run(30);
-  const held = pace.ratio;
-  run(30);
-  assert.equal(pace.ratio, held);
-  for (let k = 0; k < 10; k += 1) run(10);
+  const slow = pace.ratio;
+  assert.ok(slow < 0.65 && slow >= 0.3, `${slow}`);
+  run(35 / slow ** 2);
+  assert.equal(pace.ratio, slow);
+  run(10);
   assert.equal(pace.ratio, 1);
+});
+
+test("hardware draws every frame of the display, in a coarser buffer where it must", () => {
+  for (const rate of [60, 120, 144]) {
+    const interval = 1000 / rate;
+    for (const load of [0.1, 0.9, 1.3, 2.5, 5]) {
+      const pace = new Pace();
+      pace.aimAt(interval);
+      const found = shown(pace, { interval, whole_ms: load * interval, seconds: 20 });
+      assert.ok(found > 0.91 * rate, `${found} of ${rate} frames a second at ${load}`);
+      const most = Math.min(1, 1 / Math.sqrt(load));
+      assert.ok(pace.ratio > 0.75 * most, `${pace.ratio} of ${most} at ${load}`);
+    }
+  }
+});
+
+test("nothing is made coarser for what drawing does not take", () => {
+  const pace = new Pace();
+  pace.aimAt(1000 / 120);
+  // The window was moved to a display of half the rate.
+  assert.ok(shown(pace, { interval: 1000 / 60, whole_ms: 2, seconds: 20 }) > 59);
+  assert.equal(pace.ratio, 1);
+});
+
+test("one frame that something held up makes nothing coarser", () => {
+  const pace = new Pace();
+  pace.aimAt(16);
+  for (let now = 0, k = 0; k < 600; k += 1) pace.step((now += k % 12 === 5 ? 90 : 16));
+  assert.equal(pace.ratio, 1);
+});
+
+test("the display's interval is told from frames of which some are late", async () => {
+  let now = 0;
+  let count = 0;
+  const nextFrame = (/** @type {(now: number) => void} */ tick) => setImmediate(() => tick((now += count++ % 3 === 0 ? 31 : 8)));
+  assert.equal(await displayInterval(nextFrame), 8);
 });
 
 test("geometry of another version is refused", () => {

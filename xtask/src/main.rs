@@ -30,6 +30,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               fits of measured materials beside symbolic regression and published fits
   bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
                               known kinds of material recovered from one picture, beside Mitsuba with Adam and pycma
+  bench live [--angle NAME,...] [--hardware] [--out DIR] [--release | --brood FILE] [--require]
+                              frames a second of the page, and exports to the bit, by each driver of graphics there is
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               another renderer's pictures of the same materials, and how far ours are from them
   tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         ["bench", "pictures", options @ ..] => bench::pictures(options),
         ["bench", "fit", options @ ..] => bench::fit(options),
         ["bench", "inverse", options @ ..] => bench::inverse(options),
+        ["bench", "live", options @ ..] => bench::live(options),
         ["tidy"] => tidy::run(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         [] | ["help" | "--help" | "-h"] => {

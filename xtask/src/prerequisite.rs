@@ -164,7 +164,7 @@ fn apt_get() -> Result<Command> {
 }
 
 /// Puts the browser's driver, the accessibility checker and the type checker beside the journey, unless the locked versions are there.
-fn install_browser_driver() -> Result<()> {
+pub fn install_browser_driver() -> Result<()> {
     let folder = shell::root().join("tests/browser");
     let lock = std::fs::read_to_string(folder.join("package-lock.json"))?;
     if installed_versions_match(&lock, &folder) {

@@ -84,7 +84,9 @@ impl Environment {
             missing: Vec::new(),
         };
         std::fs::create_dir_all(&environment.home).context("make a folder for the peers")?;
-        environment.install(&place.join("venv"), peers);
+        if !peers.is_empty() {
+            environment.install(&place.join("venv"), peers);
+        }
         Ok(environment)
     }
 
@@ -156,6 +158,11 @@ impl Environment {
     /// The brood that is measured.
     pub fn brood(&self) -> Command {
         shell::command(&self.brood)
+    }
+
+    /// Where that brood lies, for scripts that start it.
+    pub fn brood_file(&self) -> &Path {
+        &self.brood
     }
 
     /// What the figures depend on.
@@ -271,6 +278,19 @@ fn one_line(command: &mut Command) -> Option<String> {
             None
         }
     }
+}
+
+/// Runs a command and reads each line that it prints as JSON.
+pub fn json_lines(command: &mut Command) -> Result<Vec<Value>> {
+    let text = shell::output(command)?;
+    let lines: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).context("read a line of its answer as JSON"))
+        .collect::<Result<_>>()?;
+    if lines.is_empty() {
+        bail!("its answer is empty");
+    }
+    Ok(lines)
 }
 
 /// Runs a command and reads what it prints as JSON.

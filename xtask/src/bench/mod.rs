@@ -1,5 +1,5 @@
 //! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), picture by picture
-//! (`pictures`), material by material (`fit`), and from pictures back to materials (`inverse`).
+//! (`pictures`), material by material (`fit`), and from pictures back to materials (`inverse`); and the page in a browser (`live`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is named and left out; the run fails for
 //! that only when asked to. How peers come here is the environment's business, what they are held against the
@@ -9,6 +9,7 @@ mod compare;
 mod environment;
 mod fit;
 mod inverse;
+mod live;
 mod measure;
 mod metric;
 mod picture;
@@ -24,6 +25,7 @@ use environment::{Environment, Peer};
 
 pub use fit::run as fit;
 pub use inverse::run as inverse;
+pub use live::run as live;
 pub use metric::run as metrics;
 pub use picture::run as pictures;
 
@@ -38,6 +40,8 @@ enum Task {
     Fit,
     /// Materials recovered from pictures.
     Inverse,
+    /// Frames a second of the page.
+    Live,
 }
 
 impl Task {
@@ -48,6 +52,7 @@ impl Task {
             Self::Pictures => "pictures",
             Self::Fit => "fit",
             Self::Inverse => "inverse",
+            Self::Live => "live",
         }
     }
 }
@@ -73,6 +78,10 @@ struct Options {
     materials: Option<String>,
     /// Random starts. Of recovering.
     starts: Option<u32>,
+    /// Drivers of graphics with commas between them. Of the page.
+    angle: Option<String>,
+    /// Whether software that draws is a failure. Of the page.
+    hardware: bool,
 }
 
 impl Options {
@@ -87,6 +96,8 @@ impl Options {
             recorded: None,
             materials: None,
             starts: None,
+            angle: None,
+            hardware: false,
         };
         let mut words = words.iter();
         while let Some(word) = words.next() {
@@ -103,7 +114,12 @@ impl Options {
                     let count = count.filter(|count| (1..=1000).contains(count));
                     options.starts = Some(count.context("--starts needs a number from 1 to 1000")?);
                 }
-                "--data" if !matches!(task, Task::Peers | Task::Inverse) => {
+                "--angle" if task == Task::Live => {
+                    let names = words.next().context("--angle needs names")?;
+                    options.angle = Some((*names).to_owned());
+                }
+                "--hardware" if task == Task::Live => options.hardware = true,
+                "--data" if matches!(task, Task::Pictures | Task::Fit) => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
                 }
                 "--recorded" if task == Task::Fit => {
