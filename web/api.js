@@ -52,17 +52,21 @@ async function readProblem(response) {
 }
 
 /**
+ * @typedef {{json?: unknown, body?: Blob|FormData, type?: string, accept?: string, version?: number, asks?: boolean, settled?: boolean,
+ *   send?: (path: string, init: RequestInit) => Promise<Response>}} Options
+ *   `settled`: a conflict is an answer, and no reason to ask again; `send`: what sends it, fetch unless said
+ */
+
+/**
  * One request, sent again where that is safe: a POST carries one Idempotency-Key through all its tries.
  * @param {string} method
  * @param {string} path
- * @param {{json?: unknown, body?: Blob|FormData, type?: string, version?: number, asks?: boolean, settled?: boolean,
- *   send?: (path: string, init: RequestInit) => Promise<Response>}} [options]
- *   `settled`: a conflict is an answer, and no reason to ask again; `send`: what sends it, fetch unless said
- * @returns {Promise<any>}
+ * @param {Options} options
+ * @returns {Promise<Response>} a success
  */
-export async function request(method, path, options = {}) {
+async function answered(method, path, options) {
   /** @type {Record<string, string>} */
-  const headers = { Accept: "application/json, application/problem+json" };
+  const headers = { Accept: options.accept ?? "application/json, application/problem+json" };
   if (method === "POST") headers["Idempotency-Key"] = newKey();
   if (options.version !== undefined) headers["If-Match"] = `"${options.version}"`;
   if (options.type) headers["Content-Type"] = options.type;
@@ -85,7 +89,7 @@ export async function request(method, path, options = {}) {
         detail: "Nothing is lost; try again when it is back.",
       });
     }
-    if (response.ok) return response.status === 204 ? null : response.json();
+    if (response.ok) return response;
     if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
     const later = response.status === 503 || response.status === 429 || (response.status === 409 && method === "POST" && !options.settled);
     if (later && tried < TRIES) {
@@ -98,15 +102,23 @@ export async function request(method, path, options = {}) {
 }
 
 /**
- * What is no JSON, read whole.
+ * What answers in JSON, or in nothing.
+ * @param {string} method
+ * @param {string} path
+ * @param {Options} [options]
+ * @returns {Promise<any>}
+ */
+export async function request(method, path, options = {}) {
+  const response = await answered(method, path, options);
+  return response.status === 204 ? null : response.json();
+}
+
+/**
+ * What is no JSON.
  * @param {string} path
  * @param {string} [accept]
  */
-export async function read(path, accept = "*/*") {
-  const response = await fetch(path, { headers: { Accept: accept }, credentials: "same-origin" });
-  if (!response.ok) throw new ProblemError(await readProblem(response));
-  return response;
-}
+export const read = (path, accept = "*/*") => answered("GET", path, { accept });
 
 /** @param {string} path */
 export const getText = async (path) => (await read(path)).text();

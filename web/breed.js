@@ -9,12 +9,12 @@ import { flip, flipped, targetSeen } from "./compare.js";
 import { holdBack } from "./events.js";
 import { genomeOf, programsOnly } from "./genomes.js";
 import { locksFor } from "./layers.js";
-import { guarded, putBred, setFirstBreeder, show } from "./lineage.js";
+import { guarded, putBred, setFirstBreeder, show, wishes } from "./lineage.js";
 import { anyLocked } from "./locks.js";
 import { startClock } from "./pictures.js";
 import { sceneSettled } from "./scene.js";
 import {
-  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, individualOf, knobs, knobsOpen, large, lineage,
+  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, individualOf, knobs, knobsOpen, lineage,
   locks, mate, tell,
 } from "./state.js";
 
@@ -50,6 +50,9 @@ async function locksOf(parent) {
   return anyLocked(locks.value) ? locks.value : undefined;
 }
 
+/** The brood that was asked for last. @type {Promise<void>} */
+let making = Promise.resolve();
+
 /**
  * Makes a brood of these parents and shows it. One at a time: a second click while one is made is not a second brood.
  * @param {string[]} parents ids; none for a random start
@@ -58,16 +61,21 @@ export async function breed(parents) {
   const of = lineage.value;
   if (!of || breeding.value) return;
   breeding.value = true;
+  const wished = wishes();
   startClock();
   forget("stage", ...KNOBS);
   const work = (async () => {
     await sceneSettled();
     const kept = parents.length > 0 ? await locksOf(parents[0]) : undefined;
+    // The pictures of the brood are of the scene that the lineage has when it is made, or of a newer one.
+    const sceneId = lineage.value?.scene ?? of.scene;
     const made = await api.breed(of.id, { parents, knobs: knobs.value, locks: kept, count: FRAMES });
     if (lineage.value?.id !== of.id) return;
-    putBred(made);
-    await show(made.id, "visit");
+    putBred(made, sceneId);
+    // Who has gone somewhere else meanwhile stays there.
+    if (wished === wishes()) await show(made.id, "visit");
   })();
+  making = work;
   holdBack(work);
   try {
     await work;
@@ -75,13 +83,24 @@ export async function breed(parents) {
     const problem = api.problemOf(error);
     const place = placeOf(problem);
     if (place !== "stage") knobsOpen.value = true;
-    tell(place, { problem, retry: () => void breed(parents) });
+    const again = () => void (lineage.value?.id === of.id ? breed(parents) : forget(place));
+    tell(place, { problem, retry: again });
   } finally {
     breeding.value = false;
   }
 }
 
-setFirstBreeder(() => breed([]));
+/**
+ * Breeds in a lineage that was just opened or given something, also where a brood of another is being made.
+ * @param {string} id of the lineage; nothing is done where it was left meanwhile
+ * @param {string[]} parents
+ */
+export async function breedNext(id, parents) {
+  while (breeding.value) await making.catch(() => {});
+  if (lineage.value?.id === id) await breed(parents);
+}
+
+setFirstBreeder((/** @type {string} */ id) => breedNext(id, []));
 
 /**
  * Breeds from a frame: with the mate where one is marked, else by mutation alone.
@@ -128,19 +147,30 @@ export async function toggleFavourite(cell) {
   if (chosen) await setFavourite(chosen, !chosen.favourite, nameOf(cell));
 }
 
-/** @param {Individual} of @param {boolean} favourite @param {string} name */
-export async function setFavourite(of, favourite, name) {
-  await guarded("stage", async () => {
-    const changed = await api.patchIndividual(of, { favourite });
-    changeIndividual(of.id, { favourite: changed.favourite, version: changed.version });
-    announcement.value = `${name} is ${changed.favourite ? "a" : "no longer a"} favourite.`;
-  });
+/** One at a time, so that the last wish is the one that stays. @type {Promise<void>} */
+let marking = Promise.resolve();
+
+/** Seen at once, and taken back where the server refuses. @param {Individual} of @param {boolean} favourite @param {string} name */
+export function setFavourite(of, favourite, name) {
+  changeIndividual(of.id, { favourite });
+  const work = async () => {
+    try {
+      const { version } = await api.patchIndividual(of, { favourite });
+      changeIndividual(of.id, { version });
+      announcement.value = `${name} is ${favourite ? "a" : "no longer a"} favourite.`;
+    } catch (error) {
+      changeIndividual(of.id, { favourite: !favourite });
+      tell("stage", { problem: api.problemOf(error), retry: () => void setFavourite(of, favourite, name) });
+    }
+  };
+  forget("stage");
+  marking = marking.then(work);
+  return marking;
 }
 
-/** @param {string} note */
-export async function setNote(note) {
-  const of = large.value;
-  if (!of || of.note === note) return;
+/** @param {Individual} of @param {string} note */
+export async function setNote(of, note) {
+  if (of.note === note) return;
   await guarded("centre", async () => {
     const changed = await api.patchIndividual(of, { note });
     changeIndividual(of.id, { note: changed.note, version: changed.version });

@@ -125,8 +125,8 @@ export async function pinPasted(text) {
 
 /** B stays for as long as the window does; another generation is first seen as it is. */
 export function watchCompare() {
-  pinned.value = recall("pinned", /** @type {Individual|null} */ (null), sessionStorage);
-  effect(() => keep("pinned", pinned.value, sessionStorage));
+  pinned.value = recall("pinned", /** @type {Individual|null} */ (null), "sessionStorage");
+  effect(() => keep("pinned", pinned.value, "sessionStorage"));
   effect(() => {
     void [shown.value, large.value?.id];
     flipped.value = false;

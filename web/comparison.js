@@ -91,7 +91,7 @@ const named = async ({ key, preset }) => (preset ? (await api.createGenome(new B
 /** Asks for what is chosen. */
 export async function compareChosen() {
   const of = chosen.value;
-  const scene = lineage.value?.scene;
+  const { id, scene } = lineage.value ?? {};
   if (waiting.value || of.length < FEWEST || !scene) return;
   waiting.value = true;
   forget("comparison");
@@ -99,6 +99,7 @@ export async function compareChosen() {
     await guarded("comparison", async () => {
       const materials = await Promise.all(of.map(named));
       const found = await api.compare(materials, scene, SIDE_PX);
+      if (lineage.value?.id !== id) return;
       compared.value = { of, found };
       offering.value = false;
       announcement.value = `${of.length} materials are compared.`;

@@ -25,7 +25,11 @@ export function eventStream() {
     clearTimeout(reopening);
     source?.close();
     source = null;
-    if (!wanted || document.hidden) return;
+    if (!wanted) return;
+    if (document.hidden) {
+      missed = true;
+      return;
+    }
     const { url, opened, on } = wanted;
     const own = new EventSource(url);
     source = own;
@@ -39,9 +43,11 @@ export function eventStream() {
       });
     }
     own.addEventListener("error", () => {
-      // A dropped connection reopens by itself and replays; a refused one stays closed and is asked for again.
-      if (own.readyState !== EventSource.CLOSED || source !== own) return;
+      if (source !== own) return;
+      // A dropped connection reopens by itself and replays what came after the last event it heard, if it heard one; a refused one stays
+      // closed and is asked for again.
       missed = true;
+      if (own.readyState !== EventSource.CLOSED) return;
       reopening = setTimeout(connect, AGAIN_MS);
     });
   }
@@ -56,10 +62,7 @@ export function eventStream() {
 
     /** Lets the connection rest while nobody looks. */
     restWhileHidden() {
-      document.addEventListener("visibilitychange", () => {
-        if (document.hidden) missed = true;
-        connect();
-      });
+      document.addEventListener("visibilitychange", connect);
     },
   };
 }

@@ -3,10 +3,10 @@
  */
 import { eventsUrl } from "./api.js";
 import { eventStream } from "./event_stream.js";
-import { pictureArrived } from "./pictures.js";
+import { askForFailed, pictureArrived } from "./pictures.js";
 
 /**
- * @typedef {{known: (id: string) => boolean, news: (id: string) => Promise<void>, resync: () => Promise<void>,
+ * @typedef {{known: (id: string) => boolean, news: (id: string) => Promise<void>, resync: (all: boolean) => Promise<void>,
  *   job: (news: any) => void}} Listener
  */
 
@@ -32,8 +32,10 @@ export function listen(lineage, listener) {
   heard = lineage;
   stream.listen({
     url: eventsUrl(lineage),
+    // Also at first: something may have happened between the reading of the list and now.
     opened: (missed) => {
-      if (missed) void listener.resync();
+      askForFailed();
+      void listener.resync(missed);
     },
     on: {
       thumbnail: ({ url }) => pictureArrived(url),
@@ -42,7 +44,7 @@ export function listen(lineage, listener) {
         if (heard === lineage && !listener.known(id)) await listener.news(id);
       },
       job: listener.job,
-      resync: () => void listener.resync(),
+      resync: () => void listener.resync(true),
     },
   });
 }

@@ -106,7 +106,8 @@ function move(event) {
     hand.dragging = true;
     swallowClick = true;
     clearTimeout(longPress);
-    if (hand.means !== "none" && event.currentTarget instanceof Element) event.currentTarget.setPointerCapture(event.pointerId);
+    // Also where the drag means nothing: its end has to be heard of, wherever that is.
+    if (event.currentTarget instanceof Element) event.currentTarget.setPointerCapture(event.pointerId);
   }
   if (!hand.dragging) return;
   if (hand.means === "rotate") preview("rotate", x, y, 1);
@@ -182,7 +183,8 @@ function click(event) {
     return;
   }
   const cell = cellOf(event.target);
-  if (cell === null || onButton(event.target)) return;
+  // The second click of two falls on a brood that nobody has looked at.
+  if (cell === null || onButton(event.target) || event.detail > 1) return;
   focused.value = cell;
   void pick(cell);
 }
@@ -191,6 +193,8 @@ function click(event) {
 function wheel(event) {
   if (cellOf(event.target) === null || hands.size > 0) return;
   event.preventDefault();
+  // Sideways only.
+  if (event.deltaY === 0) return;
   const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
   base = pose();
   preview("scale", 0, 0, 2 ** ((-event.deltaY * lines) / 500));

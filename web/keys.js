@@ -65,6 +65,8 @@ export function keyOnFrames(event) {
   if (step) focus(neighbour(cell, step));
   else if (event.key === "Home") focus(0);
   else if (event.key === "End") focus(19);
+  // A key that is held down moves on, and does nothing else twice.
+  else if (event.repeat) return event.preventDefault();
   else if (event.key === "Enter" || event.key === " ") void pick(cell);
   else if (event.key.toLowerCase() === "m") toggleMate(cell);
   else if (event.key.toLowerCase() === "f") void toggleFavourite(cell);
@@ -78,15 +80,18 @@ export function keyOnFrames(event) {
 const takesText = (target) =>
   target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && ["text", "password"].includes(target.type));
 
+/** The dialog that a key is pressed in; the open one where nothing has the focus. @param {EventTarget|null} target */
+const dialogOf = (target) => (target instanceof Element ? (target.closest("dialog") ?? document.querySelector("dialog[open]")) : null);
+
 /** What lies below a dialog does not change unseen. @param {EventTarget|null} target */
-const inDialog = (target) => target instanceof Element && target.closest("dialog") !== null;
+const inDialog = (target) => dialogOf(target) !== null;
 
 /** What a key that is down flips. @type {{key: string, of: {down: (now: number) => void, up: (now: number) => void}}|null} */
 let held = null;
 
 /** What a letter flips between two pictures where the hand is. @param {KeyboardEvent} event */
 function flipsBy(event) {
-  const over = event.target instanceof Element ? (event.target.closest("dialog") ?? document.querySelector("dialog[open]")) : null;
+  const over = dialogOf(event.target);
   if (isPlain(event, "x") && over?.classList.contains("searches")) return looking.value === NEW ? understood.key : besideFound.key;
   if (over) return null;
   if (isPlain(event, "x") && pinned.value) return keyOfB;
@@ -103,7 +108,7 @@ function keyAlone(event) {
     openSearches();
     event.preventDefault();
   }
-  if (event.key === "Escape" && !letGo() && !inDialog(event.target)) {
+  if (event.key === "Escape" && !inDialog(event.target) && !letGo()) {
     if (targetSeen.value) showTarget(false);
     else unpin();
   }
@@ -127,7 +132,9 @@ export function keyAnywhere(event) {
   if (!(event.ctrlKey || event.metaKey)) return keyAlone(event);
   if (takesText(event.target) && !(event.target instanceof HTMLSelectElement)) return;
   if (inDialog(event.target)) return;
-  const key = event.key.toLowerCase();
+  // By where the key is, where letters are not Latin.
+  const key = /^[a-z]$/i.test(event.key) ? event.key.toLowerCase() : event.code.replace("Key", "").toLowerCase();
+  if (event.repeat && (key === "z" || key === "y")) return event.preventDefault();
   if (key === "z") void (event.shiftKey ? redo() : undo());
   else if (key === "y") void redo();
   else return;

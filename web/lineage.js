@@ -4,7 +4,7 @@
  *
  * @import { Generation, Lineage, Trail } from "./types.js"
  */
-import { batch, effect } from "./vendor/signals-core.js";
+import { batch, effect, signal } from "./vendor/signals-core.js";
 import * as api from "./api.js";
 import * as events from "./events.js";
 import { redoTarget, step, undoTarget } from "./history.js";
@@ -13,13 +13,18 @@ import { ready, unready } from "./pictures.js";
 import * as route from "./route.js";
 import {
   DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, locks, mate,
-  noLocks, putGenerations, scene, shown, system, tell, trail,
+  noLocks, putGenerations, scene, sceneBusy, shown, system, tell, trail,
 } from "./state.js";
+
+/** @template T @typedef {import("./vendor/signals-core.js").Signal<T>} Signal */
 
 /** The scene that a generation's picture addresses were read for. @type {Map<string, string>} */
 const readFor = new Map();
 /** The newest wish wins over answers that come late. */
 let wish = 0;
+
+/** How many wishes there were: who waits for something sees whether somebody wanted something else meanwhile. */
+export const wishes = () => wish;
 
 /** @param {() => Promise<void>} work @param {import("./types.js").Place} place */
 export async function guarded(place, work) {
@@ -64,7 +69,7 @@ export function setJobNoter(note) {
 /** Breeds the first brood of an empty lineage; put here by the breeding module, which depends on this one. */
 let breedFirst = async (/** @type {string} */ _id) => {};
 
-/** @param {() => Promise<void>} breed */
+/** @param {(id: string) => Promise<void>} breed */
 export function setFirstBreeder(breed) {
   breedFirst = breed;
 }
@@ -94,7 +99,7 @@ export async function open(id, wanted, begin = breedFirst) {
     generations.value = new Map(all.map((one) => [one.id, one]));
     shown.value = null;
     mate.value = null;
-    trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), sessionStorage);
+    trail.value = recall(`trail.${id}`, /** @type {Trail} */ ({ past: [], future: [] }), "sessionStorage");
     knobs.value = {
       mutation: bred?.mutation ?? 0.3,
       recombination: bred?.recombination ?? 0.5,
@@ -135,7 +140,7 @@ export async function show(id, how) {
     shown.value = id;
     mate.value = null;
   });
-  keep(`trail.${of.id}`, trail.value, sessionStorage);
+  keep(`trail.${of.id}`, trail.value, "sessionStorage");
   route.write(of.id, id);
 }
 
@@ -175,40 +180,54 @@ async function readGeneration(id, sceneId) {
   putGenerations([read]);
 }
 
-/** Reads the shown generation's picture addresses anew, after the scene has changed. */
+/** Reads the shown generation's picture addresses anew, where the scene is another than they were read for. */
 export async function rereadShown() {
   const of = lineage.value;
-  if (of && shown.value) await readGeneration(shown.value, of.scene);
+  if (of && shown.value && readFor.get(shown.value) !== of.scene) await readGeneration(shown.value, of.scene);
 }
 
 /**
  * Takes in a generation that was just bred here.
- * @param {import("./types.js").Generation} made
+ * @param {Generation} made
+ * @param {string} sceneId the scene that the lineage had when it was asked for
  */
-export function putBred(made) {
+export function putBred(made, sceneId) {
   if (made.lineage !== lineage.value?.id) return;
-  readFor.set(made.id, lineage.value.scene);
+  readFor.set(made.id, sceneId);
   putGenerations([made]);
 }
 
 /** A generation bred elsewhere: it joins the strip and is not shown unasked. @param {string} id */
 async function adopt(id) {
-  if (lineage.value) await guarded("stage", () => readGeneration(id, lineage.value?.scene ?? ""));
+  if (!lineage.value) return;
+  await guarded("stage", () => readGeneration(id, lineage.value?.scene ?? ""));
+  // Whoever bred it may have changed the scene too.
+  await resync(false);
 }
 
-/** The listener was too slow for the server's events: everything is read again, what is shown stays. */
-async function resync() {
+/** Events may have been missed, and what was read is older than what was done here meanwhile. @type {Signal<boolean>} */
+const behind = signal(false);
+
+/**
+ * What others did may not have been heard of: it is read, and what is shown stays.
+ * @param {boolean} all whether it may be anything, and not only a new generation or another scene
+ */
+async function resync(all) {
   const of = lineage.value;
   if (!of) return;
   await guarded("stage", async () => {
-    const [present, all] = await Promise.all([api.getLineage(of.id), api.listGenerations(of.id)]);
+    const present = await api.getLineage(of.id);
+    const same = present.version === lineage.value?.version && present.generations === generations.value.size;
+    if (lineage.value?.id !== of.id || (same && !all)) return;
+    const [its, read] = await Promise.all([api.getScene(present.scene), api.listGenerations(of.id)]);
     if (lineage.value?.id !== of.id) return;
-    const its = present.scene === scene.value?.id ? scene.value : await api.getScene(present.scene);
-    for (const one of all) readFor.set(one.id, present.scene);
+    behind.value = sceneBusy.value || present.version < lineage.value.version;
+    if (behind.value) return;
+    for (const one of read) readFor.set(one.id, present.scene);
     batch(() => {
       lineage.value = present;
       scene.value = its;
-      putGenerations(all);
+      putGenerations(read);
     });
   });
 }
@@ -236,6 +255,9 @@ export function watchLineage() {
     void guarded("stage", async () => {
       system.value = await api.getSystem();
     });
+  });
+  effect(() => {
+    if (behind.value && !sceneBusy.value) queueMicrotask(() => void resync(true));
   });
   effect(() => {
     if (lineage.value) keep(`knobs.${lineage.value.id}`, knobs.value);

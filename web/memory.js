@@ -4,15 +4,20 @@
  */
 
 /**
+ * For how long: from visit to visit, or as long as the tab is open. Where storage is refused, even naming it throws.
+ * @typedef {"localStorage"|"sessionStorage"} Kept
+ */
+
+/**
  * @template T
  * @param {string} key
  * @param {T} fallback
- * @param {Storage} [from]
+ * @param {Kept} [where]
  * @returns {T}
  */
-export function recall(key, fallback, from) {
+export function recall(key, fallback, where = "localStorage") {
   try {
-    const text = (from ?? localStorage).getItem(`brood.${key}`);
+    const text = globalThis[where].getItem(`brood.${key}`);
     return text === null ? fallback : JSON.parse(text);
   } catch {
     return fallback;
@@ -22,11 +27,11 @@ export function recall(key, fallback, from) {
 /**
  * @param {string} key
  * @param {unknown} value
- * @param {Storage} [into]
+ * @param {Kept} [where]
  */
-export function keep(key, value, into) {
+export function keep(key, value, where = "localStorage") {
   try {
-    (into ?? localStorage).setItem(`brood.${key}`, JSON.stringify(value));
+    globalThis[where].setItem(`brood.${key}`, JSON.stringify(value));
   } catch {
     // Storage is full or forbidden: the page works on without a memory.
   }

@@ -73,6 +73,11 @@ export function pictureArrived(url) {
   if (timers.has(url) || failed.value.has(url)) tryAgain(url);
 }
 
+/** The server is there again: whatever had failed may be there now. */
+export function askForFailed() {
+  for (const url of [...failed.value, ...timers.keys()]) tryAgain(url);
+}
+
 /** @param {string} url */
 function forgetTimer(url) {
   const timer = timers.get(url);

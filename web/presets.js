@@ -6,7 +6,7 @@
  */
 import { signal } from "./vendor/signals-core.js";
 import * as api from "./api.js";
-import { breed } from "./breed.js";
+import { breedNext } from "./breed.js";
 import { create, guarded, open, putBred, show } from "./lineage.js";
 import { unlockAll } from "./locks.js";
 import { announcement, large, lineage, lineages, presetsOpen, tell } from "./state.js";
@@ -21,11 +21,17 @@ export async function listPresets() {
   if (presets.value.length === 0) presets.value = await api.listPresets();
 }
 
-/** Shows what was brought in, with a brood around it. @param {Generation} made */
-async function breedFrom(made) {
-  putBred(made);
+/** Shows what was brought in, with a brood around it. @param {Generation} made @param {string} sceneId of its pictures */
+async function breedFrom(made, sceneId) {
+  putBred(made, sceneId);
   await show(made.id, "visit");
-  await breed([made.individuals[0].id]);
+  await breedNext(made.lineage, [made.individuals[0].id]);
+}
+
+/** The first brood of a lineage that was just opened. @param {string} id @param {{genomes?: string[], presets?: string[]}} what */
+async function beginWith(id, what) {
+  const sceneId = lineage.value?.scene ?? "";
+  await breedFrom(await api.adopt(id, what), sceneId);
 }
 
 /** A lineage of its own for a preset: it needs the preset's dialect, and its colours as they are. @param {Preset} preset */
@@ -33,7 +39,7 @@ export async function startFrom(preset) {
   await create(preset.title, {
     dialect: preset.dialect,
     saturation: 1,
-    begin: async (id) => breedFrom(await api.adopt(id, { presets: [preset.name] })),
+    begin: (id) => beginWith(id, { presets: [preset.name] }),
   });
   presetsOpen.value = false;
   announcement.value = `${preset.title}: a new lineage begins with it.`;
@@ -45,9 +51,9 @@ export async function crossWith(preset) {
   const centre = large.value;
   if (!of || !centre) return;
   const made = await api.adopt(of.id, { presets: [preset.name] });
-  putBred(made);
+  putBred(made, of.scene);
   presetsOpen.value = false;
-  await breed([centre.id, made.individuals[0].id]);
+  await breedNext(of.id, [centre.id, made.individuals[0].id]);
 }
 
 /** What two programs must share to be crossed. @type {("opcodes"|"parametrisation"|"registers")[]} */
@@ -106,17 +112,17 @@ async function takeGenome(file) {
     } catch (error) {
       if (api.problemOf(error).status !== 422) throw error;
     }
-    if (made) {
+    if (of && made) {
       // Locks name positions, and here other things stand there.
       unlockAll();
-      return breedFrom(made);
+      return breedFrom(made, of.scene);
     }
     const { dialect } = await api.getGenome(hash);
     const length = dialect.length && Math.max(100, dialect.length);
     await create(file.name.replace(/\.[^.]*$/, ""), {
       dialect: { ...dialect, length },
       saturation: 1,
-      begin: async (id) => breedFrom(await api.adopt(id, { genomes: [hash] })),
+      begin: (id) => beginWith(id, { genomes: [hash] }),
     });
     announcement.value = `${file.name}: a new lineage begins with it, because it is of another dialect.`;
   });

@@ -8,12 +8,20 @@
  * @returns {{lineage: string|null, generation: string|null, search: string|null}}
  */
 export function parse(hash) {
+  // A link may have been mangled on its way.
+  const decoded = (/** @type {string} */ part) => {
+    try {
+      return decodeURIComponent(part);
+    } catch {
+      return part;
+    }
+  };
   const parts = hash.replace(/^#\/?/, "").split("/");
   /** @type {{lineage: string|null, generation: string|null, search: string|null}} */
   const found = { lineage: null, generation: null, search: null };
   for (let at = 0; at + 1 < parts.length; at += 2) {
     const part = parts[at];
-    if (part === "lineage" || part === "generation" || part === "search") found[part] = decodeURIComponent(parts[at + 1]);
+    if (part === "lineage" || part === "generation" || part === "search") found[part] = decoded(parts[at + 1]);
   }
   return found;
 }

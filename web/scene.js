@@ -57,7 +57,8 @@ async function apply(lineageId, changes) {
   const present = scene.value;
   if (!of || !present || of.id !== lineageId) return;
   const next = await api.createScene({ ...present, ...changes });
-  if (next.id === present.id) return;
+  // Tried again, it may be the pictures alone that are missing.
+  if (next.id === present.id) return rereadShown();
   const changed = await api.patchLineage(of, { scene: next.id });
   if (lineage.value?.id !== of.id) return;
   batch(() => {

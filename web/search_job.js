@@ -6,7 +6,7 @@
  */
 import { batch, computed, effect, signal, untracked } from "./vendor/signals-core.js";
 import { ProblemError, getIndividual, getLineage } from "./api.js";
-import { breed } from "./breed.js";
+import { breedNext } from "./breed.js";
 import { guarded, open } from "./lineage.js";
 import * as api from "./search_api.js";
 import { leaveJob, listenToJob } from "./search_events.js";
@@ -51,10 +51,14 @@ function put(news) {
   putJob(job.value);
 }
 
+/** How often it was read; an answer that comes after that of a later reading is of no use. */
+let reading = 0;
+
 /** Reads what may have been missed. @param {string} id */
 async function reread(id) {
+  const mine = ++reading;
   const [present, news, found] = await Promise.all([api.getJob(id), api.getLog(id, logged), api.getFront(id)]);
-  if (looking.value !== id) return;
+  if (looking.value !== id || mine !== reading) return;
   if (present.kind !== "fit") throw new ProblemError({ title: "No search", status: 404, detail: "This id is of a job that draws pictures." });
   logged = Math.max(logged, news.at(-1)?.generation ?? 0);
   batch(() => {
@@ -140,7 +144,7 @@ export const breedFound = (of) => guarded("found", async () => {
   const { lineage, generation } = await individual(of);
   closeSearches();
   await open(lineage, generation);
-  await breed([of.individual]);
+  await breedNext(lineage, [of.individual]);
 });
 
 /** Opens the lineage of the finds at its newest. @param {Job} of */

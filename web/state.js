@@ -119,10 +119,21 @@ export function individualIn(cell) {
 /** An individual of the generation that is shown. @param {string} id */
 export const individualOf = (id) => [generation.value?.centre, ...(generation.value?.individuals ?? [])].find((one) => one?.id === id) ?? null;
 
-/** @param {Generation[]} news */
+/**
+ * Takes in what was read, but for marks that were changed here after it was.
+ * @param {Generation[]} news
+ */
 export function putGenerations(news) {
   const next = new Map(generations.value);
-  for (const item of news) next.set(item.id, item);
+  for (const item of news) {
+    const known = next.get(item.id);
+    /** @param {Individual} one */
+    const latest = (one) => {
+      const { favourite, note, version } = [known?.centre, ...(known?.individuals ?? [])].find((it) => it?.id === one.id) ?? one;
+      return version > one.version ? { ...one, favourite, note, version } : one;
+    };
+    next.set(item.id, known ? { ...item, centre: item.centre && latest(item.centre), individuals: item.individuals.map(latest) } : item);
+  }
   generations.value = next;
 }
 

@@ -20,7 +20,7 @@ import { chosenBefore, letMove, lightAt, moving, rest } from "./light.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, makeDark, makeMeter } from "./material.js";
 import { Pace, displayInterval } from "./pace.js";
 import { learnParts, lightParts } from "./parts.js";
-import { layOut, openContext } from "./stage.js";
+import { layOut, observePixels, openContext } from "./stage.js";
 import { followLight, still } from "./stills.js";
 import { Stock } from "./stock.js";
 import { dropSurface, drawSurface, lightSurface, makePens, makeSurface } from "./surface.js";
@@ -50,6 +50,8 @@ let drawn = "";
 let litAt = "";
 let metered = "";
 let requested = false;
+/** What could not be fetched is asked for again after so long. */
+const AGAIN_MS = 5000;
 /** Whether materials are being made. */
 let making = false;
 const pace = new Pace();
@@ -82,7 +84,7 @@ export function attachCanvas(element) {
     if (context) context = openContext(element);
     schedule();
   });
-  new ResizeObserver(schedule).observe(element);
+  observePixels(new ResizeObserver(schedule), element);
 }
 
 /** A lost context takes everything with it that was made in it. */
@@ -104,6 +106,8 @@ function tryOnce() {
   if (!context) return;
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const begin = () => {
+    // Nobody has put it anywhere meanwhile.
+    if (rest.value !== 0 || moving.value) return;
     if (chosenBefore() ?? !(still || context?.software)) letMove(true, false);
   };
   if (context.software) return begin();
@@ -119,24 +123,28 @@ async function load(gl, scene) {
   loading = scene.mesh;
   try {
     const geometry = await loadGeometry(gl, scene.mesh);
-    if (gl.isContextLost()) return;
-    if (object) dropGeometry(gl, object.geometry);
-    object = { mesh: scene.mesh, geometry };
+    if (!gl.isContextLost()) {
+      if (object) dropGeometry(gl, object.geometry);
+      object = { mesh: scene.mesh, geometry };
+    }
   } catch {
-    // Not again until another object is chosen: the pictures of this one stay.
-    return;
+    // The server's pictures stay meanwhile.
+    await new Promise((done) => setTimeout(done, AGAIN_MS));
   }
-  loading = "";
+  if (loading === scene.mesh) loading = "";
   schedule();
 }
 
 /**
  * Sizes the buffers; the surfaces are made anew where theirs have changed.
  * @param {WebGL2RenderingContext} gl
+ * @param {Scene} scene
  */
-function prepare(gl) {
+function prepare(gl, scene) {
   if (!canvas) return null;
-  const layout = layOut(canvas, moving.value || turning.value ? pace.ratio : 1);
+  // A texture holds what falls on the large frame from each light, one below the other.
+  const slots = Math.max(1, Math.min(LIGHTS, scene.lights?.length ?? 1));
+  const layout = layOut(canvas, moving.value || turning.value ? pace.ratio : 1, gl.getParameter(gl.MAX_TEXTURE_SIZE) / slots);
   if (!layout) return null;
   if (canvas.width !== layout.width || canvas.height !== layout.height) {
     canvas.width = layout.width;
@@ -148,16 +156,17 @@ function prepare(gl) {
     dark: makeDark(gl),
     meter: makeMeter(gl),
     metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
-    small: makeSurface(gl, layout.small, LIGHTS),
-    large: makeSurface(gl, layout.large, LIGHTS),
+    small: makeSurface(gl, layout.small, slots),
+    large: makeSurface(gl, layout.large, slots),
   };
   for (const name of /** @type {const} */ (["small", "large"])) {
-    if (tools[name].side === layout[name]) continue;
+    if (tools[name].side === layout[name] && tools[name].slots === slots) continue;
     dropSurface(gl, tools[name]);
-    tools[name] = makeSurface(gl, layout[name], LIGHTS);
+    tools[name] = makeSurface(gl, layout[name], slots);
     drawn = "";
   }
-  return { layout, ...tools };
+  // What there is no memory for is not drawn.
+  return tools.small.whole && tools.large.whole ? { layout, ...tools } : null;
 }
 
 /** @param {Set<Cell>} cells */
@@ -219,10 +228,10 @@ function frame(now) {
     return show(new Set());
   }
   // Making materials takes time that drawing them does not.
-  if (!moving.value || making) pace.pause();
+  if (!(moving.value || turning.value) || making) pace.pause();
   else if (pace.step(now)) drawn = "";
-  const prepared = prepare(gl);
-  if (!prepared) return;
+  const prepared = prepare(gl, scene);
+  if (!prepared) return show(new Set());
   const { layout, pens, dark, meter, metering, small, large } = prepared;
   const { geometry } = object;
   const base = scene.light_deg ?? 0;

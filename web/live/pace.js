@@ -17,6 +17,8 @@ const JUDGED = 12;
 const DROPPED = 1;
 /** Over the display's own interval: slower than this, and one more of them than that misses a frame of the display. */
 const MISSED = 1.08;
+/** Over the same: sooner than that, and it is another display's interval. */
+const SOONER = 0.9;
 /** Where a buffer of the least size takes this much of the time of a whole one, drawing is not what takes it. */
 const NO_QUICKER = 0.75;
 /** Judgements until something that failed is tried again; each time it fails again, as many again. */
@@ -36,6 +38,8 @@ export class Pace {
   ratio = 1;
   #slow = SLOW_MS;
   #quick = QUICK_MS;
+  /** The display's own interval, where that is aimed at. @type {number|null} */
+  #interval = null;
   /** @type {number|null} */
   #last = null;
   /** @type {number[]} */
@@ -54,6 +58,7 @@ export class Pace {
    * @param {number} interval_ms between two frames of the display
    */
   aimAt(interval_ms) {
+    this.#interval = interval_ms;
     this.#slow = Math.min(SLOW_MS, MISSED * interval_ms);
     this.#quick = Math.min(QUICK_MS, this.#slow);
   }
@@ -81,6 +86,8 @@ export class Pace {
     else this.#resigned = false;
     const grown = this.#grown;
     this.#grown = false;
+    // The window came to a quicker display.
+    if (this.#interval !== null && taken < SOONER * this.#interval) this.aimAt(taken);
     if (taken > this.#slow) {
       if (this.#resigned) return;
       if (grown) {
@@ -91,6 +98,8 @@ export class Pace {
         this.ratio = 1;
         this.#resigned = true;
         this.#wait();
+        // Or to a slower one.
+        if (this.#interval !== null) this.aimAt(taken);
       } else {
         if (ratio === 1) this.#whole = taken;
         this.ratio = Math.max(LEAST_RATIO, ratio * Math.max(SHRINKING, Math.sqrt(this.#slow / taken)));

@@ -22,13 +22,16 @@ const INSET_PX = 3;
  * The squares of all frames in a drawing buffer that is `ratio` as fine as the screen.
  * @param {HTMLCanvasElement} canvas
  * @param {number} ratio
+ * @param {number} most pixels that the side of a frame may have
  * @returns {Layout|null} null where there is nothing to be seen
  */
-export function layOut(canvas, ratio) {
+export function layOut(canvas, ratio, most) {
   const frames = canvas.parentElement;
   const whole = frames?.getBoundingClientRect();
   if (!frames || !whole || whole.width < 1 || whole.height < 1) return null;
-  const fine = Math.min(devicePixelRatio, LIMIT_PX / Math.max(whole.width, whole.height)) * ratio;
+  // The large frame is two thirds of the whole.
+  const limit = Math.min(LIMIT_PX, 1.5 * most);
+  const fine = Math.min(devicePixelRatio, limit / Math.max(whole.width, whole.height)) * ratio;
   const width = Math.max(1, Math.round(whole.width * fine));
   const height = Math.max(1, Math.round(whole.height * fine));
   /** @param {number} at */
@@ -51,6 +54,19 @@ export function layOut(canvas, ratio) {
   if (squares.length === 0) return null;
   const css = { left: `${left - whole.left}px`, top: `${top - whole.top}px`, width: `${width / fine}px`, height: `${height / fine}px` };
   return { width, height, css, small, large, squares };
+}
+
+/**
+ * Observes an element's size in pixels of the screen, which changes with the screen too; in CSS pixels where a browser cannot.
+ * @param {ResizeObserver} observer
+ * @param {Element} element
+ */
+export function observePixels(observer, element) {
+  try {
+    observer.observe(element, { box: "device-pixel-content-box" });
+  } catch {
+    observer.observe(element);
+  }
 }
 
 /** @typedef {{gl: WebGL2RenderingContext, software: boolean, renderer: string}} Context */

@@ -5,16 +5,19 @@
  * @import { Individual } from "../types.js"
  * @import { Look, Material, Meter } from "./material.js"
  */
-import { getText } from "../api.js";
+import { getText, problemOf } from "../api.js";
 import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
 
 /** Three broods: going back and forth compiles nothing. */
 const KEPT = 64;
 /** Browsers open six connections to a server, and pictures come first. */
 const FETCHES = 2;
+/** What the server could not answer is asked for again after so long. */
+const AGAIN_MS = 5000;
 
 /**
  * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean, failed: boolean, used: number}} Entry
+ *   `failed`: the server refuses it, or was not there a moment ago.
  */
 
 export class Stock {
@@ -97,9 +100,16 @@ export class Stock {
     this.#fetching += 1;
     try {
       entry.source = await getText(`/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`);
-    } catch {
+    } catch (error) {
       // The picture stays, which is what is there without a graphics processor too.
       entry.failed = true;
+      const { status } = problemOf(error);
+      if (status === 0 || status >= 500) {
+        setTimeout(() => {
+          entry.failed = false;
+          this.#changed();
+        }, AGAIN_MS);
+      }
     }
     entry.fetching = false;
     this.#fetching -= 1;

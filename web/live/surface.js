@@ -151,10 +151,10 @@ void main() {
 const MASK_SAMPLES = 4;
 
 /**
- * @typedef {{side: number, slots: number, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: Parts, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
+ * @typedef {{side: number, slots: number, whole: boolean, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: Parts, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
  *   lit: WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer,
  *   foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
- *   `slots`: how many lights there is room for, one picture above the other. `within`: the polygon that all of the object is in.
+ *   `slots`: how many lights there is room for, one picture above the other. `whole`: whether there was memory for all of it. `within`: the polygon that all of the object is in.
  *
  * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} Pens
  */
@@ -219,7 +219,12 @@ export function makeSurface(gl, side, slots) {
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
-  return { side, slots, within, parts: makeParts(gl), layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
+  const whole = [framebuffer, many, maskFramebuffer, foundFramebuffer, litFramebuffer].every((made) => {
+    gl.bindFramebuffer(gl.FRAMEBUFFER, made);
+    return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
+  });
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  return { side, slots, whole, within, parts: makeParts(gl), layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */

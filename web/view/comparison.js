@@ -13,16 +13,11 @@ import { html } from "../html.js";
 import { colorOf, modelsInWords } from "../layers.js";
 import { presets } from "../presets.js";
 import { Chart } from "./chart.js";
+import { modal, shut } from "./dialog.js";
 import { Trouble } from "./trouble.js";
 import { amount } from "./words.js";
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (dialog && !dialog.open) dialog.showModal();
-}
-
-/** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
-const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
+const opened = modal();
 
 /** One that can be chosen. @param {Choice} of */
 function Tile(of) {

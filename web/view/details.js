@@ -50,6 +50,25 @@ function fromCentre() {
   if (start) searchFrom(start.of, start.name);
 }
 
+/** What is being written and not yet kept. @type {{of: Individual, text: string}|null} */
+let note = null;
+
+/** @param {Individual} of @param {string} text */
+function writeNote(of, text) {
+  note = { of, text };
+}
+
+function saveNote() {
+  const left = note;
+  note = null;
+  if (left) void setNote(left.of, left.text);
+}
+
+// Who goes on to another centre in the middle of a word keeps the word.
+effect(() => {
+  if (note && note.of.id !== large.value?.id) saveNote();
+});
+
 function Centre() {
   const of = large.value;
   const within = generation.value;
@@ -72,8 +91,8 @@ function Centre() {
       <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, to come closer to something measured" onClick=${fromCentre}>Search from here …</button>
       <${Exports} of=${of} within=${within} place="centre" />
       <label class="note">Note
-        <textarea rows="2" maxlength="10000" data-testid="note" value=${of.note} key=${of.id}
-          onChange=${(/** @type {Event} */ event) => setNote(/** @type {HTMLTextAreaElement} */ (event.target).value)}></textarea>
+        <textarea rows="2" maxlength="10000" data-testid="note" defaultValue=${of.note} key=${of.id}
+          onInput=${(/** @type {Event} */ event) => writeNote(of, /** @type {HTMLTextAreaElement} */ (event.target).value)} onChange=${saveNote}></textarea>
       </label>
       <${Trouble} place="centre" />
     </section>

@@ -12,6 +12,7 @@ import { html } from "../html.js";
 import { keyOnFrames, PLACES } from "../keys.js";
 import { makeupInWords } from "../layers.js";
 import { attachCanvas, isPictured, liveCells, schedule } from "../live/live.js";
+import { observePixels } from "../live/stage.js";
 import { still } from "../live/stills.js";
 import { mark } from "../marks.js";
 import { sought } from "../sought.js";
@@ -39,7 +40,7 @@ function attach(element) {
     const px = (entry.contentRect.width / 6) * 4 * devicePixelRatio;
     largePx.value = Math.min(LARGE_LIMIT_PX, Math.max(64, Math.ceil(px / 64) * 64));
   });
-  observer.observe(element);
+  observePixels(observer, element);
 }
 
 /** @param {Cell} cell @param {Individual} of */
@@ -47,6 +48,7 @@ function label(cell, of) {
   const parts = [nameOf(cell), makeupInWords(of)];
   if (of.favourite) parts.push("favourite");
   if (of.twin) parts.push("twin of another");
+  if (failed.value.has(of.thumbnail)) parts.push("its picture could not be loaded");
   if (mate.value?.id === of.id) parts.push("mate");
   if (pinned.value?.id === of.id) parts.push("B");
   if (cell === "centre" && targetSeen.value) parts.push("the target is shown in its place");

@@ -9,6 +9,7 @@ import { inspections } from "../inspections.js";
 import { closeInspector, inspected, isLockable } from "../inspector.js";
 import { genomeIn, modelsInWords } from "../layers.js";
 import { tell } from "../state.js";
+import { modal, shut } from "./dialog.js";
 import { Code } from "./listing.js";
 import { Polar } from "./polar.js";
 import { Trouble } from "./trouble.js";
@@ -16,13 +17,7 @@ import { albedoInWords, amount, reflectsInWords } from "./words.js";
 
 const SLICE_PX = 288;
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (dialog && !dialog.open) dialog.showModal();
-}
-
-/** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
-const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
+const opened = modal();
 
 /** @param {{name: string, value: unknown, title?: string}} props */
 const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;

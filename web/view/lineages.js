@@ -11,6 +11,7 @@ import { create, guarded, hide, open, rename } from "../lineage.js";
 import { forget, lineage, lineages, lineagesOpen } from "../state.js";
 import { forgetToken, given } from "../token.js";
 import { Choice } from "./control.js";
+import { modal, shut } from "./dialog.js";
 import { Trouble } from "./trouble.js";
 
 /** Id of the lineage whose name is being written. @type {import("../vendor/signals-core.js").Signal<string|null>} */
@@ -25,15 +26,12 @@ const STARTS = [
   { value: "models", name: "models", title: "Models of reflectance with random parameters: metals, plastics, cloth" },
 ];
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (!dialog || dialog.open) return;
-  dialog.showModal();
+const opened = modal(() => {
   start.value = "programs";
   void guarded("lineages", async () => {
     lineages.value = await api.listLineages();
   });
-}
+});
 
 function close() {
   renaming.value = null;
@@ -55,6 +53,9 @@ const does = (work) => () => void guarded("lineages", work);
 /** A picture that cannot be had leaves its place empty. @param {Event} event */
 const hideBroken = (event) => /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");
 
+/** The name that is to be written anew is where the next letter goes. @param {HTMLInputElement|null} input */
+const begun = (input) => input?.select();
+
 /** @param {{of: Lineage}} props */
 const Cover = ({ of }) => html`<span class="cover">${of.cover && html`<img key=${of.cover} src=${of.cover} alt="" loading="lazy" onError=${hideBroken} />`}</span>`;
 
@@ -72,7 +73,7 @@ function Row(of) {
     return html`
       <li key=${of.id}><form class="row" onSubmit=${submit}>
         <${Cover} of=${of} />
-        <input type="text" name="name" aria-label="New name" maxlength="200" required value=${of.name} data-testid="lineage-rename-name" />
+        <input type="text" name="name" aria-label="New name" maxlength="200" required defaultValue=${of.name} ref=${begun} data-testid="lineage-rename-name" />
         <button type="submit">Rename</button>
         <button type="button" onClick=${() => (renaming.value = null)}>Cancel</button>
       </form></li>
@@ -135,7 +136,7 @@ export function Lineages() {
       <ul class="lineages">${newestFirst.map(Row)}</ul>
       <div class="row end">
         ${given.value && html`<button type="button" data-testid="forget-token" onClick=${does(forgetToken)}>Forget the token</button>`}
-        <button type="button" onClick=${close}>Close</button>
+        <button type="button" onClick=${shut}>Close</button>
       </div>
     </dialog>
   `;

@@ -10,6 +10,7 @@ import { crossWith, fits, listPresets, presets, startFrom } from "../presets.js"
 import { forget, large, lineage, presetsOpen } from "../state.js";
 import { signal } from "../vendor/signals-core.js";
 import { Choice } from "./control.js";
+import { modal, shut } from "./dialog.js";
 import { Trouble } from "./trouble.js";
 
 /** What choosing one does. @type {import("../vendor/signals-core.js").Signal<"begin"|"cross">} */
@@ -20,13 +21,10 @@ const WORDS = {
   cross: "Each comes into this lineage and is crossed with what is in the centre.",
 };
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (!dialog || dialog.open) return;
-  dialog.showModal();
+const opened = modal(() => {
   use.value = "begin";
   void guarded("presets", listPresets);
-}
+});
 
 function close() {
   presetsOpen.value = false;
@@ -67,7 +65,7 @@ export function Presets() {
       <${Trouble} place="presets" />
       <${Group} title="Programs" of=${presets.value.filter((one) => one.dialect.length > 0)} />
       <${Group} title="Models" of=${presets.value.filter((one) => one.dialect.length === 0)} />
-      <div class="row end"><button type="button" onClick=${close}>Close</button></div>
+      <div class="row end"><button type="button" onClick=${shut}>Close</button></div>
     </dialog>
   `;
 }

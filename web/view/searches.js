@@ -8,22 +8,17 @@ import * as route from "../route.js";
 import { budgetInWords, duration, errorInWords, hasEnded, stateInWords } from "../search_words.js";
 import { ALL, NEW, closeSearches, further, jobs, looking, openSearches, readFurther } from "../searches.js";
 import { lineage, shown } from "../state.js";
+import { modal, shut } from "./dialog.js";
 import { JobTitle, JobView } from "./search_job.js";
 import { NewSearch } from "./search_new.js";
 import { Trouble } from "./trouble.js";
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (dialog && !dialog.open) dialog.showModal();
-}
+const opened = modal();
 
 /** From view to view the focus goes to the title; the first view leaves it where the dialog puts it. @param {HTMLElement|null} title */
 const titled = (title) => {
   if (title?.closest("dialog")?.open) title.focus();
 };
-
-/** By the dialog itself, which gives the focus back to where it was. @param {Event} event */
-const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
 
 /** A picture that cannot be had leaves its place empty. @param {Event} event */
 const hideBroken = (event) => /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");

@@ -3,12 +3,10 @@
  */
 import { html } from "../html.js";
 import { asking, decline, give, refusal } from "../token.js";
+import { modal } from "./dialog.js";
 import { inWords } from "./trouble.js";
 
-/** @param {HTMLDialogElement|null} dialog */
-function opened(dialog) {
-  if (dialog && !dialog.open) dialog.showModal();
-}
+const opened = modal();
 
 /** @param {Event} event */
 function submit(event) {
