@@ -11,6 +11,7 @@ import { chromium } from "playwright-core";
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { film } from "./film.mjs";
+import { hurried } from "./hurried.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
 import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
@@ -224,6 +225,10 @@ async function searching(hand, base) {
   await target(hand, step, shot, base);
 }
 
+async function inAHurry(hand, base) {
+  await hurried(hand, step, base);
+}
+
 async function drawn(hand, base) {
   const shot = (name) => hand.page.screenshot({ path: join(pictures, `${name}.png`) });
   await live(hand, step, shot, base);
@@ -269,6 +274,7 @@ async function main() {
       [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [inAHurry, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [looking, PLAIN, { viewport: { width: 1440, height: 985 }, permissions: ["clipboard-read", "clipboard-write"] }],
       [searching, PLAIN, { viewport: { width: 1440, height: 985 } }, empty],
       [drawn, DRAWING, { viewport: { width: 1100, height: 760 } }],

@@ -7,6 +7,7 @@
 
 /** Sides of the polygon; around a circle its area is 0.6 % too large. */
 export const SIDES = 24;
+const DIRECTIONS = Array.from({ length: SIDES }, (_, k) => [Math.cos((2 * Math.PI * k) / SIDES), Math.sin((2 * Math.PI * k) / SIDES)]);
 /** With more vertices than this, looking at each of them takes longer than shading nothing. */
 const MOST = 200_000;
 /** Coverage reaches so many pixels beyond the object, and rounding a little further. */
@@ -30,6 +31,31 @@ export function triangles(corners) {
   return new Float32Array(found.flatMap((k) => [corners[2 * k], corners[2 * k + 1]]));
 }
 
+/** What was looked at last: one view is drawn into several pictures. @type {{positions: Float32Array, view: View, reaches: Float64Array|null}|null} */
+let last = null;
+
+/**
+ * How far the object reaches in each direction of the picture; null where it may be seen anywhere.
+ * @param {Float32Array} positions
+ * @param {View} view
+ * @returns {Float64Array|null}
+ */
+function reachesOf(positions, view) {
+  const { eye, right, up, forward, half, near } = view;
+  const reaches = new Float64Array(SIDES).fill(Number.NEGATIVE_INFINITY);
+  for (let at = 0; at < positions.length; at += 3) {
+    const [x, y, z] = [positions[at] - eye[0], positions[at + 1] - eye[1], positions[at + 2] - eye[2]];
+    const depth = x * forward[0] + y * forward[1] + z * forward[2];
+    // What is beside or behind the eye may be seen anywhere.
+    if (!view.parallel && depth < near) return null;
+    const scale = 1 / (half * (view.parallel ? 1 : depth));
+    const across = (x * right[0] + y * right[1] + z * right[2]) * scale;
+    const upwards = (x * up[0] + y * up[1] + z * up[2]) * scale;
+    for (let k = 0; k < SIDES; k += 1) reaches[k] = Math.max(reaches[k], across * DIRECTIONS[k][0] + upwards * DIRECTIONS[k][1]);
+  }
+  return reaches;
+}
+
 /**
  * The corners of the polygon in their order, x and y from -1 to 1 in the picture.
  * @param {Float32Array} positions three numbers a vertex
@@ -38,19 +64,9 @@ export function triangles(corners) {
  */
 export function outline(positions, view, side) {
   if (positions.length > 3 * MOST || positions.length === 0) return SQUARE;
-  const { eye, right, up, forward, half, near } = view;
-  const directions = Array.from({ length: SIDES }, (_, k) => [Math.cos((2 * Math.PI * k) / SIDES), Math.sin((2 * Math.PI * k) / SIDES)]);
-  const reaches = new Float64Array(SIDES).fill(Number.NEGATIVE_INFINITY);
-  for (let at = 0; at < positions.length; at += 3) {
-    const [x, y, z] = [positions[at] - eye[0], positions[at + 1] - eye[1], positions[at + 2] - eye[2]];
-    const depth = x * forward[0] + y * forward[1] + z * forward[2];
-    // What is beside or behind the eye may be seen anywhere.
-    if (!view.parallel && depth < near) return SQUARE;
-    const scale = 1 / (half * (view.parallel ? 1 : depth));
-    const across = (x * right[0] + y * right[1] + z * right[2]) * scale;
-    const upwards = (x * up[0] + y * up[1] + z * up[2]) * scale;
-    for (let k = 0; k < SIDES; k += 1) reaches[k] = Math.max(reaches[k], across * directions[k][0] + upwards * directions[k][1]);
-  }
+  if (last?.positions !== positions || last.view !== view) last = { positions, view, reaches: reachesOf(positions, view) };
+  const { reaches } = last;
+  if (!reaches) return SQUARE;
   const margin = (2 * MARGIN_PX) / side;
   const corners = new Float32Array(2 * SIDES);
   const sine = Math.sin((2 * Math.PI) / SIDES);
@@ -58,8 +74,8 @@ export function outline(positions, view, side) {
     // Where the lines across this direction and the next meet.
     const next = (k + 1) % SIDES;
     const [a, b] = [reaches[k] + margin, reaches[next] + margin];
-    corners[2 * k] = (a * directions[next][1] - b * directions[k][1]) / sine;
-    corners[2 * k + 1] = (b * directions[k][0] - a * directions[next][0]) / sine;
+    corners[2 * k] = (a * DIRECTIONS[next][1] - b * DIRECTIONS[k][1]) / sine;
+    corners[2 * k + 1] = (b * DIRECTIONS[k][0] - a * DIRECTIONS[next][0]) / sine;
   }
   return corners;
 }
