@@ -97,12 +97,9 @@ async function rates(page, url) {
   await page.goto(url);
   const light = page.getByTestId("light-moves");
   await page.locator("[data-testid=light-moves]:enabled").waitFor();
-  // By hardware the light goes round by itself.
   await page.waitForTimeout(SETTLING_MS);
-  if ((await light.getAttribute("aria-pressed")) === "true") await light.click();
   const across = await page.evaluate(() => document.querySelector("canvas.live").parentElement.getBoundingClientRect().width);
-  const { height } = page.viewportSize();
-  await page.setViewportSize({ width: WIDTH_PX, height: height + Math.round(side - across) });
+  await page.setViewportSize({ width: WIDTH_PX, height: HEIGHT_PX + Math.round(side - across) });
   const idle = await watch(page);
   const chosen = await page.evaluateHandle(async () => {
     const { Pace } = await import("/web/live/pace.js");
@@ -144,16 +141,27 @@ const browser = await chromium.launch({
   args: ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", ...driver],
 });
 try {
-  const page = await browser.newPage({ viewport: { width: WIDTH_PX, height: HEIGHT_PX } });
-  page.setDefaultTimeout(DEADLINE_MS);
-  await page.goto(server.url);
-  const by = await drawer(page);
+  // A page of its own for each figure, so that nothing is compiled already; reduced motion, so that the light waits for its button.
+  const inPage = async (work) => {
+    const page = await browser.newPage({ viewport: { width: WIDTH_PX, height: HEIGHT_PX }, reducedMotion: "reduce" });
+    page.setDefaultTimeout(DEADLINE_MS);
+    const found = await work(page);
+    await page.close();
+    return found;
+  };
+  const by = await inPage(async (page) => {
+    await page.goto(server.url);
+    return drawer(page);
+  });
   if (by.renderer === null) throw new Error("this browser has no WebGL 2 here; another --angle may have");
   if (values.hardware && by.software) throw new Error(`${by.renderer}: this is software`);
   for (const object of values.objects.split(",")) {
-    for (const seed of values.seeds.split(",")) say({ ...by, object, seed, ...(await rates(page, await made(server.url, object, seed))) });
+    for (const seed of values.seeds.split(",")) {
+      const url = await made(server.url, object, seed);
+      say({ ...by, object, seed, ...(await inPage((page) => rates(page, url))) });
+    }
   }
-  if (programs > 0) say(await exports(page));
+  if (programs > 0) say(await inPage(exports));
 } finally {
   await browser.close();
   await server.stop();

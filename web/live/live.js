@@ -270,7 +270,7 @@ function frame(now) {
   // The centre stands last in the document's order of rows, but is looked at first.
   const centre = individualIn("centre");
   const first = [centre, pinned.value, ...individuals].filter((one) => one !== null).filter(isDrawnHere);
-  making = stock.work(gl, first, { meter, look: { surface: metering, lights: all }, within: geometry.within });
+  making = stock.work(gl, first, { meter, look: { surface: metering, lights: all }, within: geometry.within, together: context?.together ?? 1 });
   const exposure = scene.film.exposure;
   const materials = layout.squares.flatMap((square) => {
     const of = seenIn(square.cell);

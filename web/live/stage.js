@@ -7,6 +7,8 @@
 
 /** Beyond this many pixels a side a canvas costs more than is seen. */
 const LIMIT_PX = 2048;
+/** Shaders that a driver compiles beside each other. */
+const TOGETHER = 4;
 /** Between a frame's border and its picture in CSS pixels, as in stage.css. */
 const INSET_PX = 3;
 
@@ -69,7 +71,10 @@ export function observePixels(observer, element) {
   }
 }
 
-/** @typedef {{gl: WebGL2RenderingContext, software: boolean, renderer: string}} Context */
+/**
+ * @typedef {{gl: WebGL2RenderingContext, software: boolean, together: number, renderer: string}} Context
+ *   `together`: how many shaders are best compiled at a time.
+ */
 
 /**
  * The context of a canvas; null where the browser has none that can do it.
@@ -79,8 +84,10 @@ export function observePixels(observer, element) {
 export function openContext(canvas) {
   const gl = canvas.getContext("webgl2", { alpha: true, premultipliedAlpha: true, antialias: false, depth: false, stencil: false });
   if (!gl || !gl.getExtension("EXT_color_buffer_float")) return null;
-  gl.getExtension("KHR_parallel_shader_compile");
+  const parallel = gl.getExtension("KHR_parallel_shader_compile") !== null;
   const info = gl.getExtension("WEBGL_debug_renderer_info");
   const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-  return { gl, renderer, software: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer) };
+  const software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
+  // Software draws with the cores that would compile, and what compiles unasked holds up the page.
+  return { gl, renderer, software, together: parallel && !software ? TOGETHER : 1 };
 }

@@ -39,16 +39,16 @@ export class Stock {
   }
 
   /**
-   * Works on those who are wanted, the first of them first; one at a time, so that the page stays quick.
+   * Works on those who are wanted, the first of them first; few at a time, so that the page stays quick.
    * @param {WebGL2RenderingContext} gl
    * @param {Individual[]} wanted
-   * @param {{meter: Meter, look: Look, within: number}} scene `look`: where exposure is measured; `within`: no texture
-   *   position of the object is beyond this
+   * @param {{meter: Meter, look: Look, within: number, together: number}} scene `look`: where exposure is measured; `within`: no
+   *   texture position of the object is beyond this; `together`: how many are made at a time
    * @returns {boolean} whether there is more to be done
    */
   work(gl, wanted, scene) {
     this.#clock += 1;
-    let busy = false;
+    let busy = 0;
     const lights = scene.look.lights.length / METER_ANGLES;
     for (const of of wanted) {
       const entry = this.#entry(of.hash);
@@ -64,13 +64,13 @@ export class Stock {
         if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene.within);
         continue;
       }
-      if (busy) continue;
-      busy = true;
+      if (busy === scene.together) continue;
+      busy += 1;
       if (entry.material) advance(gl, entry.material, scene);
       else entry.material = makeMaterial(gl, entry.source, lights);
     }
     this.#forget(gl);
-    return busy;
+    return busy > 0;
   }
 
   /** Object or lights have changed: exposures are measured anew. @param {WebGL2RenderingContext} gl */

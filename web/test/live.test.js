@@ -143,6 +143,17 @@ test("nothing is made coarser for what drawing does not take", () => {
   assert.equal(pace.ratio, 1);
 });
 
+test("a quicker display is noticed, and aimed at from then on", () => {
+  const pace = new Pace();
+  pace.aimAt(1000 / 60);
+  const interval = 1000 / 144;
+  shown(pace, { interval, whole_ms: 2, seconds: 5 });
+  assert.equal(pace.ratio, 1);
+  pace.pause();
+  const found = shown(pace, { interval, whole_ms: 9, seconds: 20 });
+  assert.ok(found > 0.91 * 144 && pace.ratio < 1, `${found} at ${pace.ratio}`);
+});
+
 test("one frame that something held up makes nothing coarser", () => {
   const pace = new Pace();
   pace.aimAt(16);
