@@ -193,9 +193,9 @@ function click(event) {
 function wheel(event) {
   if (cellOf(event.target) === null || hands.size > 0) return;
   event.preventDefault();
-  // Sideways only.
+  // Sideways only. Asked for before the mode, which makes Firefox tell pixels.
   if (event.deltaY === 0) return;
-  const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+  const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
   base = pose();
   preview("scale", 0, 0, 2 ** ((-event.deltaY * lines) / 500));
   clearTimeout(wheelRest);

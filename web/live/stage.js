@@ -77,6 +77,27 @@ export function observePixels(observer, element) {
  */
 
 /**
+ * Whether what is drawn can be read back. Browsers that resist fingerprinting answer with noise, by which exposures would be
+ * measured.
+ * @param {WebGL2RenderingContext} gl
+ */
+function tellsTheTruth(gl) {
+  const [texture, framebuffer] = [gl.createTexture(), gl.createFramebuffer()];
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, 1, 1);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+  const drawn = [0.25, 0.5, 0.75, 1];
+  gl.clearBufferfv(gl.COLOR, 0, drawn);
+  const read = new Float32Array(4);
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, read);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.deleteFramebuffer(framebuffer);
+  gl.deleteTexture(texture);
+  return drawn.every((value, k) => read[k] === value);
+}
+
+/**
  * The context of a canvas; null where the browser has none that can do it.
  * @param {HTMLCanvasElement} canvas
  * @returns {Context|null}
@@ -85,6 +106,7 @@ export function openContext(canvas) {
   const gl = canvas.getContext("webgl2", { alpha: true, premultipliedAlpha: true, antialias: false, depth: false, stencil: false });
   if (!gl || !gl.getExtension("EXT_color_buffer_float")) return null;
   const parallel = gl.getExtension("KHR_parallel_shader_compile") !== null;
+  if (!tellsTheTruth(gl)) return null;
   const info = gl.getExtension("WEBGL_debug_renderer_info");
   const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   const software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);

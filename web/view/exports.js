@@ -27,7 +27,8 @@ const saveText = (of, place) => guarded(place, async () => {
   link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
   link.download = `${of.hash.slice(0, 12)}.brood`;
   link.click();
-  URL.revokeObjectURL(link.href);
+  // Not every browser has begun to read it by now.
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 });
 
 /** Whether functions are exported under the energy limit: other renderers count on it. */

@@ -55,7 +55,7 @@ export function LightDot() {
 
 /** Where the light is and how it moves, which only what is drawn live follows. */
 function Circle() {
-  if (able.value === false) return html`<p class="small">This browser draws nothing live (WebGL 2 is missing), so the light rests.</p>`;
+  if (able.value === false) return html`<p class="small">This browser draws nothing live (WebGL 2 is missing, or what it draws may not be read back), so the light rests.</p>`;
   const on = moving.value;
   return html`
     <div class="row">
