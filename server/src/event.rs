@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use brood_protocol::{GenerationId, IndividualId, JobId, LineageId};
+use brood_storage::StoredIndividual;
 use serde_json::{Value, json};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 
@@ -96,6 +97,17 @@ impl Events {
     /// Tells that a generation was born.
     pub fn generation(&self, lineage: LineageId, id: GenerationId) {
         self.publish(lineage, "generation", &json!({ "id": id }));
+    }
+
+    /// Tells that a lineage's name, scene or defaults were changed.
+    pub fn lineage(&self, id: LineageId, version: u64) {
+        self.publish(id, "lineage", &json!({ "version": version }));
+    }
+
+    /// Tells that a person has marked an individual.
+    pub fn individual(&self, of: &StoredIndividual) {
+        let data = json!({ "id": of.id, "favourite": of.favourite, "note": of.note, "version": of.version });
+        self.publish(of.lineage, "individual", &data);
     }
 
     /// Tells that a picture is there.

@@ -79,6 +79,29 @@ async fn listener_hears_of_the_generation_and_of_each_picture_when_a_brood_is_bo
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn listener_hears_when_somebody_else_changes_the_lineage_or_marks_an_individual() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let child = lineage.random(1).await["individuals"][0].clone();
+    let mut stream = open(&server, &lineage.path("/events"), None).await;
+    let name = json!({"name": "another"});
+    let renamed = server.patch(&lineage.path(""), None, &name).await.expect(200).json();
+    let path = format!("/v1/individuals/{}", text_of(&child["id"]));
+    let mark = json!({"favourite": true, "note": "warm"});
+    let marked = server.patch(&path, None, &mark).await.expect(200).json();
+    let told = |events: &[Event], name: &str| {
+        events.iter().find(|event| event.name == name).map(|event| event.data.clone())
+    };
+    let both = |events: &[Event]| told(events, "lineage").and(told(events, "individual")).is_some();
+    let events = read(&mut stream, both).await;
+    assert_eq!(told(&events, "lineage"), Some(json!({"version": renamed["version"]})));
+    let wanted = json!({
+        "id": child["id"], "favourite": true, "note": "warm", "version": marked["version"],
+    });
+    assert_eq!(told(&events, "individual"), Some(wanted));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn listener_hears_nothing_of_other_lineages_when_they_breed() {
     let server = TestServer::start();
     let here = TestLineage::new(&server).await;

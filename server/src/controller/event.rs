@@ -22,8 +22,8 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// A stream ends this long after its token was revoked.
 const ACCESS_TICK: Duration = Duration::from_secs(2);
 
-/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `job`,
-/// `resync`.
+/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `lineage`,
+/// `individual`, `job`, `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
     params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
     responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]

@@ -84,6 +84,7 @@ pub async fn patch(
         None => app.store.individual(id).await?.version,
     };
     let stored = app.store.patch_individual(id, version, body.value).await?;
+    app.events.individual(&stored);
     present(&app, stored).await
 }
 

@@ -141,6 +141,7 @@ pub async fn patch(
         None => app.store.lineage(id).await?.version,
     };
     let lineage = app.store.patch_lineage(id, version, patch).await?;
+    app.events.lineage(id, lineage.version);
     Ok(versioned(lineage.version, &lineage))
 }
 
