@@ -76,7 +76,8 @@ async function answered(method, path, options) {
   for (let tried = 1; ; tried += 1) {
     let response;
     try {
-      response = await send(path, { method, headers, body, credentials: "same-origin" });
+      // What is being kept as the page is left is kept all the same.
+      response = await send(path, { method, headers, body, credentials: "same-origin", keepalive: method === "PATCH" });
     } catch (error) {
       if (wasStopped(error)) throw error;
       if (tried < TRIES) {
@@ -209,6 +210,14 @@ export const createLineage = (json) => request("POST", "/v1/lineages", { json })
  * @returns {Promise<Lineage>}
  */
 export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.version, json);
+
+/**
+ * Gives a lineage another scene, if nobody has changed it meanwhile: else it is a conflict, 412.
+ * @param {Lineage} of
+ * @param {string} scene
+ * @returns {Promise<Lineage>}
+ */
+export const putScene = (of, scene) => request("PATCH", `/v1/lineages/${of.id}`, { json: { scene }, version: of.version });
 
 /** @param {Lineage} of */
 export async function hideLineage(of) {

@@ -9,12 +9,12 @@ import { flip, flipped, targetSeen } from "./compare.js";
 import { holdBack } from "./events.js";
 import { genomeOf, programsOnly } from "./genomes.js";
 import { locksFor } from "./layers.js";
-import { guarded, putBred, setFirstBreeder, show, wishes } from "./lineage.js";
+import { guarded, isBred, putBred, setFirstBreeder, show, wishes } from "./lineage.js";
 import { anyLocked } from "./locks.js";
 import { startClock } from "./pictures.js";
 import { sceneSettled } from "./scene.js";
 import {
-  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, individualOf, knobs, knobsOpen, lineage,
+  FRAMES, announcement, breeding, changeIndividual, forget, generation, individualIn, individualOf, knobs, knobsOpen, largeOf, lineage,
   locks, mate, tell,
 } from "./state.js";
 
@@ -133,7 +133,12 @@ export function cancelMate() {
 }
 
 /** The same parents once more, with a new seed. */
-export const reroll = () => breed(generation.value?.parents ?? []);
+export function reroll() {
+  const of = generation.value;
+  // What was brought in or found has no parents: there is nothing to breed from but itself.
+  const first = of && !isBred(of) ? largeOf(of) : null;
+  return breed(first ? [first.id] : (of?.parents ?? []));
+}
 
 /** A random brood. */
 export const afresh = () => breed([]);

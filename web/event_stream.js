@@ -6,8 +6,8 @@
 const AGAIN_MS = 3000;
 
 /**
- * @typedef {{url: string, opened: (missed: boolean) => void, on: Record<string, (news: any) => void>}} Heard
- *   `opened`: told of every connection, and whether events may have been missed that the server does not tell again.
+ * @typedef {{url: string, opened: (missed: boolean) => void, lost?: () => void, on: Record<string, (news: any) => void>}} Heard
+ *   `lost`: told when a connection breaks. `opened`: told of every connection, and whether events may have been missed that the server does not tell again.
  */
 
 /** A stream that nothing is heard of yet. */
@@ -30,7 +30,7 @@ export function eventStream() {
       missed = true;
       return;
     }
-    const { url, opened, on } = wanted;
+    const { url, opened, lost, on } = wanted;
     const own = new EventSource(url);
     source = own;
     own.addEventListener("open", () => {
@@ -47,6 +47,7 @@ export function eventStream() {
       // A dropped connection reopens by itself and replays what came after the last event it heard, if it heard one; a refused one stays
       // closed and is asked for again.
       missed = true;
+      lost?.();
       if (own.readyState !== EventSource.CLOSED) return;
       reopening = setTimeout(connect, AGAIN_MS);
     });

@@ -1,16 +1,20 @@
 /**
  * The server's events for the open lineage; knows nothing of the page's state.
  */
+import { signal } from "./vendor/signals-core.js";
 import { eventsUrl } from "./api.js";
 import { eventStream } from "./event_stream.js";
 import { askForFailed, pictureArrived } from "./pictures.js";
 
 /**
  * @typedef {{known: (id: string) => boolean, news: (id: string) => Promise<void>, resync: (all: boolean) => Promise<void>,
+ *   changed: (version: number) => Promise<void>, marked: (news: {id: string, favourite: boolean, note: string, version: number}) => void,
  *   job: (news: any) => void}} Listener
  */
 
 const stream = eventStream();
+/** Whether the server cannot be heard. @type {import("./vendor/signals-core.js").Signal<boolean>} */
+export const away = signal(false);
 /** The lineage that is listened to. */
 let heard = "";
 /** A brood that is being made here tells of itself by its own answer. @type {Promise<unknown>} */
@@ -33,7 +37,11 @@ export function listen(lineage, listener) {
   stream.listen({
     url: eventsUrl(lineage),
     // Also at first: something may have happened between the reading of the list and now.
+    lost: () => {
+      away.value = true;
+    },
     opened: (missed) => {
+      away.value = false;
       askForFailed();
       void listener.resync(missed);
     },
@@ -43,6 +51,8 @@ export function listen(lineage, listener) {
         await own;
         if (heard === lineage && !listener.known(id)) await listener.news(id);
       },
+      lineage: ({ version }) => void listener.changed(version),
+      individual: listener.marked,
       job: listener.job,
       resync: () => void listener.resync(true),
     },

@@ -8,7 +8,9 @@ import { isScene } from "./search_views.js";
 import { kindOf } from "./search_words.js";
 import { NEW, looking, openSearches } from "./searches.js";
 import { uploadObj } from "./scene.js";
-import { fileOver, knobsOpen, tell } from "./state.js";
+import { fileOver, tell } from "./state.js";
+
+const TAKEN = ".obj (an object), .brood (a material), .json (a saved lineage or material), .binary, .bsdf, .brdf, .csv (measured), .exr, .hdr, .png, .jpg (pictures)";
 
 /** @param {DragEvent} event */
 const carriesFile = (event) => event.dataTransfer?.types.includes("Files") ?? false;
@@ -23,13 +25,13 @@ export async function takeFiles(files) {
     openSearches(NEW);
     return takeTargets(all);
   }
-  if (files.length > 1) {
-    knobsOpen.value = true;
-    tell("object", { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one.` } });
-    return;
-  }
+  // What a file leads to is seen below whatever lies over it.
+  for (const dialog of document.querySelectorAll("dialog")) if (dialog.open) dialog.close();
+  if (files.length > 1) return tell("stage", { problem: { title: "One file at a time", status: 0, detail: `${files.length} files were dropped; drop one.` } });
   const [file] = files;
-  await (/\.(brood|json)$/i.test(file.name) ? takeMaterial(file) : uploadObj(file));
+  if (/\.(brood|json)$/i.test(file.name)) return takeMaterial(file);
+  if (/\.obj$/i.test(file.name)) return uploadObj(file);
+  tell("stage", { problem: { title: "Unknown kind of file", status: 0, detail: `${file.name} is none of these: ${TAKEN}.` } });
 }
 
 /** A field of a picture that takes a file of its own; answers whether there is one below. @param {EventTarget|null} target @param {FileList|undefined} files */

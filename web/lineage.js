@@ -12,7 +12,7 @@ import { keep, recall } from "./memory.js";
 import { ready, unready } from "./pictures.js";
 import * as route from "./route.js";
 import {
-  DEFAULT_SATURATION, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, locks, mate,
+  DEFAULT_SATURATION, changeIndividual, descent, forget, generation, generations, knobs, lineage, lineages, lineagesOpen, locks, mate,
   noLocks, putGenerations, scene, sceneBusy, shown, system, tell, trail,
 } from "./state.js";
 
@@ -25,6 +25,21 @@ let wish = 0;
 
 /** How many wishes there were: who waits for something sees whether somebody wanted something else meanwhile. */
 export const wishes = () => wish;
+
+/** What is under way, by its place. @type {Set<string>} */
+const underWay = new Set();
+
+/**
+ * The same, once at a time: who asks twice is not given two.
+ * @param {import("./types.js").Place} place
+ * @param {() => Promise<void>} work
+ */
+export async function alone(place, work) {
+  if (underWay.has(place)) return;
+  underWay.add(place);
+  await guarded(place, work);
+  underWay.delete(place);
+}
 
 /** @param {() => Promise<void>} work @param {import("./types.js").Place} place */
 export async function guarded(place, work) {
@@ -41,10 +56,21 @@ export async function start() {
   await guarded("stage", async () => {
     const wanted = route.parse(location.hash);
     [system.value, lineages.value] = await Promise.all([api.getSystem(), api.listLineages()]);
-    if (wanted.lineage) return open(wanted.lineage, wanted.generation);
-    const newest = lineages.value.toSorted((a, b) => b.created_ms - a.created_ms)[0];
-    return newest ? open(newest.id, null) : create("first");
+    if (!wanted.lineage) return openNewest();
+    try {
+      await open(wanted.lineage, wanted.generation);
+    } catch (error) {
+      if (![404, 410, 422, 400].includes(api.problemOf(error).status)) throw error;
+      await openNewest();
+      tell("stage", { problem: { title: "No such lineage", status: 404, detail: "The link names a lineage that this server does not have; the newest is shown." } });
+    }
   });
+}
+
+/** Opens the newest lineage; a new one where there is none. */
+function openNewest() {
+  const [newest] = lineages.value.toSorted((a, b) => b.created_ms - a.created_ms);
+  return newest ? open(newest.id, null) : create("first");
 }
 
 /**
@@ -75,7 +101,7 @@ export function setFirstBreeder(breed) {
 }
 
 /** Whether it came about by variation: what a search found or somebody brought in says nothing of how to breed on. @param {Generation} of */
-const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
+export const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
 
 /**
  * @param {string} id
@@ -84,10 +110,10 @@ const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ??
  */
 export async function open(id, wanted, begin = breedFirst) {
   const mine = ++wish;
-  unready();
   const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
   const its = await api.getScene(of.scene);
   if (mine !== wish) return;
+  unready();
   const newest = all.at(-1);
   const target = all.find((one) => one.id === wanted) ?? newest ?? null;
   const bred = target && isBred(target) ? target : null;
@@ -112,7 +138,7 @@ export async function open(id, wanted, begin = breedFirst) {
     locks.value = { ...noLocks(), ...recall(`locks.${id}`, {}) };
     lineagesOpen.value = false;
   });
-  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, resync, job: (news) => noteJob(news) });
+  events.listen(id, { known: (one) => generations.value.has(one), news: adopt, changed, marked, resync, job: (news) => noteJob(news) });
   forget("stage");
   if (wanted && target?.id !== wanted) {
     tell("stage", {
@@ -160,13 +186,23 @@ export async function follow() {
   const wanted = route.parse(location.hash);
   if (!wanted.lineage) return;
   await guarded("stage", async () => {
-    if (wanted.lineage !== lineage.value?.id) return open(/** @type {string} */ (wanted.lineage), wanted.generation);
-    const id = wanted.generation;
-    if (!id || id === shown.value) return;
-    if (id === undoTarget(trail.value, descent.value, shown.value)) return show(id, "undo");
-    if (id === redoTarget(trail.value, descent.value, shown.value)) return show(id, "redo");
-    return show(id, "visit");
+    try {
+      await go(/** @type {string} */ (wanted.lineage), wanted.generation);
+    } catch (error) {
+      // The address says what is shown, which is what is shared.
+      if (lineage.value && shown.value) route.correct(lineage.value.id, shown.value);
+      throw error;
+    }
   });
+}
+
+/** @param {string} to a lineage @param {string|null} id */
+async function go(to, id) {
+  if (to !== lineage.value?.id) return open(to, id);
+  if (!id || id === shown.value) return;
+  if (id === undoTarget(trail.value, descent.value, shown.value)) return show(id, "undo");
+  if (id === redoTarget(trail.value, descent.value, shown.value)) return show(id, "redo");
+  return show(id, "visit");
 }
 
 /**
@@ -205,30 +241,45 @@ async function adopt(id) {
   await resync(false);
 }
 
-/** Events may have been missed, and what was read is older than what was done here meanwhile. @type {Signal<boolean>} */
-const behind = signal(false);
+/** Somebody has changed the lineage; whoever did it here knows it already, or will in a moment. @param {number} version */
+async function changed(version) {
+  if (lineage.value && version > lineage.value.version) await resync(false);
+}
+
+/** @param {{id: string, favourite: boolean, note: string, version: number}} news */
+function marked({ id, ...news }) {
+  const known = [...generations.value.values()].flatMap((one) => [one.centre, ...one.individuals]).find((one) => one?.id === id);
+  if (known && news.version > known.version) changeIndividual(id, news);
+}
+
+/** What is to be read once the scene has settled: what was read before is older than what is done here. @type {Signal<"nothing"|"some"|"all">} */
+const behind = signal("nothing");
 
 /**
  * What others did may not have been heard of: it is read, and what is shown stays.
- * @param {boolean} all whether it may be anything, and not only a new generation or another scene
+ * @param {boolean} all whether marks of any individual may have changed, and not only the lineage, its scene and its generations
  */
 async function resync(all) {
   const of = lineage.value;
   if (!of) return;
   await guarded("stage", async () => {
     const present = await api.getLineage(of.id);
-    const same = present.version === lineage.value?.version && present.generations === generations.value.size;
-    if (lineage.value?.id !== of.id || (same && !all)) return;
-    const [its, read] = await Promise.all([api.getScene(present.scene), api.listGenerations(of.id)]);
+    const [its, read] = await Promise.all([
+      present.scene === scene.value?.id ? scene.value : api.getScene(present.scene),
+      all || present.generations !== generations.value.size ? api.listGenerations(of.id) : [],
+    ]);
     if (lineage.value?.id !== of.id) return;
-    behind.value = sceneBusy.value || present.version < lineage.value.version;
-    if (behind.value) return;
+    if (sceneBusy.value || present.version < lineage.value.version) {
+      behind.value = all || behind.value === "all" ? "all" : "some";
+      return;
+    }
     for (const one of read) readFor.set(one.id, present.scene);
     batch(() => {
       lineage.value = present;
       scene.value = its;
-      putGenerations(read);
+      if (read.length > 0) putGenerations(read);
     });
+    await rereadShown();
   });
 }
 
@@ -244,8 +295,7 @@ export async function hide(of) {
   await api.hideLineage(of);
   lineages.value = lineages.value.filter((one) => one.id !== of.id);
   if (lineage.value?.id !== of.id) return;
-  const next = lineages.value.at(-1);
-  await (next ? open(next.id, null) : create("first"));
+  await openNewest();
 }
 
 /** Keeps the knobs of the open lineage and the title of the window, and asks who draws until that is known. */
@@ -257,7 +307,10 @@ export function watchLineage() {
     });
   });
   effect(() => {
-    if (behind.value && !sceneBusy.value) queueMicrotask(() => void resync(true));
+    if (behind.value === "nothing" || sceneBusy.value) return;
+    const all = behind.value === "all";
+    behind.value = "nothing";
+    queueMicrotask(() => void resync(all));
   });
   effect(() => {
     if (lineage.value) keep(`knobs.${lineage.value.id}`, knobs.value);

@@ -73,11 +73,18 @@ export function fits({ dialect: own }, centre, dialect) {
 /** The server's limit, said before it is sent in vain. */
 const LINEAGE_BYTES = 64 * 1024 * 1024;
 
-/** Whether a JSON file is a lineage and not a genome: it says so in its first field. @param {File} file */
-const isLineage = async (file) => /^\s*\{\s*"brood_lineage"/.test(await file.slice(0, 200).text());
+/** Whether a JSON file is a lineage and not a genome: it says so in a field, the first of them where a server wrote it. @param {File} file */
+async function isLineage(file) {
+  const beginning = await file.slice(0, 200).text();
+  if (!/^\s*\{/.test(beginning) || file.size > LINEAGE_BYTES) return beginning.includes('"brood_lineage"');
+  return /"brood_lineage"\s*:/.test(await file.text());
+}
 
-/** A `.brood` or `.json` file. @param {File} file */
-export async function takeMaterial(file) {
+/** A `.brood` or `.json` file. @param {File} read */
+export async function takeMaterial(read) {
+  // Editors put a mark of their own before the text, which is not part of JSON.
+  const marked = new Uint8Array(await read.slice(0, 3).arrayBuffer()).join() === "239,187,191";
+  const file = marked ? new File([read.slice(3)], read.name) : read;
   if (await isLineage(file)) await takeLineage(file);
   else await takeGenome(file);
 }

@@ -51,6 +51,15 @@ export function write(lineage, generation) {
 }
 
 /**
+ * Says what is shown in place of an address that led nowhere.
+ * @param {string} lineage
+ * @param {string} generation
+ */
+export function correct(lineage, generation) {
+  history.replaceState(null, "", format(lineage, generation, parse(location.hash).search));
+}
+
+/**
  * Puts a search over what is shown into the address, or takes it away.
  * @param {string|null} search
  */

@@ -21,6 +21,8 @@ const OBJ_BYTES = 32 * 1024 * 1024;
 /** @type {Promise<unknown>} */
 let queue = Promise.resolve();
 let waiting = 0;
+/** What waits for its turn: more of the same kind goes with it. @type {{of: string, place: Place, changes: Partial<Scene>, work: Promise<void>}|null} */
+let next = null;
 
 /** Resolves when no change of the scene is on its way. */
 export const sceneSettled = () => queue;
@@ -36,36 +38,62 @@ export function changeScene(place, change) {
   const of = lineage.value;
   if (!left || !of) return Promise.resolve();
   const changes = change(left);
-  waiting += 1;
   wished.value = { ...wished.value, ...changes };
   sceneBusy.value = true;
   unready();
   startClock();
-  const work = queue.then(() => guarded(place, () => apply(of.id, changes)));
-  queue = work.finally(() => {
+  if (next?.of === of.id && next.place === place) {
+    Object.assign(next.changes, changes);
+    return next.work;
+  }
+  waiting += 1;
+  const mine = { of: of.id, place, changes, work: Promise.resolve() };
+  next = mine;
+  mine.work = queue.then(() => {
+    if (next === mine) next = null;
+    return guarded(place, () => apply(of.id, mine.changes));
+  });
+  queue = mine.work.finally(() => {
     waiting -= 1;
     if (waiting > 0) return;
     wished.value = null;
     sceneBusy.value = false;
   });
-  return work;
+  return mine.work;
 }
+
+/** Changes of a scene that somebody else changes at the same time are put upon theirs, so often at most. */
+const TRIES = 4;
 
 /** @param {string} lineageId @param {Partial<Scene>} changes */
 async function apply(lineageId, changes) {
-  const of = lineage.value;
-  const present = scene.value;
-  if (!of || !present || of.id !== lineageId) return;
-  const next = await api.createScene({ ...present, ...changes });
-  // Tried again, it may be the pictures alone that are missing.
-  if (next.id === present.id) return rereadShown();
-  const changed = await api.patchLineage(of, { scene: next.id });
-  if (lineage.value?.id !== of.id) return;
+  for (let tried = 1; ; tried += 1) {
+    const of = lineage.value;
+    const present = scene.value;
+    if (!of || !present || of.id !== lineageId) return;
+    const wanted = await api.createScene({ ...present, ...changes });
+    // Tried again, it may be the pictures alone that are missing.
+    if (!wanted.id || wanted.id === present.id) return rereadShown();
+    try {
+      const changed = await api.putScene(of, wanted.id);
+      if (lineage.value?.id !== lineageId) return;
+      take(changed, wanted);
+      return rereadShown();
+    } catch (error) {
+      if (api.problemOf(error).status !== 412 || tried === TRIES) throw error;
+      const theirs = await api.getLineage(lineageId);
+      const its = await api.getScene(theirs.scene);
+      if (lineage.value?.id === lineageId) take(theirs, its);
+    }
+  }
+}
+
+/** @param {import("./types.js").Lineage} of @param {Scene} its */
+function take(of, its) {
   batch(() => {
-    lineage.value = changed;
-    scene.value = next;
+    lineage.value = of;
+    scene.value = its;
   });
-  await rereadShown();
 }
 
 /**
@@ -165,7 +193,8 @@ export async function uploadObj(file) {
 }
 
 export function recallMeshes() {
-  meshes.value = recall("meshes", meshes.value);
+  const kept = recall("meshes", meshes.value);
+  if (Array.isArray(kept)) meshes.value = kept;
 }
 
 /** Asks what was odd about an object that somebody else uploaded. */

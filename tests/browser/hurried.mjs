@@ -44,7 +44,7 @@ const redrawn = (page) => page.evaluate(async () => {
 export async function hurried(hand, step, base) {
   const { page } = hand;
   // The browser logs pictures that were kept from it, and changes that came second and were asked for again.
-  hand.ignores = (text) => text.includes("ERR_FAILED") || text.includes("412");
+  hand.ignores = (text) => ["ERR_FAILED", "412", "404"].some((known) => text.includes(known));
   const bred = "**/v1/lineages/*/generations";
 
   await step("keeps a note that is being typed when a brood arrives, and where it belongs", async () => {
@@ -165,6 +165,63 @@ export async function hurried(hand, step, base) {
     });
     await made.waitFor();
     await other.close();
+  });
+
+  await step("hears what is changed in another window, and changes that and not the rest", async () => {
+    const { lineage, individuals } = await hand.generation(await hand.ready());
+    const other = await page.context().newPage();
+    await other.goto(page.url());
+    await other.locator('body[data-ready]:not([data-ready=""])').waitFor({ state: "attached" });
+    await hand.reshown(() => hand.id("object").selectOption("cube"));
+    await other.waitForFunction(() => document.querySelector("[data-testid=object]").value === "cube");
+    await hand.cell(3).focus();
+    await page.keyboard.press("f");
+    await other.locator("[data-testid=cell-3] .star.on").waitFor();
+    // Without having heard of it: what was changed there stays.
+    await other.evaluate(async () => {
+      const { lineage: of } = await import("/web/state.js");
+      of.value = { ...of.value, version: of.value.version - 1 };
+    });
+    await other.getByTestId("shadows").check();
+    const settled = async () => hand.api(`/v1/scenes/${(await hand.api(`/v1/lineages/${lineage}`)).scene}`);
+    await page.locator("[data-testid=shadows]:checked").waitFor();
+    const { mesh, shadows } = await settled();
+    assert.deepEqual([mesh, shadows], ["cube", true]);
+    assert.equal((await hand.api(`/v1/individuals/${individuals[3].id}`)).favourite, true);
+    await other.close();
+    await hand.ready();
+  });
+
+  await step("begins once with a preset that is clicked twice", async () => {
+    const before = (await hand.api("/v1/lineages")).items.length;
+    await hand.id("presets").click();
+    await hand.id("preset-velvet").waitFor();
+    await hand.becomes(() => hand.id("preset-velvet").dblclick());
+    await page.waitForFunction(() => document.querySelectorAll("[data-frame]").length === 21);
+    assert.equal((await hand.api("/v1/lineages")).items.length, before + 1);
+  });
+
+  await step("keeps what is shown where a link leads nowhere, in the address too", async () => {
+    const here = page.url();
+    await page.evaluate(() => (location.hash = "#/lineage/00000000-0000-7000-8000-000000000000"));
+    await hand.id("error").waitFor();
+    assert.equal(page.url(), here);
+    assert.ok(await hand.ready());
+    await page.getByRole("button", { name: "Dismiss" }).click();
+  });
+
+  await step("keeps a note through a reload, and the strip on what is shown", async () => {
+    for (let k = 0; k < 20; k += 1) await hand.becomes(() => hand.id("reroll").click());
+    const { centre } = await hand.generation(await hand.ready());
+    await hand.id("note").pressSequentially("in haste");
+    await page.reload();
+    await hand.ready();
+    assert.equal(await hand.id("note").inputValue(), "in haste");
+    assert.equal((await hand.api(`/v1/individuals/${centre.id}`)).note, "in haste");
+    await page.waitForFunction(() => {
+      const [now, strip] = [".stop[aria-current]", ".strip"].map((name) => document.querySelector(name).getBoundingClientRect());
+      return now.left >= strip.left && now.right <= strip.right;
+    });
   });
 
   await step("asks again for pictures that failed once the server is back", async () => {

@@ -7,7 +7,7 @@ import { Bar } from "./bar.js";
 import { Comparison } from "./comparison.js";
 import { Details } from "./details.js";
 import { Frames } from "./frames.js";
-import { Hint } from "./hint.js";
+import { Hint, Mating } from "./hint.js";
 import { Inspector } from "./inspector.js";
 import { Knobs } from "./knobs.js";
 import { Lineages } from "./lineages.js";
@@ -28,6 +28,7 @@ export function App() {
         <${Trouble} place="stage" />
         <${LockSign} />
         <${Hint} />
+        <${Mating} />
       </main>
       ${detailsOpen.value && html`<${Details} />`}
     </div>

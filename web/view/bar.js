@@ -3,6 +3,7 @@
  */
 import { signal } from "../vendor/signals-core.js";
 import { afresh, reroll } from "../breed.js";
+import { away } from "../events.js";
 import { html } from "../html.js";
 import { redoTarget, undoTarget } from "../history.js";
 import { redo, undo } from "../lineage.js";
@@ -33,6 +34,7 @@ async function share() {
 
 function status() {
   const of = generation.value;
+  if (away.value) return "the server cannot be reached; asking again";
   if (!of) return breeding.value ? "the first brood is being made" : "";
   const framed = of.individuals.filter((one) => one.slot < FRAMES);
   const there = framed.filter((one) => loaded.value.has(one.thumbnail)).length;

@@ -53,9 +53,16 @@ function fromCentre() {
 /** What is being written and not yet kept. @type {{of: Individual, text: string}|null} */
 let note = null;
 
+/** Somebody who stops writing for so long has written something. */
+const PAUSE_MS = 1500;
+/** @type {ReturnType<typeof setTimeout>|undefined} */
+let pausing;
+
 /** @param {Individual} of @param {string} text */
 function writeNote(of, text) {
   note = { of, text };
+  clearTimeout(pausing);
+  pausing = setTimeout(saveNote, PAUSE_MS);
 }
 
 function saveNote() {
@@ -63,6 +70,8 @@ function saveNote() {
   note = null;
   if (left) void setNote(left.of, left.text);
 }
+
+globalThis.addEventListener?.("pagehide", saveNote);
 
 // Who goes on to another centre in the middle of a word keeps the word.
 effect(() => {

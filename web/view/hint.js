@@ -1,8 +1,23 @@
 /**
- * The one line of help under the frames. Owns its words; whether it is wanted is remembered by the page.
+ * The one line of help under the frames, and what fingers can do with a mate. Owns their words; whether help is wanted is remembered
+ * by the page.
  */
+import { cancelMate, setFavourite } from "../breed.js";
 import { html } from "../html.js";
-import { hinting } from "../state.js";
+import { hinting, individualOf, mate } from "../state.js";
+
+/** A finger has no Escape, and a small frame no room for a star. */
+export function Mating() {
+  const of = mate.value && (individualOf(mate.value.id) ?? mate.value);
+  if (!of) return null;
+  return html`
+    <div class="mating" data-testid="mating">
+      <span>Tap the other parent</span>
+      <button type="button" aria-pressed=${of.favourite} onClick=${() => setFavourite(of, !of.favourite, "The mate")}>${of.favourite ? "★" : "☆"} Favourite</button>
+      <button type="button" onClick=${cancelMate}>Cancel</button>
+    </div>
+  `;
+}
 
 export function Hint() {
   if (!hinting.value) return null;

@@ -7,7 +7,7 @@ import { signal } from "../vendor/signals-core.js";
 import * as api from "../api.js";
 import { takeFiles } from "../files.js";
 import { html } from "../html.js";
-import { create, guarded, hide, open, rename } from "../lineage.js";
+import { alone, create, guarded, hide, open, rename } from "../lineage.js";
 import { forget, lineage, lineages, lineagesOpen } from "../state.js";
 import { forgetToken, given } from "../token.js";
 import { Choice } from "./control.js";
@@ -48,7 +48,7 @@ function fieldOf(event, field) {
 }
 
 /** @param {() => Promise<void>} work */
-const does = (work) => () => void guarded("lineages", work);
+const does = (work) => () => void alone("lineages", work);
 
 /** A picture that cannot be had leaves its place empty. @param {Event} event */
 const hideBroken = (event) => /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");
@@ -113,7 +113,7 @@ function fileChosen(event) {
 function createNamed(event) {
   const name = fieldOf(event, "name");
   const dialect = start.value === "models" ? { length: 0 } : undefined;
-  if (name) void guarded("lineages", () => create(name, { dialect }));
+  if (name) void alone("lineages", () => create(name, { dialect }));
 }
 
 export function Lineages() {

@@ -5,7 +5,7 @@
  */
 import { genomes } from "../genomes.js";
 import { html } from "../html.js";
-import { guarded } from "../lineage.js";
+import { alone, guarded } from "../lineage.js";
 import { crossWith, fits, listPresets, presets, startFrom } from "../presets.js";
 import { forget, large, lineage, presetsOpen } from "../state.js";
 import { signal } from "../vendor/signals-core.js";
@@ -39,7 +39,7 @@ function misfit({ dialect }) {
 }
 
 /** @param {Preset} preset */
-const choose = (preset) => guarded("presets", () => (use.value === "cross" ? crossWith(preset) : startFrom(preset)));
+const choose = (preset) => alone("presets", () => (use.value === "cross" ? crossWith(preset) : startFrom(preset)));
 
 /** @param {Preset} preset */
 const Tile = (preset) => html`

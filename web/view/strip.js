@@ -41,8 +41,16 @@ function seen(element) {
   scrolledTo = id;
   const strip = element.closest(".strip");
   if (!strip) return;
-  const middle = element.offsetLeft + element.offsetWidth / 2 - strip.clientWidth / 2;
-  strip.scrollTo({ left: middle });
+  const [stop, whole] = [element.getBoundingClientRect(), strip.getBoundingClientRect()];
+  strip.scrollBy({ left: stop.left + stop.width / 2 - (whole.left + whole.width / 2) });
+}
+
+/** A wheel that turns up and down goes along the strip, which has no other way to go. @param {WheelEvent} event */
+function along(event) {
+  const strip = /** @type {HTMLElement} */ (event.currentTarget);
+  if (event.deltaX !== 0 || event.ctrlKey || strip.scrollWidth <= strip.clientWidth) return;
+  event.preventDefault();
+  strip.scrollBy({ left: event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1), behavior: "instant" });
 }
 
 /** @param {{of: Generation, column: number, onPath: boolean}} props */
@@ -78,7 +86,7 @@ function draw(descent, now) {
   const path = ancestry(descent.parents, now);
   const width = Math.max(0, all.length * STEP - (STEP - SIDE));
   return html`
-    <nav class="strip" aria-label="History" data-testid="history">
+    <nav class="strip" aria-label="History" data-testid="history" onWheel=${along}>
       <div class="track" style=${{ width: times(width) }}>
         <svg aria-hidden="true" viewBox=${`0 0 ${width} ${SIDE + ARC}`} style=${{ width: times(width), height: times(SIDE + ARC) }}>
           ${links(descent, path).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
