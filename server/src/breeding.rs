@@ -170,6 +170,10 @@ impl AppState {
             curation: breed.curation,
         };
         let operator = making.variation().operator_name();
+        if making.variation().is_settled() {
+            let words = "without mutation there is nothing here in which two children would differ";
+            return Err(ApiError::refused(words).at("/recombination"));
+        }
         stages.end("read");
         let children = self.on_processor(move || making.children()).await?;
         self.metrics.brood_seconds.record(stages.end("make").as_secs_f64());

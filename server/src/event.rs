@@ -40,6 +40,8 @@ impl From<JobId> for Topic {
 /// Something that happened in a lineage or to a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
+    /// The hub, counted up within the process.
+    pub hub: u64,
     /// Counted up within the hub.
     pub number: u64,
     /// The kind, as the stream names it.
@@ -53,12 +55,21 @@ pub struct Event {
 pub struct Events {
     /// Tells ids of this process from those of the one before.
     life: String,
-    hubs: Mutex<HashMap<Topic, Hub>>,
+    hubs: Mutex<Hubs>,
     places: Arc<Semaphore>,
+}
+
+#[derive(Debug, Default)]
+struct Hubs {
+    by_topic: HashMap<Topic, Hub>,
+    /// How many there have been, those that are forgotten too.
+    made: u64,
 }
 
 #[derive(Debug)]
 struct Hub {
+    /// Tells ids of this hub from those of one that was forgotten.
+    id: u64,
     sender: broadcast::Sender<Arc<Event>>,
     recent: VecDeque<Arc<Event>>,
     next: u64,
@@ -81,7 +92,7 @@ impl Events {
     pub fn new() -> Self {
         let life = brood_protocol::RequestId::fresh().to_string();
         let places = Arc::new(Semaphore::new(limit::EVENT_STREAMS));
-        Self { life: life.replace('-', ""), hubs: Mutex::new(HashMap::new()), places }
+        Self { life: life.replace('-', ""), hubs: Mutex::default(), places }
     }
 
     /// A place for one more stream, held as long as the stream is open; none where too many are.
@@ -91,7 +102,7 @@ impl Events {
 
     /// The id of an event on the wire.
     pub fn id(&self, event: &Event) -> String {
-        format!("{}-{}", self.life, event.number)
+        format!("{}-{}-{}", self.life, event.hub, event.number)
     }
 
     /// Tells that a generation was born.
@@ -128,14 +139,13 @@ impl Events {
     /// Listens, from the event after `last_id` on.
     pub fn subscribe(&self, topic: impl Into<Topic>, last_id: Option<&str>) -> Subscription {
         let mut hubs = self.lock();
-        let hub = hubs.entry(topic.into()).or_insert_with(Hub::new);
-        hub.used = Instant::now();
+        let hub = hubs.of(topic.into());
         let receiver = hub.sender.subscribe();
         let Some(last_id) = last_id else {
             return Subscription { resync: false, missed: Vec::new(), receiver };
         };
-        let number = last_id.split_once('-').filter(|(life, _)| *life == self.life);
-        let number = number.and_then(|(_, number)| number.parse::<u64>().ok());
+        let number = last_id.strip_prefix(&format!("{}-{}-", self.life, hub.id));
+        let number = number.and_then(|number| number.parse::<u64>().ok());
         let oldest = hub.next - hub.recent.len() as u64;
         match number.filter(|number| number + 1 >= oldest && *number < hub.next) {
             Some(number) => {
@@ -148,14 +158,18 @@ impl Events {
 
     /// Forgets hubs that nobody uses.
     pub fn sweep(&self) {
-        self.lock().retain(|_, hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < FORGET);
+        self.forget(FORGET);
+    }
+
+    fn forget(&self, after: Duration) {
+        let wanted = |hub: &Hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < after;
+        self.lock().by_topic.retain(|_, hub| wanted(hub));
     }
 
     fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
         let mut hubs = self.lock();
-        let hub = hubs.entry(topic.into()).or_insert_with(Hub::new);
-        hub.used = Instant::now();
-        let event = Arc::new(Event { number: hub.next, name, data: data.to_string() });
+        let hub = hubs.of(topic.into());
+        let event = Arc::new(Event { hub: hub.id, number: hub.next, name, data: data.to_string() });
         hub.next += 1;
         hub.recent.push_back(event.clone());
         if hub.recent.len() > REMEMBERED {
@@ -165,14 +179,27 @@ impl Events {
         let _ = hub.sender.send(event);
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<Topic, Hub>> {
+    fn lock(&self) -> MutexGuard<'_, Hubs> {
         self.hubs.lock().expect("nothing panics under this lock")
     }
 }
 
+impl Hubs {
+    /// The topic's hub, made where there is none.
+    fn of(&mut self, topic: Topic) -> &mut Hub {
+        let hub = self.by_topic.entry(topic).or_insert_with(|| {
+            self.made += 1;
+            Hub::new(self.made)
+        });
+        hub.used = Instant::now();
+        hub
+    }
+}
+
 impl Hub {
-    fn new() -> Self {
+    fn new(id: u64) -> Self {
         Self {
+            id,
             sender: broadcast::Sender::new(REMEMBERED),
             recent: VecDeque::new(),
             next: 1,
@@ -208,15 +235,34 @@ mod tests {
         let events = Events::new();
         let lineage = LineageId::fresh();
         events.generation(lineage, GenerationId::fresh());
-        let first = events.id(&events.lock()[&Topic::Lineage(lineage)].recent[0]);
+        let first = events.id(&events.lock().by_topic[&Topic::Lineage(lineage)].recent[0]);
         for _ in 0..REMEMBERED + 1 {
             events.generation(lineage, GenerationId::fresh());
         }
         assert!(events.subscribe(lineage, Some(&first)).resync, "forgotten");
         assert!(events.subscribe(lineage, Some("0-1")).resync, "of another life");
         assert!(events.subscribe(lineage, Some("x")).resync, "no id at all");
-        let future = format!("{}-99999", events.life);
+        let future = format!("{}-1-99999", events.life);
         assert!(events.subscribe(lineage, Some(&future)).resync, "of the future");
+    }
+
+    #[tokio::test]
+    async fn listener_is_told_to_resync_when_its_hub_was_forgotten() {
+        let events = Events::new();
+        let lineage = LineageId::fresh();
+        let mut first = events.subscribe(lineage, None);
+        events.generation(lineage, GenerationId::fresh());
+        let seen = events.id(&first.receiver.recv().await.unwrap());
+        events.forget(Duration::ZERO);
+        assert!(!events.subscribe(lineage, Some(&seen)).resync, "kept while somebody listens");
+        drop(first);
+        events.forget(Duration::ZERO);
+        assert!(events.subscribe(lineage, Some(&seen)).resync, "before anything is told again");
+        for _ in 0..3 {
+            events.generation(lineage, GenerationId::fresh());
+        }
+        let again = events.subscribe(lineage, Some(&seen));
+        assert!(again.resync && again.missed.is_empty(), "the new hub has that number too");
     }
 
     #[test]

@@ -36,8 +36,8 @@ pub const SEARCH_EVALUATIONS: u64 = 1_000_000_000_000;
 pub const SEARCH_START: usize = 64;
 /// A search that has had so much time goes behind those that wait.
 pub const SEARCH_SLICE: Duration = Duration::from_secs(20);
-/// Most bytes of a lineage file.
-pub const LINEAGE_FILE_BYTES: usize = 64 << 20;
+/// Most bytes of a lineage file, given out or taken in.
+pub const LINEAGE_FILE_BYTES: usize = 256 << 20;
 /// Most bytes of a worker's message: a sheet of large linear pictures.
 pub const LEASE_BYTES: usize = 512 << 20;
 /// Most bytes of what a worker reports of a search.

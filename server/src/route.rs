@@ -1,9 +1,11 @@
 //! The routes and the document that describes them.
 
 use axum::Router;
+use brood_protocol::{Backend, LeaseId, Problem};
+use utoipa::ToSchema;
 use utoipa::openapi::path::Operation;
 use utoipa::openapi::{
-    ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
+    Components, ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
 };
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -129,14 +131,14 @@ fn info() -> utoipa::openapi::Info {
         .build()
 }
 
-/// Adds what all operations have in common: errors are problems.
+/// Adds what all operations have in common, errors are problems, and the types that only parameters are of.
 fn finish(mut openapi: OpenApi) -> OpenApi {
-    use utoipa::{PartialSchema, ToSchema};
     let components = openapi.components.get_or_insert_default();
-    let name = brood_protocol::Problem::name().into_owned();
-    components.schemas.insert(name.clone(), brood_protocol::Problem::schema());
+    add::<Problem>(components);
+    add::<Backend>(components);
+    add::<LeaseId>(components);
     let problem = |words: &str| {
-        let schema = RefOr::Ref(Ref::from_schema_name(&name));
+        let schema = RefOr::Ref(Ref::from_schema_name(Problem::name()));
         let content = ContentBuilder::new().schema(Some(schema)).build();
         let response = ResponseBuilder::new().description(words);
         RefOr::T(response.content("application/problem+json", content).build())
@@ -153,8 +155,14 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
     openapi
 }
 
+fn add<T: ToSchema>(components: &mut Components) {
+    components.schemas.insert(T::name().into_owned(), T::schema());
+}
+
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
 
     const COMMITTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../openapi.json");
@@ -167,5 +175,89 @@ mod tests {
         }
         let committed = std::fs::read_to_string(COMMITTED).unwrap_or_default();
         assert!(committed == present, "run this test with BROOD_UPDATE=1 and commit openapi.json");
+    }
+
+    fn document() -> Value {
+        serde_json::to_value(openapi()).unwrap()
+    }
+
+    /// Every value of the document that has that field.
+    fn with<'a>(value: &'a Value, field: &str) -> Vec<&'a Value> {
+        let parts: Vec<&Value> = match value {
+            Value::Object(fields) => fields.values().collect(),
+            Value::Array(items) => items.iter().collect(),
+            _ => Vec::new(),
+        };
+        let own = value.get(field).map(|_| value);
+        own.into_iter().chain(parts.into_iter().flat_map(|part| with(part, field))).collect()
+    }
+
+    fn referred<'a>(document: &'a Value, schema: &'a Value) -> &'a Value {
+        match schema["$ref"].as_str() {
+            Some(name) => document.pointer(&name[1..]).unwrap_or(&Value::Null),
+            None => schema,
+        }
+    }
+
+    #[test]
+    fn openapi_references_lead_somewhere() {
+        let document = document();
+        let references = with(&document, "$ref");
+        assert!(references.len() > 100, "{}", references.len());
+        for reference in references {
+            assert!(referred(&document, reference).is_object(), "{reference}");
+        }
+    }
+
+    #[test]
+    fn openapi_objects_of_several_parts_allow_the_fields_of_each() {
+        let document = document();
+        for whole in with(&document, "allOf") {
+            for part in whole["allOf"].as_array().unwrap() {
+                let part = referred(&document, part);
+                assert_ne!(part["additionalProperties"], false, "{whole}");
+                assert!(part["type"] == "object" || part["allOf"].is_array(), "{whole}");
+            }
+        }
+        let scene = &document["components"]["schemas"]["SceneAnswer"];
+        assert!(scene["properties"]["id"].is_object() && scene["properties"]["mesh"].is_object());
+    }
+
+    #[test]
+    fn openapi_tells_the_kinds_of_jobs_apart() {
+        let document = document();
+        let schemas = &document["components"]["schemas"];
+        let kind = |name: &str| {
+            let all = with(&schemas[name], "kind");
+            let [properties] = all.as_slice() else { panic!("{name} has one kind: {all:?}") };
+            referred(&document, &properties["kind"])["enum"].clone()
+        };
+        assert_eq!(kind("SearchAnswer"), serde_json::json!(["fit"]));
+        assert_eq!(kind("JobAnswer"), serde_json::json!(["render"]));
+    }
+
+    #[test]
+    fn openapi_knows_both_forms_of_what_has_two() {
+        let document = document();
+        let schemas = &document["components"]["schemas"];
+        for (name, field) in [
+            ("TargetSpec", "samples"),
+            ("TargetSpec", "scene"),
+            ("ViewSpec", "samples"),
+            ("ViewSpec", "scene"),
+            ("TargetView", "samples"),
+        ] {
+            let field = &schemas[name]["properties"][field];
+            let forms = field["oneOf"].as_array().into_iter().flatten().chain([field]);
+            let types = forms.flat_map(|form| {
+                let forms = referred(&document, form)["oneOf"].as_array().cloned();
+                forms.into_iter().flatten().map(|form| referred(&document, &form)["type"].clone())
+            });
+            let types: Vec<Value> = types.filter(Value::is_string).collect();
+            assert!(types.contains(&Value::from("string")), "{name}: {field}");
+            assert!(types.len() >= 2, "{name}: {field}");
+        }
+        let pictures = &document["paths"]["/v1/environments"]["post"]["requestBody"]["content"];
+        assert!(pictures["image/vnd.radiance"].is_object() && pictures["image/x-exr"].is_object());
     }
 }

@@ -51,6 +51,26 @@ async fn children_have_their_parents_and_operator_when_bred_from_one_or_two() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn breeding_from_two_is_refused_when_all_children_would_be_copies() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let parents = ids(&lineage.random(1).await)[..2].to_vec();
+    for curation in ["off", "distinct", "diverse"] {
+        for share in [0.0, 1.0] {
+            let body = json!({
+                "parents": parents, "mutation": 0, "recombination": share, "curation": curation,
+            });
+            let answer = server.post(&lineage.path("/generations"), &body).await;
+            assert_eq!(answer.problem(422)["pointer"], "/recombination", "{body}");
+        }
+    }
+    let body = json!({"parents": parents, "mutation": 0, "recombination": 0.5, "count": 4});
+    let mut different = hashes(&lineage.breed(body).await);
+    different.dedup();
+    assert_eq!(different.len(), 4);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn children_are_the_same_when_the_seed_is_the_same_on_two_empty_servers() {
     let mut broods = Vec::new();
     for _ in 0..2 {

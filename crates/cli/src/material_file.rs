@@ -66,9 +66,15 @@ fn limit_bytes(kind: TargetKind) -> u64 {
 /// Reads what a search is to match, and says which kind of table it is.
 pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
+        // What cannot be read is said to be that, whatever its name.
+        let bytes = genome_file::read_bytes(&path.to_path_buf())?;
+        let what = match genome_file::parse(&bytes) {
+            Ok(_) => "is a genome already",
+            Err(_) => "has no ending of a target",
+        };
         bail!(
-            "{} is a genome already; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or \
-             an image slice as .exr",
+            "{} {what}; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or an image slice as \
+             .exr",
             name(path)
         );
     };
@@ -118,5 +124,28 @@ mod tests {
         );
         assert!(refused(&write("b.bsdf", "tensor")).contains("it ends within its head"));
         assert!(refused(&write("b.csv", "r,g,b\n")).contains("column wix"));
+    }
+
+    #[test]
+    fn target_is_refused_with_the_reason_when_it_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |path: &Path| format!("{:#}", read_target(path).err().unwrap());
+        for name in ["nofile", "nofile.brood"] {
+            let words = refused(&folder.path().join(name));
+            assert!(words.starts_with("read ") && words.contains("No such file"), "{words}");
+        }
+        let write = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            path
+        };
+        let large = vec![0; 2 << 20];
+        for bytes in [b"wix,wiy\n".as_slice(), &[0xff, 0], &large] {
+            let words = refused(&write("table", bytes));
+            assert!(words.contains("no ending of a target") && words.contains(".csv"), "{words}");
+        }
+        let gold = brood_preset::Preset::find("gold").unwrap().genome().to_string();
+        let words = refused(&write("gold.brood", gold.as_bytes()));
+        assert!(words.contains("is a genome already"), "{words}");
     }
 }

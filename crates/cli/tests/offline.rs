@@ -86,6 +86,12 @@ fn breed_mutates_and_recombines_parents() {
     let text = std::fs::read_to_string(children.join("07.brood")).unwrap();
     assert!(text.lines().nth(1).unwrap().ends_with("isotropic"), "{text}");
     refused(&["breed", "--parent", &first, "--mutation", "0", "-o", "unused"]);
+    let parents = ["breed", "--parent", &first, "--parent", &second, "--mutation", "0"];
+    for (share, done) in [("0", false), ("1", false), ("0.5", true)] {
+        let rest = ["--recombination", share, "--size", "16", "-o", &path(&dir, share)];
+        let run = brood(&[&parents[..], &rest].concat());
+        assert_eq!(run.status.success(), done, "{share}: {run:?}");
+    }
     refused(&["breed", "--parent", &first, "--dialect", "paper paper", "-o", "unused"]);
     let small = ["--seed", "2", "--parent", &first, "--mutation", "0.05"];
     let diverse = bred(&children, &[&small[..], &["--curation", "diverse"]].concat());

@@ -134,6 +134,23 @@ impl<'a> Variation<'a> {
         first.into_iter().chain(second)
     }
 
+    /// Whether no key makes a difference: all children are one, for want of mutation and of anything to choose between.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        match self.origin {
+            Origin::Random(_) => false,
+            Origin::Mutate { mutation, .. } => mutation <= 0.0,
+            Origin::Recombine { first, second, recombination, mutation } => {
+                // Kinds of layers are drawn even where the second parent has the whole share.
+                let (own, other) = (first.layers(), second.layers());
+                let same_kinds = own.len() <= other.len()
+                    && own.iter().zip(other).all(|(own, other)| own.kind() == other.kind());
+                let takes_all = recombination >= 1.0 && same_kinds;
+                mutation <= 0.0 && (recombination <= 0.0 || takes_all || first == second)
+            }
+        }
+    }
+
     /// The name of the operator that the family tree records.
     #[must_use]
     pub fn operator_name(&self) -> &'static str {

@@ -24,6 +24,40 @@ fn birth_gives_the_same_child_when_the_key_is_the_same() {
 }
 
 #[test]
+fn children_are_all_one_when_nothing_is_left_to_chance() {
+    let (a, b) = (parent(0), parent(1));
+    let models = Dialect { length: 0, ..Dialect::default() };
+    let models: Vec<_> = (0..40).map(|slot| Variation::random(models).birth(key(slot))).collect();
+    let model = &models[0];
+    let kind = model.layers()[0].kind();
+    let of_kind = |same: bool| {
+        models[1..].iter().find(|other| (other.layers()[0].kind() == kind) == same).unwrap()
+    };
+    let cross = Variation::recombine;
+    for (variation, settled) in [
+        (Variation::random(Dialect::default()), false),
+        (Variation::mutate(&a, 0.0), true),
+        (Variation::mutate(&a, 0.3), false),
+        (cross(&a, &b, 0.0, 0.0), true),
+        (cross(&a, &b, 1.0, 0.0), true),
+        (cross(&a, &b, 0.5, 0.0), false),
+        (cross(&a, &b, 0.0, 0.3), false),
+        (cross(&a, &b, 1.0, 0.3), false),
+        (cross(&a, &a, 0.5, 0.0), true),
+        (cross(model, of_kind(false), 0.0, 0.0), true),
+        (cross(model, of_kind(false), 1.0, 0.0), false),
+        (cross(model, of_kind(true), 1.0, 0.0), true),
+        (cross(model, &a, 1.0, 0.0), false),
+        (cross(&a, model, 1.0, 0.0), true),
+    ] {
+        assert_eq!(variation.is_settled(), settled, "{variation:?}");
+        let first = variation.birth(key(0));
+        let all_one = (1..60).all(|slot| variation.birth(key(slot)) == first);
+        assert_eq!(all_one, settled, "{variation:?}");
+    }
+}
+
+#[test]
 fn mutation_changes_more_when_the_amount_grows() {
     let parent = parent(0);
     let mean = |amount: f32| {

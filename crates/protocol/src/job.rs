@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::schema::RenderKind;
 use crate::{JobId, Work};
 
 /// Where a job stands.
@@ -33,6 +34,7 @@ pub struct JobAnswer {
     /// Its id.
     pub id: JobId,
     /// `render`.
+    #[schema(value_type = RenderKind)]
     pub kind: String,
     /// Where it stands.
     pub state: JobStatus,

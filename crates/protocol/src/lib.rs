@@ -14,6 +14,7 @@ mod mesh;
 mod page;
 mod picture;
 mod problem;
+mod schema;
 mod search;
 mod search_lease;
 mod seed;

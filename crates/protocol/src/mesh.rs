@@ -30,7 +30,7 @@ pub struct MeshAnswer {
 }
 
 /// A stored scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneAnswer {
     /// Its id; equal scenes have one id.
     pub id: SceneId,

@@ -3,6 +3,7 @@
 use brood_genome::GenomeHash;
 use serde::{Deserialize, Serialize};
 
+use crate::schema::FitKind;
 use crate::{IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
 
 /// Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` is given.
@@ -10,6 +11,7 @@ use crate::{IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
 #[serde(deny_unknown_fields)]
 pub struct CreateSearch {
     /// `fit`.
+    #[schema(value_type = FitKind)]
     pub kind: String,
     /// What is to be matched.
     pub target: TargetId,
@@ -34,7 +36,7 @@ pub struct CreateSearch {
     /// Ends with the generation in which so many materials have been held against samples: the same result on every machine.
     #[serde(default)]
     pub evaluations: Option<u64>,
-    /// Ends before where the error on samples held back from the fit is no more than this.
+    /// Ends before its budget is used up where the error on samples held back from the fit is no more than this.
     #[serde(default)]
     pub target_error: Option<f64>,
     /// The material is its own mirror image, so that the fit need not tell left from right.
@@ -181,6 +183,7 @@ pub struct SearchAnswer {
     /// Its id.
     pub id: JobId,
     /// `fit`.
+    #[schema(value_type = FitKind)]
     pub kind: String,
     /// Where it stands.
     pub state: SearchState,

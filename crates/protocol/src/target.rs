@@ -4,6 +4,7 @@ use brood_scene::{Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::TargetId;
+use crate::schema::{PixelSamples, SceneOrId};
 
 /// The part `spec` of an upload.
 #[derive(Debug, Clone, PartialEq, Deserialize, utoipa::ToSchema)]
@@ -16,11 +17,11 @@ pub struct TargetSpec {
     pub name: String,
     /// What a picture shows: a scene, or the id of a stored one; the default scene unless said. The other kinds have none.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[schema(value_type = Option<SceneOrId>)]
     pub scene: Option<serde_json::Value>,
     /// How the pixels of a picture were sampled: `adaptive`, or 1 to 64 in every pixel; adaptive unless said.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[schema(value_type = Option<PixelSamples>)]
     pub samples: Option<Sampling>,
     /// Whether the brightness of a picture is not known, so that a gain is solved for.
     #[serde(default)]
@@ -41,11 +42,11 @@ pub struct ViewSpec {
     pub mask: Option<String>,
     /// What it shows: a scene, or the id of a stored one; the default scene unless said.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[schema(value_type = Option<SceneOrId>)]
     pub scene: Option<serde_json::Value>,
     /// How its pixels were sampled: `adaptive`, or 1 to 64 in every pixel; adaptive unless said.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[schema(value_type = Option<PixelSamples>)]
     pub samples: Option<Sampling>,
     /// Whether its brightness is not known.
     #[serde(default)]
@@ -121,7 +122,7 @@ pub struct TargetView {
     /// The full scene, every field present.
     pub scene: Scene,
     /// How its pixels were sampled: `adaptive` or a number.
-    #[schema(value_type = Object)]
+    #[schema(value_type = PixelSamples)]
     pub samples: Sampling,
     /// Whether its brightness is not known, so that a gain is solved for.
     pub gain_solved: bool,

@@ -17,7 +17,7 @@ use crate::state::{App, now_ms};
 
 /// Takes an IES file in.
 #[utoipa::path(post, path = "/v1/profiles", tag = "lights",
-    request_body(content = String, content_type = "application/x-ies"),
+    request_body(content((String = "application/x-ies"), (String = "text/plain"))),
     responses((status = 201, body = LightAssetAnswer)))]
 pub async fn create_profile(
     State(app): State<App>,
@@ -36,7 +36,7 @@ pub async fn create_profile(
 
 /// Takes a picture of an environment in: equirectangular, Radiance HDR or EXR.
 #[utoipa::path(post, path = "/v1/environments", tag = "lights",
-    request_body(content = Vec<u8>, content_type = "image/vnd.radiance"),
+    request_body(content((Vec<u8> = "image/vnd.radiance"), (Vec<u8> = "image/x-exr"))),
     responses((status = 201, body = LightAssetAnswer)))]
 pub async fn create_environment(
     State(app): State<App>,

@@ -5,7 +5,6 @@ mod import;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -30,10 +29,13 @@ use crate::state::App;
 
 /// Rows of one read.
 const CHUNK: usize = 200;
+const JSON: &str = "application/json";
 
 /// A whole lineage as one file.
 #[utoipa::path(get, path = "/v1/lineages/{id}/file", tag = "lineages",
-    params(("id" = LineageId, Path)), responses((status = 200, body = LineageFile)))]
+    params(("id" = LineageId, Path)),
+    responses((status = 200, body = LineageFile),
+        (status = 422, description = "the file would be larger than what is imported, 256 MiB")))]
 pub async fn export(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -79,10 +81,11 @@ pub async fn export(
         generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
     };
     let disposition = format!("attachment; filename=\"lineage-{id}.json\"");
-    Ok(([(header::CONTENT_DISPOSITION, disposition)], Json(file)).into_response())
+    let headers = [(header::CONTENT_DISPOSITION, disposition), (header::CONTENT_TYPE, JSON.to_owned())];
+    Ok((headers, written(file).await?).into_response())
 }
 
-/// Takes a lineage file in: new ids, the same hashes.
+/// Takes a lineage file in, of at most 256 MiB: new ids, the same hashes.
 #[utoipa::path(post, path = "/v1/lineages/import", tag = "lineages", request_body = LineageFile,
     responses((status = 201, body = Lineage)))]
 pub async fn import(
@@ -92,13 +95,18 @@ pub async fn import(
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
     let (head, body) = request.into_parts();
-    ContentType::of(&head.headers).require(&["application/json"])?;
+    ContentType::of(&head.headers).require(&[JSON])?;
     let bytes = read_body(&head.headers, body, limit::LINEAGE_FILE_BYTES).await?;
     let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
         Begun::Replay(answer) => return Ok(created("/v1/lineages", &answer)),
         Begun::Fresh(attempt) => attempt,
     };
-    let checked = app.on_processor(move || import::check(parse_json(&bytes)?)).await??;
+    let check = move || {
+        let file = parse_json(&bytes)?;
+        drop(bytes);
+        import::check(file)
+    };
+    let checked = app.on_processor(check).await??;
     let import::Checked { file, genomes, mesh, light_assets } = checked;
     let scene = match mesh {
         Some(mesh) => {
@@ -131,6 +139,24 @@ pub async fn import(
     new.idempotency = attempt.record(StatusCode::CREATED, &answer);
     let lineage = app.store.import_lineage(new).await?;
     Ok(created("/v1/lineages", &lineage))
+}
+
+async fn written(file: LineageFile) -> Result<Vec<u8>, ApiError> {
+    let write = tokio::task::spawn_blocking(move || serde_json::to_vec(&file));
+    let bytes = write.await.map_err(|error| ApiError::internal(error.to_string()))?;
+    let bytes = bytes.map_err(|error| ApiError::internal(error.to_string()))?;
+    check_bytes(bytes.len())?;
+    Ok(bytes)
+}
+
+/// Refuses a file that could not be imported again.
+fn check_bytes(so_far: usize) -> Result<(), ApiError> {
+    let most = limit::LINEAGE_FILE_BYTES;
+    if so_far <= most {
+        return Ok(());
+    }
+    let words = format!("too large to be imported again: {so_far} bytes or more, and at most {most} are taken");
+    Err(ApiError::refused(words))
 }
 
 async fn generations(app: &App, id: LineageId) -> Result<Vec<StoredGeneration>, ApiError> {
@@ -170,6 +196,7 @@ async fn texts(
 ) -> Result<BTreeMap<String, String>, ApiError> {
     let hashes: Vec<_> = hashes.iter().copied().collect();
     let mut texts = BTreeMap::new();
+    let mut bytes = 0;
     for some in hashes.chunks(CHUNK) {
         let found = app.store.genomes(some).await?;
         let written = tokio::task::spawn_blocking(move || -> Result<Vec<_>, ApiError> {
@@ -178,7 +205,10 @@ async fn texts(
             };
             found.iter().map(text).collect()
         });
-        texts.extend(written.await.map_err(|error| ApiError::internal(error.to_string()))??);
+        let written = written.await.map_err(|error| ApiError::internal(error.to_string()))??;
+        bytes += written.iter().map(|(_, text)| text.len()).sum::<usize>();
+        check_bytes(bytes)?;
+        texts.extend(written);
     }
     Ok(texts)
 }
@@ -220,5 +250,18 @@ fn present(
                 note: one.note,
             })
             .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_is_refused_when_it_could_not_be_imported_again() {
+        assert!(check_bytes(limit::LINEAGE_FILE_BYTES).is_ok());
+        let error = check_bytes(limit::LINEAGE_FILE_BYTES + 1).unwrap_err();
+        assert_eq!(error.status(), 422);
+        assert!(error.problem().detail.contains("268435457 bytes"), "{error:?}");
     }
 }

@@ -82,3 +82,27 @@ fn what_it_starts_from_is_kept() {
     // Nothing to go on with but that.
     assert!(fit.step().held < 1e-9);
 }
+
+/// Three highlights as wide as those of polished gold, as a picture of a sphere by one light shows them: at few angles.
+fn seen_by_one_light() -> Samples {
+    let (eye, light) = (DVec3::Z, DVec3::new(3.0, 2.0, 3.0).normalize());
+    let along = |step: u32| (f64::from(step) + 0.5) / 32.0 - 1.0;
+    let places = (0..64).flat_map(|row| (0..64).map(move |column| (along(row), along(column))));
+    let pair = |(x, y): (f64, f64)| {
+        let n = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+        let (u, v) = n.any_orthonormal_pair();
+        let local = |w: DVec3| DVec3::new(w.dot(u), w.dot(v), w.dot(n)).normalize();
+        let is_seen = x * x + y * y < 1.0 && n.z > 0.01 && n.dot(light) > 0.01;
+        is_seen.then(|| DirectionPair::new(local(light), local(eye)).unwrap())
+    };
+    let pairs: Vec<DirectionPair> = places.filter_map(pair).collect();
+    let f = |pair: &DirectionPair| {
+        let (wi, wo) = (pair.wi(), pair.wo());
+        let off = (1.0 - wi.dot(wo)) / 2.0 - ((wo.z - wi.z) / 2.0).powi(2);
+        let off = off.max(0.0) - 0.0;
+        DVec3::new(0.39, 0.247, 0.062) * (-0.6 * off).exp() + DVec3::new(0.36, 0.31, 0.13) * (-5.5 * off).exp()
+            + DVec3::new(1.2, 1.05, 0.65) * (-48.0 * off).exp()
+    };
+    let values = pairs.iter().map(|pair| f(pair).to_array()).collect();
+    Samples::new(pairs, values)
+}
