@@ -1,5 +1,6 @@
 //! Files of materials: a genome of programs and models, or a measured table.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -66,11 +67,14 @@ fn limit_bytes(kind: TargetKind) -> u64 {
 /// Reads what a search is to match, and says which kind of table it is.
 pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
-        // What cannot be read is said to be that, whatever its name.
-        let bytes = genome_file::read_bytes(&path.to_path_buf())?;
-        let what = match genome_file::parse(&bytes) {
-            Ok(_) => "is a genome already",
-            Err(_) => "has no ending of a target",
+        let is_file = path != Path::new("-");
+        if is_file {
+            // What is not there is said to be that, whatever its name.
+            fs::metadata(path).with_context(|| format!("read {}", name(path)))?;
+        }
+        let what = match is_file && genome_file::read(&path.to_path_buf()).is_ok() {
+            true => "is a genome already",
+            false => "has no ending of a target",
         };
         bail!(
             "{} {what}; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or an image slice as \
