@@ -87,6 +87,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
         .routes(routes!(geometry::get))
+        .routes(routes!(geometry::glb))
         .routes(routes!(light_asset::create_profile))
         .routes(routes!(light_asset::create_environment))
         .routes(routes!(scene::create))

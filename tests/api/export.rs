@@ -70,4 +70,10 @@ async fn geometry_is_there_for_built_in_and_uploaded_meshes() {
     assert_eq!(triangle.header("content-type"), "application/vnd.brood.geometry");
     assert_eq!(triangle.body.len(), 56 + 3 * 44 + 12);
     server.get("/v1/meshes/teapot/geometry").await.problem(404);
+    for (id, vertices) in [(text_of(&mesh["id"]), 3), ("torus".to_owned(), 0)] {
+        let glb = server.get(&format!("/v1/meshes/{id}/mesh.glb")).await.expect(200);
+        assert_eq!(glb.header("content-type"), "model/gltf-binary");
+        assert!(glb.body.starts_with(b"glTF") && glb.body.len() > 48 * vertices, "{id}");
+    }
+    server.get("/v1/meshes/teapot/mesh.glb").await.problem(404);
 }

@@ -6,6 +6,7 @@
 import * as api from "../api.js";
 import { html } from "../html.js";
 import { guarded } from "../lineage.js";
+import { scene } from "../state.js";
 import { signal } from "../vendor/signals-core.js";
 import { Switch } from "./control.js";
 
@@ -60,6 +61,7 @@ export function Exports({ of, within, place }) {
         <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
         <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=1024`}>PNG of 1024 x 1024</a></li>
         <li><a download=${`${of.id}.exr`} href=${`/v1/individuals/${of.id}/render.exr?size=1024`}>EXR of 1024 x 1024, linear</a></li>
+        ${scene.value && html`<li><a download href=${`/v1/meshes/${scene.value.mesh}/mesh.glb`} data-testid="export-glb">glTF of the object, with the tangents that functions need</a></li>`}
         ${within && html`<${OfBrood} within=${within} />`}
       </ul>
     </details>

@@ -22,6 +22,7 @@ mod light_file;
 mod lock;
 mod logging;
 mod material_file;
+mod mesh;
 mod model;
 mod output;
 mod pairs;
@@ -73,6 +74,8 @@ enum Command {
     Evolve(evolve::EvolveArgs),
     /// Print a genome as source code for other renderers
     Export(export::ExportArgs),
+    /// Write a mesh with its tangents as glTF, for renderers that exported materials go to
+    Mesh(mesh::MeshArgs),
     /// Show what a genome is and check its physics
     Inspect(inspect::InspectArgs),
     /// List the materials to start from, or print one
@@ -103,6 +106,7 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(&args, cli.json),
         Command::Evolve(args) => evolve::run(&args),
         Command::Export(args) => export::run(&args, cli.json),
+        Command::Mesh(args) => mesh::run(&args, cli.json),
         Command::Inspect(args) => inspect::run(&args, cli.json),
         Command::Preset(args) => preset::run(&args, cli.json),
         Command::Model(command) => model::run(&command, cli.json),

@@ -18,6 +18,7 @@
 mod angle;
 mod description;
 mod environment;
+mod gltf;
 mod ies;
 mod light_assets;
 mod mesh;

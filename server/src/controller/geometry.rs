@@ -1,4 +1,4 @@
-//! The triangles of a mesh, for those who draw it themselves.
+//! The triangles of a mesh, for those who draw it themselves: as the page reads them, and as glTF.
 
 use axum::extract::State;
 use axum::response::Response;
@@ -12,6 +12,7 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 const CONTENT_TYPE: &str = "application/vnd.brood.geometry";
+const GLTF_BINARY: &str = "model/gltf-binary";
 const CACHE: &str = "private, no-cache";
 const MAGIC: &[u8; 8] = b"broodgeo";
 const VERSION: u32 = 1;
@@ -28,7 +29,28 @@ pub async fn get(
     Path(id): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let encoded = match MeshRef::from(id.as_str()) {
+    let bytes = encoded(&app, &id, encode).await?;
+    Ok(answer(&headers, CONTENT_TYPE, bytes))
+}
+
+/// A mesh with its tangents as a glTF 2.0 binary, for other renderers that exported materials go to: POSITION in the mesh's own
+/// units, NORMAL, TANGENT along u, TEXCOORD_0 where there are texture positions.
+#[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", tag = "meshes",
+    params(("id" = String, Path, description = "id of a mesh, or the name of a built-in one")),
+    responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
+pub async fn glb(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let bytes = encoded(&app, &id, Mesh::to_glb).await?;
+    Ok(answer(&headers, GLTF_BINARY, bytes))
+}
+
+/// The bytes of a built-in or uploaded mesh.
+async fn encoded(app: &App, id: &str, encode: fn(&Mesh) -> Vec<u8>) -> Result<Vec<u8>, ApiError> {
+    let encoded = match MeshRef::from(id) {
         MeshRef::Builtin(name) => {
             app.on_processor(move || Ok(encode(&Mesh::builtin(name)))).await?
         }
@@ -40,11 +62,12 @@ pub async fn get(
             app.on_processor(read).await?
         }
     };
-    let bytes = encoded
-        .map_err(|error| ApiError::internal(format!("a stored mesh cannot be read: {error}")))?;
+    encoded.map_err(|error| ApiError::internal(format!("a stored mesh cannot be read: {error}")))
+}
+
+fn answer(headers: &HeaderMap, content_type: &'static str, bytes: Vec<u8>) -> Response {
     let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
-    let head = FileHead { etag, content_type: CONTENT_TYPE, cache: CACHE };
-    Ok(head.answer(&headers, bytes))
+    FileHead { etag, content_type, cache: CACHE }.answer(headers, bytes)
 }
 
 fn encode(mesh: &Mesh) -> Vec<u8> {

@@ -1,0 +1,42 @@
+//! `brood mesh`: a mesh with its tangents, for renderers that exported materials go to.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use brood_scene::{BuiltinMesh, Mesh};
+use clap::Args;
+use serde_json::json;
+
+use crate::frame::read_obj;
+use crate::{logging, output};
+
+/// Options of `brood mesh`.
+#[derive(Debug, Args)]
+pub struct MeshArgs {
+    /// An OBJ file, or sphere, torus, cube or knob
+    mesh: String,
+    /// The glTF binary to write
+    #[arg(long, short, value_name = "FILE.glb")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &MeshArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let (vertices, triangles, bytes) = match BuiltinMesh::from_name(&args.mesh) {
+        Some(name) => described(&Mesh::builtin(name)),
+        None => described(read_obj(Path::new(&args.mesh))?.mesh()),
+    };
+    output::write_file(&args.output, &bytes)?;
+    if json {
+        return output::print_json(&json!({
+            "path": args.output, "vertices": vertices, "triangles": triangles, "bytes": bytes.len(),
+        }));
+    }
+    eprintln!("{}: {vertices} vertices, {triangles} triangles", args.output.display());
+    Ok(())
+}
+
+fn described(mesh: &Mesh) -> (usize, usize, Vec<u8>) {
+    (mesh.vertex_count(), mesh.triangle_count(), mesh.to_glb())
+}
