@@ -151,8 +151,7 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
                 first.dialect().is_compatible(second.dialect()),
                 "the parents are of different dialects and cannot be crossed"
             );
-            let variation =
-                Variation::recombine(first, second, args.recombination, args.mutation);
+            let variation = Variation::recombine(first, second, args.recombination, args.mutation);
             ensure!(
                 !variation.is_settled(),
                 "these parents with mutation 0 and recombination {} would only give copies",
