@@ -81,7 +81,8 @@ pub async fn export(
         generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
     };
     let disposition = format!("attachment; filename=\"lineage-{id}.json\"");
-    let headers = [(header::CONTENT_DISPOSITION, disposition), (header::CONTENT_TYPE, JSON.to_owned())];
+    let headers =
+        [(header::CONTENT_DISPOSITION, disposition), (header::CONTENT_TYPE, JSON.to_owned())];
     Ok((headers, written(file).await?).into_response())
 }
 
@@ -155,7 +156,9 @@ fn check_bytes(so_far: usize) -> Result<(), ApiError> {
     if so_far <= most {
         return Ok(());
     }
-    let words = format!("too large to be imported again: {so_far} bytes or more, and at most {most} are taken");
+    let words = format!(
+        "too large to be imported again: {so_far} bytes or more, and at most {most} are taken"
+    );
     Err(ApiError::refused(words))
 }
 
