@@ -85,10 +85,10 @@ async fn listener_hears_when_somebody_else_changes_the_lineage_or_marks_an_indiv
     let child = lineage.random(1).await["individuals"][0].clone();
     let mut stream = open(&server, &lineage.path("/events"), None).await;
     let name = json!({"name": "another"});
-    let renamed = server.patch(&lineage.path(""), None, &name).await.expect(200).json();
+    let renamed = server.patch(&lineage.path(""), Some("\"1\""), &name).await.expect(200).json();
     let path = format!("/v1/individuals/{}", text_of(&child["id"]));
     let mark = json!({"favourite": true, "note": "warm"});
-    let marked = server.patch(&path, None, &mark).await.expect(200).json();
+    let marked = server.patch(&path, Some("\"1\""), &mark).await.expect(200).json();
     let told = |events: &[Event], name: &str| {
         events.iter().find(|event| event.name == name).map(|event| event.data.clone())
     };
