@@ -71,7 +71,7 @@ export function fits({ dialect: own }, centre, dialect) {
 }
 
 /** The server's limit, said before it is sent in vain. */
-const LINEAGE_BYTES = 64 * 1024 * 1024;
+const LINEAGE_BYTES = 256 * 1024 * 1024;
 
 /** Whether a JSON file is a lineage and not a genome: it says so in a field, the first of them where a server wrote it. @param {File} file */
 async function isLineage(file) {
@@ -92,7 +92,7 @@ export async function takeMaterial(read) {
 /** Opens a lineage that was saved, with all its history. @param {File} file */
 async function takeLineage(file) {
   if (file.size > LINEAGE_BYTES) {
-    tell("stage", { problem: { title: "The file is too large", status: 413, detail: `${file.name} has ${Math.round(file.size / 2 ** 20)} MiB; a lineage may have 64.` } });
+    tell("stage", { problem: { title: "The file is too large", status: 413, detail: `${file.name} has ${Math.round(file.size / 2 ** 20)} MiB; a lineage may have 256.` } });
     return;
   }
   await guarded("stage", async () => {
