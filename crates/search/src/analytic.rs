@@ -4,6 +4,7 @@
 //! in a box, by differences or by ratios as the parameter is spread. Levenberg's and Marquardt's method finds them from many
 //! starts, an evolution strategy goes on where it sticks. docs/maths/fit.md says why.
 
+mod albedo;
 mod batch;
 mod checkpoint;
 mod climb;

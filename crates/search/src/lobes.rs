@@ -22,6 +22,7 @@ mod seed;
 mod shape;
 mod sweep;
 
+pub(crate) use albedo::{ANGLES, IMPORTANCE};
 pub use batch::Batch;
 pub(crate) use checkpoint::outcome;
 pub use finish::Fitted;

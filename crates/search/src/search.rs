@@ -27,7 +27,7 @@ pub const DIALECT: Dialect = Dialect {
 /// Sizes of the family of lobes that are tried: units and terms.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// What the first byte of a checkpoint says. Counted up whenever a strategy changes what it does.
-const VERSION: u8 = 5;
+const VERSION: u8 = 6;
 
 /// How a search goes about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

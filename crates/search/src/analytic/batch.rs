@@ -1,8 +1,11 @@
 //! Samples as models read them: blocks of lanes, with what is wanted of each.
 
+use std::sync::Arc;
+
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::Level;
 
+use super::albedo::Albedos;
 use crate::Samples;
 
 /// Samples of a block.
@@ -25,9 +28,11 @@ pub(super) struct Lanes {
 /// Samples in blocks.
 #[derive(Debug, Clone)]
 pub(super) struct Batch {
-    pub(super) lanes: Vec<Lanes>,
+    pub(super) lanes: Arc<Vec<Lanes>>,
     /// Samples times channels.
     pub(super) total: f64,
+    /// Where what is reflected beyond a level counts, too.
+    pub(super) albedos: Option<(Arc<Albedos>, f64)>,
 }
 
 impl Batch {
@@ -35,7 +40,8 @@ impl Batch {
     pub(super) fn new(samples: &Samples, indices: &[usize]) -> Self {
         let row = |at: &usize| (samples.pairs()[*at], samples.values()[*at]);
         let rows: Vec<Row> = indices.iter().map(row).collect();
-        Self { lanes: lanes(&rows, 1.0), total: 3.0 * indices.len() as f64 }
+        let total = 3.0 * indices.len() as f64;
+        Self { lanes: Arc::new(lanes(&rows, 1.0)), total, albedos: None }
     }
 
     /// The same held up where nothing is known but that f is not below a value, in about as many places as there are samples at most.
@@ -43,13 +49,18 @@ impl Batch {
         let most = (self.lanes.len() * LANES).max(1);
         let step = samples.least().len().div_ceil(most).max(1);
         let rows: Vec<Row> = samples.least().iter().step_by(step).copied().collect();
-        self.lanes.extend(lanes(&rows, 0.0));
+        Arc::make_mut(&mut self.lanes).extend(lanes(&rows, 0.0));
         self
     }
 
-    /// How many residuals there are, those of lanes that count nothing included.
+    /// The same with what is reflected beyond that level.
+    pub(super) fn below(&self, level: f64, albedos: &Arc<Albedos>) -> Self {
+        Self { albedos: Some((albedos.clone(), level)), ..self.clone() }
+    }
+
+    /// How many residuals there are, those of lanes that count nothing included; albedos are one more block.
     pub(super) fn residuals(&self) -> usize {
-        3 * LANES * self.lanes.len()
+        3 * LANES * (self.lanes.len() + usize::from(self.albedos.is_some()))
     }
 }
 

@@ -93,6 +93,17 @@ impl Climb {
         }
     }
 
+    /// The same place, as far off as it is once the energy limit has divided by so much.
+    pub(super) fn divided(
+        &self,
+        bench: &mut Bench,
+        space: &Space,
+        (batch, divisor): (&Batch, f64),
+    ) -> Self {
+        let error = bench.error_divided(space, (&self.x, divisor), batch, TableDetail::Full);
+        Self { error: finite(error / batch.total), ..self.clone() }
+    }
+
     fn measure(
         &mut self,
         bench: &mut Bench,
@@ -101,10 +112,13 @@ impl Climb {
         (batch, detail): (&Batch, TableDetail),
     ) -> f64 {
         self.tries += 1;
-        let error = bench.error(space, x, batch, detail) / batch.total;
-        // A place that is nowhere is the worst of all.
-        if error.is_finite() { error } else { f64::MAX }
+        finite(bench.error(space, x, batch, detail) / batch.total)
     }
+}
+
+/// A place that is nowhere is the worst of all.
+fn finite(error: f64) -> f64 {
+    if error.is_finite() { error } else { f64::MAX }
 }
 
 /// The next place; none where the equations have no solution.

@@ -120,6 +120,11 @@ impl Form {
         Some(form)
     }
 
+    /// Whether highlights may be drawn out.
+    pub(super) fn is_turned(&self) -> bool {
+        self.turned
+    }
+
     /// Whether a kind is in it.
     pub(super) fn has(&self, kind: ModelKind) -> bool {
         self.lobes.iter().any(|lobe| lobe.kind == kind.number())

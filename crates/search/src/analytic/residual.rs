@@ -1,9 +1,10 @@
 //! How far models are from samples, and how that changes with their numbers.
 
-use brood_brdf::{CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
+use brood_brdf::{Block, CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
 use brood_eval::{Level, Work};
 
 use super::Form;
+use super::albedo::{Albedos, Nodes, is_little, residual};
 use super::batch::{Batch, LANES, Lanes};
 use super::coordinate::Coordinate;
 
@@ -91,9 +92,20 @@ impl Bench {
         batch: &Batch,
         detail: TableDetail,
     ) -> f64 {
+        self.error_divided(space, (x, 1.0), batch, detail)
+    }
+
+    /// The same of what is left when the energy limit divides by so much.
+    pub(super) fn error_divided(
+        &mut self,
+        space: &Space,
+        (x, divisor): (&[f64], f64),
+        batch: &Batch,
+        detail: TableDetail,
+    ) -> f64 {
         let mut out = std::mem::take(&mut self.base);
         out.resize(batch.residuals(), 0.0);
-        let sum = self.residuals(space, x, (batch, detail), &mut out);
+        let sum = self.residuals(space, (x, divisor), (batch, detail), &mut out);
         self.base = out;
         sum
     }
@@ -101,22 +113,49 @@ impl Bench {
     fn residuals(
         &mut self,
         space: &Space,
-        x: &[f64],
+        (x, divisor): (&[f64], f64),
         (batch, detail): (&Batch, TableDetail),
         out: &mut [f64],
     ) -> f64 {
-        let models = space.models(x);
-        let models: Vec<PreparedModel> = models.iter().map(|m| self.prepare(m, detail)).collect();
+        let models = self.prepared(space, x, detail);
+        let share = 1.0 / divisor;
         let mut sum = 0.0;
         for (lanes, out) in batch.lanes.iter().zip(out.chunks_exact_mut(ROW)) {
-            let mut f = models[0].f_block(self.level, &lanes.block);
-            for model in &models[1..] {
-                let more = model.f_block(self.level, &lanes.block);
-                Machine::run(self.level, Add { sum: &mut f, f: &more });
+            let f = f(self.level, &models, &lanes.block);
+            sum += Machine::run(self.level, Compare { lanes, f: &f, share, out });
+        }
+        if let Some((albedos, level)) = &batch.albedos {
+            let out = &mut out[ROW * batch.lanes.len()..];
+            out.fill(0.0);
+            let directions = albedos.coarse(space.form.is_turned());
+            let rows = out.chunks_exact_mut(3).zip(directions);
+            for (out, nodes) in rows {
+                let albedos = reflected(self.level, &models, nodes);
+                for (out, albedo) in out.iter_mut().zip(albedos) {
+                    *out = residual(share * albedo, *level, batch.total);
+                    sum += *out * *out;
+                }
             }
-            sum += Machine::run(self.level, Compare { lanes, f: &f, out });
         }
         sum
+    }
+
+    /// The largest albedo of any channel in the directions that are looked at.
+    pub(super) fn albedo(&mut self, space: &Space, x: &[f64], albedos: &Albedos) -> f64 {
+        let models = self.prepared(space, x, TableDetail::Full);
+        let most = |directions: &[Vec<Nodes>]| {
+            directions
+                .iter()
+                .flat_map(|nodes| reflected(self.level, &models, nodes))
+                .fold(0.0, |most, a| if a > most || a.is_nan() { a } else { most })
+        };
+        let is_turned = space.form.is_turned();
+        let coarse = most(albedos.coarse(is_turned));
+        if is_little(coarse) { coarse } else { most(albedos.fine(is_turned)) }
+    }
+
+    fn prepared(&mut self, space: &Space, x: &[f64], detail: TableDetail) -> Vec<PreparedModel> {
+        space.models(x).iter().map(|model| self.prepare(model, detail)).collect()
     }
 
     /// The normal equations at a place, by differences. Tables of the derivatives are coarse ones.
@@ -134,26 +173,48 @@ impl Bench {
         columns.resize(count * rows, 0.0);
         let mut here = x.to_vec();
         let coarse = (batch, TableDetail::Coarse);
-        self.residuals(space, x, coarse, &mut base);
+        self.residuals(space, (x, 1.0), coarse, &mut base);
         for (k, coordinate) in space.coordinates.iter().enumerate() {
             let (low, high) = coordinate.bounds;
             let step = DIFFERENCE * (high - low).min(1.0);
             let step = if x[k] + step > high { -step } else { step };
             here[k] = x[k] + step;
             let column = &mut columns[k * rows..][..rows];
-            self.residuals(space, &here, coarse, column);
+            self.residuals(space, (&here, 1.0), coarse, column);
             self.level.run(Difference { column, base: &base, by: 1.0 / (here[k] - x[k]) });
             here[k] = x[k];
         }
         let exact =
             space.form.has(brood_brdf::ModelKind::RoughPlastic) && detail == TableDetail::Full;
         if exact {
-            self.residuals(space, x, (batch, detail), &mut base);
+            self.residuals(space, (x, 1.0), (batch, detail), &mut base);
         }
         let normal = self.level.run(Products { columns: &columns, base: &base, count });
         (self.base, self.columns) = (base, columns);
         normal
     }
+}
+
+/// What all of them reflect together.
+fn f(level: Level, models: &[PreparedModel], block: &Block<LANES>) -> [[f64; LANES]; 3] {
+    let mut f = models[0].f_block(level, block);
+    for model in &models[1..] {
+        let more = model.f_block(level, block);
+        Machine::run(level, Add { sum: &mut f, f: &more });
+    }
+    f
+}
+
+/// The albedo of each channel.
+fn reflected(level: Level, models: &[PreparedModel], nodes: &[Nodes]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for nodes in nodes {
+        for (sum, f) in sums.iter_mut().zip(f(level, models, &nodes.block)) {
+            let f = f.map(|f| if f > 0.0 { f } else { 0.0 });
+            *sum += dot(&f, &nodes.counts);
+        }
+    }
+    sums
 }
 
 /// Adds what one more model reflects.
@@ -177,10 +238,11 @@ impl Loop for Add<'_> {
     }
 }
 
-/// ln(1 + f cos_i) less what is wanted; the sum of the squares.
+/// ln(1 + f cos_i), of that share of f, less what is wanted; the sum of the squares.
 struct Compare<'a> {
     lanes: &'a Lanes,
     f: &'a [[f64; LANES]; 3],
+    share: f64,
     out: &'a mut [f64],
 }
 
@@ -189,11 +251,11 @@ impl Loop for Compare<'_> {
 
     #[inline(always)]
     fn run<F: Elementary>(self) -> f64 {
-        let Self { lanes, f, out } = self;
+        let Self { lanes, f, share, out } = self;
         let mut sums = [0.0; SUMS];
         for ((f, wanted), out) in f.iter().zip(&lanes.wanted).zip(out.chunks_exact_mut(LANES)) {
             for k in 0..LANES {
-                let f = if f[k] > 0.0 { f[k] } else { 0.0 };
+                let f = if f[k] > 0.0 { share * f[k] } else { 0.0 };
                 let off = F::ln(1.0 + f * lanes.weight[k]) - wanted[k];
                 let off = if off > 0.0 { off * lanes.above[k] } else { off };
                 out[k] = lanes.counts[k] * off;

@@ -1,10 +1,15 @@
 //! The order in which forms are started, varied and refined: a deterministic sequence of generations.
 
+use std::sync::Arc;
+
 use brood_brdf::{Brdf, Model, ModelKind, TableDetail};
+use brood_eval::energy_limit;
 use brood_genome::{BirthKey, Genome, Operator, Stream};
+use brood_program::Program;
 use rayon::prelude::*;
 
 use super::Form;
+use super::albedo::{Albedos, Precision};
 use super::batch::{Batch, some_of};
 use super::climb::{Climb, Plan};
 use super::evolve::{Start, evolve};
@@ -25,6 +30,12 @@ const STARTS: u32 = 6;
 const BETTER: usize = 2;
 const STEPS: usize = 40;
 const LAST_STEPS: usize = 15;
+/// Where a fit is held below all light.
+const HELD_STEPS: usize = 20;
+/// At that level, and at lower ones as long as it reflects more than is good enough.
+const ALBEDO: f64 = 0.975;
+const ENOUGH: f64 = 0.985;
+const HOLDS: usize = 3;
 /// Fits that are kept: the best of each form, and of these the best.
 const KEPT: usize = 24;
 /// Fits that are tried in each later generation.
@@ -44,6 +55,7 @@ pub struct Analytic {
     all: Batch,
     held: Batch,
     whole: Batch,
+    albedos: Arc<Albedos>,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
     pub(super) kept: Vec<Kept>,
@@ -53,8 +65,9 @@ pub struct Analytic {
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     pub(super) space: Space,
+    /// Its error is under the energy limit.
     pub(super) climb: Climb,
-    /// Mean square on what is held back.
+    /// Mean square on what is held back, under the energy limit.
     pub(super) held: f64,
 }
 
@@ -103,6 +116,7 @@ impl Analytic {
             all: batch(&fitted, MANY),
             held: Batch::new(samples, &held),
             whole: Batch::new(samples, &all).with_least(samples),
+            albedos: Arc::new(Albedos::new()),
             generation: 0,
             evaluations: 0,
             kept: Vec::new(),
@@ -238,9 +252,10 @@ impl Analytic {
         let done: Vec<Kept> = found
             .into_par_iter()
             .map_init(Bench::new, |bench, (space, climb)| {
-                let mut climb = Climb::new(climb.x);
-                climb.refine(bench, &space, &self.all, Plan::full(LAST_STEPS));
-                let held = bench.error(&space, &climb.x, &self.held, TableDetail::Full);
+                let (climb, divisor) =
+                    self.refined(bench, (&space, &climb.x), (&self.all, Precision::Near));
+                let x = (&climb.x[..], divisor);
+                let held = bench.error_divided(&space, x, &self.held, TableDetail::Full);
                 Kept { held: held / self.held.total.max(1.0), space, climb }
             })
             .collect();
@@ -261,6 +276,59 @@ impl Analytic {
         self.kept.truncate(KEPT);
     }
 
+    /// Steps from a place on these samples, and what the energy limit divides what was found by. Where that is more than 1, steps that
+    /// are held below it as well: the better of both is what is closer once it is divided.
+    fn refined(
+        &self,
+        bench: &mut Bench,
+        (space, x): (&Space, &[f64]),
+        (batch, precision): (&Batch, Precision),
+    ) -> (Climb, f64) {
+        let mut free = Climb::new(x.to_vec());
+        free.refine(bench, space, batch, Plan::full(LAST_STEPS));
+        let albedo = self.albedo(bench, space, &free.x, precision);
+        if albedo <= 1.0 {
+            return (free, 1.0);
+        }
+        let mut best = free.divided(bench, space, (batch, albedo));
+        // Held it is no closer than it was without, and something as short is.
+        let is_behind =
+            |kept: &Kept| kept.space.len() <= space.len() && kept.climb.error <= free.error;
+        if precision == Precision::Near && self.kept.iter().any(is_behind) {
+            return (best, albedo);
+        }
+        let mut held = Climb::new(x.to_vec());
+        let mut level = ALBEDO;
+        for _ in 0..HOLDS {
+            held.refine(bench, space, &batch.below(level, &self.albedos), Plan::full(HELD_STEPS));
+            let albedo = bench.albedo(space, &held.x, &self.albedos);
+            let divided = held.divided(bench, space, (batch, albedo.max(1.0)));
+            if divided.error < best.error {
+                best = divided;
+            }
+            if albedo <= ENOUGH {
+                break;
+            }
+            // What the quadrature of the steps does not see.
+            level *= ALBEDO / albedo;
+        }
+        let divisor = self.albedo(bench, space, &best.x, precision).max(1.0);
+        let mut best = best.divided(bench, space, (batch, divisor));
+        best.tries = free.tries + held.tries;
+        (best, divisor)
+    }
+
+    /// What is reflected at most of the light from one direction.
+    fn albedo(&self, bench: &mut Bench, space: &Space, x: &[f64], precision: Precision) -> f64 {
+        let albedo = bench.albedo(space, x, &self.albedos);
+        if !precision.asks(albedo) {
+            return albedo;
+        }
+        let genome = Form::genome(space.models(x)).expect("one or two models are a genome");
+        let limit = energy_limit(&Program::lower(&genome));
+        if limit.divisor > 1.0 { limit.divisor } else { limit.albedo }
+    }
+
     /// From the one with most numbers to the one with fewest, each better than all with fewer; refined on all samples.
     pub(super) fn front(&self) -> Vec<Finished> {
         let mut order: Vec<&Kept> = self.kept.iter().collect();
@@ -274,11 +342,24 @@ impl Analytic {
         }
         front.reverse();
         let finish = |bench: &mut Bench, kept: &Kept| {
-            let mut refined = kept.clone();
-            refined.climb.refine(bench, &kept.space, &self.whole, Plan::full(LAST_STEPS));
-            Finished { fitted: kept.climb.error, ..Finished::of(&refined) }
+            let place = (&kept.space, &kept.climb.x[..]);
+            let (climb, _) = self.refined(bench, place, (&self.whole, Precision::Exact));
+            let models = kept.space.models(&climb.x);
+            (climb.error, Finished { models, ..Finished::of(kept) })
         };
-        front.into_par_iter().map_init(Bench::new, finish).collect()
+        let done: Vec<(f64, Finished)> =
+            front.into_par_iter().map_init(Bench::new, finish).collect();
+        // Under the energy limit as it is in the end some may be no better than shorter ones any more.
+        let mut least = f64::INFINITY;
+        let mut front: Vec<Finished> = Vec::new();
+        for (error, finished) in done.into_iter().rev() {
+            if error < least {
+                least = error;
+                front.push(finished);
+            }
+        }
+        front.reverse();
+        front
     }
 }
 

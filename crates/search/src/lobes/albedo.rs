@@ -15,14 +15,15 @@ use super::{Lobes, Shape};
 use crate::Samples;
 
 /// Where light comes from, in degrees from the normal.
-const ANGLES: [f64; 12] = [0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5];
+pub(crate) const ANGLES: [f64; 12] =
+    [0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5];
 /// Of the quadrature.
 const ORDER: usize = 12;
 /// What is held, and what is let be. The quadrature is off by up to 3 %, usually far less; the energy limit takes care of the rest.
 const HELD: f64 = 0.975;
 pub(super) const TOLERATED: f64 = 0.985;
 /// What the square of an excess counts of the mean of squared differences.
-const IMPORTANCE: f64 = 0.3;
+pub(crate) const IMPORTANCE: f64 = 0.3;
 
 /// Nodes of the quadratures of directional albedos.
 #[derive(Debug, Clone)]
