@@ -152,7 +152,7 @@ export async function toggleFavourite(cell) {
   if (chosen) await setFavourite(chosen, !chosen.favourite, nameOf(cell));
 }
 
-/** One at a time, so that the last wish is the one that stays. @type {Promise<void>} */
+/** Marks and notes one at a time, so that the last wish is the one that stays. @type {Promise<void>} */
 let marking = Promise.resolve();
 
 /** Seen at once, and taken back where the server refuses. @param {Individual} of @param {boolean} favourite @param {string} name */
@@ -174,12 +174,15 @@ export function setFavourite(of, favourite, name) {
 }
 
 /** @param {Individual} of @param {string} note */
-export async function setNote(of, note) {
-  if (of.note === note) return;
-  await guarded("centre", async () => {
-    const changed = await api.patchIndividual(of, { note });
+export function setNote(of, note) {
+  const work = async () => {
+    const known = individualOf(of.id) ?? of;
+    if (known.note === note) return;
+    const changed = await api.patchIndividual(known, { note });
     changeIndividual(of.id, { note: changed.note, version: changed.version });
-  });
+  };
+  marking = marking.then(() => guarded("centre", work));
+  return marking;
 }
 
 /** One at a time, so that the last wish is the one that stays. @type {Promise<void>} */

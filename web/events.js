@@ -13,7 +13,7 @@ import { askForFailed, pictureArrived } from "./pictures.js";
  */
 
 const stream = eventStream();
-/** Whether the server cannot be heard. @type {import("./vendor/signals-core.js").Signal<boolean>} */
+/** Whether the stream is broken: the server is away, or has no place for one more listener. @type {import("./vendor/signals-core.js").Signal<boolean>} */
 export const away = signal(false);
 /** The lineage that is listened to. */
 let heard = "";
@@ -36,10 +36,10 @@ export function listen(lineage, listener) {
   heard = lineage;
   stream.listen({
     url: eventsUrl(lineage),
-    // Also at first: something may have happened between the reading of the list and now.
     lost: () => {
       away.value = true;
     },
+    // Also at first: something may have happened between the reading of the list and now.
     opened: (missed) => {
       away.value = false;
       askForFailed();

@@ -29,8 +29,6 @@ async function broods(hand, act) {
   const see = (request) => void (count += isBreeding(request) ? 1 : 0);
   hand.page.on("request", see);
   await hand.becomes(act);
-  await hand.page.waitForTimeout(300);
-  await hand.ready();
   hand.page.off("request", see);
   return count;
 }
@@ -62,9 +60,10 @@ export async function hurried(hand, step, base) {
         await hand.id("note").pressSequentially("thou");
       });
     });
-    // What is kept is kept at once; the answer may take a moment.
-    await page.waitForTimeout(500);
-    assert.equal((await hand.api(`/v1/individuals/${id}`)).note, "half a thou");
+    // The note goes on its way as the brood is shown.
+    const note = async () => (await hand.api(`/v1/individuals/${id}`)).note;
+    for (let tried = 0; tried < 100 && (await note()) === ""; tried += 1) await new Promise((done) => setTimeout(done, 50));
+    assert.equal(await note(), "half a thou");
     assert.equal(await hand.id("note").inputValue(), "", "the new centre has no note");
   });
 

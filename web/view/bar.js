@@ -34,11 +34,11 @@ async function share() {
 
 function status() {
   const of = generation.value;
-  if (away.value) return "the server cannot be reached; asking again";
-  if (!of) return breeding.value ? "the first brood is being made" : "";
+  const unheard = away.value ? ["the server is not heard, asking again"] : [];
+  if (!of) return breeding.value ? "the first brood is being made" : unheard.join();
   const framed = of.individuals.filter((one) => one.slot < FRAMES);
   const there = framed.filter((one) => loaded.value.has(one.thumbnail)).length;
-  const parts = [`generation ${of.index}`, `${there} of ${framed.length}`];
+  const parts = [...unheard, `generation ${of.index}`, `${there} of ${framed.length}`];
   const twins = twinsInWords(of);
   if (twins) parts.push(twins);
   if (breeding.value) parts.push("breeding");
