@@ -162,6 +162,9 @@ try {
     }
   }
   if (programs > 0) say(await inPage(exports));
+} catch (error) {
+  console.error(error.message);
+  process.exitCode = 1;
 } finally {
   await browser.close();
   await server.stop();
