@@ -1,8 +1,9 @@
-//! Blocks of pairs of directions, lane by lane, and loops over them.
+//! Blocks of direction pairs (structure of arrays) and loops over their lanes.
 //!
-//! What models read of a pair (the half vector and its angles) is computed here, once for all models that look at the block.
-//! A [`Loop`] is the same for one lane and for many; with which instructions it runs is for a [`Machine`] to know, which
-//! this crate does not: it has the plain one alone. It refuses to know models.
+//! A [`Block`] holds the half vector and its angles, computed once for all models that evaluate the
+//! block. A [`Loop`] is written once for any number of lanes; a [`Machine`] chooses the
+//! instructions that it is compiled to. This crate has only the plain machine: the ones with SIMD
+//! instructions are in the evaluator crate. Independent of models.
 
 use std::marker::PhantomData;
 
@@ -10,30 +11,33 @@ use glam::DVec3;
 
 use crate::{DirectionPair, Elementary};
 
-/// Directions whose cosine is below this are not above the surface: so all that models divide by stays within f64.
+/// Least cosine at which a direction counts as above the surface. Keeps all divisors of the models
+/// within f64.
 pub const HORIZON: f64 = 1e-100;
 
-/// A loop over lanes, each of which is computed by itself.
+/// A loop over lanes. No lane depends on another.
 pub trait Loop {
-    /// The values of all lanes.
+    /// The results of all lanes.
     type Values;
 
-    /// Runs it with these elementary functions. Implementations are inlined into the function that a machine makes of them.
+    /// Runs the loop with these elementary functions. Implementations must be
+    /// `#[inline(always)]`, so that they are compiled with the instructions of the machine that
+    /// calls them.
     fn run<F: Elementary>(self) -> Self::Values;
 }
 
-/// What runs loops.
+/// Runs loops with a set of CPU instructions.
 pub trait Machine: Copy {
     /// Runs a loop.
     fn run<L: Loop>(self, work: L) -> L::Values;
 }
 
-/// Runs loops as they are, with elementary functions of choice.
+/// Machine without extra CPU instructions, with elementary functions of choice.
 #[derive(Debug, Clone, Copy)]
 pub struct Plain<F>(PhantomData<F>);
 
 impl<F> Plain<F> {
-    /// The machine.
+    /// Creates the machine.
     #[must_use]
     pub fn new() -> Self {
         Self(PhantomData)
@@ -65,7 +69,7 @@ pub struct Block<const N: usize> {
     lit: [f64; N],
 }
 
-/// What models read of a pair whose directions are both above the surface.
+/// Quantities that models read of a pair whose directions are both above the surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Half {
     pub(crate) wi: DVec3,
@@ -77,14 +81,15 @@ pub(crate) struct Half {
 }
 
 impl<const N: usize> Block<N> {
-    /// A block to be filled: both directions of each lane are the normal.
+    /// Returns a block to be filled: both directions of each lane are the normal.
     #[must_use]
     pub fn new() -> Self {
         let normal = [[0.0; N], [0.0; N], [1.0; N]];
         Self { wi: normal, wo: normal, h: normal, cos_d: [1.0; N], lit: [0.0; N] }
     }
 
-    /// Takes the first `N` of these pairs. Lanes beyond the last one reflect nothing.
+    /// Fills the block with the first `N` of these pairs. Lanes beyond the last pair reflect
+    /// nothing.
     pub fn fill<M: Machine>(&mut self, machine: M, pairs: &[DirectionPair]) {
         machine.run(Fill { block: self, pairs });
     }
@@ -100,7 +105,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// The value where light is reflected, 0 elsewhere.
+    /// Returns `value` if the lane is lit, otherwise 0.
     #[inline(always)]
     pub(crate) fn where_lit(&self, k: usize, value: f64) -> f64 {
         if self.lit[k] > 0.0 { value } else { 0.0 }
@@ -132,7 +137,7 @@ impl<const N: usize> Loop for Fill<'_, N> {
         }
         for k in 0..N {
             let Half { wi, wo, .. } = block.half(k);
-            // What is not lit is computed as the normal is, and thrown away.
+            // Unlit lanes are computed as the normal is; `where_lit` drops the result.
             let is_lit = (wi.z >= HORIZON) & (wo.z >= HORIZON);
             let place = |value: f64, otherwise: f64| if is_lit { value } else { otherwise };
             let vector = |w: DVec3| DVec3::new(place(w.x, 0.0), place(w.y, 0.0), place(w.z, 1.0));
@@ -147,8 +152,9 @@ impl<const N: usize> Loop for Fill<'_, N> {
 }
 
 impl Half {
-    /// Sums and products of the components commute, so the pair and the swapped one have the same bits but for `wi` and `wo`
-    /// themselves. |wi + wo| / 2 is sqrt((1 + wi . wo) / 2) without the cancellation of nearly opposite directions.
+    /// Sums and products of the components commute, so the swapped pair gives the same bits in
+    /// all but `wi` and `wo`. |wi + wo| / 2 is sqrt((1 + wi . wo) / 2) without the cancellation
+    /// of nearly opposite directions.
     #[inline(always)]
     pub(crate) fn of(wi: DVec3, wo: DVec3) -> Self {
         let sum = wi + wo;
@@ -172,9 +178,9 @@ impl Half {
         self.wi.x * self.wo.x + self.wi.y * self.wo.y + self.wi.z * self.wo.z
     }
 
-    /// The larger of the cosines of both directions.
+    /// The larger of `cos_i` and `cos_o`.
     #[inline(always)]
-    pub(crate) fn cos_most(&self) -> f64 {
+    pub(crate) fn cos_max(&self) -> f64 {
         larger(self.wi.z, self.wo.z)
     }
 
@@ -185,19 +191,19 @@ impl Half {
     }
 }
 
-/// One instruction, where `f64::max` also looks for NaN. The second where one is NaN.
+/// Maximum in one instruction (`f64::max` also checks for NaN). Returns `b` if either is NaN.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// As [`larger`].
+/// Minimum; otherwise as [`larger`].
 #[inline(always)]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Between 0 and 1; of NaN 1.
+/// Clamps to [0, 1]. Returns 1 for NaN.
 #[inline(always)]
 pub(crate) fn unit(x: f64) -> f64 {
     smaller(larger(x, 0.0), 1.0)

@@ -2,25 +2,25 @@
 
 use glam::{DVec2, DVec3};
 
-/// How far a direction's length may be off 1 before it is refused rather than normalised.
+/// Largest deviation of a direction's length from 1 that is normalised; a larger one is an error.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Why two vectors are not a pair of directions.
+/// Error of [`DirectionPair::new`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DirectionError {
     /// A component is NaN or infinite.
     #[error("a component of the direction is not finite")]
     NotFinite,
-    /// The length is off 1 by more than 1e-3.
-    #[error("the direction has length {0}, which is off 1 by more than 0.001")]
+    /// The length differs from 1 by more than 1e-3.
+    #[error("the length of the direction must be 1 within 0.001, got {0}")]
     NotUnit(f64),
 }
 
 /// The incident and the outgoing direction of one shading sample.
 ///
 /// # Domain
-/// Both are unit to within f64 rounding. A direction below the surface (z <= 0) is allowed; the inputs are defined
-/// there too, and it is the caller who knows that no light is reflected.
+/// Both are unit to within f64 rounding. A direction below the surface (z <= 0) is allowed, and the
+/// inputs are defined there; the caller must handle that no light is reflected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionPair {
     wi: DVec3,
@@ -28,19 +28,23 @@ pub struct DirectionPair {
 }
 
 impl DirectionPair {
-    /// Normalises `wi` (to the light) and `wo` (to the eye), refusing what is not a direction.
+    /// Normalises `wi` (to the light) and `wo` (to the eye).
+    ///
+    /// # Errors
+    /// Returns [`DirectionError`] if a component is not finite or a length differs from 1 by
+    /// more than 1e-3.
     pub fn new(wi: DVec3, wo: DVec3) -> Result<Self, DirectionError> {
         Ok(Self { wi: unit(wi)?, wo: unit(wo)? })
     }
 
-    /// To the light.
+    /// Direction to the light.
     #[must_use]
     #[inline]
     pub fn wi(&self) -> DVec3 {
         self.wi
     }
 
-    /// To the eye.
+    /// Direction to the eye.
     #[must_use]
     #[inline]
     pub fn wo(&self) -> DVec3 {
@@ -61,14 +65,14 @@ impl DirectionPair {
         self.wo.z
     }
 
-    /// The same pair with the roles of light and eye exchanged.
+    /// Returns the pair with the roles of light and eye exchanged.
     #[must_use]
     #[inline]
     pub fn swapped(&self) -> Self {
         Self { wi: self.wo, wo: self.wi }
     }
 
-    /// Components along x and y of `wi` and of `wo`.
+    /// The x and y components of `wi` and of `wo`.
     pub(crate) fn tangential(&self) -> (DVec2, DVec2) {
         (self.wi.truncate(), self.wo.truncate())
     }

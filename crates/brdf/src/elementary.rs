@@ -1,8 +1,9 @@
-//! The elementary functions that models take, in two forms: [`Libm`], which the reference is made of, and [`Branchless`],
-//! loops over which become vector instructions.
+//! Elementary functions of the models, in two forms: [`Libm`] for the f64 reference and
+//! [`Branchless`] for loops that the compiler turns into vector instructions.
 //!
-//! Formulas are written once, over either. Every product and sum of the branchless form rounds on its own, in the order
-//! written, so that its bits do not depend on the width of the vectors. It refuses to know models.
+//! Formulas are written once, generic over [`Elementary`]. Every product and sum of the branchless
+//! form is rounded separately, in the order written, so the bits do not depend on the vector width.
+//! Independent of models.
 
 mod angle;
 mod erfc;
@@ -15,47 +16,47 @@ pub trait Elementary {
     /// e^x.
     ///
     /// # Domain
-    /// All; infinite above 709.78, NaN of NaN.
+    /// Any x; infinite above 709.78, NaN for NaN.
     fn exp(x: f64) -> f64;
 
-    /// The natural logarithm.
+    /// Natural logarithm of x.
     ///
     /// # Domain
-    /// All; minus infinity at 0, NaN below 0.
+    /// Any x; minus infinity at 0, NaN below 0.
     fn ln(x: f64) -> f64;
 
     /// x^y for x >= 0.
     ///
     /// # Domain
-    /// 1 where y is 0, also of x = 0 and infinity.
+    /// Returns 1 if y is 0, also for x = 0 and x = infinity.
     fn pow(x: f64, y: f64) -> f64;
 
-    /// The angle whose cosine is x.
+    /// Angle with cosine x.
     ///
     /// # Units
     /// Radians.
     ///
     /// # Domain
-    /// 0 to 1.
+    /// x in [0, 1].
     fn acos(x: f64) -> f64;
 
-    /// The angle of the first quadrant with that sine and cosine.
+    /// Angle in the first quadrant with this sine and cosine.
     ///
     /// # Units
     /// Radians.
     ///
     /// # Domain
-    /// Neither below 0; their squares add up to 1.
+    /// Both at least 0, with squares that add up to 1.
     fn angle(sin: f64, cos: f64) -> f64;
 
-    /// The error function.
+    /// Error function.
     ///
     /// # Domain
-    /// 0 to 6.
+    /// x in [0, 6].
     fn erf(x: f64) -> f64;
 }
 
-/// As the `libm` crate has them: right to about one unit of the last place.
+/// Functions of the `libm` crate, accurate to about one unit in the last place.
 #[derive(Debug, Clone, Copy)]
 pub struct Libm;
 
@@ -85,11 +86,11 @@ impl Elementary for Libm {
     }
 }
 
-/// Sums, products, quotients, roots, comparisons and operations on bits, and no branch.
+/// Branch-free functions: sums, products, quotients, roots, comparisons and bit operations only.
 ///
 /// # Error
-/// Against `libm`: exp, ln and acos 2 units of the last place; pow 3 + 3 |y ln x| of them; angle 8e-16 relative; erf 6e-16
-/// absolute (`elementary/tests.rs`).
+/// Against `libm`: exp, ln and acos within 2 units in the last place; pow within 3 + 3 |y ln x| of
+/// them; angle 8e-16 relative; erf 6e-16 absolute (`elementary/tests.rs`).
 #[derive(Debug, Clone, Copy)]
 pub struct Branchless;
 
@@ -125,7 +126,7 @@ impl Elementary for Branchless {
     }
 }
 
-/// The polynomial with these coefficients, that of the highest power last.
+/// Evaluates a polynomial by Horner's rule. Coefficients are in order of rising powers.
 #[inline(always)]
 fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     let mut sum = coefficients[N - 1];

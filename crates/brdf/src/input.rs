@@ -1,30 +1,34 @@
-//! The catalogue of inputs: quantities of a direction pair that do not change when the two directions are swapped.
+//! Catalogue of inputs: scalars of a direction pair that do not change when the two directions are
+//! swapped.
 //!
-//! Every input is a pure f64 function; sample sets store it rounded to f32 once, so that all evaluators read the same
-//! bits. A program names the inputs it reads in an [`InputMask`]; nothing else is computed.
+//! Every input is a pure f64 function. Sample sets store it rounded to f32 once, so that all
+//! evaluators read the same bits. An [`InputMask`] lists the inputs that a program reads; only
+//! these are computed.
 
 use glam::{DVec2, DVec3};
 
 use crate::DirectionPair;
 
-/// How the azimuthal inputs p3..p6 are formed from the tangential parts of the directions.
+/// Form of the azimuthal inputs p3..p6, which read the tangential parts of the directions.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Parametrisation {
-    /// Tangential parts as they are: polynomial in the directions, no singularity.
+    /// Tangential parts as they are: polynomial in the directions, without a singularity.
     #[default]
     Smooth,
-    /// Tangential parts normalised, as in the paper: pure functions of the azimuths, singular at the poles.
+    /// Normalised tangential parts, as in the paper: pure functions of the azimuths, singular
+    /// at the poles.
     Paper,
 }
 
-/// One scalar that a program may read. Symmetric under exchange of wi and wo, to the bit.
+/// A scalar that a program may read. Symmetric under exchange of wi and wo, bit for bit.
 ///
 /// # Source
-/// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the product form of
-/// docs/maths/inputs.md. The inputs from `LogTanHalf` on belong to the extended dialect.
+/// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the
+/// product form of docs/maths/inputs.md. The inputs from `LogTanHalf` on belong to the extended
+/// dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Input {
@@ -76,11 +80,13 @@ pub enum Input {
     NormalDotHalf,
 }
 
-/// Arguments of logarithms are held above this, so that every input is bounded over the closed hemisphere.
+/// Lower bound of the arguments of logarithms; bounds every input over the closed hemisphere.
 const LOG_FLOOR: f64 = 1.0 / (1u64 << 20) as f64;
-/// Squared lengths of tangential parts are held above this before division (the paper's parametrisation fades at poles).
+/// Lower bound of squared lengths of tangential parts as divisors. The paper's parametrisation
+/// fades to 0 at the poles.
 const POLE_FLOOR: f64 = 1.0 / (1u64 << 40) as f64;
-/// Range of every number a program can meet: that of the half registers of the paper's hardware.
+/// Largest magnitude of any number in a program: the range of the half-float registers of the
+/// paper's hardware.
 const RANGE: f64 = 65504.0;
 
 impl Input {
@@ -111,19 +117,20 @@ impl Input {
         Self::NormalDotHalf,
     ];
 
-    /// Position in [`Input::ALL`]; also the bit in an [`InputMask`] and the number in packed words.
+    /// Position in [`Input::ALL`]; also the bit in an [`InputMask`] and the number in packed
+    /// words.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
     }
 
-    /// The input of that index.
+    /// Returns the input with this index, or `None` if there is none.
     #[must_use]
     pub fn from_index(index: usize) -> Option<Self> {
         Self::ALL.get(index).copied()
     }
 
-    /// The name that listings and the program inspector use.
+    /// Name in listings and in the program inspector.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -153,7 +160,7 @@ impl Input {
         }
     }
 
-    /// The value for a pair of directions at texture position `uv`.
+    /// Returns the value for a pair of directions at texture position `uv`.
     ///
     /// # Domain
     /// Any direction pair and any finite `uv`; the result is finite and within [-65504, 65504].
@@ -202,12 +209,13 @@ impl Input {
                 s.z / s.length_squared().max(POLE_FLOOR).sqrt()
             }
         };
-        // Adding +0 makes every zero positive: swapping directions may only change a zero's sign.
+        // Adding +0 turns -0 into +0: swapping directions could otherwise change the sign
+        // of a zero.
         value.clamp(-RANGE, RANGE) + 0.0
     }
 }
 
-/// p3..p6 of one parametrisation.
+/// p3..p6 in one parametrisation.
 struct Azimuth {
     p3: f64,
     p4: f64,
@@ -248,7 +256,7 @@ fn sin_squared_half(pair: &DirectionPair) -> f64 {
     s.truncate().length_squared() / s.length_squared().max(POLE_FLOOR)
 }
 
-/// h . wi as sqrt((1 + wi . wo) / 2), which is the same for both directions to the bit.
+/// h . wi as sqrt((1 + wi . wo) / 2), which has the same bits for both directions.
 fn half_dot_light(pair: &DirectionPair) -> f64 {
     (0.5 * (1.0 + pair.wi().dot(pair.wo()))).clamp(0.0, 1.0).sqrt()
 }
@@ -258,16 +266,16 @@ fn half_dot_light(pair: &DirectionPair) -> f64 {
 pub struct InputMask(u32);
 
 impl InputMask {
-    /// No input at all.
+    /// The empty set.
     pub const EMPTY: Self = Self(0);
 
-    /// The bits, bit k standing for `Input::ALL[k]`.
+    /// Bits of the set; bit k stands for `Input::ALL[k]`.
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0
     }
 
-    /// The set of these bits; `None` where a bit stands for no input.
+    /// Returns the set with these bits, or `None` if a bit stands for no input.
     #[must_use]
     pub fn from_bits(bits: u32) -> Option<Self> {
         (bits >> Input::ALL.len() == 0).then_some(Self(bits))
@@ -278,19 +286,19 @@ impl InputMask {
         self.0 |= 1 << input.index();
     }
 
-    /// Whether the input is in the set.
+    /// True if the input is in the set.
     #[must_use]
     pub fn contains(self, input: Input) -> bool {
         self.0 >> input.index() & 1 == 1
     }
 
-    /// Inputs of either set.
+    /// Returns the inputs of either set.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// The inputs of the set in the order of their indices.
+    /// Iterates over the inputs in the order of their indices.
     pub fn iter(self) -> impl Iterator<Item = Input> {
         Input::ALL.into_iter().filter(move |input| self.contains(*input))
     }
@@ -301,7 +309,7 @@ impl InputMask {
         self.0.count_ones() as usize
     }
 
-    /// Whether nothing is in the set.
+    /// True if the set has no inputs.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
@@ -322,7 +330,8 @@ impl FromIterator<Input> for InputMask {
 mod tests {
     use super::*;
 
-    /// Directions that have broken such formulas before: poles, grazing, mirror plane, antipodal in azimuth.
+    /// Directions at which such formulas tend to fail: poles, grazing, mirror plane, antipodal
+    /// azimuths.
     fn hard_pairs() -> Vec<DirectionPair> {
         let mut pairs = Vec::new();
         let thetas = [0.0, 1e-9, 1e-4, 0.3, 1.0, 1.57, std::f64::consts::FRAC_PI_2];

@@ -1,8 +1,14 @@
-//! Directions in the local frame, the reciprocal inputs that evolved programs read, and models of reflectance.
+//! Reflectance (BRDFs) as functions of a pair of directions in the local frame of a surface.
 //!
-//! This crate owns the mathematics of a pair of directions: what an [`Input`] is worth for it, why swapping the two
-//! directions never changes that worth, and what classical and physical models make of it. It refuses to know meshes,
-//! programs, images and files.
+//! - [`DirectionPair`] is a validated pair of unit directions; [`Input`] is a scalar of such a pair
+//!   that evolved programs read and that does not change when the directions are swapped.
+//! - [`Model`] is one of the classical and physical models ([`ModelKind`]) with values for its
+//!   parameters; [`PreparedModel`] is the form that is evaluated, pair by pair through [`Brdf`] or
+//!   in [`Block`]s of SIMD lanes.
+//! - [`Merl`], [`Rgl`], [`Neural`], [`Slice`] and [`Scattered`] are measured materials, read from
+//!   bytes or from samples.
+//!
+//! The crate does no I/O and does not depend on meshes, programs or images.
 //!
 //! ```
 //! use brood_brdf::{DirectionPair, Input};
@@ -10,7 +16,8 @@
 //!
 //! let pair = DirectionPair::new(DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8)).unwrap();
 //! for input in Input::ALL {
-//!     assert_eq!(input.evaluate(&pair, DVec2::ZERO), input.evaluate(&pair.swapped(), DVec2::ZERO));
+//!     let value = input.evaluate(&pair, DVec2::ZERO);
+//!     assert_eq!(value, input.evaluate(&pair.swapped(), DVec2::ZERO));
 //! }
 //! ```
 
@@ -32,8 +39,8 @@ pub use measured::{
 };
 pub use model::{
     Brdf, Claims, ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants,
-    MetalConstants, Model, ModelConstants, ModelKind, ModelPreset, NumbersError, Parameter,
-    ParameterError, ParameterTextError, PhongHighlight, PreparedModel, PrincipledConstants, Scale,
-    SgdChannel, Shadowing, Shape, TableDetail, UnknownModel, WardForm, model_presets,
+    MetalConstants, Model, ModelConstants, ModelKind, ModelPreset, Parameter, ParameterError,
+    ParameterTextError, ParameterValuesError, PhongHighlight, PreparedModel, PrincipledConstants,
+    Scale, SgdChannel, Shadowing, Shape, TableDetail, UnknownModel, WardForm, model_presets,
 };
 pub use swapped::Swapped;

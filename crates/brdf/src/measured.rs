@@ -1,6 +1,7 @@
-//! Measured materials: tables of reflectance, read from bytes and looked up for any pair of directions.
+//! Measured materials: tables of reflectance, read from bytes and evaluated for any pair of
+//! directions.
 //!
-//! It refuses to know files and pictures: whoever has the bytes of one, or the pixels, hands them over.
+//! Independent of files and image formats: callers pass bytes or pixels.
 
 mod angle;
 mod csv;

@@ -1,7 +1,9 @@
-//! Classical and physical models of reflectance: named, with parameters that have a range, a default and a source.
+//! Classical and physical models of reflectance, with parameters that have a range, a default and a
+//! source.
 //!
-//! A [`Model`] is a kind and values for its parameters, which is what texts, mutation and searches deal in; a
-//! [`PreparedModel`] is the same, ready to be evaluated. It refuses to know meshes, pictures and programs.
+//! A [`Model`] is a [`ModelKind`] with values for its parameters: the form of texts, mutation and
+//! searches. A [`PreparedModel`] is the form that is evaluated. Independent of meshes, pictures and
+//! programs.
 
 mod ashikhmin_shirley;
 mod coat;
@@ -36,15 +38,15 @@ pub use kind::{ModelKind, UnknownModel};
 pub use microfacet::Shadowing;
 use parameter::Values;
 pub use parameter::{Parameter, Scale, Shape};
-pub use phong::Highlight as PhongHighlight;
+pub use phong::PhongHighlight;
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
 pub use text::ParameterTextError;
-pub use ward::Form as WardForm;
+pub use ward::WardForm;
 
-/// What reflects light.
+/// A bidirectional reflectance distribution function.
 pub trait Brdf: Send + Sync {
-    /// f(wi, wo), the cosine of wi not included.
+    /// Returns f(wi, wo), without the cosine of wi.
     ///
     /// # Units
     /// 1/sr; linear red, green, blue.
@@ -53,16 +55,16 @@ pub trait Brdf: Send + Sync {
     /// Any pair; 0 unless both directions are above the surface. Never NaN.
     fn f(&self, pair: &DirectionPair) -> DVec3;
 
-    /// What the source promises of it with these parameters, which tests hold it to.
+    /// Properties that hold with these parameters. Tests check them.
     fn claims(&self) -> Claims;
 }
 
-/// Laws that a model keeps.
+/// Physical properties that a BRDF guarantees.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Claims {
     /// f(wi, wo) = f(wo, wi), in every bit.
     pub reciprocal: bool,
-    /// It never reflects more light than it receives.
+    /// The albedo is at most 1 in every direction.
     pub conserving: bool,
 }
 
@@ -70,128 +72,138 @@ pub struct Claims {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     kind: ModelKind,
-    /// Of each parameter in the order of the table, each as long as it is.
-    numbers: Vec<f64>,
+    /// Values of all parameters, in the order of the kind's table: one or three for each
+    /// parameter.
+    values: Vec<f64>,
 }
 
-/// Why a parameter cannot be set.
+/// Error of setting a parameter.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// The model has none of that name.
+    /// The model has no parameter of that name.
     #[error("{model} has no parameter {name}; it has {known}")]
     Unknown {
         /// The model.
         model: ModelKind,
-        /// What was asked for.
+        /// The unknown name.
         name: String,
-        /// What there is.
+        /// Names of the model's parameters.
         known: String,
     },
-    /// As many numbers as it does not hold.
+    /// Wrong number of values.
     #[error("{name} takes {wanted}, not {found}")]
     Count {
         /// The parameter.
         name: &'static str,
-        /// How many it holds, in words.
+        /// Number of values that the parameter takes, in words.
         wanted: &'static str,
-        /// How many were given.
+        /// Number of values that were given.
         found: usize,
     },
-    /// A number out of range.
-    #[error("{name} is from {low} to {high}, not {value}")]
+    /// A value is out of range, or not an index of a word.
+    #[error("{name} must be between {low} and {high}, got {value}")]
     Range {
         /// The parameter.
         name: &'static str,
-        /// Its least value.
+        /// Least value.
         low: f64,
-        /// Its largest value.
+        /// Largest value.
         high: f64,
-        /// What was given.
+        /// The value that was given.
         value: f64,
     },
-    /// None of the words.
-    #[error("{name} is one of {known}, not {word}")]
+    /// The word is not one of the choice.
+    #[error("{name} must be one of {known}, got {word}")]
     Word {
         /// The parameter.
         name: &'static str,
-        /// The words.
+        /// Words of the choice.
         known: String,
-        /// What was given.
+        /// The word that was given.
         word: String,
     },
 }
 
-/// Why numbers are no model.
+/// Error of [`Model::from_numbers`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum NumbersError {
-    /// More or fewer than its parameters have.
-    #[error("{kind} has {wanted} numbers, not {found}")]
+pub enum ParameterValuesError {
+    /// Wrong number of values.
+    #[error("{kind} takes {wanted} parameter values, got {found}")]
     Count {
         /// The model.
         kind: ModelKind,
-        /// How many its parameters have.
+        /// Number of values that its parameters take.
         wanted: usize,
-        /// How many were given.
+        /// Number of values that were given.
         found: usize,
     },
-    /// One that its parameter cannot be.
+    /// A value is not valid for its parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
 
 impl Model {
-    /// The model with its defaults.
+    /// Returns the model with default values.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
-        let numbers = kind.parameters().iter().flat_map(Parameter::default).collect();
-        Self { kind, numbers }
+        let values = kind.parameters().iter().flat_map(Parameter::default).collect();
+        Self { kind, values }
     }
 
-    /// The model of numbers as [`Model::numbers`] has them.
-    pub fn from_numbers(kind: ModelKind, numbers: &[f64]) -> Result<Self, NumbersError> {
+    /// Returns the model with these values, in the order of [`Model::numbers`].
+    ///
+    /// # Errors
+    /// Returns [`ParameterValuesError`] if the number of values is wrong or a value is out of
+    /// range.
+    pub fn from_numbers(kind: ModelKind, values: &[f64]) -> Result<Self, ParameterValuesError> {
         let model = Self::new(kind);
-        if numbers.len() != model.numbers.len() {
-            let (wanted, found) = (model.numbers.len(), numbers.len());
-            return Err(NumbersError::Count { kind, wanted, found });
+        if values.len() != model.values.len() {
+            let (wanted, found) = (model.values.len(), values.len());
+            return Err(ParameterValuesError::Count { kind, wanted, found });
         }
         let mut at = 0;
         kind.parameters().iter().try_fold(model, |model, parameter| {
-            let values = &numbers[at..at + parameter.count()];
+            let own = &values[at..at + parameter.count()];
             at += parameter.count();
-            Ok(model.with(parameter.name, values)?)
+            Ok(model.with(parameter.name, own)?)
         })
     }
 
-    /// Which model it is.
+    /// Kind of the model.
     #[must_use]
     pub fn kind(&self) -> ModelKind {
         self.kind
     }
 
-    /// The numbers of all parameters, in the order of the kind's table.
+    /// Values of all parameters, in the order of the kind's table.
     #[must_use]
     pub fn numbers(&self) -> &[f64] {
-        &self.numbers
+        &self.values
     }
 
-    /// Its parameters with their numbers, in the order of the kind's table.
+    /// Iterates over the parameters and their values, in the order of the kind's table.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &[f64])> {
-        let mut rest = self.numbers.as_slice();
+        let mut rest = self.values.as_slice();
         self.kind.parameters().iter().map(move |parameter| {
-            let (numbers, others) = rest.split_at(parameter.count());
+            let (values, others) = rest.split_at(parameter.count());
             rest = others;
-            (parameter, numbers)
+            (parameter, values)
         })
     }
 
-    /// The numbers of a parameter; none where there is no such.
+    /// Returns the values of a parameter, or `None` if the model has no such parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[f64]> {
-        let (parameter, at) = self.kind.place(name)?;
-        Some(&self.numbers[at..at + parameter.count()])
+        let (parameter, at) = self.kind.find(name)?;
+        Some(&self.values[at..at + parameter.count()])
     }
 
-    /// The same with other values of one parameter; the number of its word for a choice.
+    /// Returns the model with other values of one parameter. The value of a choice is the index
+    /// of its word.
+    ///
+    /// # Errors
+    /// Returns [`ParameterError`] if there is no such parameter, or the number of values is
+    /// wrong, or a value is out of range.
     pub fn with(mut self, name: &str, values: &[f64]) -> Result<Self, ParameterError> {
         let (parameter, at) = self.find(name)?;
         if values.len() != parameter.count() {
@@ -209,14 +221,17 @@ impl Model {
                 return Err(ParameterError::Range { name: parameter.name, low, high, value });
             }
         }
-        for (number, value) in self.numbers[at..].iter_mut().zip(values) {
+        for (old, value) in self.values[at..].iter_mut().zip(values) {
             // Adding +0 turns -0 into 0, so that equal models have equal bits.
-            *number = value + 0.0;
+            *old = value + 0.0;
         }
         Ok(self)
     }
 
-    /// The same with another word of a choice.
+    /// Returns the model with another word of a choice.
+    ///
+    /// # Errors
+    /// Returns [`ParameterError`] if there is no such choice or no such word.
     pub fn choose(self, name: &str, word: &str) -> Result<Self, ParameterError> {
         let (parameter, _) = self.find(name)?;
         let Shape::Choice { words } = parameter.shape else {
@@ -230,50 +245,51 @@ impl Model {
                 found: 0,
             });
         }
-        let number = words.iter().zip(0_u32..).find(|(known, _)| **known == word);
-        let Some((_, number)) = number else {
+        let index = words.iter().zip(0_u32..).find(|(known, _)| **known == word);
+        let Some((_, index)) = index else {
             let (known, word) = (words.join(", "), word.to_owned());
             return Err(ParameterError::Word { name: parameter.name, known, word });
         };
-        self.with(name, &[f64::from(number)])
+        self.with(name, &[f64::from(index)])
     }
 
-    /// The same all around the normal: what draws highlights out along u or v does not.
+    /// Returns the model without anisotropy: the width along v becomes that along u.
     #[must_use]
     pub fn isotropic(&self) -> Self {
         let mut model = self.clone();
-        for (of_v, of_u) in [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")] {
-            if let (Some((_, v)), Some((_, u))) = (self.kind.place(of_v), self.kind.place(of_u)) {
-                model.numbers[v] = self.numbers[u];
+        for (name_v, name_u) in [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")] {
+            if let (Some((_, v)), Some((_, u))) = (self.kind.find(name_v), self.kind.find(name_u)) {
+                model.values[v] = self.values[u];
             }
         }
         for name in ["stretch", "anisotropic"] {
-            if let Some((_, at)) = self.kind.place(name) {
-                model.numbers[at] = 0.0;
+            if let Some((_, at)) = self.kind.find(name) {
+                model.values[at] = 0.0;
             }
         }
         model
     }
 
-    /// Prepared to be evaluated, on pairs and on blocks of them.
+    /// Computes everything that does not depend on directions.
     #[must_use]
     pub fn prepare(&self) -> PreparedModel {
-        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
-        PreparedModel(self.kind.make(values))
+        let values = Values { table: self.kind.parameters(), values: &self.values };
+        PreparedModel(self.kind.prepare(values))
     }
 
-    /// What takes long to prepare, which models that differ in colour alone share; none where nothing takes long.
+    /// Returns the part of the preparation that is slow, or `None` if no part is. Models that
+    /// differ only in colour can share it.
     #[must_use]
     pub fn coat_tables(&self, machine: impl Machine, detail: TableDetail) -> Option<CoatTables> {
-        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
+        let values = Values { table: self.kind.parameters(), values: &self.values };
         let has_tables = self.kind == ModelKind::RoughPlastic;
         has_tables.then(|| CoatTables::new(machine, values, detail))
     }
 
-    /// As [`Model::prepare`], with tables that have been made; models that have none do not look at them.
+    /// As [`Model::prepare`], but reuses these tables. Models without tables ignore them.
     #[must_use]
     pub fn prepare_with(&self, tables: &CoatTables) -> PreparedModel {
-        let values = Values { table: self.kind.parameters(), numbers: &self.numbers };
+        let values = Values { table: self.kind.parameters(), values: &self.values };
         match self.kind {
             ModelKind::RoughPlastic => {
                 PreparedModel(rough_plastic::rough_plastic_with(values, tables))
@@ -282,14 +298,14 @@ impl Model {
         }
     }
 
-    /// The same among all else that reflects light.
+    /// Returns the prepared model as a trait object.
     #[must_use]
     pub fn brdf(&self) -> Box<dyn Brdf> {
         Box::new(self.prepare())
     }
 
     fn find(&self, name: &str) -> Result<(&'static Parameter, usize), ParameterError> {
-        self.kind.place(name).ok_or_else(|| ParameterError::Unknown {
+        self.kind.find(name).ok_or_else(|| ParameterError::Unknown {
             model: self.kind,
             name: name.to_owned(),
             known: self.kind.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", "),

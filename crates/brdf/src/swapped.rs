@@ -1,11 +1,12 @@
-//! A material with the roles of light and eye exchanged.
+//! Adapter that exchanges the roles of light and eye of a BRDF.
 
 use glam::DVec3;
 
 use crate::{Brdf, Claims, DirectionPair};
 
-/// Reflects from `wo` to `wi` what the other reflects from `wi` to `wo`, as renderers see a measured material that follow light from the
-/// eye and give its direction where the measurement has that of the light. The same material where it is reciprocal.
+/// BRDF with `wi` and `wo` exchanged. Renderers that trace paths from the eye pass the eye's
+/// direction where a measurement has the light's, and so see a measured material this way. Equal to
+/// the wrapped BRDF if that is reciprocal.
 pub struct Swapped<'a>(pub &'a dyn Brdf);
 
 impl Brdf for Swapped<'_> {
@@ -14,7 +15,8 @@ impl Brdf for Swapped<'_> {
     }
 
     fn claims(&self) -> Claims {
-        // What it sends back at most is another integral.
+        // Conserving energy for swapped directions is another integral, unless f is
+        // reciprocal.
         let Claims { reciprocal, conserving } = self.0.claims();
         Claims { reciprocal, conserving: conserving && reciprocal }
     }

@@ -1,4 +1,4 @@
-//! The scalar code of a program, one assignment a line: long expressions overflow compilers.
+//! Scalar code of a program, one assignment per line, because long expressions overflow compilers.
 
 use brood_genome::Output;
 use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
@@ -6,7 +6,8 @@ use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
 use crate::input;
 use crate::language::{Language, Type};
 
-/// Lines that take the inputs by their names, and `models` where there are layers, and return f, for texture positions from -`uv` to `uv`.
+/// Lines that read the inputs by their names, and `models` if there are layers, and return f. Valid
+/// for texture coordinates in [-`uv`, `uv`].
 pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
     let ranges = step_ranges(program, |input| {
         let bound = input::bound(input, uv);
@@ -30,7 +31,7 @@ pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
     text + &format!("  return {vector}(o0, o1, o2);\n")
 }
 
-/// The square of a result, and what the models add to it.
+/// Square of a result plus the reflectance of the models.
 fn square(program: &Program, result: Operand, g: &str, channel: usize) -> String {
     if program.layers().is_empty() {
         return format!("{g} * {g}");
@@ -49,7 +50,8 @@ fn constant(program: &Program, operand: Operand) -> Option<f32> {
     }
 }
 
-/// The colour matrix, scale and offset of f0, f1, f2, in the order of the canonical evaluators.
+/// Colour matrix, scale and offset of f0, f1, f2, in the operation order of the canonical
+/// evaluators.
 fn output(output: &Output, language: Language) -> String {
     let mut text = String::new();
     let mut line =
@@ -78,8 +80,9 @@ fn value(program: &Program, operand: Operand, language: Language) -> String {
     }
 }
 
-/// A clamp keeps compilers from fusing as well as the barrier does; where it can never act the barrier is cheaper, and one of
-/// an argument is not needed.
+/// Expression of an operation. Both a clamp and the barrier `brood_hold` prevent compilers from
+/// fusing operations. The barrier is cheaper where the clamp cannot act; clamps of arguments that
+/// cannot act are left out.
 fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
     let rounded = if range.clamps { "brood_limit" } else { "brood_hold" };
     let within = |argument: String, bounds: &str| {
@@ -87,7 +90,7 @@ fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
     };
     let power = |argument: String| {
         let value = format!("brood_ex2({})", within(argument, "-24.0, 16.0"));
-        // 2^16 is beyond the largest number, all smaller whole powers are not.
+        // 2^16 is above the largest number; all smaller integer powers are not.
         if range.clamps { format!("brood_limit({value})") } else { value }
     };
     match operation {

@@ -1,9 +1,10 @@
-//! What every renderer's compiler must make of exported models: cases, samples and a table of bounds, exported so that each
-//! backend that can run a language holds it to the same values.
+//! Conformance suite of exported models: cases, samples and error bounds, shared by every backend
+//! that can run a language.
 //!
-//! Values are held against `Brdf::f` in f64. An error is counted in *units*: by how much f changes, summed, when each component
-//! of the directions and each number of the model is rounded to f32, plus half a unit of the last place of f itself. So a
-//! highlight that a rounding of the direction moves by its own width has large errors and few units of them.
+//! Values are compared with `Brdf::f` in f64. Errors are counted in *units*: the sum of the changes
+//! of f when each component of the directions and each parameter of the model is rounded to f32,
+//! plus half a unit in the last place of f. A narrow highlight, which a rounded direction moves by
+//! its own width, has large errors but few units.
 
 mod bound;
 mod sample;
@@ -16,34 +17,35 @@ use glam::DVec3;
 pub use bound::{BOUNDS, Bound, Figures, Tally};
 pub use sample::pairs;
 
-/// Models of each kind: one with the defaults, the others random.
+/// Number of models of each kind: one with the defaults, the others random.
 pub const MODELS: u32 = 13;
-/// As large as the square of a result can be.
-const MOST: f64 = RANGE as f64 * RANGE as f64;
-/// Half a unit of the last place, relative.
+/// The largest value that the square of a result can have.
+const MAX_F: f64 = RANGE as f64 * RANGE as f64;
+/// Half a unit in the last place of f32, relative.
 const ROUNDING: f64 = 1.0 / 16_777_216.0;
-/// Below this errors are absolute: no display shows it, and f32 soon ends.
-const LEAST: f64 = 1e-20;
+/// Values below this have absolute errors: displays cannot show them, and f32 soon underflows.
+const MIN_F: f64 = 1e-20;
 
-/// A model, alone.
+/// A test case: a model alone.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// The model.
     pub model: Model,
-    /// A program of it alone.
+    /// Program with the model as its only layer.
     pub program: Program,
 }
 
-/// What a value should be, and what one unit of error is.
+/// Reference value, and the unit of its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wanted {
-    /// The reference's.
+    /// f by the reference.
     pub f: DVec3,
-    /// Of each channel.
+    /// Unit of error of each channel.
     pub unit: DVec3,
 }
 
-/// Models of a kind: the default, then random ones in whose numbers ends of the ranges are frequent; all words of choices come up.
+/// Returns the models of a kind: the defaults, then random ones, in which ends of ranges are
+/// frequent and all words of choices occur.
 #[must_use]
 pub fn cases(kind: ModelKind) -> Vec<Case> {
     let case = |model: Model| {
@@ -73,7 +75,7 @@ fn random_model(kind: ModelKind, slot: u32) -> Model {
     })
 }
 
-/// A share of a range, one in eight at an end.
+/// Draws a position in a range, one in eight at an end.
 fn share(stream: &mut Stream) -> f64 {
     match stream.below(16) {
         0 => 0.0,
@@ -83,49 +85,49 @@ fn share(stream: &mut Stream) -> f64 {
 }
 
 impl Case {
-    /// Whether the source promises the same for exchanged directions.
+    /// True if the model claims to be reciprocal.
     #[must_use]
     pub fn is_reciprocal(&self) -> bool {
         self.model.prepare().claims().reciprocal
     }
 
-    /// What the case is worth on each of the pairs.
+    /// Returns reference value and unit for each of the pairs.
     #[must_use]
     pub fn wanted(&self, pairs: &[[DVec3; 2]]) -> Vec<Wanted> {
         let prepared = self.model.prepare();
         let of = |brdf: &dyn Brdf, [wi, wo]: [DVec3; 2]| {
             let pair = DirectionPair::new(wi, wo).expect("samples are unit to f32");
-            brdf.f(&pair).clamp(DVec3::ZERO, DVec3::splat(MOST))
+            brdf.f(&pair).clamp(DVec3::ZERO, DVec3::splat(MAX_F))
         };
         let others = self.rounded();
         pairs
             .iter()
             .map(|pair| {
                 let f = of(&prepared, *pair);
-                let moved = nearby(*pair).map(|near| (of(&prepared, near) - f).abs());
+                let moved = nearby_pairs(*pair).map(|near| (of(&prepared, near) - f).abs());
                 let rounded = others.iter().map(|other| (of(other, *pair) - f).abs());
                 let unit =
-                    moved.chain(rounded).sum::<DVec3>() + ROUNDING * f.max(DVec3::splat(LEAST));
+                    moved.chain(rounded).sum::<DVec3>() + ROUNDING * f.max(DVec3::splat(MIN_F));
                 Wanted { f, unit }
             })
             .collect()
     }
 
-    /// The model with each of its numbers off by a rounding; tables stay what they are.
+    /// The model with each parameter changed by a rounding, one at a time. Coat tables are kept.
     fn rounded(&self) -> Vec<PreparedModel> {
         let parameters =
             self.model.parameters().filter(|(parameter, _)| parameter.words().is_none());
         let tables = self.model.coat_tables(Plain::<Libm>::new(), TableDetail::Full);
         let mut models = Vec::new();
-        for (parameter, numbers) in parameters {
-            for place in 0..numbers.len() {
-                let mut numbers = numbers.to_vec();
-                // Towards the middle of the range, which may end at the number.
+        for (parameter, old) in parameters {
+            for place in 0..old.len() {
+                let mut values = old.to_vec();
+                // Towards the middle of the range, because the value may be at an end.
                 let (low, high) = parameter.range;
-                let inward = if 2.0 * numbers[place] > low + high { -ROUNDING } else { ROUNDING };
-                let sign = if numbers[place] < 0.0 { -1.0 } else { 1.0 };
-                numbers[place] *= 1.0 + sign * inward;
-                if let Ok(model) = self.model.clone().with(parameter.name, &numbers) {
+                let inward = if 2.0 * values[place] > low + high { -ROUNDING } else { ROUNDING };
+                let sign = if values[place] < 0.0 { -1.0 } else { 1.0 };
+                values[place] *= 1.0 + sign * inward;
+                if let Ok(model) = self.model.clone().with(parameter.name, &values) {
                     models.push(match &tables {
                         Some(tables) => model.prepare_with(tables),
                         None => model.prepare(),
@@ -137,8 +139,8 @@ impl Case {
     }
 }
 
-/// The pair with each component of its directions off by a rounding.
-fn nearby(pair: [DVec3; 2]) -> impl Iterator<Item = [DVec3; 2]> {
+/// The pair with each component of its directions changed by a rounding, one at a time.
+fn nearby_pairs(pair: [DVec3; 2]) -> impl Iterator<Item = [DVec3; 2]> {
     (0..6).map(move |place| {
         let mut near = pair;
         let value = &mut near[place / 3][place % 3];

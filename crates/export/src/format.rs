@@ -1,10 +1,10 @@
-//! The formats: their names, files and media types.
+//! Export formats: names, file extensions and media types.
 
 use std::str::FromStr;
 
 use crate::language::Language;
 
-/// What a material can be exported as.
+/// Export format of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Functions for WebGL 2 and OpenGL ES 3.
@@ -15,16 +15,16 @@ pub enum Format {
     Wgsl,
 }
 
-/// No such format.
+/// Error of parsing the name of a format.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no such format; there are {}", Format::ALL.map(Format::name).join(", "))]
+#[error("unknown format; known formats: {}", Format::ALL.map(Format::name).join(", "))]
 pub struct FormatError;
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 3] = [Self::GlslEs300, Self::Glsl410, Self::Wgsl];
 
-    /// As requests and the command line name it.
+    /// Name in requests and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Format {
         }
     }
 
-    /// What it is, for those who choose.
+    /// Label for people.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -44,7 +44,7 @@ impl Format {
         }
     }
 
-    /// Ending of a file's name, without the dot.
+    /// File extension, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl Format {
         }
     }
 
-    /// For `Content-Type`.
+    /// Value of `Content-Type`.
     #[must_use]
     pub fn media_type(self) -> &'static str {
         match self {
@@ -83,14 +83,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_are_found_by_their_names_and_others_are_refused_with_the_list() {
+    fn format_names_round_trip_and_others_are_rejected_with_the_list() {
         for format in Format::ALL {
             assert_eq!(format.name().parse(), Ok(format));
         }
         let error = "hlsl".parse::<Format>().unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "there is no such format; there are glsl-es-300, glsl-410, wgsl"
-        );
+        assert_eq!(error.to_string(), "unknown format; known formats: glsl-es-300, glsl-410, wgsl");
     }
 }

@@ -1,10 +1,11 @@
-The canonical functions in GLSL. CPU twin: brood-genome's functions.rs, whose constants, order of operations and clamps
-these are, bit for bit; WGSL twin: functions.wgsl. `brood_hold` stands wherever a compiler could contract or reassociate.
-Built-in sin, exp2, mix, pow, sqrt and division are not used: their errors are the driver's choice. What stands above the
-first mark is not exported; each mark begins a function that library.rs picks by name.
+Canonical functions in GLSL. CPU twin: brood-genome's functions.rs, with the same constants, order
+of operations and clamps, bit for bit; WGSL twin: functions.wgsl. `brood_hold` prevents compilers
+from contracting or reassociating. Built-in sin, exp2, mix, pow, sqrt and division are not used
+because drivers choose their errors. The text above the first mark is not exported; each mark begins
+a function that library.rs picks by name.
 // @base
-// Rounding: every product and sum is rounded on its own, as the program means it. brood_zero must be 0; what a compiler
-// does not know it cannot fuse.
+// Every product and sum must be rounded separately. brood_zero must be set to 0: because compilers
+// do not know its value, they cannot fuse operations across brood_hold.
 uniform highp uint brood_zero;
 
 float brood_hold(float a) {
@@ -19,15 +20,15 @@ float brood_limit(float a) {
   return clamp(a, -65504.0, 65504.0);
 }
 
-// a + b c, two roundings.
+// a + b c, rounded twice.
 float brood_step(float a, float b, float c) {
   return brood_hold(a + brood_product(b, c));
 }
 
 // @sine
-// sin(t) where quarter is 0, cos(t) where it is 1; t from -1024 to 1024.
+// sin(t) if quarter is 0, cos(t) if it is 1; t in [-1024, 1024].
 float brood_sine(float t, int quarter) {
-  // Added to 1.5 2^23 a number is rounded to the nearest integer, even where two are as near; its low bits are the integer's.
+  // Adding 1.5 2^23 rounds to the nearest integer, ties to even, and leaves it in the low bits.
   float m = brood_hold(brood_product(t, 0.63661975) + 12582912.0);
   float k = brood_hold(m - 12582912.0);
   float r = brood_hold(t - brood_product(k, 1.570556640625));
@@ -44,9 +45,9 @@ float brood_sine(float t, int quarter) {
 }
 
 // @ex2
-// 2^t for t from -24 to 16.
+// 2^t for t in [-24, 16].
 float brood_ex2(float t) {
-  // As in the sine: rounded to the nearest integer, which the low bits hold.
+  // As in the sine: rounds to the nearest integer and leaves it in the low bits.
   float m = brood_hold(t + 12582912.0);
   float f = brood_hold(t - brood_hold(m - 12582912.0));
   float p = brood_step(0.009618006, f, brood_step(0.0013400249, f, 0.00015475875));

@@ -1,12 +1,12 @@
-//! The inputs of a program from world directions, in f32: twins of `brood_brdf::Input::evaluate`, operation for
-//! operation, so that swapping the directions changes no bit here either.
+//! Inputs of a program from world directions, in f32: twins of `brood_brdf::Input::evaluate` with
+//! the same operations, so that swapping the directions changes no bit here either.
 
 use brood_brdf::{Input, InputMask};
 use brood_genome::RANGE;
 
 use crate::language::{Language, Type};
 
-/// What inputs are made of.
+/// Common subexpressions of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     CosI,
@@ -24,7 +24,7 @@ enum Part {
 }
 
 impl Part {
-    /// In an order in which each uses only those before it.
+    /// All parts; each uses only earlier ones.
     const ALL: [Self; 12] = [
         Self::CosI,
         Self::CosO,
@@ -57,7 +57,8 @@ impl Part {
         }
     }
 
-    /// Type, expression, and the parts that it uses. 9.1e-13 is 2^-40: it keeps poles from dividing by 0.
+    /// Type, expression, and the parts that the expression uses. 9.1e-13 is 2^-40, which avoids
+    /// division by 0 at poles.
     fn definition(self) -> (Type, &'static str, &'static [Self]) {
         match self {
             Self::CosI => (Type::Scalar, "dot(wi, n)", &[]),
@@ -94,7 +95,7 @@ impl Part {
     }
 }
 
-/// The name of an input in printed code.
+/// Name of an input in printed code.
 pub(crate) fn name(input: Input) -> &'static str {
     match input {
         Input::P1 => "p1",
@@ -123,7 +124,8 @@ pub(crate) fn name(input: Input) -> &'static str {
     }
 }
 
-/// Expression of an input, and the parts that it uses. 9.5e-7 is 2^-20, which logarithms stay above.
+/// Expression of an input, and the parts that it uses. 9.5e-7 is 2^-20, the lower bound of
+/// arguments of logarithms.
 fn definition(input: Input) -> (&'static str, &'static [Part]) {
     use Part::{
         CosI, CosO, HalfDotLight, P2, PaperI, PaperO, PaperP4, SinSquaredHalf, SmoothP4, Sum,
@@ -160,13 +162,13 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
     }
 }
 
-/// Lines that make the named inputs of `wi`, `wo`, `n`, `x`, `y` and `uv`.
+/// Lines that compute these inputs from `wi`, `wo`, `n`, `x`, `y` and `uv`.
 pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
-    let mut wanted: Vec<Part> =
+    let mut needed: Vec<Part> =
         inputs.iter().flat_map(|input| definition(input).1).copied().collect();
     let mut seen = 0;
-    while seen < wanted.len() {
-        wanted.extend(wanted[seen].definition().2);
+    while seen < needed.len() {
+        needed.extend(needed[seen].definition().2);
         seen += 1;
     }
     let types = [("VEC2", Type::Vec2), ("VEC3", Type::Vec3)];
@@ -176,7 +178,7 @@ pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
         })
     };
     let mut text = String::new();
-    for part in Part::ALL.into_iter().filter(|part| wanted.contains(part)) {
+    for part in Part::ALL.into_iter().filter(|part| needed.contains(part)) {
         let (of, expression, _) = part.definition();
         text += &language.let_line(of, part.name(), &word(expression));
     }
@@ -186,21 +188,21 @@ pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
     text
 }
 
-/// Between which values an input stays, by half of it more than f32 or directions that are not quite unit add; `uv` for the
-/// texture's.
+/// Bound of the magnitude of an input: 1.5 times its largest value, for f32 rounding and directions
+/// that are not exactly unit. `uv` is the bound of texture coordinates.
 pub(crate) fn bound(input: Input, uv: f32) -> f32 {
     match input {
         Input::U | Input::V => uv.min(RANGE),
         Input::SmoothP3 | Input::SmoothP5 | Input::SmoothP6 => 1.6,
         Input::PaperP3 | Input::PaperP5 | Input::PaperP6 => 1.6,
         Input::HalfDotLight | Input::CosineProduct | Input::NormalDotHalf => 1.6,
-        // Of any two directions, also below the surface: p2 is at most 2, p4 at most 1.
+        // Holds for any two directions, also below the surface: p2 is at most 2, p4 at most 1.
         Input::P1 => 3.2,
         Input::SmoothQ1 | Input::SmoothQ2 | Input::PaperQ1 | Input::PaperQ2 => 6.4,
-        // Logarithms of what is between 2^-40 and 4e12.
+        // Logarithms of values between 2^-40 and 4e12.
         Input::LogTanHalf | Input::LogHalfDotLight | Input::LogHalfAngle => 40.0,
         Input::LogCosineProduct | Input::LogCosineSum => 40.0,
-        // At most 4 over 1e-3.
+        // At most 4 / 1e-3.
         Input::CosineDifference | Input::MirrorAsymmetry => 8192.0,
     }
 }
@@ -213,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_use_only_what_is_defined_before_them_and_inputs_have_names_of_their_own() {
+    fn parts_use_only_earlier_parts_and_names_are_unique() {
         for (place, part) in Part::ALL.into_iter().enumerate() {
             assert!(part.definition().2.iter().all(|used| Part::ALL[..place].contains(used)));
         }
@@ -247,10 +249,10 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_read_is_computed() {
+    fn only_inputs_that_are_read_are_computed() {
         let text = lines([Input::P1].into_iter().collect(), Language::Glsl);
-        let wanted = "  float cos_i = dot(wi, n);\n  float cos_o = dot(wo, n);\n  float p1 = cos_o + cos_i;\n";
-        assert_eq!(text, wanted);
+        let needed = "  float cos_i = dot(wi, n);\n  float cos_o = dot(wo, n);\n  float p1 = cos_o + cos_i;\n";
+        assert_eq!(text, needed);
         assert_eq!(lines(InputMask::EMPTY, Language::Wgsl), "");
     }
 }

@@ -1,13 +1,13 @@
-//! Where the languages differ in words: declarations, types, numbers.
+//! Differences between the languages: declarations, types, number literals.
 
-/// A shading language.
+/// Shading language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Language {
     Glsl,
     Wgsl,
 }
 
-/// Types that printed code has.
+/// Type of a value in printed code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Type {
     Scalar,
@@ -27,7 +27,7 @@ impl Language {
         }
     }
 
-    /// A line that names a value.
+    /// Declaration of a value.
     pub(crate) fn let_line(self, of: Type, name: &str, value: &str) -> String {
         match self {
             Self::Glsl => format!("  {} {name} = {value};\n", self.type_name(of)),
@@ -35,7 +35,7 @@ impl Language {
         }
     }
 
-    /// The same of a structure.
+    /// Declaration of a value with a structure type.
     pub(crate) fn let_line_of(self, structure: &str, name: &str, value: &str) -> String {
         match self {
             Self::Glsl => format!("  {structure} {name} = {value};\n"),
@@ -43,7 +43,7 @@ impl Language {
         }
     }
 
-    /// The first line of a function of one structure, with its brace.
+    /// First line of a function with one structure parameter, including the brace.
     pub(crate) fn head_of(self, name: &str, structure: &str, parameter: &str) -> String {
         match self {
             Self::Glsl => format!("vec3 {name}({structure} {parameter}) {{\n"),
@@ -51,7 +51,7 @@ impl Language {
         }
     }
 
-    /// The first line of a function, with its brace.
+    /// First line of a function, including the brace.
     pub(crate) fn head(self, name: &str, parameters: &[(Type, &str)]) -> String {
         let parameter = |(of, name): &(Type, &str)| match self {
             Self::Glsl => format!("{} {name}", self.type_name(*of)),
@@ -65,10 +65,12 @@ impl Language {
         }
     }
 
-    /// A number that reads back to the same bits; negative ones in parentheses, so that it can stand anywhere.
+    /// Literal that reads back to the same bits. Negative numbers are in parentheses, so that the
+    /// literal can stand in any expression.
     ///
     /// # Domain
-    /// Finite numbers. Subnormal ones are given by their bits: compilers may read them as 0.
+    /// Finite numbers. Subnormal numbers are given by their bits, because compilers may read them
+    /// as 0.
     pub(crate) fn number(self, value: f32) -> String {
         if value.is_subnormal() {
             let bits = value.to_bits();
@@ -77,7 +79,7 @@ impl Language {
                 Self::Wgsl => format!("bitcast<f32>({bits:#010x}u)"),
             };
         }
-        // The shortest digits that read back; always with a point or an exponent.
+        // Shortest digits that read back; always with a point or an exponent.
         let digits = format!("{value:?}");
         match value.is_sign_negative() {
             true => format!("({digits})"),

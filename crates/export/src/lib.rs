@@ -1,9 +1,13 @@
-//! Exports: a program as source code that other renderers compile.
+//! Export of programs as shader source code (GLSL and WGSL) for other renderers.
 //!
-//! This crate owns the printers, one road from scalar code to every language. It refuses to know genomes as such,
-//! files and routes. What it prints keeps the meaning of the program, and its bits where the compiler rounds each
-//! operation: inputs are computed from directions in f32 there, in f64 here, which is the only difference. Models are of
-//! f32 there and of f64 here, and keep the meaning alone.
+//! [`export`] prints a module for a `brood_program::Program` in a [`Format`]. [`conformance`] has
+//! test cases and error bounds for backends that run exported models. The crate does not depend on
+//! files or routes.
+//!
+//! The printed code computes the same bits as the canonical evaluator, given the same inputs and a
+//! compiler that rounds each operation. Inputs are computed from directions in f32 by the printed
+//! code, in f64 by the evaluator. Models are computed in f32 by the printed code, in f64 by the
+//! evaluator, so they agree only to rounding.
 //!
 //! ```
 //! use brood_export::{Format, export};

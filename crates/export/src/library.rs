@@ -1,9 +1,9 @@
-//! The functions that modules call, in each language: hand-written texts, of which a module gets those that it calls and what
-//! these call in turn.
+//! Library functions in each language: hand-written texts, of which a module gets those that it
+//! calls and those that these call in turn.
 
 use crate::language::Language;
 
-/// The files of both languages, each after those that it calls.
+/// Library files of both languages; each calls only earlier ones.
 const FILES: [(&str, &str); 8] = [
     (include_str!("functions.glsl"), include_str!("functions.wgsl")),
     (include_str!("model/elementary.glsl"), include_str!("model/elementary.wgsl")),
@@ -14,12 +14,12 @@ const FILES: [(&str, &str); 8] = [
     (include_str!("model/principled.glsl"), include_str!("model/principled.wgsl")),
     (include_str!("model/fit.glsl"), include_str!("model/fit.wgsl")),
 ];
-/// What stands above each function, before its name without `brood_`.
+/// Mark above each function, followed by its name without `brood_`.
 const MARK: &str = "// @";
-/// What all others stand on; every module has it.
+/// Function that all others use; every module has it.
 const BASE: &str = "base";
 
-/// A function with what it alone needs.
+/// A library function and its text.
 #[derive(Debug, Clone, Copy)]
 struct Function {
     name: &'static str,
@@ -32,7 +32,7 @@ impl Function {
     }
 }
 
-/// All functions; each calls only those before it.
+/// Returns all functions; each calls only earlier ones.
 fn all(language: Language) -> Vec<Function> {
     let files = FILES.map(|(glsl, wgsl)| match language {
         Language::Glsl => glsl,
@@ -41,7 +41,7 @@ fn all(language: Language) -> Vec<Function> {
     files.into_iter().flat_map(marked).collect()
 }
 
-/// What stands below each mark of a file.
+/// Splits a file at its marks.
 fn marked(file: &'static str) -> impl Iterator<Item = Function> {
     file.split(MARK).skip(1).map(|part| {
         let (name, text) = part.split_once('\n').expect("a text stands below each mark");
@@ -49,17 +49,17 @@ fn marked(file: &'static str) -> impl Iterator<Item = Function> {
     })
 }
 
-/// The functions that a text calls, and those that these call.
+/// Returns the functions that a text calls, and those that these call.
 pub(crate) fn functions(text: &str, language: Language) -> String {
-    let mut wanted: Vec<Function> = Vec::new();
+    let mut called: Vec<Function> = Vec::new();
     for function in all(language).into_iter().rev() {
         let is_called =
-            function.is_called_in(text) || wanted.iter().any(|it| function.is_called_in(it.text));
+            function.is_called_in(text) || called.iter().any(|it| function.is_called_in(it.text));
         if is_called || function.name == BASE {
-            wanted.push(function);
+            called.push(function);
         }
     }
-    wanted.iter().rev().map(|function| function.text).collect()
+    called.iter().rev().map(|function| function.text).collect()
 }
 
 #[cfg(test)]
@@ -67,13 +67,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn functions_are_in_both_languages_and_call_only_what_comes_before_them() {
+    fn functions_exist_in_both_languages_and_call_only_earlier_ones() {
         let names = |language| all(language).iter().map(|it| it.name).collect::<Vec<_>>();
         assert_eq!(names(Language::Glsl), names(Language::Wgsl));
         for language in [Language::Glsl, Language::Wgsl] {
             let all = all(language);
             for (place, function) in all.iter().enumerate() {
-                // A text that has the function's own head calls it, too.
+                // The check also finds the function's own definition in its text.
                 assert!(function.is_called_in(function.text) || function.name == BASE);
                 for later in &all[place + 1..] {
                     let (name, later_name) = (function.name, later.name);
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_called_by_what_is_called_comes_too_and_nothing_else() {
+    fn functions_that_are_called_indirectly_are_included_and_no_others() {
         let text = functions("brood_lg2(a)", Language::Wgsl);
         for name in ["brood_hold", "brood_log2", "brood_square", "brood_lg2"] {
             assert!(text.contains(&format!("fn {name}(")), "{name}");

@@ -1,7 +1,9 @@
-//! The layers of a program as functions: one for each model, whose numbers are constants in its text, and their sum.
+//! Layers of a program as functions: one for each model, with its constants as literals, and their
+//! sum.
 //!
-//! This module says which formula with which numbers a layer is; the formulas are hand-written texts in `model/`, twins of
-//! those of brood-brdf. They take directions in the local frame and compute in f32, where the reference computes in f64.
+//! Chooses the formula and the constants of each layer. The formulas are hand-written texts in
+//! `model/`, twins of those of brood-brdf. They take directions in the local frame and compute in
+//! f32; the reference computes in f64.
 
 mod facet;
 mod layer;
@@ -14,10 +16,11 @@ use brood_genome::{Model, RANGE};
 
 use crate::language::{Language, Type};
 
-/// Directions whose cosine is below this are not above the surface: so all that models divide by stays within f32.
+/// Least cosine at which a direction counts as above the surface. Keeps all divisors of the models
+/// within f32.
 const HORIZON: f32 = 1e-12;
 
-/// The layers of a program, ready to be written.
+/// Layers of a program, prepared for printing.
 pub(crate) struct Layers<'a>(Vec<(&'a Model, PreparedModel)>);
 
 impl<'a> Layers<'a> {
@@ -25,22 +28,23 @@ impl<'a> Layers<'a> {
         Self(models.iter().map(|model| (model, model.prepare())).collect())
     }
 
-    pub(crate) fn are_none(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whether all of them reflect the same when the directions are exchanged.
+    /// True if all models are reciprocal.
     pub(crate) fn are_reciprocal(&self) -> bool {
         self.0.iter().all(|(_, prepared)| prepared.claims().reciprocal)
     }
 
-    /// A function for each layer, and `evolved_models`, their sum.
+    /// Prints a function for each layer, and `evolved_models`, their sum.
     pub(crate) fn functions(&self, language: Language) -> String {
         let mut text = String::new();
         for (number, (model, prepared)) in (1..).zip(&self.0) {
             text += &layer::function(number, model, &prepared.constants(), language);
         }
-        text += "// What the models reflect, of directions in the local frame (z = n, x = u); 0 unless both are above the surface.\n";
+        text += "// Reflectance of the models, for directions in the local frame (z = n, x = u); 0 unless both\n\
+                 // are above the surface.\n";
         text += &language.head("evolved_models", &[(Type::Vec3, "wi"), (Type::Vec3, "wo")]);
         let vector = language.type_name(Type::Vec3);
         let horizon = language.number(HORIZON);
@@ -52,7 +56,7 @@ impl<'a> Layers<'a> {
         text += &language.let_line_of("BroodPair", "p", "brood_pair(wi, wo)");
         let sum: Vec<String> =
             (1..=self.0.len()).map(|number| format!("layer_{number}(p)")).collect();
-        // As large as the square of a result can be.
+        // The largest value that the square of a result can have.
         let most = language.number(RANGE * RANGE);
         writeln!(text, "  return min({}, {vector}({most}));\n}}\n", sum.join(" + "))
             .expect("a string takes everything");

@@ -1,4 +1,4 @@
-//! A whole module: what it is, the functions that it needs, the program, and `evolved`.
+//! Complete modules: header comment, library functions, program and `evolved`.
 
 use std::fmt::Write;
 
@@ -10,29 +10,33 @@ use crate::language::{Language, Type};
 use crate::model::Layers;
 use crate::{body, input, library};
 
-/// The source of a module with these functions:
+/// Returns the source of a module with these functions:
 ///
-/// - `evolved(wi, wo, n, x, y, uv)`: f in 1/sr, the cosine of `wi` not included; directions to the light and to the
-///   eye, normal, tangent along u, and n cross x, all unit and in one space; texture position.
-/// - `evolved_program(...)`: the same of the inputs that the program reads, and of what its models reflect where it has any.
-/// - `evolved_models(wi, wo)`: what these reflect, of directions in the local frame; only where there are any.
+/// - `evolved(wi, wo, n, x, y, uv)`: f in 1/sr, without the cosine of `wi`. Arguments are the
+///   directions to the light and to the eye, normal, tangent along u, and n cross x, all unit and
+///   in one space; and the texture coordinates.
+/// - `evolved_program(...)`: f as a function of the inputs that the program reads, and of the
+///   reflectance of its models if it has any.
+/// - `evolved_models(wi, wo)`: reflectance of the models, for directions in the local frame; only
+///   if there are models.
 ///
 /// # Error
-/// `evolved_program` has the bits of the canonical evaluator where the compiler keeps to IEEE rounding; `evolved`
-/// differs by what inputs and models in f32 differ from those in f64. Of models that is [`crate::conformance`]'s table.
+/// `evolved_program` has the bits of the canonical evaluator if the compiler keeps to IEEE
+/// rounding. `evolved` differs by the error of inputs and models in f32; the bounds for models are
+/// in [`crate::conformance`].
 #[must_use]
 pub fn export(program: &Program, format: Format) -> String {
     export_within(program, format, RANGE)
 }
 
-/// The same for texture positions from -`uv` to `uv`: what cannot leave the range of numbers there is not clamped, which
-/// for most programs spares most of the clamps. `uv`: 0 to 65504.
+/// As [`export`], for texture coordinates in [-`uv`, `uv`] with `uv` from 0 to 65504. Clamps that
+/// cannot act in that range are left out, which removes most clamps of most programs.
 #[must_use]
 pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
     let language = format.language();
     let layers = Layers::of(program.layers());
     let mut text = String::new();
-    if !layers.are_none() {
+    if !layers.is_empty() {
         text += &layers.functions(language);
     }
     text += &evolved_program(program, language, uv);
@@ -44,10 +48,10 @@ fn evolved_program(program: &Program, language: Language, uv: f32) -> String {
     let has_models = !program.layers().is_empty();
     let mut parameters: Vec<(Type, &str)> =
         program.inputs().iter().map(|input| (Type::Scalar, input::name(input))).collect();
-    let mut text = "// f of the inputs that the program reads".to_owned();
+    let mut text = "// f as a function of the inputs that the program reads".to_owned();
     if has_models {
         parameters.push((Type::Vec3, "models"));
-        text += ", and of what the models reflect";
+        text += ", and of the reflectance of the models";
     }
     text += ".\n";
     text += &language.head("evolved_program", &parameters);
@@ -56,9 +60,10 @@ fn evolved_program(program: &Program, language: Language, uv: f32) -> String {
 }
 
 fn evolved(program: &Program, language: Language) -> String {
-    let mut text = "// f(wi, wo) in 1/sr, the cosine of wi not included. wi: to the light; wo: to the eye (where it is below the\n\
-             // surface, move it to a cosine of 1e-4); n: normal; x: tangent along u; y: n cross x; uv: texture position.\n\
-             // All directions are unit and in one space.\n"
+    let mut text = "// f(wi, wo) in 1/sr, without the cosine of wi. wi: direction to the light; wo: direction\n\
+             // to the eye (if it is below the surface, move it to a cosine of 1e-4); n: normal;\n\
+             // x: tangent along u; y: n cross x; uv: texture coordinates. All directions must be\n\
+             // unit and in one space.\n"
         .to_owned();
     let vectors = ["wi", "wo", "n", "x", "y"].map(|name| (Type::Vec3, name));
     let parameters: Vec<(Type, &str)> = vectors.into_iter().chain([(Type::Vec2, "uv")]).collect();
@@ -87,12 +92,12 @@ fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> Stri
     } else {
         String::new()
     };
-    let laws = match layers.are_reciprocal() {
+    let properties = match layers.are_reciprocal() {
         true => "reciprocal and never negative",
-        false => "never negative, but not reciprocal, as one of its models is not",
+        false => "never negative, but not reciprocal because one of its models is not",
     };
     format!(
-        "// A material bred by brood: {laws}, whatever the directions.\n\
+        "// A material bred by brood: {properties}, for any directions.\n\
          // Program {}, {} operations. {}.\n{within}\n{precision}",
         program.hash(),
         program.operations(),
@@ -129,7 +134,7 @@ mod tests {
         ModelKind::ALL.into_iter().flat_map(conformance::cases).collect()
     }
 
-    /// The first two of them as layers over a program with an output stage.
+    /// The first two models as layers over a program with an output stage.
     fn over_a_program(cases: &[conformance::Case]) -> Program {
         let mut text =
             "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n"
@@ -139,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn wgsl_modules_are_valid_whatever_the_program() {
+    fn wgsl_modules_are_valid_for_any_program() {
         for program in programs() {
             let text = export(&program, Format::Wgsl);
             let module = naga::front::wgsl::parse_str(&text);
@@ -153,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_functions_of_the_module_and_are_added_before_the_output_stage() {
+    fn layers_are_functions_added_before_the_output_stage() {
         let text = "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n\
                     .model lambert\n.model cook-torrance\nf0 1 0.71 0.29\n";
         let program = Program::lower(&text.parse::<Genome>().unwrap());
@@ -180,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn module_carries_the_output_stage_and_only_the_functions_it_calls() {
+    fn module_contains_the_output_stage_and_only_the_functions_it_calls() {
         let text = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n";
         let genome: Genome = text.parse().unwrap();
         let plain = export(&Program::lower(&genome), Format::GlslEs300);

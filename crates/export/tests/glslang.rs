@@ -1,5 +1,5 @@
-//! Exported GLSL, as the reference compiler of GLSL sees it. `cargo xtask test` installs it and names it in
-//! `GLSL_COMPILER`; where it is not named there is nothing to be asked.
+//! Exported GLSL must be accepted by the reference compiler. `cargo xtask test` installs the
+//! compiler and sets `GLSL_COMPILER`; without that variable the test is skipped.
 
 #![expect(
     clippy::unwrap_used,
@@ -33,7 +33,7 @@ fn programs() -> Vec<Program> {
         .collect()
 }
 
-/// Models of every kind with every word of their choices, and some over a program.
+/// Models of every kind with every word of their choices, and some as layers over a program.
 fn models() -> Vec<Program> {
     let cases: Vec<_> = ModelKind::ALL.into_iter().flat_map(conformance::cases).collect();
     let over = cases.chunks(7).map(|few| {
@@ -45,7 +45,7 @@ fn models() -> Vec<Program> {
     over.chain(alone).collect()
 }
 
-/// What the compiler says to a fragment shader; nothing where it is content.
+/// Returns the compiler's message if it rejects a fragment shader, otherwise `None`.
 fn refusal(compiler: &str, source: &str) -> Option<String> {
     let mut child = Command::new(compiler)
         .args(["--stdin", "-S", "frag"])
@@ -77,6 +77,6 @@ fn exports_are_accepted_by_the_reference_compiler() {
     }
     assert!(
         refusal(&compiler, "#version 300 es\nnonsense\n").is_some(),
-        "it refuses what is wrong"
+        "the compiler must reject invalid source"
     );
 }

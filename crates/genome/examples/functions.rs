@@ -1,9 +1,10 @@
-//! Holds the canonical functions against `libm` in f64: `functions [--stride N] [--only sin,ex2]`.
+//! Compares the canonical functions with `libm` in f64: `functions [--stride N] [--only sin,ex2]`.
 //!
-//! Stride 1 is every f32 there is in a function's domain. A larger one takes every N-th, and all neighbours of the
-//! places where such functions break: clamps, powers of two, zeros and the borders of range reductions. Prints the
-//! largest errors with their arguments and fails where one is beyond its bound. Beyond a clamp the result has to be
-//! the one at the clamp, and symmetric functions have to be symmetric, both to the bit.
+//! Stride 1 tests every f32 in a function's domain. A larger stride tests every N-th, and all
+//! neighbours of critical arguments: clamps, powers of two, zeros and the borders of range
+//! reductions. Prints the largest errors with their arguments and fails if one exceeds its bound.
+//! Beyond a clamp the result must be the one at the clamp, and symmetric functions must be
+//! symmetric, both to the bit.
 
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -12,11 +13,12 @@ use std::time::Instant;
 
 use brood_genome::{Arithmetic, RANGE};
 
-/// Arguments that one task takes.
+/// Number of arguments of a task.
 const CHUNK: u64 = 1 << 18;
-/// Neighbours to either side of a critical argument.
+/// Number of neighbours tested on either side of a critical argument.
 const NEIGHBOURS: u32 = 64;
-/// Below this magnitude a sine is held to an absolute bound: near a zero, units of the last place are too small.
+/// Sines below this magnitude have an absolute bound: near a zero, units in the last place are too
+/// small.
 const SMALL: f64 = 1.0 / 1024.0;
 
 fn main() -> ExitCode {
@@ -73,18 +75,18 @@ fn read(arguments: &[String]) -> Result<(u32, Vec<Subject>), String> {
     Ok((stride, subjects))
 }
 
-/// One function, where it is defined, and how exact it promises to be.
+/// A function with its domain and its error bound.
 struct Subject {
     name: &'static str,
     canonical: fn(f32) -> f32,
     reference: fn(f64) -> f64,
     symmetry: Symmetry,
-    /// Arguments are clamped to this; `None` where the machine hands over nothing beyond its own range.
+    /// Range that arguments are clamped to; `None` if only the machine's own range occurs.
     clamp: Option<(f32, f32)>,
     bound: Bound,
-    /// No result lies outside.
+    /// Range of all results.
     results: (f32, f32),
-    /// Arguments at which an implementation may change its ways.
+    /// Arguments at which an implementation may switch between cases.
     critical: fn() -> Vec<f32>,
 }
 
@@ -95,14 +97,14 @@ enum Symmetry {
     Odd,
 }
 
-/// The promise in the docs of `brood_genome`'s functions.
+/// Error bound from the docs of `brood_genome`'s functions.
 #[derive(Clone, Copy)]
 enum Bound {
-    /// So many units of the last place.
+    /// In units in the last place.
     Ulp(f64),
-    /// The same where the result is not small, else an absolute error.
+    /// In units in the last place where the result is not small, otherwise absolute.
     UlpUnlessSmall { ulp: f64, absolute: f64 },
-    /// An absolute error and a share of the result.
+    /// An absolute error plus a share of the result.
     Absolute { absolute: f64, relative: f64 },
 }
 
@@ -172,17 +174,18 @@ fn subjects() -> Vec<Subject> {
     ]
 }
 
-/// Multiples of pi/4: zeros, extremes, and where the reduction goes over to the next quadrant.
+/// Multiples of pi/4: zeros, extremes, and borders between quadrants of the range reduction.
 fn eighths_of_a_turn() -> Vec<f32> {
     let mut found: Vec<f32> =
         (0..=1304u16).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_4).collect();
-    // The largest errors of the whole range, when the reduction was rounded twice: just above a power of two.
+    // Arguments with the largest errors of an earlier reduction that rounded twice: just above a
+    // power of two.
     found.extend([581.210_27, 925.167_8, 1024.0]);
     found.extend(powers_of_two());
     found
 }
 
-/// Multiples of 1/2: whole results, and where the reduction goes over to the next whole number.
+/// Multiples of 1/2: integer results, and borders of the range reduction.
 fn halves() -> Vec<f32> {
     let mut found: Vec<f32> = (0..=50u16).map(|k| f32::from(k) / 2.0).collect();
     found.extend(powers_of_two());
@@ -197,7 +200,7 @@ fn powers_of_two() -> Vec<f32> {
     found
 }
 
-/// Bits of the largest finite value.
+/// Bits of the largest finite f32.
 const LARGEST: u32 = 0x7f7f_ffff;
 
 impl Subject {
@@ -206,14 +209,14 @@ impl Subject {
         if self.clamp.is_some() { LARGEST } else { RANGE.to_bits() }
     }
 
-    /// Evaluations of the reference, about: what takes the time.
+    /// Approximate number of evaluations of the reference, which dominate the time.
     fn cost(&self, stride: u32) -> u64 {
         let signs = if self.symmetry == Symmetry::None { 2 } else { 1 };
         let high = self.clamp.map_or(RANGE, |(low, high)| high.max(-low)).to_bits();
         signs * u64::from(high / stride)
     }
 
-    /// Every `stride`-th argument of either sign, then the neighbourhoods.
+    /// Tests every `stride`-th argument of either sign, then the neighbours of critical arguments.
     fn check(&self, stride: u32, progress: &Progress) -> Worst {
         let count = u64::from(self.last() / stride) + 1;
         let next = AtomicU64::new(0);
@@ -248,7 +251,7 @@ impl Subject {
         worst
     }
 
-    /// Both arguments of this magnitude.
+    /// Tests both arguments of this magnitude.
     fn look(&self, bits: u32, worst: &mut Worst) {
         let x = f32::from_bits(bits);
         let positive = self.one(x, worst);
@@ -262,7 +265,7 @@ impl Subject {
         };
         let negative = (self.canonical)(-x);
         worst.arguments += 1;
-        // A zero has the sign that comes out; equal values are what symmetry means.
+        // Zeros may differ in sign: symmetry means equal values.
         if negative.to_bits() != mirrored.to_bits() && !(negative == 0.0 && mirrored == 0.0) {
             worst.violate(|| {
                 format!("{} at {x:e} is {positive:e}, at {:e} {negative:e}", self.name, -x)
@@ -292,7 +295,7 @@ impl Subject {
 }
 
 impl Bound {
-    /// The error as a share of what is allowed; infinite for what is no number.
+    /// Error as a share of the bound; infinite for NaN.
     fn share(self, error: f64, error_ulp: f64, exact: f64) -> f64 {
         let share = match self {
             Self::Ulp(ulp) => error_ulp / ulp,
@@ -304,7 +307,7 @@ impl Bound {
     }
 }
 
-/// A largest value and where it was met.
+/// Largest value and its argument.
 #[derive(Clone, Copy, Default)]
 struct Peak {
     value: f64,
@@ -318,18 +321,19 @@ impl Peak {
         }
     }
 
-    /// The larger one; of equal ones that at the smaller argument, whatever the order in which threads finish.
+    /// Returns the larger value, or the one with the smaller argument if equal, so that the result
+    /// does not depend on the order of the threads.
     fn join(self, other: Self) -> Self {
         let order = self.value.total_cmp(&other.value).then(other.at.total_cmp(&self.at));
         if order.is_lt() { other } else { self }
     }
 }
 
-/// What was found in a part of the arguments.
+/// Largest errors over some of the arguments.
 #[derive(Default)]
 struct Worst {
     arguments: u64,
-    /// Where results are not small, or the bound is in units of the last place everywhere.
+    /// Over results that are not small, or over all if the bound is in units in the last place.
     ulp: Peak,
     absolute: Peak,
     share: Peak,
@@ -385,13 +389,14 @@ impl Worst {
     }
 }
 
-/// Units of the last place in 1, for f32 values near `exact`: 2^(23 - exponent), subnormal ones as the smallest normal.
+/// Inverse of the unit in the last place of f32 near `exact`: 2^(23 - exponent); subnormal numbers
+/// count as the smallest normal one.
 fn per_ulp(exact: f64) -> f64 {
     let exponent = ((exact.to_bits() >> 52) & 0x7ff).max(1023 - 126);
     f64::from_bits((23 + 2 * 1023 - exponent) << 52)
 }
 
-/// Says on stderr how far it is, at most once in a twentieth.
+/// Prints progress to stderr, at most 20 times per function.
 struct Progress {
     started: Instant,
     before: u64,
@@ -412,7 +417,7 @@ impl Progress {
         let (share, seconds) = (done / self.total as f64, self.started.elapsed().as_secs_f64());
         let left = seconds * (1.0 - share) / share;
         let line = format!("{}: {:.0} %, about {left:.0} s left", subject.name, 100.0 * share);
-        // Nobody may be listening, which is no reason to stop.
+        // A closed stderr must not stop the run.
         let _ = writeln!(std::io::stderr(), "{line}");
     }
 }

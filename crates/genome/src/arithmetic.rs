@@ -1,28 +1,29 @@
-//! The arithmetic of the machine, once for canonical f32 and once for the f64 reference.
+//! Arithmetic of the machine, in canonical f32 and in the f64 reference.
 //!
-//! Canonical f32 defines every bit that is stored or compared: each operation rounds once, in the order written, and
-//! is then clamped to the range of the half registers of the paper's hardware. The f64 reference does the same
-//! operations with the same clamps; it measures error and nothing else.
+//! Canonical f32 defines every bit that is stored or compared: each operation rounds once, in the
+//! order written, and the result is clamped to the range of the half registers of the paper's
+//! hardware. The f64 reference has the same operations and clamps; it serves only to measure
+//! errors.
 
 use crate::functions::{self, Functions};
 
-/// Every arithmetic result is clamped to `[-RANGE, RANGE]`.
+/// Largest magnitude of results; all arithmetic is clamped to `[-RANGE, RANGE]`.
 pub const RANGE: f32 = 65504.0;
 
-/// Largest argument of sine and cosine.
+/// Largest magnitude of arguments of sine and cosine.
 pub(crate) const ANGLE_RANGE: f32 = 1024.0;
-/// Arguments of the power of two.
+/// Range of arguments of the power of two.
 pub(crate) const EX2_RANGE: (f32, f32) = (-24.0, 16.0);
-/// Keeps logarithm and reciprocals total: 2^-24.
+/// 2^-24, added so that logarithm and reciprocals are finite everywhere.
 pub(crate) const EPSILON: f32 = 1.0 / 16_777_216.0;
 
-/// The scalar operations that every opcode is made of.
+/// Scalar operations that the opcodes consist of.
 ///
 /// # Domain
-/// Arguments are finite and within `[-RANGE, RANGE]`; so are results. There is no argument in that domain for which a
-/// result is NaN or infinite.
+/// Arguments are finite and within `[-RANGE, RANGE]`; so are results. No argument in that domain
+/// gives NaN or infinity.
 pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
-    /// The nearest value to an f32, which is that f32 itself.
+    /// Converts an f32 exactly.
     fn from_f32(value: f32) -> Self;
     /// Clamped sum.
     #[must_use]
@@ -30,16 +31,17 @@ pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
     /// Clamped product.
     #[must_use]
     fn mul(self, other: Self) -> Self;
-    /// Sign flipped.
+    /// Negation.
     #[must_use]
     fn neg(self) -> Self;
-    /// Sine; the argument is clamped to +-1024. (Named so that a type's own `sin` is never taken by mistake.)
+    /// Sine, with the argument clamped to +-1024. Not named `sin`, so that the inherent method is
+    /// not called by mistake.
     #[must_use]
     fn sine(self) -> Self;
-    /// Cosine; the argument is clamped to +-1024.
+    /// Cosine, with the argument clamped to +-1024.
     #[must_use]
     fn cosine(self) -> Self;
-    /// 2^x; the argument is clamped to [-24, 16], the result to the range.
+    /// 2^x, with the argument clamped to [-24, 16] and the result to the range.
     #[must_use]
     fn ex2(self) -> Self;
     /// log2(x^2 + 2^-24).
@@ -51,13 +53,14 @@ pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
     /// 1 / sqrt(x^2 + 2^-24).
     #[must_use]
     fn rsq(self) -> Self;
-    /// log2(1 + 2^x), the power as in `ex2` of -|x|.
+    /// log2(1 + 2^x), from `ex2` of -|x|.
     #[must_use]
     fn spl(self) -> Self;
-    /// The product of a value with itself, not clamped: the BRDF is the square of the result registers.
+    /// Square without clamp. The BRDF is the square of the result registers.
     #[must_use]
     fn square(self) -> Self;
-    /// Product and sum without clamp, for the output stage, whose factors are bounded and non-negative.
+    /// Product plus sum without clamp, for the output stage, whose factors are bounded and
+    /// non-negative.
     #[must_use]
     fn output_mul_add(self, factor: Self, addend: Self) -> Self;
 }

@@ -1,4 +1,4 @@
-//! The canonical byte encoding of a genome, its way back, and the content hash over it.
+//! Canonical byte encoding of a genome, its decoder, and the content hash over it.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
@@ -12,62 +12,63 @@ use crate::{
 
 const HEAD: &[u8] = b"brood genome 1\n";
 
-/// Identity of a genome: BLAKE3 over its canonical bytes. Two genomes are equal exactly where their hashes are.
+/// Identity of a genome: BLAKE3 hash of its canonical bytes. Genomes are equal exactly if their
+/// hashes are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GenomeHash([u8; 32]);
 
-/// Why bytes are no genome.
+/// Error of [`Genome::from_canonical_bytes`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BytesError {
-    /// They begin otherwise than the encoding does.
-    #[error("these are not the bytes of a genome of version 1")]
+    /// The bytes do not begin with the header of the encoding.
+    #[error("not the canonical bytes of a genome of version 1")]
     Head,
-    /// They end too early, or there are more of them.
-    #[error("a genome of its dialect takes {0} bytes")]
+    /// There are too few or too many bytes.
+    #[error("wrong number of bytes: the genome needs {0}")]
     Length(usize),
-    /// A byte that stands for nothing.
-    #[error("the byte {value} stands for nothing at {at}")]
+    /// A byte has no meaning at its position.
+    #[error("invalid byte {value} at offset {at}")]
     Byte {
-        /// Where it is.
+        /// Offset of the byte.
         at: usize,
-        /// What it is.
+        /// Value of the byte.
         value: u8,
     },
-    /// An instruction that is not valid in the dialect.
+    /// An instruction is not valid in the dialect.
     #[error("instruction {index}: {error}")]
     Instruction {
         /// Position in the genome.
         index: usize,
-        /// What is wrong.
+        /// The rule that it violates.
         error: InstructionError,
     },
-    /// A model with a number that its parameter cannot be.
-    #[error("the model at {at} has a number that it cannot have")]
+    /// A model has a value that is not valid for its parameter.
+    #[error("the model at offset {at} has a parameter value out of range")]
     Model {
-        /// Where it begins.
+        /// Offset of the model.
         at: usize,
     },
-    /// The output stage.
+    /// The output stage is not valid.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Parts that make no genome.
+    /// The parts do not make a genome.
     #[error(transparent)]
     Genome(#[from] GenomeError),
 }
 
-/// Text that is not a hash.
+/// Error of parsing a [`GenomeHash`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a hash is 64 hexadecimal digits")]
+#[error("a hash must be 64 hexadecimal digits")]
 pub struct HashError;
 
 impl GenomeHash {
-    /// The 32 bytes.
+    /// Bytes of the hash.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8; 32] {
         &self.0
     }
 
-    /// A hash from its bytes.
+    /// Creates a hash from its bytes.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 32]) -> Self {
         Self(bytes)
@@ -102,9 +103,9 @@ impl<'de> Deserialize<'de> for GenomeHash {
 }
 
 impl Genome {
-    /// Every fact of the genome in a fixed order: dialect, instructions, constants, output stage, layers; numbers as
-    /// little-endian bits. The energy limit is one of the switches, and that there are layers another, so that genomes without
-    /// them have the bytes they always had.
+    /// Returns all parts of the genome in a fixed order: dialect, instructions, constants, output
+    /// stage, layers; numbers as little-endian bits. The energy limit and the presence of layers
+    /// are bits of one byte, so that genomes without them keep the bytes of earlier versions.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
         let mut bytes = HEAD.to_vec();
@@ -142,7 +143,10 @@ impl Genome {
         bytes
     }
 
-    /// The genome of canonical bytes; everything is checked, as for a text.
+    /// Decodes canonical bytes. Everything is checked, as for a text.
+    ///
+    /// # Errors
+    /// Returns [`BytesError`] if the bytes are not the canonical encoding of a genome.
     pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
@@ -169,21 +173,21 @@ impl Genome {
         Ok(genome.with_limit(limited))
     }
 
-    /// The content hash.
+    /// Content hash.
     #[must_use]
     pub fn hash(&self) -> GenomeHash {
         GenomeHash(*blake3::hash(&self.canonical_bytes()).as_bytes())
     }
 }
 
-/// Canonical bytes from the front.
+/// Decoder of canonical bytes.
 struct Reader<'a> {
     total: usize,
     rest: &'a [u8],
 }
 
 impl Reader<'_> {
-    /// Bytes read so far.
+    /// Number of bytes read.
     fn at(&self) -> usize {
         self.total - self.rest.len()
     }
@@ -195,7 +199,7 @@ impl Reader<'_> {
         Ok(*bytes)
     }
 
-    /// One byte and what it stands for.
+    /// Reads one byte and decodes it.
     fn byte<T>(&mut self, meaning: impl FnOnce(u8) -> Option<T>) -> Result<T, BytesError> {
         let at = self.at();
         let [value] = self.take()?;
@@ -206,7 +210,7 @@ impl Reader<'_> {
         Ok(f32::from_le_bytes(self.take()?))
     }
 
-    /// The dialect, whether the genome is limited, and whether it has layers.
+    /// Reads the dialect, the energy limit, and whether there are layers.
     fn dialect(&mut self) -> Result<(Dialect, bool, bool), BytesError> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
@@ -227,7 +231,7 @@ impl Reader<'_> {
         Ok((dialect, limited, has_layers))
     }
 
-    /// Models, at least one.
+    /// Reads the layers, at least one.
     fn layers(&mut self) -> Result<Vec<Model>, BytesError> {
         let count = self.byte(|count| (1..=LAYERS_MAX).contains(&count.into()).then_some(count))?;
         (0..count).map(|_| self.model()).collect()
@@ -236,13 +240,13 @@ impl Reader<'_> {
     fn model(&mut self) -> Result<Model, BytesError> {
         let at = self.at();
         let kind = self.byte(ModelKind::from_number)?;
-        let numbers = (0..kind.parameters().iter().map(Parameter::count).sum())
+        let values = (0..kind.parameters().iter().map(Parameter::count).sum())
             .map(|_| self.take().map(f64::from_le_bytes))
             .collect::<Result<Vec<_>, _>>()?;
         let has_bits = |model: &Model| {
-            model.numbers().iter().zip(&numbers).all(|(a, b)| a.to_bits() == b.to_bits())
+            model.numbers().iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits())
         };
-        let model = Model::from_numbers(kind, &numbers).ok().filter(has_bits);
+        let model = Model::from_numbers(kind, &values).ok().filter(has_bits);
         model.ok_or(BytesError::Model { at })
     }
 
@@ -302,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_opcodes_are_their_places() {
+    fn opcode_numbers_round_trip() {
         for opcode in Opcode::ALL {
             assert_eq!(Opcode::from_number(opcode.number()), Some(opcode));
         }
@@ -313,7 +317,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
         #[test]
-        fn bytes_read_back_to_the_same_genome(seed in any::<u64>(), extended: bool) {
+        fn bytes_round_trip(seed in any::<u64>(), extended: bool) {
             let genome = genome(seed, extended);
             let output = Output::saturation(0.3).unwrap();
             let other = genome.clone().with_output(output).with_limit(true);
@@ -324,7 +328,7 @@ mod tests {
         }
 
         #[test]
-        fn damaged_bytes_are_refused_or_another_genome(
+        fn damaged_bytes_are_rejected_or_decode_to_another_genome(
             seed in any::<u64>(), extended: bool, at in any::<prop::sample::Index>(), flip in 1u8..,
         ) {
             let genome = genome(seed, extended);

@@ -1,35 +1,36 @@
-//! Dialects: which opcodes, inputs, registers and length the genomes of a lineage have.
+//! Dialects: the opcodes, inputs, registers and length of the genomes of a lineage.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Input, Parametrisation};
 
-/// Which opcodes and inputs there are.
+/// Set of opcodes and inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OpcodeSet {
     /// The paper's thirteen opcodes and eight inputs.
     #[default]
     Paper,
-    /// Four more smooth functions, and symmetric inputs in R7, R8 and R9.
+    /// Also four more smooth functions, and symmetric inputs in R7, R8 and R9.
     Extended,
 }
 
-/// What a genome may use. Fixed for a lineage but for `isotropic` and `homogeneous`.
+/// Rules for the genomes of a lineage. Fixed within a lineage, except `isotropic` and
+/// `homogeneous`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dialect {
-    /// Opcodes and inputs.
+    /// Set of opcodes and inputs.
     pub opcodes: OpcodeSet,
-    /// How the azimuthal inputs are formed.
+    /// Form of the azimuthal inputs.
     pub parametrisation: Parametrisation,
-    /// Temporary registers, 4 to 16 (extended: 10 to 16).
+    /// Number of temporary registers, 4 to 16 (extended: 10 to 16).
     pub registers: u8,
-    /// Instructions, 1 to 1024; 0 where there is no program and models are all there is.
+    /// Number of instructions, 1 to 1024; 0 for genomes of models without a program.
     pub length: u16,
-    /// p5 and p6 read as 0: unchanged by rotations about the normal.
+    /// If true, p5 and p6 read as 0: f is unchanged by rotations about the normal.
     pub isotropic: bool,
-    /// u and v read as 0: the same everywhere on the surface.
+    /// If true, u and v read as 0: f is the same everywhere on the surface.
     pub homogeneous: bool,
 }
 
@@ -46,23 +47,23 @@ impl Default for Dialect {
     }
 }
 
-/// Why a dialect is not one.
+/// Error of [`Dialect::validate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum DialectError {
-    /// Register count outside what the opcode set allows.
-    #[error("registers must be {min} to 16, not {given}")]
+    /// The number of registers is out of range for the opcode set.
+    #[error("registers must be between {min} and 16, got {given}")]
     Registers {
-        /// Least count for this opcode set.
+        /// Least number for this opcode set.
         min: u8,
-        /// What was asked for.
+        /// Number that was given.
         given: u8,
     },
-    /// Length outside 0..=1024.
-    #[error("length must be 0 to 1024, not {0}")]
+    /// The length is above 1024.
+    #[error("length must be between 0 and 1024, got {0}")]
     Length(u16),
 }
 
-/// What a component of a register holds before the first instruction.
+/// Initial value of a register component, before the first instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Source {
     /// The constant 0.
@@ -73,7 +74,7 @@ pub enum Source {
     Input(Input),
 }
 
-/// The eight quantities of the paper, before a parametrisation is chosen.
+/// The eight quantities of the paper, independent of the parametrisation.
 #[derive(Clone, Copy)]
 enum Symbol {
     P1,
@@ -88,7 +89,7 @@ enum Symbol {
 
 use Symbol::{P1, P3, P5, P6, Q1, Q2, U, V};
 
-/// R0..R6; registers beyond repeat them.
+/// Initial values of R0..R6; registers from R7 on repeat them.
 const INITIAL: [[Symbol; 4]; 7] = [
     [P1, P3, P5, P6],
     [Q1, Q2, U, V],
@@ -101,6 +102,9 @@ const INITIAL: [[Symbol; 4]; 7] = [
 
 impl Dialect {
     /// Checks the bounds of the fields.
+    ///
+    /// # Errors
+    /// Returns [`DialectError`] if the number of registers or the length is out of range.
     pub fn validate(&self) -> Result<(), DialectError> {
         let min = match self.opcodes {
             OpcodeSet::Paper => 4,
@@ -115,8 +119,8 @@ impl Dialect {
         Ok(())
     }
 
-    /// Whether genomes of both dialects can be crossed: the same but for `isotropic` and `homogeneous`, or one of them has no
-    /// program.
+    /// True if genomes of both dialects can be crossed: the dialects are equal except for
+    /// `isotropic` and `homogeneous`, or one of them has no program.
     #[must_use]
     pub fn is_compatible(&self, other: &Self) -> bool {
         if self.length == 0 || other.length == 0 {
@@ -126,7 +130,7 @@ impl Dialect {
         free(self) == free(other)
     }
 
-    /// What component 0..4 of temporary register `register` holds before the first instruction.
+    /// Initial value of component 0..4 of temporary register `register`.
     #[must_use]
     pub fn initial(&self, register: u8, component: usize) -> Source {
         if self.opcodes == OpcodeSet::Extended && (7..10).contains(&register) {
@@ -194,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn dialect_is_refused_when_out_of_bounds() {
+    fn dialect_is_rejected_when_out_of_bounds() {
         let dialect = Dialect::default();
         assert!(Dialect { registers: 3, ..dialect }.validate().is_err());
         assert!(Dialect { registers: 17, ..dialect }.validate().is_err());

@@ -1,16 +1,18 @@
-//! The canonical f32 functions: polynomials, bit operations and Newton steps, never a library's or a device's own.
+//! Canonical f32 functions, computed by polynomials, bit operations and Newton steps; never by a
+//! library's or a device's own functions.
 //!
-//! Every product and sum rounds separately, in the order written, so that any backend that neither contracts nor
-//! reassociates gets the same bits. The GPU crate's `functions.wgsl` is the twin of this file. Everything is branchless,
-//! so that loops over it vectorise.
+//! Every product and sum is rounded separately, in the order written, so any backend that neither
+//! contracts nor reassociates computes the same bits. `functions.wgsl` of the GPU crate is the twin
+//! of this file. All code is branch-free, so that loops over it vectorise.
 
 use crate::arithmetic::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
 
-/// The constants of the functions, as values that a caller may hide from the compiler.
+/// Constants of the functions, as values that a caller may hide from the compiler.
 ///
-/// Known constants are built into every pass of a vector loop, one broadcast for each use; unknown ones are broadcast
-/// once before the loop and read from memory as operands, which makes such loops half as long again in instructions.
-/// The free functions of this module use [`Functions::KNOWN`].
+/// The compiler rebuilds known constants in every iteration of a vector loop, with one broadcast
+/// for each use. Constants that it does not know are broadcast once before the loop and read from
+/// memory as operands. Known constants make such loops 1.5 times as long in instructions. The
+/// scalar operations of `f32` use [`Functions::KNOWN`].
 #[derive(Debug, Clone, Copy)]
 pub struct Functions {
     angle_range: f32,
@@ -30,23 +32,24 @@ pub struct Functions {
     two: f32,
 }
 
-/// Bits of sqrt(1/2): mantissas are taken from there to sqrt(2).
+/// Bits of sqrt(1/2): mantissas are reduced to [sqrt(1/2), sqrt(2)).
 const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
 
-/// Clamp to the machine's range. Arguments are never NaN.
+/// Clamps to the machine's range. Arguments are never NaN.
 #[inline(always)]
 pub fn clamp(x: f32) -> f32 {
     clamp_to(x, -RANGE, RANGE)
 }
 
-/// Written as comparisons because they are one instruction each, where `f32::max` also looks for NaN.
+/// Clamps by comparisons, which are one instruction each; `f32::max` also checks for NaN.
 #[inline(always)]
 fn clamp_to(x: f32, low: f32, high: f32) -> f32 {
     let x = if x > low { x } else { low };
     if x < high { x } else { high }
 }
 
-/// The bits of `even` or of `odd`, by masks: written as a branch, the polynomials move into it and nothing vectorises.
+/// Returns the bits of `even` or of `odd` by masks. As a branch, the polynomials would move into it
+/// and nothing would vectorise.
 #[inline(always)]
 fn select(k: u32, even: f32, odd: f32) -> u32 {
     let mask = (k & 1).wrapping_neg();
@@ -55,16 +58,18 @@ fn select(k: u32, even: f32, odd: f32) -> u32 {
 
 #[expect(clippy::approx_constant, reason = "fitted: not the constants, though close to them")]
 impl Functions {
-    /// The values.
+    /// Values of the constants.
     pub const KNOWN: Self = Self {
         angle_range: ANGLE_RANGE,
         ex2_range: EX2_RANGE,
         range: RANGE,
         epsilon: EPSILON,
-        // 1.5 * 2^23: adding and subtracting it rounds to the nearest integer, ties to even, for |x| < 2^22.
+        // 1.5 * 2^23: adding and subtracting it rounds to the nearest integer, ties to even, for
+        // |x| < 2^22.
         rounding: 12_582_912.0,
         two_over_pi: std::f32::consts::FRAC_2_PI,
-        // pi/2 in parts of 13, 13 and 24 bits: the product of the first two with |k| < 2^11 is exact.
+        // pi/2 in parts of 13, 13 and 24 bits: the product of the first two with |k| < 2^11 is
+        // exact.
         half_pi: [
             f32::from_bits(0x3fc9_0800),
             f32::from_bits(0x397b_5000),
@@ -98,15 +103,17 @@ impl Functions {
         two: 2.0,
     };
 
-    /// x rounded to a whole number, and bits whose lowest nine are those of that number.
+    /// Returns x rounded to an integer, and bits whose lowest nine are those of that integer.
     #[inline(always)]
     fn round(&self, x: f32) -> (f32, u32) {
-        // The rounding constant leaves the integer in the low bits of the mantissa, its own lowest nine being 0.
+        // The rounding constant leaves the integer in the low bits of the mantissa; the lowest nine
+        // bits of the constant are 0.
         let shifted = x + self.rounding;
         (shifted - self.rounding, shifted.to_bits())
     }
 
-    /// Sine and cosine polynomials of the reduced argument, and the quadrant in the low bits.
+    /// Returns the sine and cosine polynomials of the reduced argument, and bits whose lowest two
+    /// are the quadrant.
     #[inline(always)]
     fn reduce<const CLAMPS: bool>(&self, x: f32) -> (f32, f32, u32) {
         let x = if CLAMPS { clamp_to(x, -self.angle_range, self.angle_range) } else { x };
@@ -120,11 +127,11 @@ impl Functions {
         (s, c, bits)
     }
 
-    /// sin(x); without `CLAMPS` for |x| <= 1024 only.
+    /// sin(x); without `CLAMPS` only for |x| <= 1024.
     ///
     /// # Error
-    /// At most 2 ulp where the result is at least 2^-10 in magnitude, else 1.2e-7 absolute, against `libm` in f64
-    /// (`sine_and_cosine_are_within_bounds`).
+    /// At most 2 ulp where the result is at least 2^-10 in magnitude, else 1.2e-7 absolute, against
+    /// `libm` in f64 (`sine_and_cosine_are_within_bounds`).
     #[inline(always)]
     pub fn sin<const CLAMPS: bool>(&self, x: f32) -> f32 {
         let (s, c, k) = self.reduce::<CLAMPS>(x);
@@ -138,10 +145,11 @@ impl Functions {
         f32::from_bits(select(k, c, s) ^ ((k.wrapping_add(1) & 2) << 30))
     }
 
-    /// 2^x, the argument clamped to [-24, 16], the result to the range; without `CLAMPS` for -24 <= x < 15.9 only.
+    /// 2^x, with the argument clamped to [-24, 16] and the result to the range; without `CLAMPS`
+    /// only for -24 <= x < 15.9.
     ///
     /// # Error
-    /// At most 2 ulp against `libm` in f64 (`power_of_two_is_within_two_ulp`); exact at whole numbers.
+    /// At most 2 ulp against `libm` in f64 (`power_of_two_is_within_two_ulp`); exact for integers.
     #[inline(always)]
     pub fn ex2<const CLAMPS: bool>(&self, x: f32) -> f32 {
         let x = if CLAMPS { clamp_to(x, self.ex2_range.0, self.ex2_range.1) } else { x };
@@ -151,7 +159,7 @@ impl Functions {
         let p = c3 + f * (c4 + f * c5);
         let p = self.one + f * (c0 + f * (c1 + f * (c2 + f * p)));
         let result = p * f32::from_bits((bits << 23).wrapping_add(127 << 23));
-        // 2^16 is beyond the range of the machine, as every result it is clamped.
+        // 2^16 is beyond the range of the machine and must be clamped.
         if CLAMPS { clamp_to(result, -self.range, self.range) } else { result }
     }
 
@@ -180,7 +188,8 @@ impl Functions {
         self.log2(x * x + self.epsilon)
     }
 
-    /// 1 / sqrt(t) of a positive normal number, by a first guess from the bits and four Newton steps.
+    /// 1 / sqrt(t) of a positive normal number, from an initial guess by its bits and four Newton
+    /// steps.
     #[inline(always)]
     fn inverse_sqrt(&self, t: f32) -> f32 {
         let half = self.half * t;
@@ -220,7 +229,7 @@ impl Functions {
     /// At most 1e-6 plus one rounding of the result (`smooth_functions_are_within_bounds`).
     #[inline(always)]
     pub fn spl(&self, x: f32) -> f32 {
-        // The sign bit as a mask keeps x where it is positive.
+        // The mask is 0 where the sign bit of x is set, so it keeps max(x, 0).
         let mask = !((x.to_bits() as i32 >> 31) as u32);
         let softened = self.log2(self.one + self.ex2::<true>(-x.abs()));
         clamp_to(f32::from_bits(x.to_bits() & mask) + softened, -self.range, self.range)

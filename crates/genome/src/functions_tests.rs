@@ -1,4 +1,4 @@
-//! Accuracy of the canonical functions against `libm` in f64, over a dense sweep of all exponents.
+//! Error of the canonical functions against `libm` in f64, in a dense sweep over all exponents.
 
 use super::*;
 use crate::Arithmetic;
@@ -38,7 +38,7 @@ fn sweep(limit: f32, step: u32) -> impl Iterator<Item = f32> {
         .flat_map(|bits| [f32::from_bits(bits), -f32::from_bits(bits)])
 }
 
-/// Distance between two f32 bit patterns around an f64 value, in units of the last place of the value.
+/// Error of `got` in units in the last place of `exact`.
 fn ulps(got: f32, exact: f64) -> f64 {
     let exponent = exact.abs().log2().floor().max(-126.0);
     (f64::from(got) - exact).abs() / (exponent - 23.0).exp2()
@@ -103,7 +103,7 @@ fn logarithm_is_within_bounds() {
 }
 
 #[test]
-fn clamps_left_out_change_nothing_where_they_cannot_act() {
+fn clamps_change_nothing_within_the_domain_without_them() {
     let functions = Functions::KNOWN;
     for x in sweep(1024.0, 733) {
         assert_eq!(functions.sin::<false>(x).to_bits(), sin(x).to_bits(), "{x}");

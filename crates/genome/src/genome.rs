@@ -1,4 +1,5 @@
-//! The genome: instructions, constants, dialect, layers of models and the output stage, valid by construction.
+//! The genome: instructions, constants, dialect, layers of models and the output stage; valid by
+//! construction.
 
 use crate::{
     Dialect, DialectError, Instruction, InstructionError, Model, Opcode, Operand, RANGE, Register,
@@ -8,13 +9,13 @@ use crate::{
 /// Number of constant registers.
 pub const CONSTANTS: usize = 128;
 
-/// Most models that lie over a program.
+/// Largest number of layers of a genome.
 pub const LAYERS_MAX: usize = 4;
 
-/// What computes a BRDF: a fixed-length program, layers of models, or both.
+/// A BRDF as a fixed-length program, layers of models, or both.
 ///
-/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the program's. A genome without a program has the length 0
-/// and at least one layer.
+/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the program. A
+/// genome without a program has length 0 and at least one layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,
@@ -25,10 +26,10 @@ pub struct Genome {
     layers: Vec<Model>,
 }
 
-/// What turns the squares of the result registers into reflectance: f = scale (matrix g^2) + offset, the
-/// layers added to g^2.
+/// Output stage: maps the squares of the result registers, plus the layers, to reflectance by f =
+/// scale (matrix g^2) + offset.
 ///
-/// All numbers are finite and in [0, 65504], so that f stays non-negative and finite whatever the program does.
+/// All values are finite and in [0, 65504], so f is non-negative and finite for any program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     matrix: [[f32; 3]; 3],
@@ -36,49 +37,49 @@ pub struct Output {
     offset: [f32; 3],
 }
 
-/// Why an output stage is not one.
+/// Error of [`Output::new`] and [`Output::saturation`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OutputError {
-    /// A number that is negative, not finite or beyond the range.
-    #[error("{0} is not a number from 0 to 65504")]
+    /// A value is negative, not finite or too large.
+    #[error("values of the output stage must be between 0 and 65504, got {0}")]
     OutOfRange(f32),
-    /// A saturation outside 0 to 1.
-    #[error("saturation must be 0 to 1, not {0}")]
+    /// The saturation is outside [0, 1].
+    #[error("saturation must be between 0 and 1, got {0}")]
     Saturation(f32),
 }
 
-/// Why parts do not make a genome.
+/// Error of [`Genome::layered`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum GenomeError {
-    /// The dialect itself.
+    /// The dialect is not valid.
     #[error(transparent)]
     Dialect(#[from] DialectError),
     /// The number of instructions is not the dialect's length.
-    #[error("the dialect's length is {expected} instructions, not {given}")]
+    #[error("the dialect's length is {expected} instructions, got {given}")]
     Length {
-        /// By the dialect.
+        /// Length of the dialect.
         expected: u16,
-        /// As given.
+        /// Number of instructions that were given.
         given: usize,
     },
-    /// Neither a program nor a model.
-    #[error("a genome has at least one instruction or one model")]
+    /// There is neither an instruction nor a model.
+    #[error("a genome must have at least one instruction or one model")]
     Empty,
-    /// More models than there may be.
-    #[error("a genome has at most {LAYERS_MAX} models, not {0}")]
+    /// Too many models.
+    #[error("a genome can have at most {LAYERS_MAX} models, got {0}")]
     Layers(usize),
-    /// An instruction that is not valid in the dialect.
+    /// An instruction is not valid in the dialect.
     #[error("instruction {index}: {error}")]
     Instruction {
         /// Position in the genome.
         index: usize,
-        /// What is wrong.
+        /// The rule that it violates.
         error: InstructionError,
     },
-    /// A constant that is not finite or beyond the range.
-    #[error("constant C{index}: {value} is not a number from -65504 to 65504")]
+    /// A constant is not finite or too large.
+    #[error("constant C{index} must be between -65504 and 65504, got {value}")]
     Constant {
-        /// The register.
+        /// Index of the register.
         index: usize,
         /// The value.
         value: f32,
@@ -86,7 +87,10 @@ pub enum GenomeError {
 }
 
 impl Genome {
-    /// Puts a genome without layers together, checking everything.
+    /// Creates a genome without layers.
+    ///
+    /// # Errors
+    /// As [`Genome::layered`].
     pub fn new(
         dialect: Dialect,
         instructions: Vec<Instruction>,
@@ -96,14 +100,20 @@ impl Genome {
         Self::layered(dialect, instructions, constants, output, Vec::new())
     }
 
-    /// Models alone, one over the other.
+    /// Creates a genome of models alone, without a program.
+    ///
+    /// # Errors
+    /// Returns [`GenomeError`] if there is no model or there are too many.
     pub fn of_models(layers: Vec<Model>) -> Result<Self, GenomeError> {
         let dialect = Dialect { length: 0, ..Dialect::default() };
         let constants = Box::new([[0.0; 4]; CONSTANTS]);
         Self::layered(dialect, Vec::new(), constants, Output::IDENTITY, layers)
     }
 
-    /// Puts a genome together, checking everything.
+    /// Creates a genome and checks all its parts.
+    ///
+    /// # Errors
+    /// Returns [`GenomeError`] with the first part that is not valid.
     pub fn layered(
         dialect: Dialect,
         instructions: Vec<Instruction>,
@@ -136,54 +146,54 @@ impl Genome {
         Ok(Self { dialect, instructions, constants, output, limited: false, layers })
     }
 
-    /// What it may use.
+    /// Dialect: the opcodes, inputs, registers and length of the genome.
     #[inline]
     #[must_use]
     pub fn dialect(&self) -> &Dialect {
         &self.dialect
     }
 
-    /// The instructions, as many as the dialect's length.
+    /// Instructions, as many as the dialect's length.
     #[inline]
     #[must_use]
     pub fn instructions(&self) -> &[Instruction] {
         &self.instructions
     }
 
-    /// Models that are added to the square of the program's results.
+    /// Models that are added to the squares of the program's results.
     #[inline]
     #[must_use]
     pub fn layers(&self) -> &[Model] {
         &self.layers
     }
 
-    /// C0..C127.
+    /// Constants C0 to C127.
     #[inline]
     #[must_use]
     pub fn constants(&self) -> &[[f32; 4]; CONSTANTS] {
         &self.constants
     }
 
-    /// The output stage.
+    /// Output stage.
     #[inline]
     #[must_use]
     pub fn output(&self) -> &Output {
         &self.output
     }
 
-    /// Whether its reflectance is divided by its largest directional albedo where that is above 1.
+    /// True if f is divided by its largest directional albedo where that is above 1.
     #[inline]
     #[must_use]
     pub fn is_limited(&self) -> bool {
         self.limited
     }
 
-    /// The same program in a longer genome: moves of a register to itself come before it, which change nothing and which
-    /// mutation may turn into something. A genome that has the length already stays as it is, and so does one without a
-    /// program.
+    /// Returns the same program in a longer genome. Moves of a register to itself are prepended:
+    /// they change nothing, and mutation can turn them into other instructions. A genome that
+    /// already has the length or that has no program is returned as it is.
     ///
-    /// # Error
-    /// Where the genome is longer, or the length is none of a dialect.
+    /// # Errors
+    /// Returns [`GenomeError`] if the genome is longer or the length is not valid for a dialect.
     pub fn padded(self, length: u16) -> Result<Self, GenomeError> {
         if self.instructions.is_empty() {
             return Ok(self);
@@ -202,24 +212,24 @@ impl Genome {
         Ok(padded.with_limit(limited))
     }
 
-    /// The same program with another output stage.
+    /// Returns the genome with another output stage.
     #[must_use]
     pub fn with_output(self, output: Output) -> Self {
         Self { output, ..self }
     }
 
-    /// The same instructions with other constants.
+    /// Returns the genome with other constants.
     ///
     /// # Panics
-    /// Where one is beyond the range of the machine.
+    /// If a constant is outside [-65504, 65504].
     #[must_use]
     pub fn with_constants(self, constants: Box<[[f32; 4]; CONSTANTS]>) -> Self {
-        let is_held = |value: &f32| (-RANGE..=RANGE).contains(value);
-        assert!(constants.as_flattened().iter().all(is_held), "constants are within the range");
+        let is_in_range = |value: &f32| (-RANGE..=RANGE).contains(value);
+        assert!(constants.as_flattened().iter().all(is_in_range), "constants are within the range");
         Self { constants, ..self }
     }
 
-    /// The same program under the energy limit, or not.
+    /// Returns the genome with the energy limit on or off.
     #[must_use]
     pub fn with_limit(self, limited: bool) -> Self {
         Self { limited, ..self }
@@ -240,14 +250,17 @@ impl Output {
         offset: [0.0; 3],
     };
 
-    /// Checks that all numbers are finite and in [0, 65504]. Rows of the matrix make red, green, blue.
+    /// Creates an output stage. Rows of the matrix make red, green and blue.
+    ///
+    /// # Errors
+    /// Returns [`OutputError::OutOfRange`] unless all values are finite and in [0, 65504].
     pub fn new(
         matrix: [[f32; 3]; 3],
         scale: [f32; 3],
         offset: [f32; 3],
     ) -> Result<Self, OutputError> {
-        let numbers = matrix.iter().flatten().chain(&scale).chain(&offset);
-        match numbers.copied().find(|value| !(0.0..=RANGE).contains(value)) {
+        let values = matrix.iter().flatten().chain(&scale).chain(&offset);
+        match values.copied().find(|value| !(0.0..=RANGE).contains(value)) {
             Some(value) => Err(OutputError::OutOfRange(value)),
             // Adding +0 turns -0 into 0, so that equal stages have equal bits.
             None => Ok(Self {
@@ -258,7 +271,11 @@ impl Output {
         }
     }
 
-    /// The matrix that mixes colours with their luminance (Rec. 709 weights): 1 keeps them, 0 leaves grey.
+    /// Creates an output stage that mixes colours with their luminance (Rec. 709 weights): 1 keeps
+    /// colours, 0 gives grey.
+    ///
+    /// # Errors
+    /// Returns [`OutputError::Saturation`] if `saturation` is outside [0, 1].
     pub fn saturation(saturation: f32) -> Result<Self, OutputError> {
         const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
         if !(0.0..=1.0).contains(&saturation) {
@@ -271,13 +288,13 @@ impl Output {
         Self::new(matrix, [1.0; 3], [0.0; 3])
     }
 
-    /// The stage whose reflectance is this one's divided by a number.
+    /// Returns the output stage with f divided by `divisor`.
     ///
     /// # Domain
-    /// A finite divisor of at least 1.
+    /// `divisor` finite and at least 1.
     ///
     /// # Error
-    /// Each number is rounded to the nearest f32.
+    /// Each value is rounded to the nearest f32.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
     pub fn divided(&self, divisor: f64) -> Self {
@@ -285,7 +302,7 @@ impl Output {
         Self { scale: self.scale.map(divide), offset: self.offset.map(divide), ..*self }
     }
 
-    /// Rows make red, green, blue.
+    /// Rows that make red, green and blue.
     #[must_use]
     #[inline]
     pub fn matrix(&self) -> &[[f32; 3]; 3] {
@@ -299,7 +316,7 @@ impl Output {
         &self.scale
     }
 
-    /// What is added to each channel last.
+    /// Offset of each channel, added last.
     #[must_use]
     #[inline]
     pub fn offset(&self) -> &[f32; 3] {

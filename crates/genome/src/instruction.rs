@@ -1,10 +1,11 @@
-//! One instruction and the rules that hold for every instruction of every dialect.
+//! An instruction and the rules that every instruction of every dialect follows.
 
 use std::fmt;
 
 use crate::{CONSTANTS, Dialect, Opcode, OpcodeSet, Operand, Register, WriteMask};
 
-/// Opcode, destination register with write mask, operands. Validated: see [`Instruction::new`].
+/// An instruction: opcode, destination register with write mask, operands. Validated by
+/// [`Instruction::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Instruction {
     opcode: Opcode,
@@ -13,41 +14,45 @@ pub struct Instruction {
     src: [Option<Operand>; 3],
 }
 
-/// Why an instruction is not valid.
+/// Error of [`Instruction::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum InstructionError {
-    /// Too few or too many operands.
-    #[error("{} takes {} operand(s), not {given}", opcode.name(), opcode.operands())]
+    /// The opcode takes another number of operands.
+    #[error("{} takes {} operand(s), got {given}", opcode.name(), opcode.operands())]
     OperandCount {
         /// The opcode.
         opcode: Opcode,
-        /// How many were given.
+        /// Number of operands that were given.
         given: usize,
     },
-    /// The opcode belongs to the extended dialect.
+    /// The opcode is in the extended dialect only.
     #[error("{} belongs to the extended dialect", .0.name())]
     NotInDialect(Opcode),
-    /// A temporary register that the dialect does not have.
+    /// The dialect has no such temporary register.
     #[error("R{index} does not exist in a dialect of {registers} registers")]
     NoSuchTemporary {
-        /// The register.
+        /// Index of the register.
         index: u8,
-        /// How many there are.
+        /// Number of registers of the dialect.
         registers: u8,
     },
-    /// A constant register beyond C127.
+    /// The constant register is beyond C127.
     #[error("C{0} does not exist: constants are C0 to C127")]
     NoSuchConstant(u8),
-    /// More than one distinct constant register.
-    #[error("an instruction may read one constant register, not both C{0} and C{1}")]
+    /// The operands read two different constant registers.
+    #[error("an instruction can read one constant register, not both C{0} and C{1}")]
     TwoConstants(u8, u8),
-    /// SIN, COS and the other scalar opcodes read one component.
+    /// A scalar opcode (SIN, COS, ...) has an operand with several components.
     #[error("{} reads one component: write exactly one swizzle letter", .0.name())]
     NotScalar(Opcode),
 }
 
 impl Instruction {
-    /// Checks operand count, registers against the dialect, the one-constant rule and scalar swizzles.
+    /// Creates an instruction. Checks the number of operands, the registers of the dialect, the
+    /// limit of one constant register, and the swizzles of scalar opcodes.
+    ///
+    /// # Errors
+    /// Returns [`InstructionError`] with the rule that is violated.
     pub fn new(
         opcode: Opcode,
         dst: u8,
@@ -93,44 +98,44 @@ impl Instruction {
         Ok(Self { opcode, dst, write_mask, src })
     }
 
-    /// What it does.
+    /// Operation of the instruction.
     #[inline]
     #[must_use]
     pub fn opcode(&self) -> Opcode {
         self.opcode
     }
 
-    /// The temporary register it writes.
+    /// Temporary register that it writes.
     #[inline]
     #[must_use]
     pub fn dst(&self) -> u8 {
         self.dst
     }
 
-    /// The components it writes.
+    /// Components that it writes.
     #[inline]
     #[must_use]
     pub fn write_mask(&self) -> WriteMask {
         self.write_mask
     }
 
-    /// Its operands, as many as the opcode takes.
+    /// Operands, as many as the opcode takes.
     #[inline]
     pub fn operands(&self) -> impl Iterator<Item = Operand> + '_ {
         self.src.iter().flatten().copied()
     }
 
-    /// Operand 0..3.
+    /// Operand `index`.
     ///
     /// # Panics
-    /// Where the opcode takes fewer: the caller matches on the opcode first.
+    /// If the opcode takes fewer operands; callers match on the opcode first.
     #[inline]
     #[must_use]
     pub fn operand(&self, index: usize) -> Operand {
         self.src[index].expect("the opcode takes that many operands")
     }
 
-    /// The constant register it reads, if any.
+    /// Constant register that it reads, if any.
     #[must_use]
     pub fn constant(&self) -> Option<u8> {
         self.operands().find_map(|operand| match operand.register {
@@ -144,7 +149,8 @@ impl fmt::Display for Instruction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} R{}{}", self.opcode.name(), self.dst, self.write_mask)?;
         self.operands().try_for_each(|operand| {
-            // One place of the identity never stands for a scalar operand: splats print their letter.
+            // A scalar operand always has a splat swizzle, which prints its letter; an identity
+            // swizzle prints none.
             write!(f, ", {operand}")
         })
     }

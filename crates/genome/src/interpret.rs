@@ -1,14 +1,14 @@
-//! The meaning of a genome, executed as it is written: the oracle that lowering is held against.
+//! Interpreter of genomes as written: the test oracle for lowered programs.
 
 use crate::{Arithmetic, Genome, Input, Instruction, Opcode, Operand, Output, Register, Source};
 
 /// Runs a genome for one sample and returns the reflectance of the three channels.
 ///
 /// # Shapes
-/// `inputs` gives the value of an input; the result is (red, green, blue).
+/// `inputs` returns the value of an input; the result is (red, green, blue).
 ///
 /// # Domain
-/// Inputs within `[-65504, 65504]`. The result is finite and not negative. Layers are left out.
+/// Inputs within `[-65504, 65504]`. The result is finite and not negative. Layers are not included.
 pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) -> [T; 3] {
     let mut registers = [[T::from_f32(0.0); 4]; 16];
     for (register, values) in (0..genome.dialect().registers).zip(&mut registers) {
@@ -37,7 +37,8 @@ pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) ->
 }
 
 impl Output {
-    /// Turns the squares of the results into reflectance: f = scale (matrix g^2) + offset, rows from left to right.
+    /// Maps the squares of the results to reflectance: f = scale (matrix g^2) + offset, with rows
+    /// summed from left to right.
     #[inline(always)]
     pub fn apply<T: Arithmetic>(&self, squares: [T; 3]) -> [T; 3] {
         std::array::from_fn(|channel| self.channel(channel, squares))

@@ -1,4 +1,4 @@
-//! The JSON form of a genome: the same words as the text, in a structure that scripts can edit.
+//! JSON form of a genome: the words of the text form in a structure that scripts can edit.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use crate::{
     CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, Output,
 };
 
-/// What is wrong with a genome in JSON, and where.
+/// Error of [`Genome::from_json`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{pointer}: {reason}")]
 pub struct JsonError {
     /// JSON pointer to the offending value.
     pub pointer: String,
-    /// What is wrong.
+    /// Description of the error.
     pub reason: String,
 }
 
@@ -40,7 +40,7 @@ struct GenomeJson {
     layers: Vec<LayerJson>,
 }
 
-/// A model and its parameters; those that are not named have their defaults.
+/// A model and its parameters. Parameters that are missing have their defaults.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LayerJson {
@@ -49,7 +49,7 @@ struct LayerJson {
     parameters: BTreeMap<String, ValueJson>,
 }
 
-/// The value of a parameter: a number, three, or a word.
+/// Value of a parameter: a number, three numbers, or a word.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number, three numbers or a word")]
 enum ValueJson {
@@ -67,7 +67,7 @@ struct InstructionJson {
 }
 
 impl Genome {
-    /// The genome as a JSON value.
+    /// Returns the genome as a JSON value.
     #[must_use]
     pub fn to_json(&self) -> serde_json::Value {
         let identity = Output::IDENTITY;
@@ -89,16 +89,16 @@ impl Genome {
         serde_json::to_value(json).expect("a genome holds finite numbers and strings only")
     }
 
-    /// The genome of a JSON value.
+    /// Parses a genome from a JSON value.
     ///
     /// # Errors
-    /// Names the first offending value by its JSON pointer.
+    /// Returns the first invalid value with its JSON pointer.
     pub fn from_json(value: serde_json::Value) -> Result<Self, JsonError> {
         let json: GenomeJson =
             serde_path(value).map_err(|(pointer, reason)| JsonError { pointer, reason })?;
         let error = |pointer: String, reason: String| JsonError { pointer, reason };
         if json.brood != 1 {
-            return Err(error("/brood".into(), "the format version is 1".into()));
+            return Err(error("/brood".into(), "the format version must be 1".into()));
         }
         json.dialect.validate().map_err(|e| error("/dialect".into(), e.to_string()))?;
         let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
@@ -119,7 +119,7 @@ impl Genome {
             instructions.push(parsed);
         }
         if json.layers.len() > LAYERS_MAX {
-            let reason = format!("a genome has at most {LAYERS_MAX} models");
+            let reason = format!("a genome can have at most {LAYERS_MAX} models");
             return Err(error(format!("/layers/{LAYERS_MAX}"), reason));
         }
         let mut layers = Vec::with_capacity(json.layers.len());
@@ -150,11 +150,11 @@ fn instruction_json(instruction: &Instruction) -> InstructionJson {
 }
 
 fn layer_json(model: &Model) -> LayerJson {
-    let parameters = model.parameters().map(|(parameter, numbers)| {
-        let value = match (parameter.word(numbers), numbers) {
+    let parameters = model.parameters().map(|(parameter, values)| {
+        let value = match (parameter.word(values), values) {
             (Some(word), _) => ValueJson::Word(word.to_owned()),
             (None, &[red, green, blue]) => ValueJson::Color([red, green, blue]),
-            (None, numbers) => ValueJson::Number(numbers[0]),
+            (None, values) => ValueJson::Number(values[0]),
         };
         (parameter.name.to_owned(), value)
     });
@@ -162,14 +162,12 @@ fn layer_json(model: &Model) -> LayerJson {
 }
 
 fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
-    let kind: ModelKind = json
-        .model
-        .parse()
-        .map_err(|_| ("/model".to_owned(), "there is no such model".to_owned()))?;
+    let kind: ModelKind =
+        json.model.parse().map_err(|_| ("/model".to_owned(), "unknown model".to_owned()))?;
     json.parameters.iter().try_fold(Model::new(kind), |model, (name, value)| {
         let set = match value {
             ValueJson::Number(number) => model.with(name, &[*number]),
-            ValueJson::Color(numbers) => model.with(name, numbers),
+            ValueJson::Color(values) => model.with(name, values),
             ValueJson::Word(word) => model.choose(name, word),
         };
         set.map_err(|error| {
@@ -184,7 +182,7 @@ fn parse_instruction(
     dialect: &Dialect,
 ) -> Result<Instruction, (String, String)> {
     let opcode = Opcode::from_name(&json.opcode)
-        .ok_or_else(|| ("/opcode".to_owned(), "there is no such opcode".to_owned()))?;
+        .ok_or_else(|| ("/opcode".to_owned(), "unknown opcode".to_owned()))?;
     let (dst, mask) = parse_destination(&json.dst).map_err(|reason| ("/dst".to_owned(), reason))?;
     let mut operands = Vec::with_capacity(3);
     for (index, text) in json.src.iter().enumerate().take(4) {
@@ -195,7 +193,7 @@ fn parse_instruction(
         .map_err(|error| (String::new(), error.to_string()))
 }
 
-/// Deserialises, turning serde's account of an error into a pointer as far as it is known.
+/// Deserialises, with the path of an error as a JSON pointer.
 fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> {
     check_numbers(&value)?;
     serde_path_to_error::deserialize(value)
@@ -213,7 +211,8 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
     path.iter().map(segment).collect()
 }
 
-/// f32 fields would take 1e39 as infinity; constants are checked here so that the pointer can be exact.
+/// Checks the constants before deserialisation, because f32 fields would read 1e39 as infinity and
+/// the pointer must be exact.
 fn check_numbers(value: &serde_json::Value) -> Result<(), (String, String)> {
     let Some(constants) = value.get("constants").and_then(|v| v.as_object()) else {
         return Ok(());
@@ -235,7 +234,7 @@ mod tests {
     use crate::{BirthKey, Variation};
 
     #[test]
-    fn json_reads_back_to_the_same_genome() {
+    fn json_round_trips() {
         for seed in 0..50 {
             let key = BirthKey { seed, slot: 0, attempt: 0 };
             let output = Output::saturation(0.65).unwrap();

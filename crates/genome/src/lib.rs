@@ -1,9 +1,15 @@
-//! Genomes: fixed-length programs over four-component registers, models of reflectance that lie over them as layers, and
-//! everything that happens to both as genotypes.
+//! Genomes: fixed-length programs over four-component registers, with models of reflectance added
+//! as layers.
 //!
-//! This crate owns the instruction set, the dialects, the text and JSON forms, the content hash, the canonical
-//! arithmetic that gives every opcode its bits, and the genetic operators with their counter-based random streams. It
-//! refuses to know how programs are optimised, what images are, and where genomes are stored.
+//! - [`Genome`] is valid by construction; it has [`Instruction`]s, constants, a [`Dialect`], an
+//!   [`Output`] stage and layers of [`Model`]s. It has a text form, a JSON form and canonical
+//!   bytes, whose hash is its [`GenomeHash`].
+//! - [`Arithmetic`] defines every operation, for the canonical f32 bits and for the f64 reference;
+//!   [`interpret`] runs a genome with it.
+//! - [`Variation`] has the genetic operators. Their randomness is a counter-based [`Stream`] for
+//!   each [`BirthKey`].
+//!
+//! The crate does not depend on the optimisation of programs, on images or on storage.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Genome, Variation};

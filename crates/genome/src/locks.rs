@@ -1,11 +1,11 @@
-//! Locks: parts of the first parent that its children keep whatever is drawn.
+//! Locks: parts of the first parent that all children keep.
 
 use serde::{Deserialize, Serialize};
 
-use crate::liveness::walk_back;
+use crate::liveness::walk_backwards;
 use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, REGISTERS};
 
-/// A result of a genome, before the colour matrix.
+/// A result channel of a genome, before the colour matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Channel {
     /// g of red.
@@ -19,21 +19,22 @@ pub enum Channel {
     Blue,
 }
 
-/// What breeding must not touch.
+/// Parts of the first parent that breeding must not change.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Locks {
-    /// Positions of instructions that stay as they are.
+    /// Positions of instructions to keep.
     pub instructions: Vec<u16>,
-    /// Constant registers whose values stay.
+    /// Constant registers whose values to keep.
     pub constants: Vec<u8>,
-    /// Channels that stay the same function of the inputs: the instructions that they depend on stay, with the constants
-    /// these read, and no other instruction comes to write what they still need.
+    /// Channels to keep as the same function of the inputs. Locks the instructions that they depend
+    /// on and the constants that these read, and prevents other instructions from writing
+    /// components that they read.
     pub channels: Vec<Channel>,
-    /// Layers whose models stay as they are.
+    /// Layers whose models to keep.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<u8>,
-    /// Parameters of layers whose values stay; the layer's model does too.
+    /// Parameters of layers whose values to keep; also keeps the kind of the layer's model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<ParameterLock>,
 }
@@ -42,59 +43,59 @@ pub struct Locks {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterLock {
-    /// The layer's place among the layers.
+    /// Index of the layer.
     pub layer: u8,
-    /// The parameter's name.
+    /// Name of the parameter.
     pub name: String,
 }
 
-/// Why locks name nothing.
+/// Error of [`Locks::validate_for`] and [`Locks::validate`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LocksError {
-    /// A position that no genome of the dialect has.
+    /// A position is beyond the length of the dialect.
     #[error(
         "there is no instruction {given}: a genome of the dialect has {length}, counted from 0"
     )]
     Instruction {
-        /// Where in the list.
+        /// Index in the list of instructions.
         at: usize,
-        /// As given.
+        /// Position that was given.
         given: u16,
-        /// The dialect's length.
+        /// Length of the dialect.
         length: u16,
     },
-    /// A layer that the parent has not.
+    /// The parent has no such layer.
     #[error("there is no layer {given}: the parent has {layers}, counted from 0")]
     Layer {
-        /// JSON pointer to it.
+        /// JSON pointer to the index.
         pointer: String,
-        /// As given.
+        /// Index that was given.
         given: u8,
-        /// How many the parent has.
+        /// Number of layers of the parent.
         layers: usize,
     },
-    /// A parameter that the layer's model has not.
+    /// The layer's model has no such parameter.
     #[error("the model of layer {layer} has no parameter {name:?}")]
     Parameter {
-        /// JSON pointer to it.
+        /// JSON pointer to the name.
         pointer: String,
-        /// The layer.
+        /// Index of the layer.
         layer: u8,
-        /// As given.
+        /// Name that was given.
         name: String,
     },
-    /// A register that no genome has.
+    /// The constant register is beyond C127.
     #[error("there is no constant C{given}: constants are 0 to 127")]
     Constant {
-        /// Where in the list.
+        /// Index in the list of constants.
         at: usize,
-        /// As given.
+        /// Register that was given.
         given: u8,
     },
 }
 
 impl LocksError {
-    /// JSON pointer to what is wrong, within the locks.
+    /// JSON pointer to the invalid value, relative to the locks.
     #[must_use]
     pub fn pointer(&self) -> String {
         match self {
@@ -106,7 +107,7 @@ impl LocksError {
 }
 
 impl Locks {
-    /// Whether nothing is locked.
+    /// True if nothing is locked.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         let Self { instructions, constants, channels, layers, parameters } = self;
@@ -114,7 +115,10 @@ impl Locks {
         programs && layers.is_empty() && parameters.is_empty()
     }
 
-    /// Checks that what is named is there in a parent.
+    /// Checks that everything locked exists in a parent.
+    ///
+    /// # Errors
+    /// Returns [`LocksError`] with the first lock that names nothing.
     pub fn validate_for(&self, parent: &Genome) -> Result<(), LocksError> {
         self.validate(parent.dialect())?;
         let layers = parent.layers();
@@ -135,7 +139,10 @@ impl Locks {
         Ok(())
     }
 
-    /// Checks that the instructions and constants that are named are there in genomes of the dialect.
+    /// Checks that the locked instructions and constants exist in genomes of a dialect.
+    ///
+    /// # Errors
+    /// Returns [`LocksError`] with the first instruction or constant that does not exist.
     pub fn validate(&self, dialect: &Dialect) -> Result<(), LocksError> {
         let length = dialect.length;
         let beyond = self.instructions.iter().enumerate().find(|(_, given)| **given >= length);
@@ -150,125 +157,131 @@ impl Locks {
     }
 }
 
-/// Locks resolved for one parent.
-pub(crate) struct Held {
+/// Locks resolved for a parent.
+pub(crate) struct ResolvedLocks {
     instructions: Vec<bool>,
     constants: [bool; CONSTANTS],
-    /// For each position, what locked channels read after it of each register; nothing where no channel is locked.
+    /// For each position and register, the components that locked channels read after it; empty if
+    /// no channel is locked.
     needed: Vec<[u8; REGISTERS]>,
-    layers: HeldLayers,
+    layers: LockedLayers,
 }
 
-/// What of the first parent's layers stays.
+/// Locks of layers resolved for the first parent.
 #[derive(Default)]
-pub(crate) struct HeldLayers {
-    /// For each layer of which something stays, which of its numbers; nothing where the layer is free.
-    numbers: Vec<Vec<bool>>,
-    closed: bool,
+pub(crate) struct LockedLayers {
+    /// For each layer and parameter value, true if it is locked; empty if there are no locks.
+    values: Vec<Vec<bool>>,
+    /// True if layers and programs must not be added or removed.
+    is_closed: bool,
 }
 
-impl HeldLayers {
+impl LockedLayers {
     fn of(layers: &[Model], locks: &Locks) -> Self {
         let any_channel = !locks.channels.is_empty();
         let channel = |at: usize| locks.channels.iter().any(|channel| *channel as usize == at);
         let of_layer = |(index, model): (usize, &Model)| {
             let whole = locks.layers.iter().any(|layer| usize::from(*layer) == index);
-            let mut held = Vec::with_capacity(model.numbers().len());
-            for (parameter, numbers) in model.parameters() {
-                let mut locked = locks.parameters.iter();
-                let named = locked
+            let mut locked = Vec::with_capacity(model.numbers().len());
+            for (parameter, values) in model.parameters() {
+                let mut locks_of_parameters = locks.parameters.iter();
+                let named = locks_of_parameters
                     .any(|lock| usize::from(lock.layer) == index && lock.name == parameter.name);
-                // A channel needs its own part of what has parts, and all of what has none.
-                let is_color = numbers.len() == 3;
-                held.extend(
-                    (0..numbers.len()).map(|at| {
+                // A locked channel locks its component of a colour, and all of a scalar or a
+                // choice.
+                let is_color = values.len() == 3;
+                locked.extend(
+                    (0..values.len()).map(|at| {
                         whole || named || if is_color { channel(at) } else { any_channel }
                     }),
                 );
             }
-            held
+            locked
         };
-        let numbers = layers.iter().enumerate().map(of_layer).collect();
-        Self { numbers, closed: any_channel }
+        let values = layers.iter().enumerate().map(of_layer).collect();
+        Self { values, is_closed: any_channel }
     }
 
-    /// Whether a number of a layer's model stays.
-    pub(crate) fn number(&self, layer: usize, at: usize) -> bool {
-        self.numbers.get(layer).and_then(|held| held.get(at)).is_some_and(|held| *held)
+    /// True if a parameter value of a layer is locked.
+    pub(crate) fn locks_value(&self, layer: usize, at: usize) -> bool {
+        self.values.get(layer).and_then(|locked| locked.get(at)).is_some_and(|locked| *locked)
     }
 
-    /// Whether anything of a layer stays, and so which model it is.
-    pub(crate) fn kind(&self, layer: usize) -> bool {
-        self.closed || self.numbers.get(layer).is_some_and(|held| held.contains(&true))
+    /// True if anything of a layer is locked, and with it the kind of its model.
+    pub(crate) fn locks_kind(&self, layer: usize) -> bool {
+        self.is_closed || self.values.get(layer).is_some_and(|locked| locked.contains(&true))
     }
 
-    /// Whether no layer and no program may come to it or leave it.
+    /// True if layers and programs must not be added or removed.
     pub(crate) fn is_closed(&self) -> bool {
-        self.closed
+        self.is_closed
     }
 }
 
-impl Held {
-    /// Nothing is held.
-    pub(crate) fn nothing(length: usize) -> Self {
+impl ResolvedLocks {
+    /// No locks.
+    pub(crate) fn none(length: usize) -> Self {
         Self {
             instructions: vec![false; length],
             constants: [false; CONSTANTS],
             needed: Vec::new(),
-            layers: HeldLayers::default(),
+            layers: LockedLayers::default(),
         }
     }
 
+    /// Resolves locks for a parent.
+    ///
     /// # Domain
     /// Locks that [`Locks::validate_for`] accepts for the parent.
     pub(crate) fn of(parent: &Genome, locks: &Locks) -> Self {
         let instructions = parent.instructions();
-        let mut held = Self::nothing(instructions.len());
-        held.layers = HeldLayers::of(parent.layers(), locks);
+        let mut locked = Self::none(instructions.len());
+        locked.layers = LockedLayers::of(parent.layers(), locks);
         for index in &locks.instructions {
-            held.instructions[usize::from(*index)] = true;
+            locked.instructions[usize::from(*index)] = true;
         }
         for index in &locks.constants {
-            held.constants[usize::from(*index)] = true;
+            locked.constants[usize::from(*index)] = true;
         }
         let result = locks.channels.iter().fold(0, |mask, channel| mask | 1 << *channel as u8);
         if result == 0 {
-            return held;
+            return locked;
         }
-        held.needed = vec![[0; REGISTERS]; instructions.len()];
-        walk_back(instructions, result, |index, live, wanted| {
-            held.needed[index].copy_from_slice(&wanted[..REGISTERS]);
+        locked.needed = vec![[0; REGISTERS]; instructions.len()];
+        walk_backwards(instructions, result, |index, live, needed| {
+            locked.needed[index].copy_from_slice(&needed[..REGISTERS]);
             if live != 0 {
-                held.instructions[index] = true;
+                locked.instructions[index] = true;
                 if let Some(constant) = instructions[index].constant() {
-                    held.constants[usize::from(constant)] = true;
+                    locked.constants[usize::from(constant)] = true;
                 }
             }
         });
-        held
+        locked
     }
 
-    /// What of the layers stays.
-    pub(crate) fn layers(&self) -> &HeldLayers {
+    /// Locks of the layers.
+    pub(crate) fn layers(&self) -> &LockedLayers {
         &self.layers
     }
 
-    /// Whether the instruction at a position stays.
-    pub(crate) fn instruction(&self, position: usize) -> bool {
-        // A program that the first parent has not can come from the second.
-        self.instructions.get(position).is_some_and(|held| *held)
+    /// True if the instruction at a position is locked.
+    pub(crate) fn locks_instruction(&self, position: usize) -> bool {
+        // Positions are out of range if the first parent has no program; the second's program is
+        // then free.
+        self.instructions.get(position).is_some_and(|locked| *locked)
     }
 
-    /// Whether a constant register stays.
-    pub(crate) fn constant(&self, index: usize) -> bool {
+    /// True if a constant register is locked.
+    pub(crate) fn locks_constant(&self, index: usize) -> bool {
         self.constants[index]
     }
 
-    /// Whether the parent's instruction at a position may give way to another one.
+    /// True if the parent's instruction at a position may be replaced by `other`.
     pub(crate) fn allows(&self, position: usize, other: &Instruction) -> bool {
         let needed = self.needed.get(position);
         let touched = needed.map_or(0, |needed| needed[usize::from(other.dst())]);
-        !self.instruction(position) && other.write_mask().bits() & touched == 0
+        !self.locks_instruction(position) && other.write_mask().bits() & touched == 0
     }
 }
 

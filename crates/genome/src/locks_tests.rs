@@ -1,4 +1,4 @@
-//! What is locked stays, whatever is drawn; locks that name nothing are refused.
+//! Locked parts stay the same in all children; locks of missing parts are rejected.
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ fn parent(seed: u64) -> Genome {
     Variation::random(Dialect::default()).birth(BirthKey { seed, slot: 0, attempt: 0 })
 }
 
-/// g of red, green and blue at some inputs.
+/// Result registers of red, green and blue for several inputs.
 fn results(genome: &Genome) -> Vec<[u32; 3]> {
     let value =
         |at: usize, input: crate::Input| ((at * 31 + input.index() * 17) % 40) as f32 / 20.0 - 1.0;
@@ -18,7 +18,7 @@ fn results(genome: &Genome) -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn locks_that_name_nothing_are_refused_where_they_are() {
+fn locks_of_missing_parts_are_rejected_with_a_pointer() {
     let dialect = Dialect { length: 10, ..Dialect::default() };
     let locks = Locks { instructions: vec![9, 10], ..Locks::default() };
     let error = locks.validate(&dialect).unwrap_err();
@@ -32,7 +32,7 @@ fn locks_that_name_nothing_are_refused_where_they_are() {
 }
 
 #[test]
-fn brood_of_a_parent_that_is_locked_whole_has_no_change() {
+fn mutation_changes_nothing_when_the_whole_parent_is_locked() {
     let parent = parent(3);
     let locks = Locks {
         instructions: (0..100).collect(),
@@ -47,7 +47,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(120))]
 
     #[test]
-    fn what_is_locked_is_the_first_parents(
+    fn locked_parts_are_those_of_the_first_parent(
         seed in any::<u64>(), mutation in 0.0f32..=1.0, share in 0.0f32..=1.0,
         instructions in prop::collection::vec(0u16..100, 0..60),
         constants in prop::collection::vec(0u8..128, 0..60),

@@ -1,9 +1,11 @@
-//! The opcodes of the machine: names, numbers, operand counts. What they compute is in `interpret` and `arithmetic`.
+//! Opcodes of the machine: names, numbers, operand counts. Their results are defined in `interpret`
+//! and `arithmetic`.
 
 /// An operation on four-component registers.
 ///
 /// # Source
-/// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, table 1; the last four belong to the extended dialect.
+/// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, table 1; the last four belong to
+/// the extended dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Opcode {
@@ -44,7 +46,8 @@ pub enum Opcode {
 }
 
 impl Opcode {
-    /// All opcodes in the order of their numbers; the paper's set is the first [`Opcode::PAPER`] of them.
+    /// All opcodes in the order of their numbers; the paper's set is the first [`Opcode::PAPER`] of
+    /// them.
     pub const ALL: [Self; 17] = [
         Self::Add,
         Self::Sub,
@@ -65,23 +68,23 @@ impl Opcode {
         Self::Spl,
     ];
 
-    /// How many opcodes the paper's set has.
+    /// Number of opcodes in the paper's set.
     pub const PAPER: usize = 13;
 
-    /// The number that canonical bytes carry.
+    /// Number of the opcode in canonical bytes.
     #[inline]
     #[must_use]
     pub fn number(self) -> u8 {
         self as u8
     }
 
-    /// The opcode of that number.
+    /// Returns the opcode with this number, or `None` if there is none.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }
 
-    /// The name in genome text.
+    /// Name in genome texts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -105,13 +108,13 @@ impl Opcode {
         }
     }
 
-    /// The opcode of that name.
+    /// Returns the opcode with this name, or `None` if there is none.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|opcode| opcode.name() == name)
     }
 
-    /// How many operands it takes.
+    /// Number of operands.
     #[inline]
     #[must_use]
     pub fn operands(self) -> usize {
@@ -123,7 +126,7 @@ impl Opcode {
         }
     }
 
-    /// Whether its operand is one component (written with exactly one swizzle letter).
+    /// True if the operand is a single component, written with exactly one swizzle letter.
     #[inline]
     #[must_use]
     pub fn is_scalar(self) -> bool {
@@ -135,8 +138,8 @@ impl Opcode {
         }
     }
 
-    /// Components of operand `index` that are read when the components `written` of the result are wanted, as a mask
-    /// over the operand's components after swizzling.
+    /// Returns the components of operand `index`, after swizzling, that the components `written` of
+    /// the result depend on; both are masks.
     #[inline]
     #[must_use]
     pub fn reads(self, index: usize, written: u8) -> u8 {
@@ -172,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn number_and_name_find_the_opcode_again() {
+    fn number_and_name_round_trip() {
         for (number, opcode) in Opcode::ALL.into_iter().enumerate() {
             assert_eq!(usize::from(opcode.number()), number);
             assert_eq!(Opcode::from_name(opcode.name()), Some(opcode));

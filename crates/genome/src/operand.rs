@@ -1,14 +1,14 @@
-//! Operands and destinations: registers, swizzles, write masks.
+//! Operands and destinations of instructions: registers, swizzles, write masks.
 
 use std::fmt;
 
 /// Names of the four components.
 pub(crate) const LETTERS: [char; 4] = ['x', 'y', 'z', 'w'];
 
-/// Where an operand is read from.
+/// Register that an operand reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Register {
-    /// R0..R15; how many there are is up to the dialect.
+    /// R0..R15; the dialect sets the number of registers.
     Temporary(u8),
     /// C0..C127.
     Constant(u8),
@@ -23,7 +23,7 @@ impl fmt::Display for Register {
     }
 }
 
-/// Which component of a register stands in each of the four places; two bits a place, x in the lowest.
+/// Source component of each of the four places; two bits for each place, x in the lowest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Swizzle(u8);
 
@@ -31,40 +31,40 @@ impl Swizzle {
     /// xyzw.
     pub const IDENTITY: Self = Self(0b11_10_01_00);
 
-    /// The swizzle whose place k reads component `components[k]` (taken modulo 4).
+    /// Returns the swizzle whose place k reads component `components[k]` (modulo 4).
     #[must_use]
     pub fn new(components: [u8; 4]) -> Self {
         let [x, y, z, w] = components.map(|component| component & 3);
         Self(x | (y << 2) | (z << 4) | (w << 6))
     }
 
-    /// One component in all four places.
+    /// Returns the swizzle that reads one component in all four places.
     #[must_use]
     pub fn splat(component: u8) -> Self {
         Self::new([component; 4])
     }
 
-    /// The swizzle with these bits; every byte is one.
+    /// Returns the swizzle with these bits. Every byte is a valid swizzle.
     #[must_use]
     pub fn from_bits(bits: u8) -> Self {
         Self(bits)
     }
 
-    /// Two bits a place, x in the lowest.
+    /// Bits of the swizzle: two for each place, x in the lowest.
     #[inline]
     #[must_use]
     pub fn bits(self) -> u8 {
         self.0
     }
 
-    /// The component (0..4) that place (0..4) reads.
+    /// Component (0..4) that place (0..4) reads.
     #[inline]
     #[must_use]
     pub fn component(self, place: usize) -> usize {
         usize::from(self.0 >> (2 * place) & 3)
     }
 
-    /// Whether one component stands in all places.
+    /// True if all places read the same component.
     #[inline]
     #[must_use]
     pub fn is_splat(self) -> bool {
@@ -83,14 +83,14 @@ impl fmt::Display for Swizzle {
     }
 }
 
-/// One operand of an instruction.
+/// An operand of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Operand {
-    /// Where it is read.
+    /// Register that is read.
     pub register: Register,
-    /// Which components.
+    /// Components that are read.
     pub swizzle: Swizzle,
-    /// Whether the value is negated.
+    /// True if the value is negated.
     pub negate: bool,
 }
 
@@ -100,7 +100,7 @@ impl fmt::Display for Operand {
     }
 }
 
-/// Which components of the destination are written: a non-empty subset, bit 0 = x.
+/// Components of the destination that are written: a non-empty subset, bit 0 = x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct WriteMask(u8);
 
@@ -108,20 +108,20 @@ impl WriteMask {
     /// xyzw.
     pub const ALL: Self = Self(15);
 
-    /// The mask with these bits; `None` for the empty mask and for bits beyond w.
+    /// Returns the mask with these bits, or `None` for the empty mask and for bits beyond w.
     #[must_use]
     pub fn new(bits: u8) -> Option<Self> {
         (1..=15).contains(&bits).then_some(Self(bits))
     }
 
-    /// Bit 0 = x.
+    /// Bits of the mask; bit 0 = x.
     #[inline]
     #[must_use]
     pub fn bits(self) -> u8 {
         self.0
     }
 
-    /// Whether component 0..4 is written.
+    /// True if component 0..4 is written.
     #[must_use]
     pub fn contains(self, component: usize) -> bool {
         self.0 >> component & 1 == 1

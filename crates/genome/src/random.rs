@@ -1,56 +1,58 @@
-//! Counter-based random numbers: every draw is a pure function of (seed, slot, attempt, operator, position).
+//! Counter-based random numbers: every draw is a pure function of (seed, slot, attempt, operator,
+//! position).
 //!
-//! No generator is shared or advanced by anything else, so a child depends on its own key and on nothing that happened
-//! before, on no thread count and no order.
+//! There is no shared state, so a child depends only on its own key; not on the number of threads,
+//! the order or earlier births.
 
-/// Names one birth: the seed of its brood, its slot in it, and how often the slot was drawn before.
+/// Key of a birth: seed of the brood, slot, and number of earlier draws for the slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct BirthKey {
     /// Seed of the brood.
     pub seed: u64,
-    /// Place in the brood, from 0.
+    /// Index in the brood, from 0.
     pub slot: u32,
-    /// 0 for the first draw, counted up for each redraw.
+    /// 0 for the first draw; incremented for each redraw.
     pub attempt: u32,
 }
 
-/// Which genetic operator draws; each has a stream of its own. The numbers are part of what a seed means.
+/// Use of random numbers; each has its own stream. Changing a number changes all broods of existing
+/// seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Operator {
-    /// A genome from nothing: its instructions.
+    /// Instructions of random genomes.
     RandomInstructions = 1,
-    /// A genome from nothing: its constants.
+    /// Constants of random genomes.
     RandomConstants = 2,
     /// Mutation of instructions.
     MutateInstructions = 3,
     /// Mutation of constants.
     MutateConstants = 4,
-    /// Choice of blocks in recombination.
+    /// Choice of blocks in crossover.
     Recombine = 5,
     /// The order of the samples of a target.
     Shuffle = 6,
-    /// A genome from nothing: its models.
+    /// Models of random genomes.
     RandomLayers = 7,
     /// Mutation of models.
     MutateLayers = 8,
-    /// What of the second parent's models is taken.
+    /// Crossover of models.
     RecombineLayers = 9,
-    /// Pairs of directions at which a material is looked at.
+    /// Pairs of directions for sampling a material.
     Directions = 10,
     /// Starts of a fit of lobes.
     Lobes = 11,
-    /// Parents of a genetic search, and how children come of them.
+    /// Selection and variation in a genetic search.
     Genetic = 12,
     /// Starts of a fit of models.
     Analytic = 20,
 }
 
-/// One block of Philox4x32-10.
+/// Computes one block of Philox4x32-10.
 ///
 /// # Source
-/// Salmon, Moraes, Dror and Shaw, *Parallel Random Numbers: As Easy as 1, 2, 3* (2011); checked against their known
-/// answers in `philox_gives_the_published_answers`.
+/// Salmon, Moraes, Dror and Shaw, *Parallel Random Numbers: As Easy as 1, 2, 3* (2011); checked
+/// against the published answers in `philox_gives_the_published_answers`.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "the low half of a product is what is meant")]
 pub fn philox4x32(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
@@ -68,7 +70,7 @@ pub fn philox4x32(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     counter
 }
 
-/// The stream of one operator for one birth.
+/// Stream of random numbers of one operator for one birth.
 #[derive(Debug, Clone)]
 pub struct Stream {
     key: [u32; 2],
@@ -78,7 +80,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// The stream of that key, from its start.
+    /// Creates the stream of a key.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "the seed is taken in two halves")]
     pub fn new(key: BirthKey, operator: Operator) -> Self {
@@ -90,7 +92,7 @@ impl Stream {
         }
     }
 
-    /// 32 uniform bits.
+    /// Returns 32 uniform bits.
     pub fn bits(&mut self) -> u32 {
         if self.used == 4 {
             self.block = philox4x32(self.counter, self.key);
@@ -101,31 +103,33 @@ impl Stream {
         self.block[self.used - 1]
     }
 
-    /// A whole number below `bound` (at most 2^16), by the high half of a product: the bias is below 2^-16.
+    /// Returns a uniform integer below `bound` (at most 2^16), as the high half of a product: the
+    /// bias is below 2^-16.
     ///
     /// # Panics
-    /// Where `bound` is 0.
+    /// If `bound` is 0.
     pub fn below(&mut self, bound: u32) -> u32 {
-        assert!(bound > 0, "there is no number below 0");
+        assert!(bound > 0, "`bound` must be above 0");
         u32::try_from((u64::from(self.bits()) * u64::from(bound)) >> 32).expect("below 2^32")
     }
 
-    /// [`Stream::below`] for small counts.
+    /// As [`Stream::below`], for `u8`.
     pub fn below_u8(&mut self, bound: u8) -> u8 {
         u8::try_from(self.below(u32::from(bound))).expect("below a u8")
     }
 
-    /// A multiple of 2^-24 in [0, 1).
+    /// Returns a multiple of 2^-24 in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// True with that probability (to 2^-24).
+    /// Returns true with this probability (to 2^-24).
     pub fn chance(&mut self, probability: f32) -> bool {
         self.unit() < probability
     }
 
-    /// Bell-shaped with mean 0 and variance 1, in (-6, 6): twelve uniform numbers less 6, exact in f32.
+    /// Returns a bell-shaped number with mean 0 and variance 1 in (-6, 6): the sum of twelve
+    /// uniform numbers minus 6, exact in f32.
     pub fn bell(&mut self) -> f32 {
         let sum: f32 = (0..12).map(|_| self.bits() >> 20).map(|v| v as f32).sum();
         sum / 4096.0 - 6.0 + 12.0 / 8192.0

@@ -1,4 +1,4 @@
-//! The text form of a genome: an assembly listing that reads back to the same genome, bit for bit.
+//! Text form of a genome: an assembly listing that round-trips to the same bits.
 
 mod cursor;
 mod parse;
@@ -8,7 +8,7 @@ pub(crate) use parse::{parse_destination, parse_operand};
 #[cfg(test)]
 pub(crate) use write::number;
 
-/// What is wrong with a genome text, and where (both counted from 1, columns in characters).
+/// Error of parsing a genome text. Lines and columns count from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: {reason}")]
 pub struct TextError {
@@ -16,7 +16,7 @@ pub struct TextError {
     pub line: u32,
     /// Column of the offending word.
     pub column: u32,
-    /// What is wrong.
+    /// Description of the error.
     pub reason: String,
 }
 

@@ -1,4 +1,4 @@
-//! Round trips and the errors that people will meet.
+//! Round trips of genome texts, and errors.
 
 use crate::{BirthKey, Dialect, Genome, OpcodeSet, Output, Parametrisation, Variation};
 
@@ -13,7 +13,7 @@ X2D R4, R1, C5.yxwz, -R2
 ";
 
 #[test]
-fn example_of_the_format_is_read_and_written() {
+fn example_of_the_format_round_trips() {
     let genome: Genome = EXAMPLE.parse().unwrap();
     assert_eq!(genome.instructions().len(), 3);
     assert_eq!(genome.constants()[5], [0.25, -1.5, 3.0, 0.125]);
@@ -26,7 +26,7 @@ fn example_of_the_format_is_read_and_written() {
 }
 
 #[test]
-fn text_reads_back_to_the_same_genome() {
+fn random_genomes_round_trip() {
     for seed in 0..200 {
         let dialect = Dialect {
             opcodes: if seed % 2 == 0 { OpcodeSet::Paper } else { OpcodeSet::Extended },
@@ -48,7 +48,7 @@ fn text_reads_back_to_the_same_genome() {
 }
 
 #[test]
-fn numbers_keep_their_bits() {
+fn constants_keep_their_bits() {
     for value in [-0.0f32, 1e-40, f32::MIN_POSITIVE, 0.1, -65504.0, 1.000_000_1, 3.4e-7] {
         let text = format!(
             "brood 1\n.dialect paper smooth registers 4\n.const C0 {} 1 2 3\nMOV R0, C0\n",
@@ -65,46 +65,52 @@ fn errors_carry_line_and_column() {
     let head = "brood 1\n.dialect paper smooth registers 7\n";
     let cases = [
         ("", "line 1, column 1: expected `brood 1`, but the line ends"),
-        ("brood 2\n", "line 1, column 7: format version `2` is not known; this is version 1"),
+        ("brood 2\n", "line 1, column 7: unknown format version `2`; expected 1"),
         (
             "brood 1\nMOV R0, R1\n",
             "line 2, column 1: the line `.dialect ...` must come before the first instruction",
         ),
         (
             "brood 1\n.dialect paper smooth registers 17\nMOV R0, R1",
-            "line 2, column 1: registers must be 4 to 16, not 17",
+            "line 2, column 1: registers must be between 4 and 16, got 17",
         ),
     ];
     for (text, error) in cases {
         assert_eq!(text.parse::<Genome>().unwrap_err().to_string(), error, "{text}");
     }
     let lines = [
-        ("FOO R0, R1", "line 3, column 1: there is no opcode `FOO`"),
-        ("ADD R0, R1", "line 3, column 1: ADD takes 2 operand(s), not 1"),
+        ("FOO R0, R1", "line 3, column 1: unknown opcode `FOO`"),
+        ("ADD R0, R1", "line 3, column 1: ADD takes 2 operand(s), got 1"),
         ("ADD R0 R1, R2", "line 3, column 8: expected a comma before `R1`"),
         ("ADD R7, R1, R2", "line 3, column 1: R7 does not exist in a dialect of 7 registers"),
         (
             "ADD R0.zx, R1, R2",
-            "line 3, column 5: a write mask is letters of xyzw in order, not `zx`",
+            "line 3, column 5: a write mask must be letters of xyzw in order, got `zx`",
         ),
-        ("ADD R0., R1, R2", "line 3, column 5: a write mask has at least one letter"),
+        ("ADD R0., R1, R2", "line 3, column 5: a write mask must have at least one letter"),
         (
             "ADD R0, R1.xy, R2",
-            "line 3, column 9: a swizzle is one letter or four of xyzw, not `xy`",
+            "line 3, column 9: a swizzle must be one letter or four of xyzw, got `xy`",
         ),
         ("SIN R0, R1", "line 3, column 9: SIN takes an operand with exactly one swizzle letter"),
         (
             "  MUL R0, C1, C2",
-            "line 3, column 3: an instruction may read one constant register, not both C1 and C2",
+            "line 3, column 3: an instruction can read one constant register, not both C1 and C2",
         ),
         ("MUL R0, C1, C128", "line 3, column 1: C128 does not exist: constants are C0 to C127"),
         ("MUL R0, C1, C999", "line 3, column 13: `C999` is not a register"),
         ("LG2 R0, R1.x", "line 3, column 1: LG2 belongs to the extended dialect"),
         (".const C0 1 2 3", "line 3, column 16: expected a number, but the line ends"),
-        (".const C0 1 2 3 nan", "line 3, column 17: `nan` is not a number"),
-        (".const C0 1 2 3 1e39", "line 3, column 17: `1e39` is not a number from -65504 to 65504"),
-        (".matrix 1 0 0 0 1 0 0 0 -1", "line 3, column 25: `-1` is not a number from 0 to 65504"),
-        (".limit maybe", "line 3, column 8: expected on or off, not `maybe`"),
+        (".const C0 1 2 3 nan", "line 3, column 17: expected a number, got `nan`"),
+        (
+            ".const C0 1 2 3 1e39",
+            "line 3, column 17: expected a number from -65504 to 65504, got `1e39`",
+        ),
+        (
+            ".matrix 1 0 0 0 1 0 0 0 -1",
+            "line 3, column 25: expected a number from 0 to 65504, got `-1`",
+        ),
+        (".limit maybe", "line 3, column 8: expected on or off, got `maybe`"),
         (".limit on\n.limit off", "line 4, column 1: .limit is given twice"),
         ("MOV R0, R1 R2", "line 3, column 12: expected a comma before `R2`"),
         (".dialect paper smooth registers 7", "line 3, column 1: .dialect is given twice"),
@@ -114,5 +120,5 @@ fn errors_carry_line_and_column() {
         assert_eq!(text.parse::<Genome>().unwrap_err().to_string(), error, "{line}");
     }
     let none = head.parse::<Genome>().unwrap_err();
-    assert_eq!(none.reason, "a genome has at least one instruction or one `.model`");
+    assert_eq!(none.reason, "a genome must have at least one instruction or one `.model`");
 }

@@ -1,14 +1,14 @@
-//! Genetic operators: a key first, parents in, one child out. Pure functions of both.
+//! Genetic operators: pure functions of a key and the parents that return one child.
 
 mod layer;
 mod mutate;
 mod random;
 mod recombine;
 
-use crate::locks::Held;
+use crate::locks::ResolvedLocks;
 use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Locks, Model, Output};
 
-/// Overrides of the dialect's switches that a brood may carry; the child's genome holds the result.
+/// Overrides of the dialect's switches for a brood. The child's genome stores the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Constraints {
     /// Overrides `Dialect::isotropic`.
@@ -17,7 +17,7 @@ pub struct Constraints {
     pub homogeneous: Option<bool>,
 }
 
-/// How children come to be.
+/// A way to make children: random, mutation or crossover, with its options.
 #[derive(Debug, Clone, Copy)]
 pub struct Variation<'a> {
     origin: Origin<'a>,
@@ -34,7 +34,7 @@ enum Origin<'a> {
     Recombine { first: &'a Genome, second: &'a Genome, recombination: f32, mutation: f32 },
 }
 
-/// A genome in the making; becomes a [`Genome`] through its validating constructor.
+/// Parts of a child; becomes a [`Genome`] through the validating constructor.
 struct Draft {
     dialect: Dialect,
     instructions: Vec<Instruction>,
@@ -45,36 +45,39 @@ struct Draft {
 }
 
 impl<'a> Variation<'a> {
-    /// Genomes from nothing: programs, or models where the dialect has the length 0.
+    /// Makes random genomes: programs, or models if the dialect's length is 0.
     ///
     /// # Panics
-    /// Where the dialect is not valid ([`Dialect::validate`]).
+    /// If the dialect is not valid ([`Dialect::validate`]).
     #[must_use]
     pub fn random(dialect: Dialect) -> Self {
-        dialect.validate().expect("a variation is made for a valid dialect");
+        dialect.validate().expect("the dialect of a variation is valid");
         Self::of(Origin::Random(dialect))
     }
 
-    /// Mutants of one parent.
+    /// Makes mutants of a parent.
     ///
     /// # Domain
-    /// `mutation` in 0..=1: see docs/maths/variation.md for the rate that each field of an instruction gets from it.
+    /// `mutation` in 0..=1; docs/maths/variation.md has the mutation rates of the fields of an
+    /// instruction.
     ///
     /// # Panics
-    /// Where the amount is outside its domain.
+    /// If the amount is outside its domain.
     #[must_use]
     pub fn mutate(parent: &'a Genome, mutation: f32) -> Self {
-        assert!((0.0..=1.0).contains(&mutation), "mutation is an amount from 0 to 1");
+        assert!((0.0..=1.0).contains(&mutation), "`mutation` must be between 0 and 1");
         Self::of(Origin::Mutate { parent, mutation })
     }
 
-    /// Children of two parents: blocks of `second` in `first`, parameters and layers of its models, then mutation.
+    /// Makes crossovers of two parents: blocks of `second` in `first`, also parameters and layers
+    /// of its models; then mutates.
     ///
     /// # Domain
-    /// Amounts in 0..=1; `recombination` is the expected share of the second parent. Dialects must be compatible.
+    /// Amounts in 0..=1; `recombination` is the expected share of the second parent. The dialects
+    /// must be compatible.
     ///
     /// # Panics
-    /// Where an amount is outside its domain or the dialects are not compatible.
+    /// If an amount is outside its domain or the dialects are not compatible.
     #[must_use]
     pub fn recombine(
         first: &'a Genome,
@@ -85,11 +88,11 @@ impl<'a> Variation<'a> {
         let amounts = [recombination, mutation];
         assert!(
             amounts.iter().all(|amount| (0.0..=1.0).contains(amount)),
-            "recombination and mutation are amounts from 0 to 1"
+            "`recombination` and `mutation` must be between 0 and 1"
         );
         assert!(
             first.dialect().is_compatible(second.dialect()),
-            "parents are of compatible dialects"
+            "the dialects of the parents must be compatible"
         );
         Self::of(Origin::Recombine { first, second, recombination, mutation })
     }
@@ -100,31 +103,33 @@ impl<'a> Variation<'a> {
         Self { constraints, ..self }
     }
 
-    /// Gives the children this output stage instead of the first parent's (random children: the identity).
+    /// Sets the output stage of the children. By default it is the first parent's, or the identity
+    /// for random children.
     #[must_use]
     pub fn with_output(self, output: Option<Output>) -> Self {
         Self { output, ..self }
     }
 
-    /// Puts the children under the energy limit, or not, instead of as the first parent is (random children: not).
+    /// Sets the energy limit of the children. By default it is the first parent's, or off for
+    /// random children.
     #[must_use]
     pub fn with_limit(self, limited: Option<bool>) -> Self {
         Self { limited, ..self }
     }
 
-    /// Keeps parts of the first parent; random children have nothing to keep.
+    /// Keeps parts of the first parent. Has no effect on random children.
     ///
     /// # Panics
-    /// Where the locks name what the parent has not ([`Locks::validate_for`]).
+    /// If the locks name parts that the parent does not have ([`Locks::validate_for`]).
     #[must_use]
     pub fn with_locks(self, locks: Option<&'a Locks>) -> Self {
         if let (Some(locks), Some(first)) = (locks, self.parents().next()) {
-            locks.validate_for(first).expect("locks name what is there");
+            locks.validate_for(first).expect("locks name parts of the first parent");
         }
         Self { locks, ..self }
     }
 
-    /// The parents, first the one whose place the child's instructions keep.
+    /// Iterates over the parents. The first one defines the positions of the child's instructions.
     pub fn parents(&self) -> impl Iterator<Item = &'a Genome> {
         let (first, second) = match self.origin {
             Origin::Random(_) => (None, None),
@@ -134,14 +139,15 @@ impl<'a> Variation<'a> {
         first.into_iter().chain(second)
     }
 
-    /// Whether no key makes a difference: all children are one, for want of mutation and of anything to choose between.
+    /// True if all children are equal for any key: there is no mutation and no random choice
+    /// between the parents.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         match self.origin {
             Origin::Random(_) => false,
             Origin::Mutate { mutation, .. } => mutation <= 0.0,
             Origin::Recombine { first, second, recombination, mutation } => {
-                // Kinds of layers are drawn even where the second parent has the whole share.
+                // Kinds of layers are drawn even if the second parent has a share of 1.
                 let (own, other) = (first.layers(), second.layers());
                 let same_kinds = own.len() <= other.len()
                     && own.iter().zip(other).all(|(own, other)| own.kind() == other.kind());
@@ -151,7 +157,7 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// The name of the operator that the family tree records.
+    /// Name of the operator in the family tree.
     #[must_use]
     pub fn operator_name(&self) -> &'static str {
         match self.origin {
@@ -161,13 +167,14 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// A parent as it would be born unchanged: under this variation's constraints, output stage and energy limit.
+    /// Returns a parent with this variation's constraints, output stage and energy limit but no
+    /// other change.
     #[must_use]
     pub fn unchanged(&self, parent: &Genome) -> Genome {
         self.finish(Draft::copy(parent))
     }
 
-    /// The child of that key.
+    /// Returns the child of a key.
     #[must_use]
     pub fn birth(&self, key: BirthKey) -> Genome {
         self.finish(self.draft(key))
@@ -178,22 +185,22 @@ impl<'a> Variation<'a> {
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {
                 let mut draft = Draft::copy(parent);
-                mutate::draft(&mut draft, mutation, key, true, &self.held(parent));
+                mutate::draft(&mut draft, mutation, key, true, &self.resolve_locks(parent));
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {
-                let held = self.held(first);
-                let mut draft = recombine::draft(first, second, recombination, key, &held);
-                mutate::draft(&mut draft, mutation, key, false, &held);
+                let locked = self.resolve_locks(first);
+                let mut draft = recombine::draft(first, second, recombination, key, &locked);
+                mutate::draft(&mut draft, mutation, key, false, &locked);
                 draft
             }
         }
     }
 
-    fn held(&self, first: &Genome) -> Held {
+    fn resolve_locks(&self, first: &Genome) -> ResolvedLocks {
         match self.locks {
-            Some(locks) => Held::of(first, locks),
-            None => Held::nothing(first.instructions().len()),
+            Some(locks) => ResolvedLocks::of(first, locks),
+            None => ResolvedLocks::none(first.instructions().len()),
         }
     }
 

@@ -1,4 +1,5 @@
-//! What the operators promise: determinism, closure, the share of each parent, effect growing with the amount.
+//! Guarantees of the operators: determinism, closure, shares of the parents, effect growing with
+//! the amount.
 
 use super::*;
 use crate::OpcodeSet;
@@ -24,7 +25,7 @@ fn birth_gives_the_same_child_when_the_key_is_the_same() {
 }
 
 #[test]
-fn children_are_all_one_when_nothing_is_left_to_chance() {
+fn children_are_equal_when_nothing_is_random() {
     let (a, b) = (parent(0), parent(1));
     let models = Dialect { length: 0, ..Dialect::default() };
     let models: Vec<_> = (0..40).map(|slot| Variation::random(models).birth(key(slot))).collect();

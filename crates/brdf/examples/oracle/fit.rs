@@ -1,4 +1,4 @@
-//! The ABC and SGD models with published fits of MERL's materials, against values by another program.
+//! ABC and SGD with the published fits of MERL materials, against values of another program.
 
 use std::collections::HashMap;
 use std::fs::{read_dir, read_to_string};
@@ -8,20 +8,20 @@ use brood_brdf::{Model, ModelKind};
 
 use crate::{Failure, pairs};
 
-/// Of a published value that is nearly 0, relative errors say nothing.
+/// Smallest divisor of relative errors.
 const FLOOR: f64 = 1e-12;
 const CLOSE: f64 = 1e-6;
 const CLOSE_SHARE: f64 = 0.999;
 const WORST: f64 = 5e-6;
 
-/// Both models; true where they agree.
+/// Compares both models. Returns true if they agree.
 pub fn check(data: &Path) -> Result<bool, Failure> {
     let abc = compare(data, "abc", "abc_low2012_microfacet.csv", ModelKind::Abc, &ABC_COLUMNS)?;
     let sgd = compare(data, "sgd", "sgd_bagher2012.csv", ModelKind::Sgd, &SGD_COLUMNS)?;
     Ok(abc && sgd)
 }
 
-/// Parameters of a model and the columns that hold them; `_r`, `_g` and `_b` are added for colours.
+/// Parameters of a model and their columns; colours have columns with `_r`, `_g` and `_b` appended.
 const ABC_COLUMNS: [(&str, &str); 5] =
     [("diffuse", "kD"), ("a", "A"), ("b", "B"), ("c", "C"), ("ior", "ior")];
 const SGD_COLUMNS: [(&str, &str); 11] = [
@@ -46,7 +46,7 @@ fn compare(
     columns: &[(&str, &str)],
 ) -> Result<bool, Failure> {
     let rows = table_rows(&data.join("tables").join(table))?;
-    // That the parameters' ranges hold every published fit.
+    // Checks that the parameter ranges include every published fit.
     for (material, row) in &rows {
         model(kind, columns, row).map_err(|error| format!("{table}, {material}: {error}"))?;
     }
@@ -104,7 +104,7 @@ fn model(
     Ok(model)
 }
 
-/// The numbers of a table by material and column; words are left out.
+/// Numbers of a table by material and column; skips other cells.
 fn table_rows(path: &Path) -> Result<HashMap<String, HashMap<String, f64>>, Failure> {
     let text = read_to_string(path)?;
     let mut lines = text.lines();

@@ -1,4 +1,5 @@
-//! Rows of Cornell's files as directions and colours, against the same made by another program with seven digits.
+//! Rows of Cornell's files as directions and colours, against the output of another program with
+//! seven digits.
 
 use std::fs::read;
 use std::path::Path;
@@ -7,13 +8,14 @@ use brood_brdf::{Brdf, Samples, Scattered};
 
 use crate::{Failure, files, pairs};
 
-/// Of directions, and of colours relative to the largest channel of the row.
+/// Bounds of direction components, and of colours relative to the largest channel of the row.
 const DIRECTION: f64 = 2e-6;
 const COLOR: f64 = 2e-6;
-/// Colours that are darker are compared with this.
+/// Smallest divisor of relative colour errors.
 const FLOOR: f64 = 1e-6;
 
-/// All materials; true where rows agree and the interpolation goes through them.
+/// Compares all materials. Returns true if the rows agree and the interpolation passes through
+/// them.
 pub fn check(data: &Path) -> Result<bool, Failure> {
     let folder = data.join("cornell");
     let mut good = true;

@@ -1,4 +1,5 @@
-//! How well scattered samples tell what was held out: of models whose values are known anywhere, and of measurements.
+//! Error of the interpolation of scattered samples at held-out samples, for models and for
+//! measurements.
 
 use std::path::Path;
 
@@ -7,9 +8,9 @@ use glam::DVec3;
 
 use crate::{Failure, Spread, files, pairs};
 
-/// Samples of a model, and as many that are asked for.
+/// Number of samples of a model, and of held-out samples.
 const COUNT: usize = 4096;
-/// Models, and bounds of the median and of 99 of 100 relative errors.
+/// Models with bounds of the median and of the 99th percentile of relative errors.
 const MODELS: [(&str, f64, f64); 7] = [
     ("lambert", 1e-9, 1e-9),
     ("oren-nayar", 1e-4, 1e-2),
@@ -20,8 +21,8 @@ const MODELS: [(&str, f64, f64); 7] = [
     ("ward", 3e-4, 0.05),
 ];
 
-/// Prints what was found; true where models are within their bounds. Measurements, which are neither exactly reciprocal nor dense where
-/// they are bright, have none.
+/// Prints the errors. Returns true if those of the models are within their bounds. Measurements
+/// have no bounds: they are neither exactly reciprocal nor dense where they are bright.
 pub fn check(data: &Path) -> Result<bool, Failure> {
     let mut good = true;
     for (text, median, most) in MODELS {
@@ -63,7 +64,7 @@ fn compare(
 ) -> Result<Spread, Failure> {
     let mut brightest: Vec<f64> = known.iter().map(|(_, rgb)| rgb.max_element()).collect();
     brightest.sort_by(f64::total_cmp);
-    // Of what is nearly black, relative errors say nothing.
+    // Limits relative errors of nearly black values.
     let floor = 0.01 * brightest[brightest.len() / 2];
     let scattered = Scattered::new(&Samples::new(known)?);
     let error = |(pair, rgb): &(DirectionPair, DVec3)| {
@@ -73,7 +74,7 @@ fn compare(
     Spread::of(asked.iter().flat_map(error).collect())
 }
 
-/// Pairs, every second of them near the highlight, by an additive sequence.
+/// Pairs of an additive sequence; every second one near the highlight.
 fn directions(from: usize) -> impl Iterator<Item = DirectionPair> {
     let direction = |z: f64, turns: f64| {
         let sine = (1.0 - z * z).sqrt();

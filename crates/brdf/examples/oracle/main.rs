@@ -1,8 +1,10 @@
-//! Models and readers of measurements against values by others: `cargo run --release -p brood-brdf --example oracle -- DATA`.
+//! Compares models and readers of measurements with values of other implementations: `cargo run
+//! --release -p brood-brdf --example oracle -- DATA`.
 //!
-//! DATA holds published fits (`tables/`), measured materials (`rgl/`, `cornell/`) and, for some of them, pairs of directions with f as
-//! another implementation has it (`oracle/*.csv`, `cornell/*.csv`). Each comparison says what it found; ends with 1 where one is
-//! beyond its bounds.
+//! DATA holds published fits (`tables/`), measured materials (`rgl/`, `cornell/`) and, for some of
+//! them, pairs of directions with f computed by another implementation (`oracle/*.csv`,
+//! `cornell/*.csv`). Each comparison prints its errors. The exit code is 1 if one exceeds its
+//! bounds.
 
 mod fit;
 mod goniometer;
@@ -21,7 +23,7 @@ type Row = (DirectionPair, [f64; 3]);
 
 fn main() -> ExitCode {
     let Some(data) = std::env::args().nth(1) else {
-        eprintln!("oracle: name the folder of the data");
+        eprintln!("oracle: expected the folder of the data as argument");
         return ExitCode::from(2);
     };
     match run(Path::new(&data)) {
@@ -42,7 +44,7 @@ fn run(data: &Path) -> Result<bool, Failure> {
     Ok(fits && rgl && goniometer && held_out)
 }
 
-/// Pairs of directions and f.
+/// Reads pairs of directions with f.
 fn pairs(path: &Path) -> Result<Vec<Row>, Failure> {
     let text = read_to_string(path)?;
     let row = |line: &str| {
@@ -55,7 +57,7 @@ fn pairs(path: &Path) -> Result<Vec<Row>, Failure> {
     text.lines().skip(1).filter(|line| !line.is_empty()).map(row).collect()
 }
 
-/// Files of a folder with an ending, by name, with their names without it.
+/// Lists the files of a folder with an ending, as (name without the ending, path), sorted.
 fn files(folder: &Path, ending: &str) -> Result<Vec<(String, PathBuf)>, Failure> {
     let mut found = Vec::new();
     for entry in read_dir(folder)? {
@@ -69,7 +71,7 @@ fn files(folder: &Path, ending: &str) -> Result<Vec<(String, PathBuf)>, Failure>
     Ok(found)
 }
 
-/// How large errors are.
+/// Distribution of relative errors.
 struct Spread {
     median: f64,
     most: f64,
@@ -77,7 +79,7 @@ struct Spread {
 }
 
 impl Spread {
-    /// Of at least one error; `most` is the 99th percentile.
+    /// Requires at least one error; `most` is the 99th percentile.
     fn of(mut errors: Vec<f64>) -> Result<Self, Failure> {
         errors.sort_by(f64::total_cmp);
         let worst = *errors.last().ok_or("nothing was compared")?;

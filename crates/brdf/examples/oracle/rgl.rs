@@ -7,14 +7,14 @@ use brood_brdf::{Brdf, Rgl};
 
 use crate::{Failure, Spread, files, pairs};
 
-/// Below this, errors are of it.
+/// Smallest divisor of relative errors.
 const FLOOR: f64 = 1e-4;
-/// Bounds of the median, of 99 of 100 and of all relative errors.
+/// Bounds of the median, of the 99th percentile and of the largest relative error.
 const MEDIAN: f64 = 2e-6;
 const MOST: f64 = 3e-4;
 const WORST: f64 = 1e-2;
 
-/// All materials; true where they agree. Values below 0 are 0 on both sides.
+/// Compares all materials. Returns true if they agree. Values below 0 are 0 on both sides.
 pub fn check(data: &Path) -> Result<bool, Failure> {
     let mut good = true;
     for (name, path) in files(&data.join("rgl"), ".bsdf")? {

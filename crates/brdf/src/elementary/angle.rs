@@ -1,7 +1,7 @@
-//! Angles of the first quadrant from their sine or cosine, without a branch.
+//! Angles of the first quadrant from their sine or cosine, branch-free.
 //!
-//! The rational approximation is that of fdlibm (Sun Microsystems 1993, `e_asin.c`): asin x = x + x R(x^2) up to 1/2, and
-//! beyond that twice the angle of sqrt((1 - x) / 2) away from a right angle.
+//! The rational approximation is that of fdlibm (Sun Microsystems 1993, `e_asin.c`): asin x = x + x
+//! R(x^2) up to 1/2; beyond that, pi/2 minus twice the angle with sine sqrt((1 - x) / 2).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -23,8 +23,8 @@ const DENOMINATOR: [f64; 5] = [
     7.703_815_055_590_194e-2,
 ];
 
-/// The angle within half of a right one whose sine is `x`, or that of sqrt((1 - x) / 2) where `x` is above 1/2; and
-/// whether it is above.
+/// Returns an angle of at most pi/4 and whether `x` is above 1/2. The angle has sine `x`, or sine
+/// sqrt((1 - x) / 2) where `x` is above 1/2.
 #[inline(always)]
 fn small_angle(x: f64) -> (f64, bool) {
     let is_far = x > 0.5;

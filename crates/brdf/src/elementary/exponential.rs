@@ -1,22 +1,23 @@
-//! Exponential, logarithm and power without a branch.
+//! Exponential, logarithm and power, branch-free.
 //!
-//! Reductions and coefficients are those of fdlibm (Sun Microsystems 1993, `e_exp.c` and `e_log.c`); its case distinctions
-//! are selections here, and whole numbers are read from the bits of sums.
+//! Range reductions and coefficients are those of fdlibm (Sun Microsystems 1993, `e_exp.c` and
+//! `e_log.c`). Its branches are selections here, and integers are read from the bits of sums.
 
 use std::f64::consts::LOG2_E;
 
 use super::polynomial;
 
-/// 1.5 * 2^52: adding and subtracting it rounds to the nearest integer, and the low bits of the sum are that integer.
+/// 1.5 * 2^52: adding and subtracting it rounds to the nearest integer. The low bits of the sum are
+/// that integer.
 pub(super) const ROUNDING: f64 = 6_755_399_441_055_744.0;
-/// ln 2 in two parts; products of the first with integers below 2^20 are exact.
+/// ln 2 as the sum of two parts; products of the first with integers below 2^20 are exact.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 const EXPONENT_BIAS: f64 = 1023.0;
 const MANTISSA_BITS: u32 = 52;
 const MANTISSA: u64 = (1 << MANTISSA_BITS) - 1;
-/// 2^52 in bits: the low bits of numbers from there on are their units.
+/// Bits of 2^52. The unit in the last place of floats in [2^52, 2^53) is 1.
 const UNITS: u64 = 0x4330_0000_0000_0000;
-/// The upper half of the bits of sqrt(1/2), where mantissas begin, and of 1 above it.
+/// Upper half of the bits of sqrt(1/2), the least mantissa after range reduction; and 1 minus it.
 const SQRT_HALF: u64 = 0x3fe6_a09e_0000_0000;
 const ONE_ABOVE_SQRT_HALF: u64 = 0x3ff0_0000_0000_0000 - SQRT_HALF;
 
@@ -38,7 +39,7 @@ const LN_ODD: [f64; 3] =
 
 #[inline(always)]
 pub(super) fn exp(x: f64) -> f64 {
-    // Comparisons that leave NaN as it is.
+    // Written as comparisons because they keep NaN.
     let x = if x < -746.0 { -746.0 } else { x };
     let x = if x > 710.0 { 710.0 } else { x };
     let k = (x * LOG2_E + ROUNDING) - ROUNDING;
@@ -48,12 +49,13 @@ pub(super) fn exp(x: f64) -> f64 {
     let r2 = r * r;
     let c = r - r2 * polynomial(r2, EXP);
     let power = 1.0 + ((r * c / (2.0 - c) - low) + high);
-    // In two steps, the first of them exact: so what is below the normal numbers is rounded once.
+    // In two steps, of which the first is exact, so that subnormal results are rounded only
+    // once.
     let half = (0.5 * k + ROUNDING) - ROUNDING;
     power * two_to_the(half) * two_to_the(k - half)
 }
 
-/// 2^k of an integer from -1022 to 1023.
+/// 2^k for an integer k in [-1022, 1023].
 #[inline(always)]
 fn two_to_the(k: f64) -> f64 {
     f64::from_bits((k + (ROUNDING + EXPONENT_BIAS)).to_bits() << MANTISSA_BITS)

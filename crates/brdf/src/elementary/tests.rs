@@ -1,8 +1,9 @@
-//! The branchless functions against `libm`: over all exponents, near what is special, and where models take them.
+//! Branchless functions against `libm`: over all exponents, near special values, and in the ranges
+//! that models use.
 
 use super::{Branchless, Elementary, Libm};
 
-/// Distance in units of the last place of the second.
+/// Distance of `got` from `wanted` in units in the last place of `wanted`.
 fn ulps(got: f64, wanted: f64) -> f64 {
     if got.to_bits() == wanted.to_bits() || (got.is_nan() && wanted.is_nan()) {
         return 0.0;
@@ -11,7 +12,7 @@ fn ulps(got: f64, wanted: f64) -> f64 {
     (bits(got) - bits(wanted)).unsigned_abs() as f64
 }
 
-/// Positive numbers of every exponent, `per_exponent` of each, with mantissas that have no pattern.
+/// Positive floats of every exponent, `per_exponent` of each, with pseudo-random mantissas.
 fn positive(per_exponent: u64) -> impl Iterator<Item = f64> {
     let count = 2046 * per_exponent;
     (0..count).map(move |k| {
@@ -20,7 +21,7 @@ fn positive(per_exponent: u64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Evenly from `low` to `high`, ends included.
+/// `count` + 1 evenly spaced values from `low` to `high` inclusive.
 fn evenly(low: f64, high: f64, count: u32) -> impl Iterator<Item = f64> {
     (0..=count).map(move |k| low + (high - low) * f64::from(k) / f64::from(count))
 }
@@ -39,7 +40,7 @@ fn worst(
 }
 
 #[test]
-fn exponential_is_within_two_units_of_the_last_place_from_overflow_to_underflow() {
+fn exponential_is_within_two_ulp_from_overflow_to_underflow() {
     let all = || {
         let signs = positive(50).filter(|x| *x < 1000.0).flat_map(|x| [x, -x]);
         signs.chain(evenly(-750.0, 711.0, 1_000_000)).chain(evenly(-1.0, 1.0, 100_000))
@@ -51,7 +52,7 @@ fn exponential_is_within_two_units_of_the_last_place_from_overflow_to_underflow(
 }
 
 #[test]
-fn logarithm_is_within_two_units_of_the_last_place_of_every_positive_number() {
+fn logarithm_is_within_two_ulp_of_every_positive_number() {
     let all = || positive(500).chain(evenly(0.5, 2.0, 1_000_000));
     assert!(worst("ln", all(), Branchless::ln, Libm::ln) <= 2.0);
     for x in [0.0, -0.0, 1.0, f64::INFINITY, f64::NAN, -1.0, f64::NEG_INFINITY, 5e-324] {
@@ -60,7 +61,7 @@ fn logarithm_is_within_two_units_of_the_last_place_of_every_positive_number() {
 }
 
 #[test]
-fn power_is_as_near_as_its_exponent_allows() {
+fn power_error_is_bounded_by_its_exponent() {
     let mut least_slack = f64::INFINITY;
     for y in [0.01, 0.5, 0.7, 1.0, 2.0, 30.0, 1000.0, 99_999.0, -0.3, -4.0] {
         for x in positive(3).chain(evenly(1e-3, 1.0, 20_000)).chain(evenly(0.9999, 1.0, 20_000)) {
@@ -88,7 +89,7 @@ fn power_is_as_near_as_its_exponent_allows() {
 }
 
 #[test]
-fn angles_are_within_four_units_of_the_last_place() {
+fn angles_are_within_four_ulp() {
     let cosines = || {
         let near_one = positive(20).filter(|x| *x < 0.5).map(|x| 1.0 - x);
         evenly(0.0, 1.0, 1_000_000).chain(near_one).chain(positive(20).filter(|x| *x <= 1.0))
@@ -96,7 +97,7 @@ fn angles_are_within_four_units_of_the_last_place() {
     assert!(worst("acos", cosines(), Branchless::acos, Libm::acos) <= 2.0);
     let of_sine = |sin: f64| (sin, (1.0 - sin * sin).sqrt());
     let of_cosine = |cos: f64| ((1.0 - cos * cos).sqrt(), cos);
-    // The pair is unit to its rounding only, and either function trusts another one of the two.
+    // The pair is unit only to rounding, and the two functions read different components of it.
     let relative = |(sin, cos)| {
         let (got, wanted) = (Branchless::angle(sin, cos), Libm::angle(sin, cos));
         (got - wanted).abs() / wanted.max(f64::MIN_POSITIVE)
@@ -108,7 +109,7 @@ fn angles_are_within_four_units_of_the_last_place() {
 }
 
 #[test]
-fn error_function_is_right_to_six_in_sixteen_digits() {
+fn error_function_is_within_6e_16() {
     let all = evenly(0.0, 6.0, 1_000_000).chain(positive(20).filter(|x| *x <= 6.0));
     let off = all.map(|x| (Branchless::erf(x) - Libm::erf(x)).abs()).fold(0.0, f64::max);
     println!("erf: {off:e}");

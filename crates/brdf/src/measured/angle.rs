@@ -1,4 +1,4 @@
-//! Half and difference angles, which isotropic tables are indexed by.
+//! Half and difference angles, the coordinates of isotropic tables.
 
 use std::f64::consts::PI;
 
@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use crate::DirectionPair;
 
-/// The angles of Rusinkiewicz 1998 of a pair above the surface, without that of the half vector about the normal.
+/// Angles of Rusinkiewicz 1998 of a pair above the surface, without the azimuth of the half vector.
 ///
 /// # Units
-/// Radians; `phi_d` from 0 to pi: exchanging the directions turns it by pi, which a reciprocal material does not tell apart.
+/// Radians. `phi_d` is in [0, pi]: swapping the directions adds pi, which a reciprocal material
+/// cannot distinguish.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Angles {
     pub(super) theta_h: f64,
@@ -18,7 +19,8 @@ pub(super) struct Angles {
 }
 
 impl Angles {
-    /// None where a direction is not above the surface. The same bits for the swapped pair.
+    /// Returns `None` unless both directions are above the surface. The swapped pair gives the
+    /// same bits.
     pub(super) fn of(pair: &DirectionPair) -> Option<Self> {
         let (wi, wo) = (pair.wi(), pair.wo());
         if !(wi.z > 0.0 && wo.z > 0.0) {
@@ -27,9 +29,10 @@ impl Angles {
         let (sum, apart) = (wi + wo, upwards(wi - wo));
         let across = libm::hypot(sum.x, sum.y);
         let theta_h = libm::atan2(across, sum.z);
-        // Half the lengths of sum and difference are the cosine and the sine of the angle between wi and h.
+        // |wi + wo| / 2 and |wi - wo| / 2 are the cosine and the sine of the angle between
+        // wi and h.
         let theta_d = libm::atan2(apart.length(), sum.length());
-        // The frame of h: along the meridian, and along the circle of latitude.
+        // Frame of h: along the meridian, and along the circle of latitude.
         let (cos, sin) = if across > 0.0 { (sum.x / across, sum.y / across) } else { (1.0, 0.0) };
         let length = sum.length();
         let along =
@@ -41,7 +44,7 @@ impl Angles {
     }
 }
 
-/// The one of a vector and its opposite whose last part that is not 0 is positive.
+/// Returns `w` or `-w`, such that the last component that is not 0 is positive.
 fn upwards(w: DVec3) -> DVec3 {
     let last = [w.z, w.y, w.x].into_iter().find(|part| *part != 0.0).unwrap_or(0.0);
     if last < 0.0 { -w } else { w + DVec3::ZERO }
@@ -57,7 +60,7 @@ mod tests {
         DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
     }
 
-    /// wi and wo of angles, by turning them as the definition says.
+    /// The pair with these angles, by the rotations of the definition.
     fn pair(theta_h: f64, theta_d: f64, phi_d: f64, phi_h: f64) -> DirectionPair {
         let turn = |w: DVec3| {
             let (sin, cos) = theta_h.sin_cos();
@@ -70,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_those_that_directions_were_made_of_and_swapping_changes_no_bit() {
+    fn angles_round_trip_and_swapping_changes_no_bit() {
         let mut checked = 0;
         for theta_h in [1e-6, 0.2, 0.7, 1.2] {
             for theta_d in [1e-5, 0.3, 0.8, 1.3] {
@@ -89,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_at_the_normal_and_equal_directions_have_angles() {
+    fn angles_exist_for_equal_directions_and_not_below_the_surface() {
         let z = DirectionPair::new(DVec3::Z, DVec3::Z).unwrap();
         assert_eq!(Angles::of(&z), Some(Angles { theta_h: 0.0, theta_d: 0.0, phi_d: 0.0 }));
         let below = DirectionPair::new(DVec3::Z, DVec3::NEG_Z).unwrap();

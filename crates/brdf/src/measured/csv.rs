@@ -1,4 +1,4 @@
-//! Samples as a table of text: the columns wix, wiy, wiz, wox, woy, woz, r, g, b, found by their names.
+//! Samples as CSV with the columns wix, wiy, wiz, wox, woy, woz, r, g, b in any order.
 
 use glam::DVec3;
 
@@ -7,25 +7,29 @@ use crate::{DirectionError, DirectionPair};
 
 const COLUMNS: [&str; 9] = ["wix", "wiy", "wiz", "wox", "woy", "woz", "r", "g", "b"];
 
-/// What is wrong with a table. Rows count from 1 after the header.
+/// Error of [`Samples::from_csv`]. Rows count from 1 after the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CsvError {
-    /// A column is missing or there twice.
+    /// A column is missing or appears twice.
     #[error("the header must have the column {0} once")]
     Column(&'static str),
-    /// A row has no such field, or it is no number.
+    /// A field is missing or not a finite number.
     #[error("row {0}: {1} is not a finite number")]
     Number(usize, &'static str),
-    /// A row's vector is no direction.
+    /// A vector is not a direction.
     #[error("row {0}: {1}: {2}")]
     Direction(usize, &'static str, DirectionError),
-    /// No material.
+    /// The rows are no valid samples.
     #[error(transparent)]
     Samples(#[from] SampleError),
 }
 
 impl Samples {
-    /// Reads a table: a header, then a row a sample; other columns, empty lines and lines that begin with `#` are left out.
+    /// Reads a table: a header, then one row per sample. Ignores other columns, empty lines and
+    /// lines that begin with `#`.
+    ///
+    /// # Errors
+    /// Returns [`CsvError`] with the row and the column that are wrong.
     pub fn from_csv(bytes: &[u8]) -> Result<Self, CsvError> {
         let text = String::from_utf8_lossy(bytes);
         let text = text.trim_start_matches('\u{feff}');
@@ -41,7 +45,7 @@ impl Samples {
     }
 }
 
-/// Also a name as `wi_x`.
+/// Index of a column; names may have underscores, as in `wi_x`.
 fn find(header: &[&str], name: &'static str) -> Result<usize, CsvError> {
     let same = |column: &str| column.chars().filter(|c| *c != '_').eq(name.chars());
     let mut found = header.iter().enumerate().filter(|(_, column)| same(column));
@@ -61,7 +65,8 @@ fn row(line: &str, number: usize, places: &[usize; 9]) -> Result<(DirectionPair,
     let [wix, wiy, wiz, wox, woy, woz, r, g, b] = values;
     let (wi, wo) = (DVec3::new(wix, wiy, wiz), DVec3::new(wox, woy, woz));
     let refused = |name| move |error| CsvError::Direction(number, name, error);
-    // Each against itself first, so that the message can say which of the two it is.
+    // Checks each direction paired with itself first, so that the error names the right
+    // one.
     DirectionPair::new(wi, wi).map_err(refused("wi"))?;
     let pair = DirectionPair::new(wi, wo).map_err(refused("wo"))?;
     Ok((pair, DVec3::new(r, g, b)))
@@ -92,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_tables_are_refused_with_the_row_and_the_column() {
+    fn bad_tables_are_rejected_with_the_row_and_the_column() {
         let refused = |text: &str| Samples::from_csv(text.as_bytes()).unwrap_err().to_string();
         let row = |row: &str| refused(&format!("{HEADER}0,0,1,0,0,1,1,1,1\n{row}\n"));
         assert_eq!(refused(""), "the header must have the column wix once");
@@ -104,14 +109,16 @@ mod tests {
         assert_eq!(row("0,0,1,0,0,1,1,1"), "row 2: b is not a finite number");
         assert_eq!(row("0,0,1,0,0,1,1,inf,1"), "row 2: g is not a finite number");
         assert_eq!(row("0,0,1,0,0,x,1,1,1"), "row 2: woz is not a finite number");
-        assert!(row("0,0,1,0,0,1.0011,1,1,1").starts_with("row 2: wo: the direction has length"));
-        assert!(row("0,0.1,1,0,0,1,1,1,1").starts_with("row 2: wi: the direction has length"));
-        assert!(refused(HEADER).starts_with("there is no sample"));
-        assert!(refused(&format!("{HEADER}0,0,-1,0,0,1,1,1,1")).contains("(1 are not)"));
+        assert!(
+            row("0,0,1,0,0,1.0011,1,1,1").starts_with("row 2: wo: the length of the direction")
+        );
+        assert!(row("0,0.1,1,0,0,1,1,1,1").starts_with("row 2: wi: the length of the direction"));
+        assert!(refused(HEADER).starts_with("no sample has both directions above"));
+        assert!(refused(&format!("{HEADER}0,0,-1,0,0,1,1,1,1")).contains("(1 skipped)"));
     }
 
     #[test]
-    fn tables_that_were_cut_off_are_read_or_refused() {
+    fn truncated_tables_are_read_or_rejected() {
         let text = format!("{HEADER}0,0,1,0.6,0,0.8,1,1,1\n0.6,0,0.8,0,0,1,0.25,0.5,1e-3\n");
         for length in 0..text.len() {
             if let Ok(samples) = Samples::from_csv(&text.as_bytes()[..length]) {
@@ -122,7 +129,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+                fn any_bytes_are_read_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
             let _ = Samples::from_csv(&bytes);
             let _ = Samples::from_csv(&[HEADER.as_bytes(), &bytes].concat());
         }

@@ -1,4 +1,5 @@
-//! Cornell's `.brdf`: what a goniometer measured, as text: wavelengths, then angles and a spectrum for each pair of directions.
+//! Reader of Cornell's `.brdf` goniometer files: text with wavelengths, then angles and a spectrum
+//! for each pair of directions.
 
 use std::f64::consts::PI;
 use std::str::SplitAsciiWhitespace;
@@ -9,43 +10,46 @@ use super::sample::{SampleError, Samples};
 use super::spectrum;
 use crate::DirectionPair;
 
-/// More wavelengths than any instrument has in visible light.
-const MOST_WAVELENGTHS: usize = 1024;
+/// Largest number of wavelengths; more than any instrument has in visible light.
+const MAX_WAVELENGTHS: usize = 1024;
 const ANGLES: usize = 4;
-/// Lines that are looked at to tell another kind of file with the same ending.
+/// Number of lines searched for the signs of Disney's `.brdf` format, which has the same ending.
 const HEAD_LINES: usize = 200;
 
-/// What is wrong with a file. Rows count from 1 after the wavelengths.
+/// Error of [`Samples::from_goniometer`]. Rows count from 1 after the wavelengths.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GoniometerError {
-    /// A formula instead of measurements.
+    /// The file is a shader of Disney's BRDF Explorer, not measurements.
     #[error(
         "this .brdf file is a formula in GLSL for Disney's BRDF Explorer; only goniometer measurements are read, as text"
     )]
     Formula,
-    /// The first number is no number of wavelengths.
-    #[error("the file must begin with its number of wavelengths, from 1 to {MOST_WAVELENGTHS}")]
+    /// The file does not begin with a valid number of wavelengths.
+    #[error("the file must begin with its number of wavelengths, from 1 to {MAX_WAVELENGTHS}")]
     Count,
-    /// A wavelength is missing, no number, or not above the one before.
+    /// A wavelength is missing, not a number, or not above the one before.
     #[error("wavelength {0} is not a number of nanometres above the one before")]
     Wavelength(usize),
-    /// A row has something that is no number.
+    /// A field of a row is not a finite number.
     #[error("row {0}: number {1} of {2} is not a finite number")]
     Number(usize, usize, usize),
     /// The file ends within a row.
     #[error("row {0} has {1} of its {2} numbers")]
     Ends(usize, usize, usize),
-    /// An angle from the normal that is none.
+    /// A polar angle is too large for radians.
     #[error("row {0}: an angle from the normal is beyond pi; angles are in radians")]
     Angle(usize),
-    /// No material.
+    /// The rows are no valid samples.
     #[error(transparent)]
     Samples(#[from] SampleError),
 }
 
 impl Samples {
-    /// Reads a file; what stands behind `#` is left out. Rows are theta_i, phi_i, theta_o, phi_o in radians and f at each wavelength;
-    /// spectra become linear sRGB in which equal energy is white.
+    /// Reads a file; `#` begins a comment. Rows are theta_i, phi_i, theta_o, phi_o in radians
+    /// and f at each wavelength. Spectra become linear sRGB in which equal energy is white.
+    ///
+    /// # Errors
+    /// Returns [`GoniometerError`] with the row or wavelength that is wrong.
     pub fn from_goniometer(bytes: &[u8]) -> Result<Self, GoniometerError> {
         let text = String::from_utf8_lossy(bytes);
         if is_formula(&text) {
@@ -54,7 +58,7 @@ impl Samples {
         let mut words = text.lines().flat_map(words);
         let count = words.next().and_then(|word| word.parse().ok());
         let count: usize = count
-            .filter(|count| (1..=MOST_WAVELENGTHS).contains(count))
+            .filter(|count| (1..=MAX_WAVELENGTHS).contains(count))
             .ok_or(GoniometerError::Count)?;
         let mut wavelengths = Vec::with_capacity(count);
         for number in 1..=count {
@@ -86,7 +90,7 @@ fn is_formula(text: &str) -> bool {
     lines.any(|line| line.starts_with("analytic") || line.starts_with("::begin"))
 }
 
-/// The words of a line before its comment.
+/// Words of a line before its comment.
 fn words(line: &str) -> SplitAsciiWhitespace<'_> {
     line.split('#').next().unwrap_or_default().split_ascii_whitespace()
 }
@@ -95,7 +99,7 @@ fn number_of(word: &str) -> Option<f64> {
     word.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// None where an angle cannot be meant in radians.
+/// Returns `None` if an angle is too large for radians.
 fn sample(row: &[f64], weights: &[DVec3]) -> Option<(DirectionPair, DVec3)> {
     let &[theta_i, phi_i, theta_o, phi_o] = row.first_chunk()?;
     if theta_i.abs().max(theta_o.abs()) > PI + 1e-3 {
@@ -120,20 +124,20 @@ mod tests {
     const TEXT: &str = "# A paint\n2 # wls\n500 600.5\n\n0.1 0 0.5 -1 0.25 0.5\n0.2 0 1.5 3 1 1 0.2 0\n1.6 0 9 9\n";
 
     #[test]
-    fn rows_are_read_wherever_their_lines_end() {
+    fn rows_may_span_lines() {
         let samples = Samples::from_goniometer(TEXT.as_bytes()).unwrap();
         assert_eq!((samples.rows().len(), samples.skipped()), (2, 1));
         let (pair, rgb) = samples.rows()[0];
         let off = pair.wo() - direction(0.5, -1.0);
         assert!(off.length() < 1e-15 && (pair.cos_i() - 0.1_f64.cos()).abs() < 1e-15);
-        // More of the longer wavelength is redder than even.
+        // More light at the longer wavelength is redder than a flat spectrum.
         assert!(rgb.x > rgb.z && rgb.min_element() > 0.1, "{rgb}");
         let (_, white) = samples.rows()[1];
         assert!((white - DVec3::ONE).length() < 1e-12);
     }
 
     #[test]
-    fn other_files_are_refused_with_a_reason() {
+    fn other_files_are_rejected_with_a_reason() {
         let refused =
             |text: &str| Samples::from_goniometer(text.as_bytes()).unwrap_err().to_string();
         let formula =
@@ -154,7 +158,7 @@ mod tests {
         assert_eq!(refused("1 500 0 0 0 0 1 0 0 x"), "row 2: number 3 of 5 is not a finite number");
         assert_eq!(refused("1 500 0 0 0 0 nan"), "row 1: number 5 of 5 is not a finite number");
         assert!(refused("1 500 0 0 45 0 1").starts_with("row 1: an angle"));
-        assert!(refused("1 500").starts_with("there is no sample"));
+        assert!(refused("1 500").starts_with("no sample has"));
         assert_eq!(
             refused("2 500 600 0 0 0 0 -1e308 1.7e308"),
             "the value of sample 1 is not a finite number"
@@ -162,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_were_cut_off_are_read_or_refused() {
+    fn truncated_files_are_read_or_rejected() {
         for length in 0..TEXT.len() {
             let _ = Samples::from_goniometer(&TEXT.as_bytes()[..length]);
         }
@@ -170,7 +174,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+                fn any_bytes_are_read_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
             let _ = Samples::from_goniometer(&bytes);
             let _ = Samples::from_goniometer(&[TEXT.as_bytes(), &bytes].concat());
         }

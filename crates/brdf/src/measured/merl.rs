@@ -1,4 +1,5 @@
-//! The MERL database's `.binary`: an isotropic material as a table of half and difference angles.
+//! Reader of MERL's `.binary` files: an isotropic material as a table over half and difference
+//! angles.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,46 +8,50 @@ use glam::DVec3;
 use super::angle::Angles;
 use crate::{Brdf, Claims, DirectionPair};
 
-/// Entries along the half angle, the difference angle, and the difference azimuth over half a turn.
+/// Entries along theta_h, theta_d, and phi_d over half a turn.
 const SIZES: [usize; 3] = [90, 90, 180];
 const HEAD_BYTES: usize = 12;
 const ENTRIES: usize = SIZES[0] * SIZES[1] * SIZES[2];
-/// What the stored numbers are times, in red, green and blue.
+/// Factors from stored numbers to f in red, green and blue.
 const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
 /// A measured isotropic material.
 ///
 /// # Source
-/// Matusik et al. 2003, "A data-driven reflectance model"; the file's layout as in the database's own reader.
+/// Matusik et al. 2003, "A data-driven reflectance model"; the file's layout as in the database's
+/// own reader.
 pub struct Merl {
     /// Red, green, blue of each entry; the azimuth changes fastest.
     table: Vec<[f32; 3]>,
 }
 
-/// Why bytes are no such table.
+/// Error of [`Merl::read`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MerlError {
-    /// Fewer than its head takes.
-    #[error("a MERL file begins with three sizes; this one has {0} bytes")]
+    /// The file is shorter than its header.
+    #[error("a MERL file must begin with three sizes (12 bytes), got {0} bytes")]
     Short(usize),
-    /// A table of another size.
-    #[error("a MERL table is 90 x 90 x 180, not {0} x {1} x {2}")]
+    /// The table has another size.
+    #[error("a MERL table must be 90 x 90 x 180, got {0} x {1} x {2}")]
     Size(i32, i32, i32),
-    /// Not as many bytes as the table takes.
-    #[error("a MERL file has {wanted} bytes, not {found}")]
+    /// The file has the wrong length.
+    #[error("a MERL file must have {wanted} bytes, got {found}")]
     Length {
-        /// What it should have.
+        /// Required number of bytes.
         wanted: usize,
-        /// What it has.
+        /// Number of bytes of the file.
         found: usize,
     },
-    /// A number that is not finite.
+    /// An entry is not finite.
     #[error("entry {0} of the MERL table is not a finite number")]
     NotFinite(usize),
 }
 
 impl Merl {
-    /// Reads a file. Entries below 0, which mark what was not measured, become 0.
+    /// Reads a file. Entries below 0, which mark missing measurements, become 0.
+    ///
+    /// # Errors
+    /// Returns [`MerlError`] if the size is wrong or an entry is not finite.
     pub fn read(bytes: &[u8]) -> Result<Self, MerlError> {
         let head = bytes.get(..HEAD_BYTES).ok_or(MerlError::Short(bytes.len()))?;
         let size = |k: usize| i32::from_le_bytes([head[k], head[k + 1], head[k + 2], head[k + 3]]);
@@ -73,9 +78,9 @@ impl Merl {
         Ok(Self { table })
     }
 
-    /// The entry whose bin holds the angles, as the database's own reader has it.
+    /// Index of the bin that holds the angles, as in the database's own reader.
     fn entry(angles: &Angles) -> usize {
-        // Bins of the half angle are narrow near the highlight: by the square root.
+        // Bins of the half angle follow its square root: narrow near the highlight.
         let along_h = (angles.theta_h / FRAC_PI_2).sqrt() * SIZES[0] as f64;
         let along_d = angles.theta_d / FRAC_PI_2 * SIZES[1] as f64;
         let around = angles.phi_d / PI * SIZES[2] as f64;
@@ -101,7 +106,7 @@ fn nearest(value: f64) -> f32 {
     value as f32
 }
 
-/// The whole part of a number that is at least 0.
+/// Integer part of a number that is at least 0.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 180")]
 fn whole(value: f64) -> usize {
     value as usize
@@ -111,7 +116,7 @@ fn whole(value: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// A file whose entries are a function of their bins.
+    /// A file with entries computed from their bins.
     fn file(value: impl Fn(usize, [usize; 3]) -> f64) -> Vec<u8> {
         let mut bytes: Vec<u8> = [90_i32, 90, 180].iter().flat_map(|n| n.to_le_bytes()).collect();
         for channel in 0..3 {
@@ -127,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_are_found_by_their_angles_and_scaled() {
+    fn entries_are_indexed_by_angles_and_scaled() {
         let merl = Merl::read(&file(|channel, [h, d, phi]| {
             (channel + 1) as f64 * (h * 20_000 + d * 200 + phi) as f64
         }))
@@ -149,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_is_black_and_swapping_changes_no_bit() {
+    fn missing_measurements_are_black_and_swapping_changes_no_bit() {
         let merl =
             Merl::read(&file(|_, [h, d, phi]| if h == 0 { -1.0 } else { (h + d + phi) as f64 }))
                 .unwrap();
@@ -162,14 +167,14 @@ mod tests {
     }
 
     #[test]
-    fn other_files_are_refused_with_a_reason() {
+    fn other_files_are_rejected_with_a_reason() {
         let refused = |bytes: &[u8]| Merl::read(bytes).err().unwrap().to_string();
-        assert!(refused(b"abc").contains("this one has 3 bytes"));
+        assert!(refused(b"abc").contains("got 3 bytes"));
         let mut bytes = file(|_, _| 1.0);
         bytes.truncate(1000);
-        assert!(refused(&bytes).contains("has 34992012 bytes, not 1000"));
+        assert!(refused(&bytes).contains("must have 34992012 bytes, got 1000"));
         bytes[0] = 91;
-        assert!(refused(&bytes).contains("not 91 x 90 x 180"));
+        assert!(refused(&bytes).contains("got 91 x 90 x 180"));
         let bytes = file(|channel, [h, ..]| if (channel, h) == (1, 0) { f64::NAN } else { 1.0 });
         assert!(refused(&bytes).contains("entry 1458000"));
     }

@@ -1,4 +1,4 @@
-//! Neural materials: published weights of small networks that stand for measured tables.
+//! Neural materials: published weights of small networks that were trained on measured tables.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,9 @@ use crate::{Brdf, Claims, DirectionPair};
 /// A network of 6, 21, 21 and 3 units that was trained on a measured material.
 ///
 /// # Source
-/// Sztrajman, Rainer, Ritschel and Weyrich, *Neural BRDF Representation and Importance Sampling* (2021): half vector and difference
-/// vector in, max(exp(x) - 1, 0) out. Not exactly reciprocal.
+/// Sztrajman, Rainer, Ritschel and Weyrich, *Neural BRDF Representation and Importance Sampling*
+/// (2021): input is the half vector and the difference vector, output is max(exp(x) - 1, 0). Not
+/// exactly reciprocal.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Neural {
     w1: Vec<[f64; 21]>,
@@ -22,21 +23,21 @@ pub struct Neural {
     b3: [f64; 3],
 }
 
-/// Why a text holds no neural material.
+/// Error of reading neural materials.
 #[derive(Debug, thiserror::Error)]
 pub enum NeuralError {
-    /// Not the JSON of such a file.
-    #[error("it is no file of neural materials: {0}")]
+    /// The text is not the JSON of a file of weights.
+    #[error("not a file of neural materials: {0}")]
     Json(#[from] serde_json::Error),
-    /// Its materials are others.
-    #[error("it has no material {name}; it has {known}")]
+    /// The file has no material of that name.
+    #[error("there is no material {name}; the file has {known}")]
     Unknown {
-        /// What was asked for.
+        /// The unknown name.
         name: String,
-        /// What there is.
+        /// Names of the file's materials.
         known: String,
     },
-    /// A number of weights that the network has not, or one that is not finite.
+    /// The weights have the wrong shape, or one is not finite.
     #[error("the weights of {0} are not those of a 6-21-21-3 network")]
     Weights(String),
 }
@@ -47,14 +48,21 @@ struct File {
 }
 
 impl Neural {
-    /// The materials of a file of weights, in the order of their names.
+    /// Returns the names of the materials in a file of weights, sorted.
+    ///
+    /// # Errors
+    /// Returns [`NeuralError::Json`] if the bytes are not such a file.
     pub fn names(bytes: &[u8]) -> Result<Vec<String>, NeuralError> {
         let file: File = serde_json::from_slice(bytes)?;
         Ok(file.materials.into_keys().collect())
     }
 
-    /// The material of that name in a file of weights: `materials` by name, each with `w1` (6 x 21), `b1`, `w2`, `b2`, `w3`
-    /// (21 x 3) and `b3`, weights by input row.
+    /// Reads a material from a file of weights: `materials` by name, each with `w1` (6 x 21),
+    /// `b1`, `w2`, `b2`, `w3` (21 x 3) and `b3`; a row holds the weights of one input.
+    ///
+    /// # Errors
+    /// Returns [`NeuralError`] if the bytes are not such a file, the name is unknown, or the
+    /// weights have the wrong shape.
     pub fn read(bytes: &[u8], name: &str) -> Result<Self, NeuralError> {
         let mut file: File = serde_json::from_slice(bytes)?;
         let Some(neural) = file.materials.remove(name) else {
@@ -80,7 +88,7 @@ impl Brdf for Neural {
         let half = (pair.wi() + pair.wo()).normalize();
         let across = half.truncate().length();
         let (cos, sin) = if across > 0.0 { (half.x / across, half.y / across) } else { (1.0, 0.0) };
-        // Turned back by phi_h about the normal, then by theta_h about y.
+        // wi rotated by -phi_h about the normal, then by -theta_h about y.
         let turned = {
             let wi = pair.wi();
             DVec3::new(cos * wi.x + sin * wi.y, cos * wi.y - sin * wi.x, wi.z)
@@ -94,7 +102,7 @@ impl Brdf for Neural {
         let first = layer(&input, &self.w1, &self.b1).map(|x| x.max(0.0));
         let second = layer(&first, &self.w2, &self.b2).map(|x| x.max(0.0));
         let out = layer(&second, &self.w3, &self.b3);
-        // exp of more than this would leave what a reflectance can be.
+        // The limit of 40 keeps exp far above any reflectance and within f64.
         DVec3::from_array(out.map(|x| libm::expm1(x.min(40.0)).max(0.0)))
     }
 
@@ -127,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn network_without_weights_is_its_bias() {
+    fn network_with_zero_weights_returns_its_bias() {
         let neural = Neural::read(file(6).as_bytes(), "grey").unwrap();
         let pair = DirectionPair::new(DVec3::new(0.6, 0.0, 0.8), DVec3::Z).unwrap();
         assert!((neural.f(&pair) - DVec3::new(1.0, 0.0, 0.0)).length() < 1e-15);
@@ -136,14 +144,14 @@ mod tests {
     }
 
     #[test]
-    fn files_are_refused_with_the_reason() {
+    fn files_are_rejected_with_a_reason() {
         let refused =
             |text: &str, name: &str| Neural::read(text.as_bytes(), name).unwrap_err().to_string();
-        assert_eq!(refused(&file(6), "gold"), "it has no material gold; it has grey");
+        assert_eq!(refused(&file(6), "gold"), "there is no material gold; the file has grey");
         assert_eq!(
             refused(&file(5), "grey"),
             "the weights of grey are not those of a 6-21-21-3 network"
         );
-        assert!(refused("[1, 2]", "grey").starts_with("it is no file of neural materials: "));
+        assert!(refused("[1, 2]", "grey").starts_with("not a file of neural materials: "));
     }
 }

@@ -1,77 +1,83 @@
-//! RGL's `.bsdf`: a material measured where its own microfacets send the light, as a table over the numbers that they are drawn by.
+//! Reader of RGL's `.bsdf` files: a material measured along directions uniform from its own
+//! microfacets, tabulated over the uniform numbers of that sampling.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec2, DVec3};
 
 use super::tensor::{TensorError, Tensors};
-use super::warp::{Axis, Grid, Mix, Warp, WarpError};
+use super::warp::{Axis, Grid, SliceWeights, Warp, WarpError};
 use crate::{Brdf, Claims, DirectionPair};
 
-/// A measured material, isotropic or not.
+/// A measured material, isotropic or anisotropic.
 ///
-/// Values below 0, which colours beyond the display's have, are 0 once they are interpolated, unless they are asked for
-/// ([`Rgl::keep_negative`]).
+/// Interpolated values below 0, which occur for colours outside the display gamut, become 0 unless
+/// [`Rgl::keep_negative`] is used.
 ///
 /// # Source
-/// Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering".
+/// Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and
+/// rendering".
 pub struct Rgl {
     phi: Axis,
     theta: Axis,
     symmetry: Symmetry,
-    /// Density of the normals, and the area that they show to a direction.
+    /// Density of the normals, and their projected area in each direction.
     ndf: Grid,
     sigma: Grid,
-    /// Density of the normals that are seen from a direction.
+    /// Density of the visible normals for each direction.
     vndf: Warp,
-    /// Red, green and blue after each other, f cos_o over the density by which it was sampled.
+    /// Slices of red, green and blue: f cos_o divided by the density of the sample.
     rgb: Grid,
-    /// That density is to be multiplied with.
-    weighted: bool,
-    /// What is interpolated may be below 0.
-    negative: bool,
+    /// True if `rgb` must be multiplied by that density.
+    needs_density: bool,
+    /// True if interpolated values may be below 0.
+    keeps_negative: bool,
 }
 
-/// What turning the material about its normal changes.
+/// Symmetry under rotation azimuth the normal, from the measured range of azimuths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Symmetry {
-    /// Nothing.
+    /// Unchanged by any rotation.
     Isotropic,
-    /// Everything: measured over a whole turn.
+    /// None: measured over a full turn.
     None,
-    /// Half a turn changes nothing, and half of it was measured.
+    /// Unchanged by half a turn; half a turn was measured.
     Half,
-    /// Mirrored in both axes it is the same, and a quarter was measured.
+    /// Unchanged by mirroring along either axis; a quarter turn was measured.
     Quarter,
 }
 
-/// Why bytes are no such material.
+/// Error of [`Rgl::read`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RglError {
-    /// Not the container, or not what it should hold.
+    /// The container or one of its fields is not valid.
     #[error("the .bsdf file cannot be read: {0}")]
     Tensor(#[from] TensorError),
-    /// Spectra instead of colours.
+    /// The file has spectra instead of colours.
     #[error(
         "the .bsdf file holds spectra at {0} wavelengths; only the RGB variant of a material is read"
     )]
     Spectral(usize),
-    /// Angles of incidence that do not ascend.
+    /// The angles of incidence do not ascend.
     #[error("the angles {0} of the .bsdf file do not ascend")]
     Angles(&'static str),
-    /// A table with fewer than two entries along a side.
+    /// A table has fewer than two entries along a side.
     #[error("the table {0} of the .bsdf file is too small")]
     Small(&'static str),
-    /// A density below 0.
+    /// A density is below 0.
     #[error("entry {1} of the table {0} of the .bsdf file is below 0")]
     Negative(&'static str, usize),
-    /// A direction from which nothing is seen.
+    /// The density of visible normals is 0 everywhere for one direction.
     #[error("the table vndf of the .bsdf file is 0 everywhere for the incidence number {0}")]
     Empty(usize),
 }
 
 impl Rgl {
     /// Reads a file.
+    ///
+    /// # Errors
+    /// Returns [`RglError`] if the file is damaged, has spectra, or has tables of the wrong
+    /// size or sign.
     pub fn read(bytes: &[u8]) -> Result<Self, RglError> {
         let tensors = Tensors::open(bytes)?;
         if let (None, Some(shape)) = (tensors.shape("rgb"), tensors.shape("spectra")) {
@@ -101,20 +107,31 @@ impl Rgl {
         let ([.., height, width], _) = tensors.floats::<5>("rgb")?;
         let values = tensors.shaped("rgb", [slices[0], slices[1], 3, height, width])?;
         let rgb = Grid::new((height, width), values).ok_or(RglError::Small("rgb"))?;
-        let weighted = tensors.byte("jacobian")? != 0;
+        let needs_density = tensors.byte("jacobian")? != 0;
         let symmetry = Symmetry::of(&phi);
-        Ok(Self { phi, theta, symmetry, ndf, sigma, vndf, rgb, weighted, negative: false })
+        Ok(Self {
+            phi,
+            theta,
+            symmetry,
+            ndf,
+            sigma,
+            vndf,
+            rgb,
+            needs_density,
+            keeps_negative: false,
+        })
     }
 
-    /// The same with the values below 0 that its tables give: no reflectance, but what other readers of the file have.
+    /// Returns the material with negative values kept: not physical, but comparable with other
+    /// readers.
     #[must_use]
     pub fn keep_negative(self) -> Self {
-        Self { negative: true, ..self }
+        Self { keeps_negative: true, ..self }
     }
 }
 
 impl Symmetry {
-    /// By how much of a turn was measured.
+    /// Derives the symmetry from the measured fraction of a turn.
     fn of(phi: &Axis) -> Self {
         if phi.len() <= 2 {
             return Self::Isotropic;
@@ -127,9 +144,9 @@ impl Symmetry {
         }
     }
 
-    /// The same directions to this material, where it was measured.
+    /// Maps a pair to an equivalent pair within the measured azimuths.
     fn reduce(self, wi: DVec3, wo: DVec3) -> (DVec3, DVec3) {
-        // Measured are azimuths from -pi to 0, or to -pi / 2.
+        // Measured azimuths are -pi to 0, or -pi to -pi / 2.
         let (x, y) = match self {
             Self::Isotropic | Self::None => (false, false),
             Self::Half => (wi.y > 0.0, wi.y > 0.0),
@@ -141,8 +158,8 @@ impl Symmetry {
     }
 }
 
-/// Where a direction lies in the square: the polar angle by its square root, then the azimuth.
-fn place(theta: f64, phi: f64) -> DVec2 {
+/// Position of a direction in the unit square: square root of the polar angle, then the azimuth.
+fn square_position(theta: f64, phi: f64) -> DVec2 {
     let turns = (phi + PI) / TAU;
     DVec2::new((theta / FRAC_PI_2).sqrt(), turns - turns.floor())
 }
@@ -160,19 +177,19 @@ impl Brdf for Rgl {
         let h = wi + wo;
         let (theta_i, phi_i) = (polar(wi), libm::atan2(wi.y, wi.x));
         let (theta_m, phi_m) = (polar(h), libm::atan2(h.y, h.x));
-        let about = if self.symmetry == Symmetry::Isotropic { phi_m - phi_i } else { phi_m };
-        let normal = place(theta_m, about);
-        let mix = Mix::of((&self.phi, phi_i), (&self.theta, theta_i));
-        let drawn = self.vndf.invert(normal, &mix);
-        let rgb = [0, 1, 2].map(|channel| self.rgb.strided(drawn, &mix, (3, channel)));
-        let least = if self.negative { DVec3::NEG_INFINITY } else { DVec3::ZERO };
+        let azimuth = if self.symmetry == Symmetry::Isotropic { phi_m - phi_i } else { phi_m };
+        let normal = square_position(theta_m, azimuth);
+        let weights = SliceWeights::of((&self.phi, phi_i), (&self.theta, theta_i));
+        let uniform = self.vndf.invert(normal, &weights);
+        let rgb = [0, 1, 2].map(|channel| self.rgb.strided(uniform, &weights, (3, channel)));
+        let least = if self.keeps_negative { DVec3::NEG_INFINITY } else { DVec3::ZERO };
         let mut f = DVec3::from_array(rgb).max(least) / pair.cos_o();
-        if self.weighted {
-            let sigma = self.sigma.at(place(theta_i, phi_i), &Mix::WHOLE);
+        if self.needs_density {
+            let sigma = self.sigma.at(square_position(theta_i, phi_i), &SliceWeights::WHOLE);
             if sigma <= 0.0 {
                 return DVec3::ZERO;
             }
-            f *= self.ndf.at(normal, &Mix::WHOLE) / (4.0 * sigma);
+            f *= self.ndf.at(normal, &SliceWeights::WHOLE) / (4.0 * sigma);
         }
         f
     }

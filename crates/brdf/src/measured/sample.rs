@@ -1,39 +1,43 @@
-//! Samples of a material: pairs of directions and what was measured there.
+//! Samples of a material: pairs of directions with the measured f.
 
 use glam::DVec3;
 
 use crate::DirectionPair;
 
-/// More than this are refused, so that what is made of them fits into memory.
-const MOST: usize = 1 << 18;
+/// Largest number of samples; bounds the memory of everything derived from them.
+const MAX_SAMPLES: usize = 1 << 18;
 
-/// Pairs of directions above the surface, and f of each.
+/// Measured values of f at pairs of directions above the surface.
 #[derive(Debug, Clone)]
 pub struct Samples {
     rows: Vec<(DirectionPair, DVec3)>,
     skipped: usize,
 }
 
-/// Why there are no samples.
+/// Error of [`Samples::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
-    /// None is left.
-    #[error("there is no sample with both directions above the surface ({0} are not)")]
+    /// No sample is above the surface.
+    #[error("no sample has both directions above the surface ({0} skipped)")]
     None(usize),
-    /// More than can be held.
-    #[error("there are {0} samples; at most {MOST} are read")]
+    /// Too many samples.
+    #[error("at most {MAX_SAMPLES} samples are allowed, got {0}")]
     Many(usize),
-    /// A value that is not finite; samples count from 1.
+    /// A value is not finite; samples count from 1.
     #[error("the value of sample {0} is not a finite number")]
     Value(usize),
 }
 
 impl Samples {
-    /// Takes pairs and values in linear red, green and blue, which may be below 0. Pairs with a direction that is not above the surface
-    /// are left out and counted.
+    /// Takes pairs with values of f in linear red, green and blue, which may be below 0. Skips
+    /// and counts pairs with a direction below the surface.
+    ///
+    /// # Errors
+    /// Returns [`SampleError`] if there are too many samples, a value is not finite, or no
+    /// sample is above the surface.
     pub fn new(mut rows: Vec<(DirectionPair, DVec3)>) -> Result<Self, SampleError> {
         let all = rows.len();
-        if all > MOST {
+        if all > MAX_SAMPLES {
             return Err(SampleError::Many(all));
         }
         if let Some(at) = rows.iter().position(|(_, rgb)| !rgb.is_finite()) {
@@ -47,13 +51,13 @@ impl Samples {
         Ok(Self { rows, skipped })
     }
 
-    /// Those that are above the surface, in their order.
+    /// Samples above the surface, in the given order.
     #[must_use]
     pub fn rows(&self) -> &[(DirectionPair, DVec3)] {
         &self.rows
     }
 
-    /// How many were left out.
+    /// Number of samples that were skipped.
     #[must_use]
     pub fn skipped(&self) -> usize {
         self.skipped
@@ -65,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_below_is_counted_and_nothing_is_no_material() {
+    fn samples_below_the_surface_are_counted_and_no_samples_are_an_error() {
         let pair = |z: f64| DirectionPair::new(DVec3::Z, DVec3::Z * z).unwrap();
         let (above, below) = ((pair(1.0), DVec3::ONE), (pair(-1.0), DVec3::ONE));
         let samples = Samples::new(vec![above, below, below]).unwrap();
@@ -73,7 +77,7 @@ mod tests {
         assert_eq!(Samples::new(vec![below]).unwrap_err(), SampleError::None(1));
         let bad = (pair(1.0), DVec3::new(0.0, f64::NAN, 0.0));
         assert_eq!(Samples::new(vec![above, bad]).unwrap_err(), SampleError::Value(2));
-        let many = vec![above; MOST + 1];
-        assert_eq!(Samples::new(many).unwrap_err(), SampleError::Many(MOST + 1));
+        let many = vec![above; MAX_SAMPLES + 1];
+        assert_eq!(Samples::new(many).unwrap_err(), SampleError::Many(MAX_SAMPLES + 1));
     }
 }

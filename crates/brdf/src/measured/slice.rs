@@ -1,4 +1,5 @@
-//! The image slice of a material: what it reflects by half angle and difference angle, at a difference azimuth of a quarter turn.
+//! Image slice of a material: reflectance over half angle and difference angle at phi_d = 90
+//! degrees.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,25 +8,26 @@ use glam::DVec3;
 use super::angle::Angles;
 use crate::{Brdf, Claims, DirectionPair};
 
-/// Columns and rows.
+/// Number of columns and of rows.
 const SIDE: usize = 90;
 
-/// A material that is known by its slice alone: the difference azimuth changes nothing.
+/// A material given by its image slice alone; independent of the difference azimuth.
 ///
 /// # Source
 /// Burley 2012, section 4.2, "image slices".
 pub struct Slice {
-    /// Row by row; columns are half angles, rows difference angles, in the middles of degrees.
+    /// Row by row; columns are half angles, rows are difference angles, at the centres of whole
+    /// degrees.
     values: Vec<[f32; 3]>,
 }
 
-/// Why values are no slice.
+/// Error of [`Slice::new`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SliceError {
-    /// Of another size.
-    #[error("a slice is 90 x 90 values, not {0} x {1}")]
+    /// Wrong size.
+    #[error("a slice must be 90 x 90 values, got {0} x {1}")]
     Size(usize, usize),
-    /// Not finite.
+    /// A value is not finite.
     #[error("the slice's value in column {column}, row {row} is not a finite number")]
     Value {
         /// Degrees of the half angle.
@@ -36,8 +38,11 @@ pub enum SliceError {
 }
 
 impl Slice {
-    /// Takes the values row by row, the first row at a difference angle of half a degree. Those below 0, which measured colours
-    /// beyond the display's have, become 0.
+    /// Takes the values row by row; the first row is at a difference angle of half a degree.
+    /// Values below 0, which occur for colours outside the display gamut, become 0.
+    ///
+    /// # Errors
+    /// Returns [`SliceError`] if the size is wrong or a value is not finite.
     pub fn new(width: usize, height: usize, mut values: Vec<[f32; 3]>) -> Result<Self, SliceError> {
         if (width, height) != (SIDE, SIDE) || values.len() != SIDE * SIDE {
             return Err(SliceError::Size(width, height));
@@ -52,7 +57,7 @@ impl Slice {
         Ok(Self { values })
     }
 
-    /// Between the four values around the angles, by their distances; at the borders, the outermost.
+    /// Bilinear interpolation, clamped at the borders.
     fn at(&self, angles: &Angles) -> DVec3 {
         let degrees = |angle: f64| angle / FRAC_PI_2 * SIDE as f64 - 0.5;
         let (left, across) = split(degrees(angles.theta_h));
@@ -65,7 +70,7 @@ impl Slice {
     }
 }
 
-/// The entry before a place and how far it is from there to the next.
+/// Index of the entry before a position, and the fraction of the way to the next entry.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 88")]
 fn split(at: f64) -> (usize, f64) {
     let at = at.clamp(0.0, (SIDE - 1) as f64);
@@ -88,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_lie_in_the_middles_of_degrees_and_are_linear_between_them() {
+    fn values_are_at_the_centres_of_degrees_and_linear_between_them() {
         let values = (0..8100).map(|k| [(k % 90) as f32, (k / 90) as f32, 1.0]).collect();
         let slice = Slice::new(90, 90, values).unwrap();
         let at = |h: f64, d: f64| {
@@ -103,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn other_values_are_refused_with_a_reason() {
+    fn other_values_are_rejected_with_a_reason() {
         let refused = |values: Vec<[f32; 3]>, width| Slice::new(width, 90, values).err().unwrap();
         assert_eq!(refused(vec![[0.0; 3]; 8100], 91), SliceError::Size(91, 90));
         let mut values = vec![[0.0; 3]; 8100];

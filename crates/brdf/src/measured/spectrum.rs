@@ -1,8 +1,9 @@
-//! Colours of spectra of reflectance: CIE 1931, then linear sRGB, in which equal energy is white.
+//! Conversion of reflectance spectra to colours: CIE 1931, then linear sRGB in which equal energy
+//! is white.
 
 use glam::{DMat3, DVec3};
 
-/// From XYZ to linear sRGB, whose white is D65; columns are what X, Y and Z give. Rounded to the seventh digit, as is common.
+/// From XYZ to linear sRGB with white point D65, in columns. Rounded to seven digits, as is common.
 const SRGB: DMat3 = DMat3::from_cols_array(&[
     3.240_454_2,
     -0.969_266,
@@ -15,22 +16,25 @@ const SRGB: DMat3 = DMat3::from_cols_array(&[
     1.057_225_2,
 ]);
 
-/// What to multiply the values at wavelengths with, and add up, to get linear red, green and blue.
+/// Returns the factors that turn the values at these wavelengths into linear red, green and blue by
+/// a weighted sum.
 ///
-/// A spectrum of ones is 1, 1, 1: reflectance is that of a surface under light of equal energy, and each channel is divided by what a
-/// perfect diffuser would have. Each wavelength stands for half the way to both neighbours; the first and the last for a whole step.
+/// A spectrum of ones becomes (1, 1, 1): the light has equal energy, and each channel is divided by
+/// the value of a perfect diffuser. A wavelength represents half the distance to each neighbour;
+/// the first and the last represent a whole step.
 ///
 /// # Units
-/// Wavelengths in nanometres, ascending, at least one; in the range of visible light, outside of which they count nothing.
+/// Wavelengths in nanometres, ascending, at least one. Only those in the visible range contribute.
 ///
 /// # Error
-/// The functions are fits: from 400 to 700 nm they are off the table of CIE 1931 by up to 0.014 (x), 0.007 (y) and 0.013 (z), whose
-/// largest values are 1.06, 1.00 and 1.77; colours of Cornell's paints are off by 0.1 to 0.3 % of their largest channel (median), 8 %
+/// The colour matching functions are fits: from 400 to 700 nm they differ from the table of CIE
+/// 1931 by up to 0.014 (x), 0.007 (y) and 0.013 (z), with largest values of 1.06, 1.00 and 1.77.
+/// Colours of Cornell's paints differ by 0.1 to 0.3 % of their largest channel (median), by 8 %
 /// where they are darkest.
 ///
 /// # Source
-/// Wyman, Sloan and Shirley 2013, "Simple analytic approximations to the CIE XYZ color matching functions", the multi-lobe fit; sRGB:
-/// IEC 61966-2-1.
+/// Wyman, Sloan and Shirley 2013, "Simple analytic approximations to the CIE XYZ color matching
+/// functions", the multi-lobe fit; sRGB: IEC 61966-2-1.
 pub(super) fn weights(wavelengths_nm: &[f64]) -> Vec<DVec3> {
     let last = wavelengths_nm.len() - 1;
     let step = |k: usize| {
@@ -47,7 +51,7 @@ pub(super) fn weights(wavelengths_nm: &[f64]) -> Vec<DVec3> {
     weights.into_iter().map(|weight| weight / white).collect()
 }
 
-/// X, Y and Z of a wavelength.
+/// X, Y and Z of the standard observer at a wavelength.
 fn matching(nm: f64) -> DVec3 {
     let x = 0.362 * lobe(nm, 442.0, (0.0624, 0.0374)) + 1.056 * lobe(nm, 599.8, (0.0264, 0.0323))
         - 0.065 * lobe(nm, 501.1, (0.0490, 0.0382));
@@ -56,7 +60,7 @@ fn matching(nm: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// A Gaussian with other widths below and above its peak.
+/// Gaussian with different widths below and above its peak.
 fn lobe(nm: f64, peak: f64, (below, above): (f64, f64)) -> f64 {
     let t = (nm - peak) * if nm < peak { below } else { above };
     libm::exp(-0.5 * t * t)
@@ -82,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_energy_is_white_however_it_is_sampled_and_bands_have_their_colours() {
+    fn equal_energy_is_white_at_any_sampling_and_bands_have_their_colours() {
         let even: Vec<f64> = (0..31).map(|k| 400.0 + 10.0 * f64::from(k)).collect();
         let uneven: Vec<f64> = (0..61).map(|k| 400.0 + f64::from(k * k) / 12.0).collect();
         for wavelengths in [&even, &uneven, &vec![550.0]] {

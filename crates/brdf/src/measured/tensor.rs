@@ -1,37 +1,38 @@
-//! The container of RGL's `.bsdf` files: named arrays of numbers, found by a table at the beginning.
+//! Container of RGL's `.bsdf` files: named arrays of numbers with a table of fields at the
+//! beginning.
 //!
-//! It owns the layout and what can be wrong with it; what the arrays mean is the reader's of materials.
+//! Owns the layout and its validation; independent of the meaning of the arrays.
 
-/// What a file begins with.
+/// First bytes of a file.
 const MAGIC: &[u8; 12] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// More than any material has; a bound for what a bad file can ask for.
+/// Largest number of fields; bounds the work for a damaged file. Materials have far fewer.
 const MAX_FIELDS: u32 = 256;
 const MAX_DIMENSIONS: u16 = 16;
-/// The code of 32-bit floats.
+/// Type code of 32-bit floats.
 const FLOAT32: u8 = 10;
-/// Bytes of one element by its code: u8, i8, u16, i16, u32, i32, u64, i64, f16, f32, f64.
+/// Bytes of an element by type code: u8, i8, u16, i16, u32, i32, u64, i64, f16, f32, f64 from 1 on.
 const ELEMENT_BYTES: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 
-/// Why bytes are no container, or lack what is asked of it.
+/// Error of reading a container or one of its fields.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TensorError {
-    /// It begins with something else.
+    /// The file does not begin with the magic word.
     #[error("it does not begin with \"tensor_file\"")]
     Magic,
-    /// Of a version that is not known.
-    #[error("it is a tensor file of version {0}.{1}; 1.0 is read")]
+    /// The version is not supported.
+    #[error("its version must be 1.0, got {0}.{1}")]
     Version(u8, u8),
-    /// It ends before what it announces.
+    /// The file ends before the end of a field or of the table.
     #[error("it ends within {0}")]
     Truncated(String),
-    /// The table of fields makes no sense.
+    /// The table of fields is not valid.
     #[error("its table of fields is damaged: {0}")]
     Table(String),
-    /// A field is not there.
+    /// A field is missing.
     #[error("it has no field {0}")]
     Missing(&'static str),
-    /// A field holds other numbers.
+    /// A field has another type.
     #[error("its field {0} does not hold 32-bit floats")]
     NotFloat(&'static str),
     /// A field has another shape.
@@ -39,22 +40,22 @@ pub enum TensorError {
     Shape {
         /// The field.
         name: &'static str,
-        /// Its sizes.
+        /// Shape in the file.
         found: String,
-        /// What they should be.
+        /// The required shape.
         wanted: String,
     },
-    /// A number that is not finite.
+    /// An entry is not finite.
     #[error("entry {entry} of its field {name} is not a finite number")]
     NotFinite {
         /// The field.
         name: &'static str,
-        /// Counted from 0.
+        /// Index from 0.
         entry: usize,
     },
 }
 
-/// An opened file.
+/// An opened container.
 pub(super) struct Tensors<'a> {
     fields: Vec<Field<'a>>,
 }
@@ -67,10 +68,10 @@ struct Field<'a> {
 }
 
 impl<'a> Tensors<'a> {
-    /// Reads the table; every field lies within the bytes afterwards.
+    /// Reads the table of fields and checks that every field lies within the bytes.
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, TensorError> {
         let mut head = Cursor { bytes, at: 0, what: "its head".to_owned() };
-        // What is shorter than its first word is told by what it has of it.
+        // A truncated magic word is reported as truncated, not as another format.
         if !MAGIC.starts_with(&bytes[..bytes.len().min(MAGIC.len())]) {
             return Err(TensorError::Magic);
         }
@@ -87,12 +88,12 @@ impl<'a> Tensors<'a> {
         Ok(Self { fields: fields? })
     }
 
-    /// Sizes of a field; none where it has none of that name.
+    /// Shape of a field, or `None` if there is no such field.
     pub(super) fn shape(&self, name: &str) -> Option<&[usize]> {
         self.find(name).map(|field| field.shape.as_slice())
     }
 
-    /// The first byte of a field that holds bytes.
+    /// First byte of a field of bytes.
     pub(super) fn byte(&self, name: &'static str) -> Result<u8, TensorError> {
         let field = self.find(name).ok_or(TensorError::Missing(name))?;
         let byte = field.bytes.first().copied().filter(|_| field.kind == 1);
@@ -103,7 +104,7 @@ impl<'a> Tensors<'a> {
         })
     }
 
-    /// The finite floats of a field of a number of dimensions, and its sizes.
+    /// Shape and values of a field of finite floats with `D` dimensions.
     pub(super) fn floats<const D: usize>(
         &self,
         name: &'static str,
@@ -125,7 +126,7 @@ impl<'a> Tensors<'a> {
         }
     }
 
-    /// The same of a field whose sizes are known.
+    /// As [`Self::floats`], for a field of a known shape.
     pub(super) fn shaped<const D: usize>(
         &self,
         name: &'static str,
@@ -143,7 +144,7 @@ impl<'a> Tensors<'a> {
     }
 }
 
-/// Where reading has come to, and within what.
+/// Read position, with the name of the current part for errors.
 struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -163,7 +164,7 @@ impl<'a> Cursor<'a> {
         }
         let [kind] = self.array()?;
         let element = ELEMENT_BYTES.get(usize::from(kind)).copied().filter(|bytes| *bytes > 0);
-        let element = element.ok_or_else(|| damaged("is of a kind that is not known"))?;
+        let element = element.ok_or_else(|| damaged("has an unknown type"))?;
         let offset = u64::from_le_bytes(self.array()?);
         let mut shape = Vec::new();
         for _ in 0..dimensions {
@@ -194,7 +195,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The beginning of a name that comes from a file.
+/// First 32 characters of a name from a file.
 fn short(name: &str) -> String {
     name.chars().take(32).collect()
 }
@@ -213,7 +214,7 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// A field to be written: its name, its sizes, and its numbers as floats, or as bytes where that is wanted.
+    /// A field to be written, as floats or as bytes.
     pub(in crate::measured) struct Written {
         pub(in crate::measured) name: &'static str,
         pub(in crate::measured) shape: Vec<usize>,
@@ -221,7 +222,7 @@ pub(super) mod tests {
         pub(in crate::measured) bytes: bool,
     }
 
-    /// A file of those fields.
+    /// Writes a container with these fields.
     pub(in crate::measured) fn file(fields: &[Written]) -> Vec<u8> {
         let head = |field: &Written| 2 + field.name.len() + 2 + 1 + 8 + 8 * field.shape.len();
         let mut offset = 18 + fields.iter().map(head).sum::<usize>();
@@ -260,7 +261,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn fields_are_found_by_name_with_their_sizes() {
+    fn fields_are_found_by_name_with_their_shapes() {
         let bytes = two();
         let tensors = Tensors::open(&bytes).unwrap();
         let (shape, numbers) = tensors.floats::<2>("first").unwrap();
@@ -271,7 +272,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_what_is_wrong() {
         let bytes = two();
         let tensors = Tensors::open(&bytes).unwrap();
         let told = |error: TensorError| error.to_string();
@@ -287,7 +288,7 @@ pub(super) mod tests {
         assert!(refused(b"PNG is another thing").contains("does not begin with"));
         let mut other = bytes.clone();
         other[13] = 1;
-        assert!(refused(&other).contains("of version 1.1"));
+        assert!(refused(&other).contains("must be 1.0, got 1.1"));
         let mut other = bytes;
         other[17] = 1;
         assert!(refused(&other).contains("16777218 fields"));
@@ -303,7 +304,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn files_that_were_cut_off_are_refused_wherever_it_was() {
+    fn files_are_rejected_when_truncated_anywhere() {
         let bytes = two();
         for length in 0..bytes.len() {
             let error = Tensors::open(&bytes[..length]).err().unwrap();
@@ -313,7 +314,7 @@ pub(super) mod tests {
 
     proptest! {
         #[test]
-        fn changed_bytes_are_read_or_refused(
+                fn changed_bytes_are_read_or_rejected(
             changes in prop::collection::vec((0_usize..1000, any::<u8>()), 1..4),
         ) {
             let mut bytes = two();

@@ -1,20 +1,21 @@
-//! Densities on the unit square, tabulated for a few parameters, and the maps that they stand for.
+//! Tabulated densities on the unit square and the sampling maps that they define.
 //!
-//! It owns interpolation between slices, bilinear look-up and the way from a place to the numbers that would be drawn for it; what
-//! the densities are of is the reader's of materials.
+//! Owns interpolation between slices, bilinear look-up and the inverse of the sampling map: from a
+//! position to the uniform numbers that sampling would draw for it. Independent of the meaning of
+//! the densities.
 
 use glam::DVec2;
 
-/// Slices that are mixed, at most: the two nearest of each of two parameters.
-const MOST: usize = 4;
+/// Largest number of slices in an interpolation: the two nearest of each of two parameters.
+const MAX_SLICES: usize = 4;
 
-/// The values of a parameter that slices were measured for, ascending.
+/// Ascending parameter values at which slices were measured.
 pub(super) struct Axis {
     values: Vec<f64>,
 }
 
 impl Axis {
-    /// None unless there are values and they ascend.
+    /// Returns `None` unless there are values and they ascend.
     pub(super) fn new(values: &[f32]) -> Option<Self> {
         let values: Vec<f64> = values.iter().copied().map(f64::from).collect();
         let ascends = values.windows(2).all(|pair| pair[0] < pair[1]);
@@ -25,12 +26,13 @@ impl Axis {
         self.values.len()
     }
 
-    /// How far the last value is from the first.
+    /// Distance from the first value to the last.
     pub(super) fn span(&self) -> f64 {
         self.values[self.values.len() - 1] - self.values[0]
     }
 
-    /// The value before and how much of the next one; beyond the ends, the end itself.
+    /// Returns the index of the value before and the fraction of the way to the next; clamped
+    /// at the ends.
     fn place(&self, value: f64) -> (usize, f64) {
         if self.values.len() == 1 {
             return (0, 0.0);
@@ -42,30 +44,30 @@ impl Axis {
     }
 }
 
-/// How much of which slices.
+/// Interpolation weights of slices.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Mix {
-    parts: [(usize, f64); MOST],
+pub(super) struct SliceWeights {
+    parts: [(usize, f64); MAX_SLICES],
     count: usize,
 }
 
-impl Mix {
-    /// Of a table that has one slice.
-    pub(super) const WHOLE: Self = Self { parts: [(0, 1.0); MOST], count: 1 };
+impl SliceWeights {
+    /// Weights for a table with one slice.
+    pub(super) const WHOLE: Self = Self { parts: [(0, 1.0); MAX_SLICES], count: 1 };
 
-    /// Linear in two parameters, the second of which changes fastest.
+    /// Bilinear weights in two parameters, the second of which changes fastest.
     pub(super) fn of(outer: (&Axis, f64), inner: (&Axis, f64)) -> Self {
         let ((row, down), (column, across)) = (outer.0.place(outer.1), inner.0.place(inner.1));
-        let mut mix = Self { parts: [(0, 0.0); MOST], count: 0 };
+        let mut weights = Self { parts: [(0, 0.0); MAX_SLICES], count: 0 };
         for (row, part) in [(row, 1.0 - down), (row + 1, down)] {
             for (column, share) in [(column, 1.0 - across), (column + 1, across)] {
                 if part * share > 0.0 {
-                    mix.parts[mix.count] = (row * inner.0.len() + column, part * share);
-                    mix.count += 1;
+                    weights.parts[weights.count] = (row * inner.0.len() + column, part * share);
+                    weights.count += 1;
                 }
             }
         }
-        mix
+        weights
     }
 
     fn parts(&self) -> &[(usize, f64)] {
@@ -73,7 +75,8 @@ impl Mix {
     }
 }
 
-/// Tables of the same size over the unit square, bilinear between their entries, which lie on its corners and borders.
+/// Tables of equal size over the unit square, with bilinear interpolation. The outer entries lie on
+/// the borders.
 pub(super) struct Grid {
     width: usize,
     height: usize,
@@ -81,25 +84,31 @@ pub(super) struct Grid {
     values: Vec<f32>,
 }
 
-/// A square between four entries.
+/// A cell between four entries.
 #[derive(Clone, Copy)]
 struct Cell {
-    /// Entry of its first corner within a slice, and its row.
+    /// Index of the first corner within a slice, and the row of the cell.
     first: usize,
     row: usize,
-    /// Place within it, from 0 to 1.
+    /// Position within the cell, from 0 to 1.
     at: DVec2,
 }
 
 impl Grid {
-    /// As many slices as there are values for; none where a side has fewer than two entries.
+    /// Takes as many slices as there are values for. Returns `None` if a side has fewer than
+    /// two entries or the values do not fill total slices.
     pub(super) fn new((height, width): (usize, usize), values: Vec<f32>) -> Option<Self> {
         let fits = width > 1 && height > 1 && values.len().is_multiple_of(width * height);
         fits.then_some(Self { width, height, values })
     }
 
-    /// At a place in a slice; `stride` slices make one of the mix, of which it is the one `offset`.
-    pub(super) fn strided(&self, at: DVec2, mix: &Mix, (stride, offset): (usize, usize)) -> f64 {
+    /// Interpolates with `stride` slices per parameter value, of which it reads slice `offset`.
+    pub(super) fn strided(
+        &self,
+        at: DVec2,
+        weights: &SliceWeights,
+        (stride, offset): (usize, usize),
+    ) -> f64 {
         let cell = self.cell(at);
         let slice = |index: usize| (index * stride + offset) * self.width * self.height;
         let [a, b, c, d] = self.corners(&cell);
@@ -109,12 +118,12 @@ impl Grid {
             let lower = value(c) * (1.0 - cell.at.x) + value(d) * cell.at.x;
             upper * (1.0 - cell.at.y) + lower * cell.at.y
         };
-        mix.parts().iter().map(|(index, share)| share * bilinear(slice(*index))).sum()
+        weights.parts().iter().map(|(index, share)| share * bilinear(slice(*index))).sum()
     }
 
-    /// At a place.
-    pub(super) fn at(&self, at: DVec2, mix: &Mix) -> f64 {
-        self.strided(at, mix, (1, 0))
+    /// Interpolates at a position.
+    pub(super) fn at(&self, at: DVec2, weights: &SliceWeights) -> f64 {
+        self.strided(at, weights, (1, 0))
     }
 
     fn cell(&self, at: DVec2) -> Cell {
@@ -128,15 +137,15 @@ impl Grid {
         [cell.first, cell.first + 1, below, below + 1]
     }
 
-    fn mixed(&self, entry: usize, mix: &Mix) -> f64 {
+    fn interpolate(&self, entry: usize, weights: &SliceWeights) -> f64 {
         let slice = self.width * self.height;
         let part =
             |(index, share): &(usize, f64)| share * f64::from(self.values[index * slice + entry]);
-        mix.parts().iter().map(part).sum()
+        weights.parts().iter().map(part).sum()
     }
 }
 
-/// The entry before a place and how far it is from there to the next.
+/// Index of the entry before a position, and the fraction of the way to the next entry.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the table")]
 fn split(at: f64, count: usize) -> (usize, f64) {
     let at = at.clamp(0.0, 1.0) * (count - 1) as f64;
@@ -144,31 +153,32 @@ fn split(at: f64, count: usize) -> (usize, f64) {
     (low, at - low as f64)
 }
 
-/// Densities and the maps from numbers that are drawn evenly to places that are as dense as they say.
+/// Densities with the maps from uniform numbers to positions that are distributed by them.
 ///
-/// First a row is drawn by the integrals of the rows, then a place in it. Between rows, between entries and between slices everything
-/// is linear, and all slices have the same integral, so mixtures of the tables are tables of the mixture.
+/// Sampling draws a row by the marginal density, then a position in the row. Interpolation is
+/// linear in rows, entries and slices, and all slices have the same integral, so interpolated
+/// tables are the tables of the interpolated density.
 pub(super) struct Warp {
     density: Grid,
-    /// Integrals along each row up to each entry, in steps of the table.
+    /// Integral of each row up to each entry, in steps of the table.
     along: Grid,
-    /// Integrals of all rows up to each, slice by slice.
+    /// Integral of all rows up to each row, slice by slice.
     down: Vec<f32>,
 }
 
-/// Why a density has no map.
+/// Error of [`Warp::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WarpError {
-    /// Fewer than two entries along a side.
+    /// A side has fewer than two entries.
     Size,
-    /// The entry is below 0.
+    /// This entry is below 0.
     Negative(usize),
-    /// The slice is 0 everywhere.
+    /// This slice is 0 everywhere.
     Empty(usize),
 }
 
 impl Warp {
-    /// Makes the integrals, and the integral of each slice 1.
+    /// Computes the integrals and normalises each slice to an integral of 1.
     pub(super) fn new(size: (usize, usize), mut values: Vec<f32>) -> Result<Self, WarpError> {
         let (height, width) = size;
         if width < 2 || height < 2 {
@@ -183,48 +193,48 @@ impl Warp {
             let rows: Vec<Vec<f64>> = slice.chunks_exact(width).map(sums).collect();
             let totals: Vec<f64> = rows.iter().map(|row| row[width - 1]).collect();
             let columns = accumulate(totals.iter().copied());
-            let whole = columns[height - 1];
-            if whole <= 0.0 {
+            let total = columns[height - 1];
+            if total <= 0.0 {
                 return Err(WarpError::Empty(index));
             }
             let places = &mut along[index * width * height..];
             for (place, sum) in places.iter_mut().zip(rows.iter().flatten()) {
-                *place = nearest(sum / whole);
+                *place = nearest(sum / total);
             }
             for value in slice {
-                *value = nearest(f64::from(*value) / whole);
+                *value = nearest(f64::from(*value) / total);
             }
-            down.extend(columns.iter().map(|sum| nearest(sum / whole)));
+            down.extend(columns.iter().map(|sum| nearest(sum / total)));
         }
         let grid = |values| Grid { width, height, values };
         Ok(Self { density: grid(values), along: grid(along), down })
     }
 
-    /// The numbers from 0 to 1 for which a place would be drawn.
-    pub(super) fn invert(&self, at: DVec2, mix: &Mix) -> DVec2 {
+    /// Returns the uniform numbers in [0, 1] that sampling maps to this position.
+    pub(super) fn invert(&self, at: DVec2, weights: &SliceWeights) -> DVec2 {
         let (width, height) = (self.density.width, self.density.height);
         let cell = self.density.cell(at);
         let DVec2 { x, y } = cell.at;
         let [a, b, c, d] = self.density.corners(&cell);
-        let value = |entry| self.density.mixed(entry, mix);
+        let value = |entry| self.density.interpolate(entry, weights);
         let left = value(a) * (1.0 - y) + value(c) * y;
         let right = value(b) * (1.0 - y) + value(d) * y;
-        let along = |entry| self.along.mixed(entry, mix);
+        let along = |entry| self.along.interpolate(entry, weights);
         let before = along(a) * (1.0 - y) + along(c) * y;
         let (upper, lower) = (along((cell.row + 1) * width - 1), along((cell.row + 2) * width - 1));
         let row = upper * (1.0 - y) + lower * y;
         let part = before + trapezoid(left, right, x);
-        // Where nothing is ever drawn, every place of the row is as likely.
+        // A row of density 0 is treated as uniform.
         let first = if row > 0.0 { part / row } else { at.x };
         let above =
             |(index, share): &(usize, f64)| share * f64::from(self.down[index * height + cell.row]);
-        let above: f64 = mix.parts().iter().map(above).sum();
+        let above: f64 = weights.parts().iter().map(above).sum();
         let second = above + trapezoid(upper, lower, y);
         DVec2::new(first, second).clamp(DVec2::ZERO, DVec2::ONE)
     }
 }
 
-/// Integral from 0 to `to` of what goes linearly from `left` at 0 to `right` at 1.
+/// Integral from 0 to `to` of the linear function from `left` at 0 to `right` at 1.
 fn trapezoid(left: f64, right: f64, to: f64) -> f64 {
     to * (left + 0.5 * to * (right - left))
 }
@@ -233,7 +243,7 @@ fn sums(row: &[f32]) -> Vec<f64> {
     accumulate(row.iter().copied().map(f64::from))
 }
 
-/// Integrals up to each number of what is linear between them.
+/// Integrals up to each entry of the piecewise linear function.
 fn accumulate(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut last = None;
     let mut sum = 0.0;
@@ -256,7 +266,7 @@ mod tests {
 
     use super::*;
 
-    /// The share of the rows above a place, and in its row the share to its left, by summing many small steps.
+    /// Marginal and conditional distribution at a position, by summing many small steps.
     fn by_steps(density: impl Fn(f64, f64) -> f64, at: DVec2) -> DVec2 {
         const STEPS: usize = 4000;
         let integral = |to: f64, f: &dyn Fn(f64) -> f64| -> f64 {
@@ -284,34 +294,34 @@ mod tests {
                 values[entry] = 0.0;
             }
             let axes = (Axis::new(&[-1.0, 1.0]).unwrap(), Axis::new(&[0.0, 1.5]).unwrap());
-            let mix = Mix::of((&axes.0, phi), (&axes.1, theta));
+            let weights = SliceWeights::of((&axes.0, phi), (&axes.1, theta));
             let warp = Warp::new((5, 9), values).unwrap();
             let at = DVec2::new(x, y);
-            let density = |x: f64, y: f64| warp.density.at(DVec2::new(x, y), &mix);
-            let off = warp.invert(at, &mix) - by_steps(density, at);
+            let density = |x: f64, y: f64| warp.density.at(DVec2::new(x, y), &weights);
+            let off = warp.invert(at, &weights) - by_steps(density, at);
             prop_assert!(off.abs().max_element() < 1e-3, "{off}");
         }
     }
 
     #[test]
-    fn an_even_density_maps_a_place_to_itself_and_corners_to_corners() {
+    fn uniform_density_is_the_identity_and_corners_map_to_corners() {
         let even = Warp::new((3, 4), vec![0.3; 12]).unwrap();
         let slope = Warp::new((3, 4), (1..13).map(|k| k as f32).collect()).unwrap();
         for (x, y) in [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.35, 0.8)] {
             let at = DVec2::new(x, y);
-            assert!((even.invert(at, &Mix::WHOLE) - at).length() < 1e-6);
+            assert!((even.invert(at, &SliceWeights::WHOLE) - at).length() < 1e-6);
             if x.fract() == 0.0 {
-                assert!((slope.invert(at, &Mix::WHOLE) - at).length() < 1e-6);
+                assert!((slope.invert(at, &SliceWeights::WHOLE) - at).length() < 1e-6);
             }
         }
     }
 
     #[test]
-    fn rows_and_tables_without_density_are_told_or_given_a_meaning() {
+    fn zero_rows_are_uniform_and_bad_tables_are_errors() {
         let mut values = vec![0.0; 12];
         values[11] = 1.0;
         let warp = Warp::new((4, 3), values.clone()).unwrap();
-        assert_eq!(warp.invert(DVec2::new(0.25, 0.1), &Mix::WHOLE), DVec2::new(0.25, 0.0));
+        assert_eq!(warp.invert(DVec2::new(0.25, 0.1), &SliceWeights::WHOLE), DVec2::new(0.25, 0.0));
         values.extend([0.0; 12]);
         assert_eq!(Warp::new((4, 3), values.clone()).err(), Some(WarpError::Empty(1)));
         values[3] = -1.0;
@@ -320,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_hold_their_ends_and_mixes_are_linear_between() {
+    fn axes_clamp_at_their_ends_and_weights_are_linear_between() {
         let axis = Axis::new(&[0.0, 1.0, 3.0]).unwrap();
         for (value, place) in
             [(-1.0, (0, 0.0)), (0.5, (0, 0.5)), (1.0, (1, 0.0)), (2.0, (1, 0.5)), (9.0, (1, 1.0))]
@@ -330,7 +340,7 @@ mod tests {
         assert!(Axis::new(&[]).is_none() && Axis::new(&[1.0, 1.0]).is_none());
         let grid = Grid::new((2, 2), vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 3.0, 3.0]).unwrap();
         let one = Axis::new(&[0.0]).unwrap();
-        let mix = Mix::of((&one, 7.0), (&Axis::new(&[0.0, 2.0]).unwrap(), 0.5));
-        assert!((grid.at(DVec2::new(0.3, 0.5), &mix) - 0.5).abs() < 1e-12);
+        let weights = SliceWeights::of((&one, 7.0), (&Axis::new(&[0.0, 2.0]).unwrap(), 0.5));
+        assert!((grid.at(DVec2::new(0.3, 0.5), &weights) - 0.5).abs() < 1e-12);
     }
 }

@@ -1,4 +1,5 @@
-//! Ashikhmin and Shirley's anisotropic highlight over a diffuse base that fades where the highlight grows.
+//! Ashikhmin and Shirley's anisotropic highlight over a diffuse base that fades where the highlight
+//! grows.
 
 use std::f64::consts::PI;
 
@@ -56,9 +57,9 @@ impl Formula for &AshikhminShirley {
         let mixed = (u * x2 + v * y2) / sine2;
         let exponent = if sine2 > 0.0 { mixed } else { u };
         let lobe =
-            self.height * F::pow(smaller(half.h.z, 1.0), exponent) / (half.cos_d * half.cos_most());
+            self.height * F::pow(smaller(half.h.z, 1.0), exponent) / (half.cos_d * half.cos_max());
         // 1 - (1 - c / 2)^5
-        let fades = |c: f64| 1.0 - fresnel::fifth(0.5 * c);
+        let fades = |c: f64| 1.0 - fresnel::schlick_weight(0.5 * c);
         self.base * (fades(half.cos_i()) * fades(half.cos_o()))
             + fresnel::schlick(self.specular, half.cos_d) * lobe
     }

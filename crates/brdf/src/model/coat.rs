@@ -1,5 +1,6 @@
-//! What a rough boundary lets through and what it sends back: tables over the cosine of the light, by quadrature over the normals
-//! of the facets that are seen. One loop without a branch, which many lanes run through together.
+//! Transmittance and internal reflectance of a rough boundary: tables over the cosine of the light,
+//! by quadrature over the visible facet normals. The loop is branch-free and runs in vector
+//! instructions.
 
 use std::f64::consts::TAU;
 
@@ -11,31 +12,33 @@ use super::parameter::Values;
 use crate::block::larger;
 use crate::{Elementary, Loop, Machine};
 
-/// Cosines that transmittance is tabled for, from 0 to 1.
-pub(super) const TABLED: usize = 64;
-/// Columns of the quadrature that are summed side by side.
+/// Number of cosines from 0 to 1 in the tables.
+pub(super) const TABLE_SIZE: usize = 64;
+/// Columns of the quadrature that are summed in parallel.
 const LANES: usize = 8;
-/// Points of the quadrature over the facets' normals, along each of two axes; a multiple of the lanes.
+/// Quadrature points along each of the two axes; a multiple of the lanes.
 const POINTS: usize = 5 * LANES;
-/// The same where it need not be exact.
+/// Quadrature points for coarse tables.
 const COARSE_POINTS: usize = LANES;
 
-/// What takes long to prepare of a coat: what passes it, and what it sends back from inside. The same for all colours of what lies
-/// below.
+/// The slow part of preparing a coat: its transmittance and internal reflectance. Independent of
+/// the colour of the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoatTables {
-    /// The share of the light at each tabled cosine that passes from outside.
-    pub(super) passes: [f64; TABLED],
-    /// Twice the cosine times the share that is sent back from inside: their sum, and the last.
+    /// Transmittance from outside at each tabulated cosine.
+    pub(super) transmittance: [f64; TABLE_SIZE],
+    /// Internal reflectance times twice the cosine, over the tabulated cosines: the sum, and
+    /// the last value.
     pub(super) back: (f64, f64),
 }
 
-/// How finely tables are made.
+/// Accuracy of the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableDetail {
-    /// As models are defined.
+    /// The accuracy that defines the models.
     Full,
-    /// In a twenty-fifth of the time, off by some thousandths: for derivatives, and to come near.
+    /// 25 times faster, with an error of some thousandths: for derivatives and first
+    /// approximations.
     Coarse,
 }
 
@@ -52,24 +55,24 @@ impl CoatTables {
             TableDetail::Coarse => COARSE_POINTS,
         };
         let shares = boundary.shares(machine, &Grid::new(&boundary, points), &cosines());
-        let inside = |k: usize| 2.0 * cosine(k) * shares[k].back;
+        let inside = |k: usize| 2.0 * cosine(k) * shares[k].reflected;
         Self {
-            passes: std::array::from_fn(|k| shares[k].through),
-            back: ((0..TABLED).map(inside).sum(), inside(TABLED - 1)),
+            transmittance: std::array::from_fn(|k| shares[k].transmitted),
+            back: ((0..TABLE_SIZE).map(inside).sum(), inside(TABLE_SIZE - 1)),
         }
     }
 }
 
-/// The tabled cosines; the first is not quite at the horizon.
-fn cosines() -> [f64; TABLED] {
+/// The tabulated cosines; the first is slightly above the horizon.
+fn cosines() -> [f64; TABLE_SIZE] {
     std::array::from_fn(cosine)
 }
 
 fn cosine(k: usize) -> f64 {
-    (k as f64 / (TABLED - 1) as f64).max(1e-6)
+    (k as f64 / (TABLE_SIZE - 1) as f64).max(1e-6)
 }
 
-/// A rough boundary to a medium of relative index `eta`.
+/// Rough boundary to a medium of relative index `eta`.
 #[derive(Debug, Clone, Copy)]
 struct Boundary {
     distribution: Distribution,
@@ -77,28 +80,28 @@ struct Boundary {
     eta: f64,
 }
 
-/// Of the light from one direction.
+/// Shares of the light from one direction.
 #[derive(Debug, Clone, Copy, Default)]
 struct Shares {
-    /// What comes through from outside.
-    through: f64,
-    /// What is sent back from inside.
-    back: f64,
+    /// Transmitted from outside.
+    transmitted: f64,
+    /// Reflected back inside.
+    reflected: f64,
 }
 
-/// Points of the quadrature: facets' normals, drawn as they are distributed.
+/// Quadrature points: facet normals, distributed as the facets are.
 struct Grid {
     rows: Vec<Row>,
-    /// Around half of the circle; the other half is the same mirrored.
+    /// Half of the azimuths; the other half is symmetric.
     columns: Vec<Columns>,
 }
 
 /// Normals at one height.
 struct Row {
-    /// Distance of the normal from the axis, and height.
+    /// Distance of the normal from the axis, and its height.
     r: f64,
     z: f64,
-    /// Of each point, over the height.
+    /// Weight of each point, divided by `z`.
     weight: f64,
 }
 
@@ -108,12 +111,13 @@ struct Columns {
 }
 
 impl Grid {
-    /// So many rows, and as many columns; a multiple of the lanes.
+    /// `points` rows by `points` columns; `points` must be a multiple of the lanes.
     fn new(boundary: &Boundary, points: usize) -> Self {
         let alpha2 = boundary.alpha * boundary.alpha;
         let row = |row: usize| {
             let left = 1.0 - (row as f64 + 0.5) / points as f64;
-            // What a grazing view sees is far out in GGX's tail: by this substitution rows stand closer there.
+            // Grazing views see the far tail of GGX; this substitution samples it more
+            // densely.
             let rest = left * left * left;
             let density = 3.0 * left * left;
             let tan2 = match boundary.distribution {
@@ -137,7 +141,7 @@ impl Grid {
 }
 
 impl Boundary {
-    /// Of light at each of the cosines.
+    /// Integrates for light at each of the cosines.
     fn shares<const N: usize>(
         &self,
         machine: impl Machine,
@@ -162,7 +166,7 @@ impl Boundary {
     }
 }
 
-/// The means over the grid, light being at each of the cosines.
+/// Sums over the grid for light at each of the cosines.
 struct Integrals<'a, S, const N: usize> {
     eta: f64,
     facets: S,
@@ -179,9 +183,9 @@ impl<S: Facets, const N: usize> Loop for Integrals<'_, S, N> {
         let mut all = [Shares::default(); N];
         for (shares, cosine) in all.iter_mut().zip(self.cosines) {
             let wi = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, *cosine);
-            // Of the facets that are seen from wi.
-            let seen = 1.0 / self.facets.unmasked::<F>(wi);
-            let (mut through, mut back) = ([0.0; LANES], [0.0; LANES]);
+            // Normalises to the facets that are visible from wi.
+            let seen = 1.0 / self.facets.cos_over_g1::<F>(wi);
+            let (mut transmitted, mut reflected) = ([0.0; LANES], [0.0; LANES]);
             for row in &self.grid.rows {
                 let weight = row.weight * seen;
                 for columns in &self.grid.columns {
@@ -189,18 +193,19 @@ impl<S: Facets, const N: usize> Loop for Integrals<'_, S, N> {
                         let m = DVec3::new(row.r * columns.cos[k], row.r * columns.sin[k], row.z);
                         let c = larger(wi.x * m.x + wi.z * m.z, 0.0);
                         let weight = weight * c;
-                        through[k] += weight * outside.refracted::<F>(&self.facets, wi, m, c);
-                        back[k] += weight * inside.reflected::<F>(&self.facets, wi, m, c);
+                        transmitted[k] += weight * outside.refracted::<F>(&self.facets, wi, m, c);
+                        reflected[k] += weight * inside.reflected::<F>(&self.facets, wi, m, c);
                     }
                 }
             }
-            *shares = Shares { through: through.iter().sum(), back: back.iter().sum() };
+            *shares =
+                Shares { transmitted: transmitted.iter().sum(), reflected: reflected.iter().sum() };
         }
         all
     }
 }
 
-/// The boundary as it is met from one side.
+/// The boundary as seen from one side.
 struct Side {
     eta: f64,
     inverse: f64,
@@ -212,28 +217,28 @@ impl Side {
         Self { eta, inverse: 1.0 / eta }
     }
 
-    /// What of the light from wi a facet lets through, as far as other facets do not hide it below.
+    /// Share of the light from `wi` that a facet transmits and other facets do not mask below.
     #[inline(always)]
     fn refracted<F: Elementary>(&self, facets: &impl Facets, wi: DVec3, m: DVec3, c: f64) -> f64 {
-        let fresnel = fresnel::Quotient::of(self.eta, c);
+        let fresnel = fresnel::ReflectanceFraction::of(self.eta, c);
         let along = c * self.inverse - fresnel.cos_t;
         let x = m.x * along - wi.x * self.inverse;
         let y = m.y * along;
         let z = wi.z * self.inverse - m.z * along;
         let below = DVec3::new(x, y, larger(z, f64::MIN_POSITIVE));
         let left = fresnel.denominator - fresnel.numerator;
-        let share = left * z / (fresnel.denominator * facets.unmasked::<F>(below));
+        let share = left * z / (fresnel.denominator * facets.cos_over_g1::<F>(below));
         if z > 0.0 && !fresnel.is_total { share } else { 0.0 }
     }
 
-    /// What a facet sends back, as far as other facets do not hide it.
+    /// Share that a facet reflects and other facets do not mask.
     #[inline(always)]
     fn reflected<F: Elementary>(&self, facets: &impl Facets, wi: DVec3, m: DVec3, c: f64) -> f64 {
-        let fresnel = fresnel::Quotient::of(self.eta, c);
+        let fresnel = fresnel::ReflectanceFraction::of(self.eta, c);
         let mirrored = m * (2.0 * c) - wi;
         let z = mirrored.z;
         let mirrored = DVec3::new(mirrored.x, mirrored.y, larger(z, f64::MIN_POSITIVE));
-        let unmasked = facets.unmasked::<F>(mirrored);
+        let unmasked = facets.cos_over_g1::<F>(mirrored);
         let partly = fresnel.numerator * z / (fresnel.denominator * unmasked);
         let share = if fresnel.is_total { z / unmasked } else { partly };
         if z > 0.0 { share } else { 0.0 }
@@ -258,12 +263,12 @@ mod tests {
         boundary.shares(Plain::<Branchless>::new(), &Grid::new(boundary, points), cosines)
     }
 
-    /// As it is defined: the light's direction, the facets, the directions that it takes, one after the other.
-    fn plainly(boundary: &Boundary, points: usize, cosine: f64) -> Shares {
+    /// Reference by the definition, point by point.
+    fn reference_shares(boundary: &Boundary, points: usize, cosine: f64) -> Shares {
         let Boundary { distribution, eta, .. } = *boundary;
         let grid = Grid::new(boundary, points);
         let wi = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-        let seen = |w: DVec3| distribution.masking::<Libm>(w) * w.z;
+        let seen = |w: DVec3| distribution.g1_over_cos::<Libm>(w) * w.z;
         let mut sum = Shares::default();
         for row in &grid.rows {
             for columns in &grid.columns {
@@ -273,16 +278,18 @@ mod tests {
                     if c <= 0.0 {
                         continue;
                     }
-                    let weight = row.weight * distribution.masking::<Libm>(wi) * c;
+                    let weight = row.weight * distribution.g1_over_cos::<Libm>(wi) * c;
                     let cos_t = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
                     let refracted = m * (c / eta - cos_t) - wi / eta;
                     if refracted.z < 0.0 {
                         let below = DVec3::new(refracted.x, refracted.y, -refracted.z);
-                        sum.through += weight * (1.0 - fresnel::dielectric(eta, c)) * seen(below);
+                        sum.transmitted +=
+                            weight * (1.0 - fresnel::dielectric(eta, c)) * seen(below);
                     }
                     let mirrored = m * (2.0 * c) - wi;
                     if mirrored.z > 0.0 {
-                        sum.back += weight * fresnel::dielectric(1.0 / eta, c) * seen(mirrored);
+                        sum.reflected +=
+                            weight * fresnel::dielectric(1.0 / eta, c) * seen(mirrored);
                     }
                 }
             }
@@ -291,22 +298,28 @@ mod tests {
     }
 
     #[test]
-    fn lanes_sum_up_what_is_defined() {
+    fn lanes_match_the_reference_sums() {
         for word in ["ggx", "beckmann"] {
             for alpha in [0.02, 0.3, 1.0] {
                 let boundary = boundary(word, alpha);
                 for cosine in [1e-6, 0.1, 0.6, 1.0] {
                     let [lanes] = shares(&boundary, POINTS, &[cosine]);
-                    let plain = plainly(&boundary, POINTS, cosine);
-                    assert!((lanes.through - plain.through).abs() < 1e-12, "{word} {alpha}");
-                    assert!((lanes.back - plain.back).abs() < 1e-12, "{word} {alpha} {cosine}");
+                    let plain = reference_shares(&boundary, POINTS, cosine);
+                    assert!(
+                        (lanes.transmitted - plain.transmitted).abs() < 1e-12,
+                        "{word} {alpha}"
+                    );
+                    assert!(
+                        (lanes.reflected - plain.reflected).abs() < 1e-12,
+                        "{word} {alpha} {cosine}"
+                    );
                 }
             }
         }
     }
 
     #[test]
-    fn what_passes_is_that_of_many_more_normals() {
+    fn transmittance_converges_with_few_normals() {
         for word in ["ggx", "beckmann"] {
             for alpha in [0.02, 0.1, 0.3, 0.8] {
                 let boundary = boundary(word, alpha);
@@ -314,7 +327,7 @@ mod tests {
                 let few = shares(&boundary, POINTS, &cosines);
                 let many = shares(&boundary, 1000, &cosines);
                 for ((few, many), cosine) in few.iter().zip(many).zip(cosines) {
-                    let off = (few.through - many.through).abs();
+                    let off = (few.transmitted - many.transmitted).abs();
                     assert!(off < 1.5e-3, "{word} {alpha} {cosine}: {off}");
                 }
             }
@@ -322,12 +335,13 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_back_over_the_hemisphere_is_that_of_many_more_normals() {
+    fn internal_reflectance_converges_with_few_normals() {
         for alpha in [0.02, 0.1, 0.3, 0.8] {
             let boundary = boundary("ggx", alpha);
             let of = |points| {
                 let shares = shares(&boundary, points, &cosines());
-                shares.iter().zip(cosines()).map(|(s, cosine)| cosine * s.back).sum::<f64>() / 32.0
+                shares.iter().zip(cosines()).map(|(s, cosine)| cosine * s.reflected).sum::<f64>()
+                    / 32.0
             };
             let off = (of(POINTS) - of(304)).abs();
             assert!(off < 1e-3, "{alpha}: {off}");

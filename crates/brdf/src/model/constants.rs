@@ -1,165 +1,168 @@
-//! What a prepared model computes with: the numbers that do not depend on directions, for those who write its formula down
-//! in another language. The formulas themselves are in docs/maths/shading.md and in the files of the families.
+//! Constants of prepared models: everything in a formula that does not depend on directions, for
+//! exporters that write the formula in another language. The formulas are in docs/maths/shading.md
+//! and in the file of each model family.
 
 use glam::{DVec2, DVec3};
 
 use super::microfacet::Shadowing;
-use super::phong::Highlight;
-use super::ward::Form;
+use super::phong::PhongHighlight;
+use super::ward::WardForm;
 
-/// A formula with its numbers. Colours are linear red, green and blue; what stands over pi in a formula is so here.
+/// A formula with its constants. Colours are linear red, green and blue. "Over pi" means that the
+/// division by pi is included.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ModelConstants {
-    /// `f` everywhere.
+    /// f = `f`.
     Lambert {
-        /// Over pi.
+        /// Albedo over pi.
         f: DVec3,
     },
-    /// albedo / pi (a + b s / max(cos_i, cos_o)).
+    /// f = albedo / pi (a + b s / max(cos_i, cos_o)).
     OrenNayar {
-        /// Not over pi.
+        /// Albedo, not over pi.
         albedo: DVec3,
         /// A of the source.
         a: f64,
         /// B of the source.
         b: f64,
     },
-    /// diffuse + specular times a power.
+    /// f = diffuse + specular cos^exponent.
     Phong {
-        /// What the power is taken of.
-        highlight: Highlight,
-        /// Over pi.
+        /// Cosine of the power and its normalisation.
+        highlight: PhongHighlight,
+        /// Diffuse albedo over pi.
         diffuse: DVec3,
-        /// With what the power is scaled by.
+        /// Factor of the power, normalisation included.
         specular: DVec3,
-        /// Of the power.
+        /// Exponent of the power.
         exponent: f64,
     },
-    /// diffuse + Schlick's reflectance times the facets.
+    /// f = diffuse + F D G / (4 cos_i cos_o), with Schlick's F.
     CookTorrance {
-        /// Over pi.
+        /// Diffuse albedo over pi.
         diffuse: DVec3,
-        /// At normal incidence.
+        /// Reflectance at normal incidence.
         f0: DVec3,
         /// D G / (4 cos_i cos_o).
         facets: FacetConstants,
     },
-    /// The reflectance of a metal times the facets.
+    /// f = F D G / (4 cos_i cos_o), with F of a metal.
     Conductor {
-        /// Of red, green and blue.
+        /// Metals of red, green and blue.
         metals: [MetalConstants; 3],
         /// D G / (4 cos_i cos_o).
         facets: FacetConstants,
     },
-    /// What passes a dielectric coat twice times the base, and what the coat reflects.
+    /// f = base (1 - F(i)) (1 - F(o)) + F D G / (4 cos_i cos_o), with F of a dielectric.
     Coated {
-        /// Over pi.
+        /// Albedo of the base over pi.
         base: DVec3,
-        /// The coat's refractive index, above 1.
+        /// Refractive index of the coat, above 1.
         ior: f64,
         /// D G / (4 cos_i cos_o).
         facets: FacetConstants,
     },
-    /// The same with a table of what passes.
+    /// f = base T(i) T(o) + F D G / (4 cos_i cos_o), with a table of T.
     RoughPlastic {
         /// rho / (pi eta^2 (1 - rho' R)).
         base: DVec3,
-        /// The coat's refractive index, above 1.
+        /// Refractive index of the coat, above 1.
         ior: f64,
         /// D G / (4 cos_i cos_o).
         facets: FacetConstants,
-        /// The share of light that passes at cosines from 0 to 1 in equal steps; linear between them.
-        passes: Vec<f64>,
+        /// T: transmittance of the coat at evenly spaced cosines from 0 to 1, linear in
+        /// between.
+        transmittance: Vec<f64>,
     },
     /// Body, sheen, highlight and clear coat.
     Principled(Box<PrincipledConstants>),
-    /// diffuse + specular times a Gaussian.
+    /// f = diffuse + specular times a Gaussian.
     Ward {
-        /// How it is normalised.
-        form: Form,
-        /// Over pi.
+        /// Normalisation.
+        form: WardForm,
+        /// Diffuse albedo over pi.
         diffuse: DVec3,
-        /// Over 4 pi alpha_x alpha_y.
+        /// Specular albedo over 4 pi alpha_x alpha_y.
         specular: DVec3,
         /// 1 / alpha along u and along v.
         inverse: DVec2,
     },
-    /// A base that fades where the highlight grows.
+    /// A diffuse base and an anisotropic highlight.
     AshikhminShirley {
         /// 28 R_d (1 - R_s) / (23 pi).
         base: DVec3,
-        /// At normal incidence.
+        /// Reflectance at normal incidence.
         specular: DVec3,
-        /// Along u and along v.
+        /// Exponents along u and along v.
         exponents: DVec2,
         /// sqrt((n_u + 1) (n_v + 1)) / (8 pi).
         height: f64,
     },
-    /// diffuse + a F G / (1 + b (1 - cos_h))^c / (cos_i cos_o).
+    /// f = diffuse + a F G / (1 + b (1 - cos_h))^c / (cos_i cos_o).
     Abc {
-        /// Over pi.
+        /// Diffuse albedo over pi.
         diffuse: DVec3,
-        /// Over pi.
+        /// A of the source over pi.
         a: DVec3,
-        /// How narrow.
+        /// B of the source: narrowness of the highlight.
         b: f64,
-        /// The exponent.
+        /// C of the source: exponent.
         c: f64,
-        /// Refractive index, 1 or above.
+        /// Refractive index, at least 1.
         ior: f64,
     },
-    /// Each channel by itself.
+    /// Shifted gamma distribution, with separate constants for each channel.
     Sgd {
-        /// Red, green and blue.
+        /// Constants of red, green and blue.
         channels: [SgdChannel; 3],
     },
 }
 
-/// How facets stand and hide each other.
+/// Distribution and shadowing of microfacets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FacetConstants {
-    /// D.
+    /// D: distribution of the normals.
     pub distribution: DistributionConstants,
-    /// G.
+    /// G: shadowing and masking.
     pub shadowing: Shadowing,
 }
 
-/// Distribution of the facets' normals: `height` is D along the normal.
+/// Distribution of facet normals. `height` is D along the macroscopic normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DistributionConstants {
     /// Trowbridge and Reitz.
     Ggx {
-        /// Along u and along v.
+        /// Roughness along u and along v.
         alpha: DVec2,
         /// 1 / (pi alpha_x alpha_y).
         height: f64,
     },
-    /// Normalised as in Walter 2007.
+    /// Beckmann, normalised as in Walter 2007.
     Beckmann {
-        /// Along u and along v.
+        /// Roughness along u and along v.
         alpha: DVec2,
         /// 1 / (pi alpha_x alpha_y).
         height: f64,
     },
-    /// Of the angle; masked as Beckmann's.
+    /// Gaussian of the angle; masking as for Beckmann.
     Gaussian {
-        /// All around.
+        /// Roughness, isotropic.
         alpha: f64,
-        /// By quadrature.
+        /// D along the normal, by quadrature.
         height: f64,
     },
-    /// A power of the cosine; masked as Beckmann's.
+    /// Power of the cosine; masking as for Beckmann.
     Blinn {
-        /// All around.
+        /// Roughness, isotropic.
         alpha: f64,
-        /// Of the power.
+        /// Exponent of the power.
         exponent: f64,
         /// (n + 2) / (2 pi).
         height: f64,
     },
 }
 
-/// A metal of index eta + i k.
+/// A metal with complex refractive index eta + i k.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetalConstants {
     /// eta^2 - k^2.
@@ -168,67 +171,67 @@ pub struct MetalConstants {
     pub product: f64,
 }
 
-/// Burley's model.
+/// Constants of Burley's principled model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrincipledConstants {
-    /// Colour of the body, or of the metal.
+    /// Base colour: albedo of the body, or reflectance of the metal.
     pub base: DVec3,
-    /// Of the highlight as far as the base colour tints it.
+    /// Reflectance at normal incidence of the tinted part of the highlight.
     pub tinted_f0: DVec3,
-    /// Of the body.
+    /// Roughness of the body.
     pub roughness: f64,
-    /// 0 to 1.
+    /// Metallic share, 0 to 1.
     pub metallic: f64,
-    /// Refractive index, 1 or above.
+    /// Refractive index, at least 1.
     pub ior: f64,
-    /// How far the base colour tints the highlight.
+    /// Share of the highlight that the base colour tints.
     pub spec_tint: f64,
-    /// Colour and strength.
+    /// Colour times strength of the sheen.
     pub sheen: DVec3,
-    /// None without one.
+    /// Clear coat, if there is one.
     pub coat: Option<ClearCoatConstants>,
     /// D G / (4 cos_i cos_o) of the main highlight.
     pub facets: FacetConstants,
 }
 
-/// The second highlight of Burley's model.
+/// Clear coat of the principled model, the second highlight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClearCoatConstants {
     /// alpha^2 - 1.
     pub narrow: f64,
-    /// D is this over 1 + narrow h_z^2, its strength included.
+    /// D is `height` / (1 + narrow h_z^2); includes the strength of the coat.
     pub height: f64,
-    /// Whether it is divided by 4 cos_i cos_o.
+    /// True if the highlight is divided by 4 cos_i cos_o, as published.
     pub published: bool,
     /// Reflectance at normal incidence.
     pub f0: f64,
-    /// alpha of its shadowing.
+    /// alpha of the shadowing.
     pub shadowing: f64,
 }
 
-/// A channel of the shifted gamma distribution, in the symbols of the source.
+/// Constants of one channel of the shifted gamma distribution, named as in the source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SgdChannel {
-    /// Share of light that is scattered back; not over pi.
+    /// Diffuse albedo, not over pi.
     pub rho_d: f64,
-    /// Weight of the highlight; not over pi.
+    /// Weight of the highlight, not over pi.
     pub rho_s: f64,
     /// Roughness.
     pub alpha: f64,
-    /// How fast the highlight falls off.
+    /// Exponent of the distribution's fall-off.
     pub p: f64,
     /// F_0 of the reflectance.
     pub f0: f64,
     /// F_1 of the reflectance.
     pub f1: f64,
-    /// K: normalises the distribution.
+    /// K: normalisation of the distribution.
     pub normal: f64,
-    /// Of the shadowing.
+    /// lambda of the shadowing.
     pub lambda: f64,
-    /// Of the shadowing.
+    /// c of the shadowing.
     pub c: f64,
-    /// Of the shadowing.
+    /// k of the shadowing.
     pub k: f64,
-    /// Of the shadowing.
+    /// theta_0 of the shadowing.
     pub theta0: f64,
 }

@@ -1,5 +1,5 @@
-//! Microfacet models: Cook and Torrance with Schlick's reflectance, metals by their optical constants, and a coat over a
-//! diffuse base.
+//! Microfacet models: Cook and Torrance with Schlick's reflectance, metals with their optical
+//! constants, and a coat over a diffuse base.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -19,7 +19,7 @@ const DISTRIBUTION: Parameter =
     Parameter::choice("distribution", "D: how the facets' normals are distributed", DISTRIBUTIONS);
 const SHADOWING: Parameter =
     Parameter::choice("shadowing", "G: how facets hide each other", SHADOWINGS);
-/// Also the width of the highlight: alpha of GGX, m of Beckmann.
+/// Width of the highlight: alpha of GGX, m of Beckmann.
 pub(super) const ROUGHNESS: Parameter =
     Parameter::scalar("roughness", "slope of the facets, alpha or m", 0.2, (1e-4, 1.0))
         .logarithmic();
@@ -49,7 +49,7 @@ pub(super) const COOK_TORRANCE: &[Parameter] = &[
 pub(super) const CONDUCTOR: &[Parameter] = &[ETA, K, ROUGHNESS, STRETCH, DISTRIBUTION, SHADOWING];
 pub(super) const COATED: &[Parameter] = &[ALBEDO, IOR, ROUGHNESS, STRETCH, DISTRIBUTION, SHADOWING];
 
-/// What the facets are made of.
+/// Reflectance of the facets.
 #[derive(Debug, Clone, Copy)]
 enum Boundary {
     Schlick(DVec3),
@@ -60,11 +60,11 @@ enum Boundary {
 /// f = diffuse / pi + D F G / (4 cos_i cos_o).
 ///
 /// # Source
-/// Cook and Torrance 1982 with 1/4 in place of 1/pi, which belongs to an unnormalised D: with 1/pi a white metal of m = 0.3
-/// reflects 1.27 of the light.
+/// Cook and Torrance 1982 with 1/4 in place of 1/pi, which belongs to an unnormalised D: with 1/pi
+/// a white metal of m = 0.3 reflects 1.27 of the incident light.
 #[derive(Debug, Clone)]
 pub(super) struct Microfacet {
-    /// Over pi.
+    /// Diffuse albedo over pi.
     diffuse: DVec3,
     boundary: Boundary,
     distribution: Distribution,
@@ -97,7 +97,7 @@ fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Prepared {
     })
 }
 
-/// A boundary with what the facets show of it: D G / (4 cos_i cos_o) of each lane.
+/// A reflectance with `facets`, D G / (4 cos_i cos_o) of each lane.
 struct Bounded<'a, B, const N: usize> {
     diffuse: DVec3,
     boundary: B,
@@ -138,7 +138,7 @@ impl<const N: usize> Formula for Bounded<'_, Coat, N> {
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
         let Coat(eta) = self.boundary;
-        // What of the light is left for the base after passing the boundary twice.
+        // Share of the light that passes the boundary twice and reaches the base.
         let passes = |c| 1.0 - fresnel::dielectric(eta, c);
         let passed = passes(half.cos_i()) * passes(half.cos_o());
         let reflected = fresnel::dielectric(eta, half.cos_d) * self.facets[k];
@@ -164,8 +164,8 @@ impl Reflect for Microfacet {
     }
 
     fn claims(&self) -> Claims {
-        // V-grooves belong to no distribution of normals but their own, and a diffuse part beside facets that keep nothing
-        // from it adds up.
+        // V-grooves are consistent with no other distribution than their own, and a diffuse
+        // part that the facets do not shade adds to their albedo.
         let one_part =
             self.diffuse == DVec3::ZERO || matches!(self.boundary, Boundary::Dielectric(_));
         Claims { reciprocal: true, conserving: one_part && self.conserving_facets() }
@@ -185,7 +185,7 @@ impl Reflect for Microfacet {
 }
 
 impl Microfacet {
-    /// Smith's shadowing of the distribution that it was derived for.
+    /// True if the shadowing is Smith's and derived for this distribution.
     fn conserving_facets(&self) -> bool {
         let own = matches!(self.distribution, Distribution::Ggx(_) | Distribution::Beckmann(_));
         own && self.shadowing != Shadowing::Groove

@@ -1,4 +1,4 @@
-//! Diffuse surfaces: Lambert, and Oren and Nayar.
+//! Diffuse models: Lambert, and Oren and Nayar.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
@@ -11,7 +11,7 @@ use super::{Claims, ModelConstants};
 use crate::block::{Half, larger};
 use crate::{Block, Elementary, Machine};
 
-/// The share of light that is sent back, as all tables name it.
+/// Diffuse albedo, under the same name in all tables.
 pub(super) const ALBEDO: Parameter =
     Parameter::color("albedo", "share of light that is scattered back", [0.5; 3], (0.0, 1.0));
 
@@ -54,15 +54,15 @@ impl Reflect for Lambert {
     }
 }
 
-/// V-shaped grooves of Lambert's surfaces, in the form without interreflection.
+/// V-shaped grooves of Lambertian facets, without interreflection.
 ///
 /// # Source
-/// Oren and Nayar 1994, equation 30. max(0, cos(phi)) sin(alpha) tan(beta) there is max(0, wi . wo - cos_i cos_o) over the
-/// larger of the cosines, which needs no angle.
+/// Oren and Nayar 1994, equation 30. Its term max(0, cos(phi)) sin(alpha) tan(beta) is max(0, wi .
+/// wo - cos_i cos_o) divided by the larger cosine, which needs no angle.
 ///
 /// # Error
-/// The published form reflects up to 1.008 of what an albedo of 1 should, at grazing light and sigma below 0.3 (quadrature of
-/// 360,000 points); it conserves energy up to an albedo of 0.99.
+/// The published form reflects up to 1.008 of what an albedo of 1 should, at grazing light and
+/// sigma below 0.3 (quadrature with 360,000 points). It conserves energy up to an albedo of 0.99.
 #[derive(Debug, Clone)]
 pub(super) struct OrenNayar {
     albedo: DVec3,
@@ -89,7 +89,7 @@ impl Formula for &OrenNayar {
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
         let across = larger(half.cos_io() - half.cos_i() * half.cos_o(), 0.0);
-        let shade = self.a + self.b * across / half.cos_most();
+        let shade = self.a + self.b * across / half.cos_max();
         self.albedo * (FRAC_1_PI * shade)
     }
 }

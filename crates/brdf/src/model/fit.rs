@@ -1,11 +1,12 @@
-//! Models made to fit measured materials: ABC and SGD, with the conventions of their published tables.
+//! Models for fits of measured materials, ABC and SGD, with the conventions of their published
+//! tables.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
 use super::constants::SgdChannel;
-use super::formula::{Formula, colors, numbers};
+use super::formula::{Formula, colors, scalars};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
 use super::{Claims, ModelConstants, fresnel};
@@ -53,7 +54,7 @@ impl Formula for &Abc {
         let d = F::pow(1.0 + self.b * off, -self.c);
         // G / (cos_i cos_o), finite at the horizon.
         let flat = 1.0 / (half.cos_i() * half.cos_o());
-        let visible = smaller(flat, 2.0 * half.h.z / (half.cos_d * half.cos_most()));
+        let visible = smaller(flat, 2.0 * half.h.z / (half.cos_d * half.cos_max()));
         let facets = FRAC_1_PI * fresnel::dielectric(self.ior, half.cos_d) * d * visible;
         self.diffuse * FRAC_1_PI + self.a * facets
     }
@@ -93,10 +94,12 @@ pub(super) const SGD: &[Parameter] = &[
     Parameter::color("theta0", "of the shadowing", [0.0; 3], (-2.0, 2.0)).in_unit("rad"),
 ];
 
-/// f = (rho_D + rho_S F D G(i) G(o) / (cos_i cos_o)) / pi, in each channel by itself.
+/// f = (rho_D + rho_S F D G(i) G(o) / (cos_i cos_o)) / pi, with separate constants for each
+/// channel.
 ///
 /// # Domain
-/// With the parameters of the published tables some values are negative or not finite; what is not finite is 0 here.
+/// With the parameters of the published tables some values are negative or not finite. Values that
+/// are not finite become 0.
 ///
 /// # Source
 /// Bagher, Soler and Holzschuch 2012, equations 8 to 13.
@@ -125,9 +128,9 @@ pub(super) fn sgd(values: Values<'_>) -> Prepared {
     Prepared::Sgd(Box::new(Sgd { channels: [of(0), of(1), of(2)] }))
 }
 
-/// The angle of one of the directions to the normal.
+/// Angle between one of the directions and the normal.
 struct Angle {
-    of_light: bool,
+    is_light: bool,
 }
 
 impl Formula for Angle {
@@ -135,13 +138,13 @@ impl Formula for Angle {
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
-        let cosine = if self.of_light { half.cos_i() } else { half.cos_o() };
+        let cosine = if self.is_light { half.cos_i() } else { half.cos_o() };
         F::acos(smaller(cosine, 1.0))
     }
 }
 
-/// A channel with the angles of both directions.
-struct Angled<'a, const N: usize> {
+/// Formula of one channel, given the angles of both directions.
+struct ChannelFormula<'a, const N: usize> {
     channel: &'a SgdChannel,
     thetas: &'a [[f64; N]; 2],
 }
@@ -149,25 +152,26 @@ struct Angled<'a, const N: usize> {
 impl SgdChannel {
     #[inline(always)]
     fn shadow<F: Elementary>(&self, theta: f64) -> f64 {
-        // Nothing is hidden, also where the power is beyond all numbers.
+        // No shadowing, also where the power overflows.
         if self.lambda == 0.0 || self.c == 0.0 {
             return 1.0;
         }
         let past = larger(theta - self.theta0, 0.0);
         let hidden = 1.0 - F::exp(self.c * F::pow(past, self.k));
-        // NaN stays what it is.
+        // `clamp` keeps NaN.
         (1.0 + self.lambda * hidden).clamp(0.0, 1.0)
     }
 }
 
-impl<const N: usize> Formula for Angled<'_, N> {
+impl<const N: usize> Formula for ChannelFormula<'_, N> {
     type Value = f64;
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, k: usize) -> f64 {
         let channel = self.channel;
         let c = half.cos_d;
-        let reflectance = channel.f0 - c * channel.f1 + fresnel::fifth(c) * (1.0 - channel.f0);
+        let reflectance =
+            channel.f0 - c * channel.f1 + fresnel::schlick_weight(c) * (1.0 - channel.f0);
         let cos2 = half.h.z * half.h.z;
         let a = channel.alpha + half.sin2() / cos2 / channel.alpha;
         // exp(-a) / a^p
@@ -181,10 +185,10 @@ impl<const N: usize> Formula for Angled<'_, N> {
     }
 }
 
-/// Three channels as colours.
-struct Together<'a, const N: usize>(&'a [[f64; N]; 3]);
+/// Combines three channels to colours.
+struct MergedChannels<'a, const N: usize>(&'a [[f64; N]; 3]);
 
-impl<const N: usize> Formula for Together<'_, N> {
+impl<const N: usize> Formula for MergedChannels<'_, N> {
     type Value = DVec3;
 
     #[inline(always)]
@@ -196,10 +200,10 @@ impl<const N: usize> Formula for Together<'_, N> {
 
 impl Reflect for Sgd {
     fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
-        let thetas = &[true, false].map(|of_light| numbers(machine, block, Angle { of_light }));
-        let of = |channel| numbers(machine, block, Angled { channel, thetas });
+        let thetas = &[true, false].map(|is_light| scalars(machine, block, Angle { is_light }));
+        let of = |channel| scalars(machine, block, ChannelFormula { channel, thetas });
         let [red, green, blue] = &self.channels;
-        colors(machine, block, Together(&[of(red), of(green), of(blue)]))
+        colors(machine, block, MergedChannels(&[of(red), of(green), of(blue)]))
     }
 
     fn claims(&self) -> Claims {

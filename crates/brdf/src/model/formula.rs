@@ -1,32 +1,34 @@
-//! Formulas of models: what is computed of one lane, and the loops that compute it of all.
+//! Formulas of models for one lane, and the loops that run them over all lanes.
 //!
-//! A formula has no branch that depends on the lane, so that the loops become vector instructions; what is chosen once for
-//! a model is a type, so that it is no branch in the loop either. With one lane the loop is the formula.
+//! A formula has no branch that depends on the lane, so that the loops become vector instructions.
+//! Choices that a model makes once are types, so they are no branches in the loop either. A block
+//! of one lane computes the reference.
 
 use glam::DVec3;
 
 use crate::block::Half;
 use crate::{Block, Elementary, Loop, Machine};
 
-/// What is computed of a lane.
+/// Formula of one lane.
 pub(super) trait Formula {
-    /// A number or a colour.
+    /// `f64` or a colour.
     type Value;
 
-    /// The value of lane `k`, whose directions are those of `half`. Implementations are inlined into the loops.
+    /// Returns the value of lane `k`, whose directions are those of `half`. Implementations
+    /// must be `#[inline(always)]`.
     fn at<F: Elementary>(&self, half: &Half, k: usize) -> Self::Value;
 }
 
-/// A number of each lane; of those that reflect nothing a meaningless one.
-pub(super) fn numbers<const N: usize>(
+/// Evaluates a scalar formula in each lane. Values of unlit lanes are meaningless.
+pub(super) fn scalars<const N: usize>(
     machine: impl Machine,
     block: &Block<N>,
     formula: impl Formula<Value = f64>,
 ) -> [f64; N] {
-    machine.run(Numbers { block, formula })
+    machine.run(Scalars { block, formula })
 }
 
-/// Red, green and blue of each lane; 0 of those that reflect nothing.
+/// Evaluates a colour formula in each lane. Returns red, green and blue; 0 in unlit lanes.
 pub(super) fn colors<const N: usize>(
     machine: impl Machine,
     block: &Block<N>,
@@ -35,12 +37,12 @@ pub(super) fn colors<const N: usize>(
     machine.run(Colors { block, formula })
 }
 
-struct Numbers<'a, P, const N: usize> {
+struct Scalars<'a, P, const N: usize> {
     block: &'a Block<N>,
     formula: P,
 }
 
-impl<P: Formula<Value = f64>, const N: usize> Loop for Numbers<'_, P, N> {
+impl<P: Formula<Value = f64>, const N: usize> Loop for Scalars<'_, P, N> {
     type Values = [f64; N];
 
     #[inline(always)]

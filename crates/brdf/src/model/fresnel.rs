@@ -1,4 +1,4 @@
-//! Fresnel reflectance: what share of unpolarised light an even boundary reflects. Without a branch.
+//! Fresnel reflectance of unpolarised light at a smooth boundary, branch-free.
 
 use glam::DVec3;
 
@@ -7,25 +7,26 @@ use crate::block::{larger, unit};
 
 /// (1 - c)^5 for the cosine c of the angle to the boundary's normal.
 #[inline(always)]
-pub(super) fn fifth(c: f64) -> f64 {
+pub(super) fn schlick_weight(c: f64) -> f64 {
     let m = unit(1.0 - c);
     let m2 = m * m;
     m2 * m2 * m
 }
 
-/// Schlick's approximation from the reflectance at normal incidence.
+/// Schlick's approximation, given the reflectance at normal incidence.
 ///
 /// # Domain
-/// `f0` in [0, 1], c in [0, 1]; outside c is clamped.
+/// `f0` in [0, 1]; c is clamped to [0, 1].
 ///
 /// # Source
 /// Schlick 1994, equation 15.
 #[inline(always)]
 pub(super) fn schlick(f0: DVec3, c: f64) -> DVec3 {
-    f0 + (DVec3::ONE - f0) * fifth(c)
+    f0 + (DVec3::ONE - f0) * schlick_weight(c)
 }
 
-/// An even boundary to a medium of relative refractive index `eta` > 0; 1 where all is reflected.
+/// Reflectance of a smooth boundary to a medium of relative refractive index `eta` > 0; 1 at total
+/// reflection.
 ///
 /// # Source
 /// Fresnel's equations, as in Born and Wolf, section 1.5.2.
@@ -33,7 +34,7 @@ pub(super) fn schlick(f0: DVec3, c: f64) -> DVec3 {
 pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
     let c = unit(c);
     let sin2_t = (1.0 - c * c) * (1.0 / (eta * eta));
-    // At 1 and beyond cos_t is 0, where both quotients are 1.
+    // If sin2_t >= 1, cos_t is 0 and both quotients are 1.
     let cos_t = larger(1.0 - sin2_t, 0.0).sqrt();
     let perpendicular = (c - eta * cos_t) / (c + eta * cos_t);
     let parallel = (eta * c - cos_t) / (eta * c + cos_t);
@@ -41,18 +42,18 @@ pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
     if sin2_t >= 1.0 { 1.0 } else { partly }
 }
 
-/// What [`dielectric`] is the quotient of, where it is only a factor of something that is divided anyway.
+/// Reflectance of [`dielectric`] as a fraction, for formulas that divide by another term anyway.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quotient {
-    /// Of the light that went on, to the normal on the other side; 0 where all is reflected.
+pub(super) struct ReflectanceFraction {
+    /// Cosine of the refracted direction; 0 at total reflection.
     pub(super) cos_t: f64,
-    /// Reflected is the numerator over the denominator, let through the rest, unless all is reflected.
+    /// Reflectance is `numerator / denominator`, unless `is_total`.
     pub(super) numerator: f64,
     pub(super) denominator: f64,
     pub(super) is_total: bool,
 }
 
-impl Quotient {
+impl ReflectanceFraction {
     /// # Domain
     /// `eta` > 0, c in [0, 1].
     #[inline(always)]
@@ -72,7 +73,7 @@ impl Quotient {
     }
 }
 
-/// An even boundary to a metal of complex index eta + i k, relative to the outside.
+/// Smooth boundary to a metal of complex index eta + i k, relative to the outside.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conductor {
     /// eta^2 - k^2

@@ -1,4 +1,4 @@
-//! The list of models: their names, where they are from, their parameters.
+//! List of models: names, sources and parameter tables.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,45 +9,45 @@ use super::{
     ashikhmin_shirley, cook_torrance, diffuse, fit, phong, principled, rough_plastic, ward,
 };
 
-/// Which model.
+/// Kind of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum ModelKind {
-    /// Scatters evenly.
+    /// Scatters light evenly.
     Lambert,
-    /// Rough and diffuse.
+    /// Rough diffuse surface.
     OrenNayar,
-    /// As published.
+    /// Phong, as published.
     Phong,
-    /// As published.
+    /// Blinn-Phong, as published.
     BlinnPhong,
-    /// Blinn and Phong's, normalised as light that is reflected.
+    /// Blinn-Phong, normalised as reflected light.
     ReflectedBlinnPhong,
-    /// Blinn and Phong's, normalised as a BRDF.
+    /// Blinn-Phong, normalised as a BRDF.
     NormalisedBlinnPhong,
-    /// Microfacets with Schlick's reflectance over a diffuse base.
+    /// Microfacets with Schlick's reflectance beside a diffuse part.
     CookTorrance,
-    /// A rough metal.
+    /// Rough metal.
     Conductor,
-    /// A diffuse base below a rough coat.
+    /// Diffuse base below a rough coat.
     Coated,
-    /// The same with what the base and the coat send back and forth.
+    /// Diffuse base below a rough coat, with interreflection between the two.
     RoughPlastic,
-    /// Burley's model for artists.
+    /// Burley's principled model.
     Principled,
-    /// An anisotropic Gaussian.
+    /// Anisotropic Gaussian highlight.
     Ward,
-    /// An anisotropic highlight over a diffuse base.
+    /// Anisotropic highlight over a diffuse base.
     AshikhminShirley,
-    /// Made for measured materials.
+    /// Microfacets with an inverse power; made for measured materials.
     Abc,
-    /// Made for measured materials.
+    /// Shifted gamma distribution; made for measured materials.
     Sgd,
 }
 
-/// No model of that name.
+/// Error of parsing the name of a model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no model {0:?}; there are {known}", known = names())]
+#[error("unknown model {0:?}; known models: {known}", known = names())]
 pub struct UnknownModel(pub String);
 
 fn names() -> String {
@@ -55,7 +55,7 @@ fn names() -> String {
 }
 
 impl ModelKind {
-    /// All of them in the order of their numbers, plain ones first.
+    /// All kinds in the order of their numbers, simple ones first.
     pub const ALL: [Self; 15] = [
         Self::Lambert,
         Self::OrenNayar,
@@ -74,19 +74,19 @@ impl ModelKind {
         Self::Sgd,
     ];
 
-    /// Its place in [`ModelKind::ALL`], which stored bytes carry.
+    /// Position in [`ModelKind::ALL`]; stored in the bytes of genomes.
     #[must_use]
     pub fn number(self) -> u8 {
         self as u8
     }
 
-    /// The kind of that number.
+    /// Returns the kind with this number, or `None` if there is none.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }
 
-    /// What texts call it.
+    /// Name in texts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -108,7 +108,7 @@ impl ModelKind {
         }
     }
 
-    /// What it is, in a few words.
+    /// Short description.
     #[must_use]
     pub fn about(self) -> &'static str {
         match self {
@@ -136,7 +136,7 @@ impl ModelKind {
         }
     }
 
-    /// Where it is from.
+    /// Author, year and title of the publication.
     #[must_use]
     pub fn source(self) -> &'static str {
         match self {
@@ -171,7 +171,7 @@ impl ModelKind {
         }
     }
 
-    /// Its parameters in their order.
+    /// Parameters in the order of their values.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
@@ -193,7 +193,7 @@ impl ModelKind {
         }
     }
 
-    pub(super) fn make(self, values: Values<'_>) -> Prepared {
+    pub(super) fn prepare(self, values: Values<'_>) -> Prepared {
         match self {
             Self::Lambert => diffuse::lambert(values),
             Self::OrenNayar => diffuse::oren_nayar(values),
@@ -213,8 +213,8 @@ impl ModelKind {
         }
     }
 
-    /// A parameter and where its numbers begin.
-    pub(super) fn place(self, name: &str) -> Option<(&'static Parameter, usize)> {
+    /// Returns a parameter and the index of its first value.
+    pub(super) fn find(self, name: &str) -> Option<(&'static Parameter, usize)> {
         let mut at = 0;
         for parameter in self.parameters() {
             if parameter.name == name {

@@ -1,59 +1,62 @@
-//! Microfacets: how their normals are distributed, and how they shadow and mask each other.
+//! Microfacets: distributions of their normals, and shadowing and masking.
 //!
-//! Each function is finite and non-negative down to the least roughness of the parameter tables and for any cosines above 0;
-//! shadowing is computed together with the 1 / (4 cos_i cos_o) that goes with it, which alone would be infinite at grazing
-//! angles.
+//! Each function is finite and non-negative down to the least roughness of the parameter tables and
+//! for any cosines above 0. Shadowing is computed together with the factor 1 / (4 cos_i cos_o),
+//! which alone would be infinite at grazing angles.
 
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
 use super::constants::{DistributionConstants, FacetConstants};
-use super::formula::{Formula, numbers};
+use super::formula::{Formula, scalars};
 use crate::block::{Half, larger, smaller};
 use crate::{Block, Elementary, Machine};
 
-/// Distribution of the facets' normals.
+/// Distribution of facet normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Distribution {
     /// Trowbridge and Reitz 1975, named GGX by Walter 2007.
     Ggx(Ggx),
     /// Beckmann 1963, normalised as in Walter 2007, equation 25.
     Beckmann(Beckmann),
-    /// Torrance and Sparrow 1967: a Gaussian of the angle.
+    /// Torrance and Sparrow 1967: Gaussian of the angle.
     Gaussian(Gaussian),
     /// Blinn 1977, normalised.
     Blinn(Blinn),
 }
 
-/// How facets hide each other.
+/// Shadowing and masking of facets by each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shadowing {
-    /// Cook and Torrance 1982: V-shaped grooves.
+    /// V-shaped grooves. Cook and Torrance 1982.
     Groove,
-    /// Smith 1967, independently for both directions.
+    /// Smith 1967, independent for both directions.
     Separable,
-    /// Smith, both directions seen at the same height (Heitz 2014, equation 99).
+    /// Smith with height correlation of both directions (Heitz 2014, equation 99).
     Correlated,
 }
 
-/// What the tables call the distributions, in the order in which [`Distribution::named`] knows them.
+/// Words of the parameter `distribution`, which [`Distribution::named`] accepts.
 pub(super) const DISTRIBUTIONS: &[&str] = &["ggx", "beckmann", "gaussian", "blinn-phong"];
-/// What the tables call the kinds of shadowing.
+/// Words of the parameter `shadowing`.
 pub(super) const SHADOWINGS: &[&str] = &["smith", "smith-correlated", "v-groove"];
 
 /// Facets of one distribution.
 pub(super) trait Facets: Copy {
-    /// D(h) in 1/sr: the integral of D (n . h) over the hemisphere is 1.
+    /// D(h) in 1/sr, normalised: the integral of D (n . h) over the hemisphere is 1.
     fn d<F: Elementary>(&self, half: &Half) -> f64;
 
-    /// cos(w) / G1(w), G1 being Smith's masking: above 0 and finite at the horizon.
-    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64;
+    /// Returns cos(w) / G1(w) with Smith's masking G1. Above 0 and finite at the horizon.
+    fn cos_over_g1<F: Elementary>(&self, w: DVec3) -> f64;
 }
 
 impl Distribution {
+    /// Only `ggx` and `beckmann` are anisotropic: the others use the geometric mean of the
+    /// roughness.
+    ///
     /// # Panics
-    /// Where it is none of [`DISTRIBUTIONS`]. Only the first two know a direction: the others take the mean roughness.
+    /// If the word is not in [`DISTRIBUTIONS`].
     pub(super) fn named(word: &str, alpha: DVec2) -> Self {
         let mean = (alpha.x * alpha.y).sqrt();
         match word {
@@ -72,17 +75,17 @@ impl Distribution {
                 let n = exponent(mean);
                 Self::Blinn(Blinn { alpha: mean, n, height: (n + 2.0) / (2.0 * PI) })
             }
-            _ => panic!("there is no distribution {word}"),
+            _ => panic!("unknown distribution {word}"),
         }
     }
 
-    /// GGX of that roughness along x and along y.
+    /// GGX with this roughness along x and along y.
     pub(super) fn ggx(alpha: DVec2) -> Self {
         let height = 1.0 / (PI * alpha.x * alpha.y);
         Self::Ggx(Ggx { alpha2: alpha * alpha, inverse: 1.0 / alpha, height })
     }
 
-    /// D G / (4 cos_i cos_o) of each lane.
+    /// Returns D G / (4 cos_i cos_o) of each lane.
     #[inline]
     pub(super) fn facets<const N: usize>(
         &self,
@@ -98,7 +101,7 @@ impl Distribution {
         }
     }
 
-    /// What [`Distribution::facets`] computes with.
+    /// Constants of [`Distribution::facets`], for exporters.
     pub(super) fn constants(&self, shadowing: Shadowing) -> FacetConstants {
         let distribution = match *self {
             Self::Ggx(Ggx { inverse, height, .. }) => {
@@ -119,12 +122,12 @@ impl Distribution {
 
     /// Smith's G1(w) / cos(w), finite at the horizon.
     #[cfg(test)]
-    pub(super) fn masking<F: Elementary>(&self, w: DVec3) -> f64 {
+    pub(super) fn g1_over_cos<F: Elementary>(&self, w: DVec3) -> f64 {
         1.0 / match self {
-            Self::Ggx(facets) => facets.unmasked::<F>(w),
-            Self::Beckmann(facets) => facets.unmasked::<F>(w),
-            Self::Gaussian(facets) => facets.unmasked::<F>(w),
-            Self::Blinn(facets) => facets.unmasked::<F>(w),
+            Self::Ggx(facets) => facets.cos_over_g1::<F>(w),
+            Self::Beckmann(facets) => facets.cos_over_g1::<F>(w),
+            Self::Gaussian(facets) => facets.cos_over_g1::<F>(w),
+            Self::Blinn(facets) => facets.cos_over_g1::<F>(w),
         }
     }
 
@@ -147,9 +150,9 @@ fn shadowed<const N: usize>(
     block: &Block<N>,
 ) -> [f64; N] {
     match shadowing {
-        Shadowing::Groove => numbers(machine, block, Groove(facets)),
-        Shadowing::Separable => numbers(machine, block, Separable(facets)),
-        Shadowing::Correlated => numbers(machine, block, Correlated(facets)),
+        Shadowing::Groove => scalars(machine, block, Groove(facets)),
+        Shadowing::Separable => scalars(machine, block, Separable(facets)),
+        Shadowing::Correlated => scalars(machine, block, Correlated(facets)),
     }
 }
 
@@ -163,7 +166,7 @@ impl<S: Facets> Formula for Groove<S> {
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
         let flat = 1.0 / (4.0 * half.cos_i() * half.cos_o());
-        let steep = half.h.z / (2.0 * half.cos_d * half.cos_most());
+        let steep = half.h.z / (2.0 * half.cos_d * half.cos_max());
         self.0.d::<F>(half) * smaller(flat, steep)
     }
 }
@@ -173,7 +176,7 @@ impl<S: Facets> Formula for Separable<S> {
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
-        let both = self.0.unmasked::<F>(half.wi) * self.0.unmasked::<F>(half.wo);
+        let both = self.0.cos_over_g1::<F>(half.wi) * self.0.cos_over_g1::<F>(half.wo);
         self.0.d::<F>(half) * (0.25 / both)
     }
 }
@@ -183,8 +186,8 @@ impl<S: Facets> Formula for Correlated<S> {
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
-        // cos_i cos_o (1 + L(i) + L(o)) of unmasked = cos (1 + L).
-        let (i, o) = (self.0.unmasked::<F>(half.wi), self.0.unmasked::<F>(half.wo));
+        // cos_i cos_o (1 + L(i) + L(o)), from cos / G1 = cos (1 + L).
+        let (i, o) = (self.0.cos_over_g1::<F>(half.wi), self.0.cos_over_g1::<F>(half.wo));
         let (cos_i, cos_o) = (half.cos_i(), half.cos_o());
         let both = cos_o * i + cos_i * o - cos_i * cos_o;
         self.0.d::<F>(half) * (0.25 / both)
@@ -193,13 +196,13 @@ impl<S: Facets> Formula for Correlated<S> {
 
 impl Shadowing {
     /// # Panics
-    /// Where it is none of [`SHADOWINGS`].
+    /// If the word is not in [`SHADOWINGS`].
     pub(super) fn named(word: &str) -> Self {
         match word {
             "smith" => Self::Separable,
             "smith-correlated" => Self::Correlated,
             "v-groove" => Self::Groove,
-            _ => panic!("there is no shadowing {word}"),
+            _ => panic!("unknown shadowing {word}"),
         }
     }
 }
@@ -221,7 +224,7 @@ impl Facets for Ggx {
     }
 
     #[inline(always)]
-    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
+    fn cos_over_g1<F: Elementary>(&self, w: DVec3) -> f64 {
         let across = self.alpha2.x * (w.x * w.x) + self.alpha2.y * (w.y * w.y);
         0.5 * (w.z + (w.z * w.z + across).sqrt())
     }
@@ -242,12 +245,12 @@ impl Facets for Beckmann {
     }
 
     #[inline(always)]
-    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
-        unmasked_beckmann::<F>(square(self.alpha.x * w.x) + square(self.alpha.y * w.y), w.z)
+    fn cos_over_g1<F: Elementary>(&self, w: DVec3) -> f64 {
+        cos_over_g1_beckmann::<F>(square(self.alpha.x * w.x) + square(self.alpha.y * w.y), w.z)
     }
 }
 
-/// D = exp(-(theta / alpha)^2), scaled so that projected areas add up to 1.
+/// D = exp(-(theta / alpha)^2), scaled so that the projected areas integrate to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gaussian {
     alpha: f64,
@@ -263,8 +266,8 @@ impl Facets for Gaussian {
     }
 
     #[inline(always)]
-    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
-        unmasked_alike::<F>(self.alpha, w)
+    fn cos_over_g1<F: Elementary>(&self, w: DVec3) -> f64 {
+        cos_over_g1_isotropic::<F>(self.alpha, w)
     }
 }
 
@@ -283,12 +286,12 @@ impl Facets for Blinn {
     }
 
     #[inline(always)]
-    fn unmasked<F: Elementary>(&self, w: DVec3) -> f64 {
-        unmasked_alike::<F>(self.alpha, w)
+    fn cos_over_g1<F: Elementary>(&self, w: DVec3) -> f64 {
+        cos_over_g1_isotropic::<F>(self.alpha, w)
     }
 }
 
-/// Blinn's exponent that is as wide as Beckmann's roughness, at least 0.
+/// Blinn's exponent with the same width as a Beckmann roughness, at least 0.
 fn exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha) - 2.0).max(0.0)
 }
@@ -298,39 +301,41 @@ pub(super) fn square(x: f64) -> f64 {
     x * x
 }
 
-/// exp(-slope^2) / cos^4 with slopes in units of a roughness, whose inverse along x and y is given.
+/// exp(-slope^2) / cos^4, with slopes divided by the roughness; `inverse` is 1 / alpha along x and
+/// y.
 #[inline(always)]
 pub(super) fn gaussian_over_cos4<F: Elementary>(half: &Half, inverse: DVec2) -> f64 {
     let h = half.h;
     let slope2 = (square(h.x * inverse.x) + square(h.y * inverse.y)) / (h.z * h.z);
-    // 1 / cos^4 alone overflows where the exponential is 0 already.
+    // One exponential of the sum, because 1 / cos^4 alone overflows where exp(-slope^2) is 0.
     F::exp(-slope2 - 4.0 * F::ln(h.z))
 }
 
-/// Walter 2007, section 5.2: the masking of Beckmann at the roughness that looks alike.
+/// Masking of the equivalent Beckmann roughness, as in Walter 2007, section 5.2.
 #[inline(always)]
-fn unmasked_alike<F: Elementary>(alpha: f64, w: DVec3) -> f64 {
-    unmasked_beckmann::<F>(alpha * alpha * (w.x * w.x + w.y * w.y), w.z)
+fn cos_over_g1_isotropic<F: Elementary>(alpha: f64, w: DVec3) -> f64 {
+    cos_over_g1_beckmann::<F>(alpha * alpha * (w.x * w.x + w.y * w.y), w.z)
 }
 
-/// cos / G1 for Beckmann, exactly: G1 = 1 / (1 + L), L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)), a = cos / across.
+/// cos / G1 for Beckmann, exact: G1 = 1 / (1 + L), L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a
+/// sqrt(pi)), a = cos / across.
 ///
 /// # Source
 /// Smith 1967; Walter 2007, equation 27 and the text above it.
 #[inline(always)]
-fn unmasked_beckmann<F: Elementary>(across2: f64, cos: f64) -> f64 {
+fn cos_over_g1_beckmann<F: Elementary>(across2: f64, cos: f64) -> f64 {
     /// 1 / sqrt(pi)
     const FRAC_1_SQRT_PI: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
     let across = across2.sqrt();
     let a = cos / larger(across, f64::MIN_POSITIVE);
     let is_open = a > 6.0;
     let a = smaller(a, 6.0);
-    // cos (1 + L) with the pole of L at cos = 0 multiplied out.
+    // cos (1 + L), with the pole of L at cos = 0 cancelled.
     let masked = 0.5 * (cos * (1.0 + F::erf(a)) + across * (FRAC_1_SQRT_PI * F::exp(-(a * a))));
     if is_open { cos } else { masked }
 }
 
-/// The integral of exp(-(theta / alpha)^2) cos(theta) over the hemisphere, by Simpson's rule to 1e-12.
+/// Integral of exp(-(theta / alpha)^2) cos(theta) over the hemisphere, by Simpson's rule to 1e-12.
 fn gaussian_area(alpha: f64) -> f64 {
     const STEPS: u32 = 4096;
     let end = (0.5 * PI).min(8.0 * alpha);

@@ -1,30 +1,30 @@
-//! What a model can be told: names, ranges, defaults and units of its parameters, and checked values for them.
+//! Parameters of models: names, ranges, defaults and units, and checked values.
 
-/// How values of a parameter are spread: where equal steps look about equally large.
+/// Spacing of a parameter's values: equal steps on the scale look about equally large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// By differences.
+    /// Equal differences.
     Linear,
-    /// By ratios; the range does not hold 0.
+    /// Equal ratios; the range excludes 0.
     Logarithmic,
 }
 
-/// What a parameter is.
+/// Kind of a parameter's values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// One number.
+    /// One value.
     Scalar {
-        /// The value unless another is given.
+        /// Default value.
         default: f64,
     },
-    /// One number each for red, green and blue, linear.
+    /// Linear red, green and blue.
     Color {
-        /// The values unless others are given.
+        /// Default values.
         default: [f64; 3],
     },
-    /// One of some words; its value is the number of the word.
+    /// One word of a list; the value is the index of the word.
     Choice {
-        /// The words; the first is taken unless another is given.
+        /// The words; the first is the default.
         words: &'static [&'static str],
     },
 }
@@ -32,22 +32,22 @@ pub enum Shape {
 /// A parameter of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// What texts call it.
+    /// Name in texts.
     pub name: &'static str,
-    /// What it is, and its symbol in the source.
+    /// Short description with its symbol in the source.
     pub about: &'static str,
-    /// Its unit; empty where it has none.
+    /// Unit; empty if it has none.
     pub unit: &'static str,
-    /// What it holds.
+    /// Kind of its values.
     pub shape: Shape,
-    /// The least and the largest value; of each component.
+    /// Least and largest value, for each component.
     pub range: (f64, f64),
-    /// How values are spread over the range.
+    /// Spacing of values over the range.
     pub scale: Scale,
 }
 
 impl Parameter {
-    /// A number from `range`, spread evenly.
+    /// One value in `range`, on a linear scale.
     pub(super) const fn scalar(
         name: &'static str,
         about: &'static str,
@@ -64,7 +64,7 @@ impl Parameter {
         }
     }
 
-    /// Three numbers from `range`, spread evenly.
+    /// Three values in `range`, on a linear scale.
     pub(super) const fn color(
         name: &'static str,
         about: &'static str,
@@ -74,7 +74,7 @@ impl Parameter {
         Self { name, about, unit: "", shape: Shape::Color { default }, range, scale: Scale::Linear }
     }
 
-    /// One of some words.
+    /// A choice among words.
     pub(super) const fn choice(
         name: &'static str,
         about: &'static str,
@@ -85,20 +85,20 @@ impl Parameter {
         Self { name, about, unit: "", shape, range: (0.0, most), scale: Scale::Linear }
     }
 
-    /// The same, spread by ratios.
+    /// Returns the parameter with a logarithmic scale.
     pub(super) const fn logarithmic(mut self) -> Self {
-        assert!(self.range.0 > 0.0, "ratios need a range above 0");
+        assert!(self.range.0 > 0.0, "a logarithmic scale needs a range above 0");
         self.scale = Scale::Logarithmic;
         self
     }
 
-    /// The same with a unit.
+    /// Returns the parameter with a unit.
     pub(super) const fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
 
-    /// How many numbers it holds.
+    /// Number of values: 1, or 3 for a colour.
     #[must_use]
     pub fn count(&self) -> usize {
         match self.shape {
@@ -107,7 +107,7 @@ impl Parameter {
         }
     }
 
-    /// The words of a choice; none where it is a number or a colour.
+    /// Words of a choice; `None` for a scalar or a colour.
     #[must_use]
     pub fn words(&self) -> Option<&'static [&'static str]> {
         match self.shape {
@@ -116,14 +116,15 @@ impl Parameter {
         }
     }
 
-    /// The word that its number stands for; none where it is no choice.
+    /// Word that the value of a choice stands for; `None` if the parameter is not a choice.
     #[must_use]
-    pub fn word(&self, numbers: &[f64]) -> Option<&'static str> {
-        let found = self.words()?.iter().zip(0_u32..).find(|(_, at)| f64::from(*at) >= numbers[0]);
+    pub fn word(&self, values: &[f64]) -> Option<&'static str> {
+        let found = self.words()?.iter().zip(0_u32..).find(|(_, at)| f64::from(*at) >= values[0]);
         Some(found.expect("values are within their range").0)
     }
 
-    /// Where a value lies in the range, by the parameter's scale: 0 at its least, 1 at its largest.
+    /// Position of a value in the range on the parameter's scale: 0 at the least value, 1 at
+    /// the largest.
     #[must_use]
     pub fn share(&self, value: f64) -> f64 {
         let (low, high) = self.range;
@@ -133,7 +134,8 @@ impl Parameter {
         }
     }
 
-    /// The value at a share of the range; shares beyond 0 and 1 stand for these.
+    /// Returns the value at a position in the range; the inverse of [`Self::share`]. Positions
+    /// are clamped to [0, 1].
     #[must_use]
     pub fn at_share(&self, share: f64) -> f64 {
         let (low, high) = self.range;
@@ -144,7 +146,7 @@ impl Parameter {
         value.clamp(low, high)
     }
 
-    /// Its default, as long as [`Self::count`].
+    /// Default values, [`Self::count`] of them.
     #[must_use]
     pub fn default(&self) -> Vec<f64> {
         match self.shape {
@@ -155,11 +157,11 @@ impl Parameter {
     }
 }
 
-/// Values of all parameters of a model, in the order of the table.
+/// Values of all parameters of a model, with their table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Values<'a> {
     pub(super) table: &'static [Parameter],
-    pub(super) numbers: &'a [f64],
+    pub(super) values: &'a [f64],
 }
 
 impl Values<'_> {
@@ -168,31 +170,35 @@ impl Values<'_> {
         for parameter in self.table {
             let count = parameter.count();
             if parameter.name == name {
-                return (parameter, &self.numbers[at..at + count]);
+                return (parameter, &self.values[at..at + count]);
             }
             at += count;
         }
         panic!("the table of the model has no parameter {name}")
     }
 
+    /// Value of a scalar.
+    ///
     /// # Panics
-    /// Where the table has no such scalar: a model asks for its own.
+    /// If the table has no such parameter; models only name parameters of their own table.
     pub(super) fn scalar(&self, name: &str) -> f64 {
         self.find(name).1[0]
     }
 
+    /// Linear red, green and blue of a colour.
+    ///
     /// # Panics
-    /// Where the table has no such colour.
+    /// If the table has no such colour.
     pub(super) fn color(&self, name: &str) -> glam::DVec3 {
         glam::DVec3::from_slice(self.find(name).1)
     }
 
-    /// The word that was chosen.
+    /// The chosen word.
     ///
     /// # Panics
-    /// Where the table has no such choice.
+    /// If the table has no such choice.
     pub(super) fn choice(&self, name: &str) -> &'static str {
-        let (parameter, numbers) = self.find(name);
-        parameter.word(numbers).unwrap_or_else(|| panic!("{name} is no choice"))
+        let (parameter, values) = self.find(name);
+        parameter.word(values).unwrap_or_else(|| panic!("{name} is no choice"))
     }
 }

@@ -1,4 +1,4 @@
-//! Models ready to be evaluated: all that does not depend on directions has been computed.
+//! Models ready to be evaluated: everything that does not depend on directions is computed.
 
 use glam::DVec3;
 
@@ -13,7 +13,8 @@ use super::ward::Ward;
 use super::{Brdf, Claims, ModelConstants};
 use crate::{Block, DirectionPair, HORIZON, Libm, Machine, Plain};
 
-/// A model, prepared: the same formula for one pair in f64 with `libm`, which is the reference, and for blocks of pairs.
+/// A prepared model. The same formulas serve single pairs in f64 with `libm`, which is the
+/// reference, and blocks of pairs.
 #[derive(Debug, Clone)]
 pub struct PreparedModel(pub(super) Prepared);
 
@@ -31,15 +32,15 @@ pub(super) enum Prepared {
     Sgd(Box<Sgd>),
 }
 
-/// What each model does of a block.
+/// Evaluation of one model family.
 pub(super) trait Reflect {
-    /// f of each lane, channel by channel.
+    /// Returns f of each lane, channel by channel.
     fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3];
 
-    /// What it promises.
+    /// Properties that hold with these parameters.
     fn claims(&self) -> Claims;
 
-    /// What it computes with.
+    /// Formula and constants, for exporters.
     fn constants(&self) -> ModelConstants;
 }
 
@@ -61,17 +62,18 @@ macro_rules! each {
 }
 
 impl PreparedModel {
-    /// f of each lane of a block.
+    /// Returns f of each lane of a block.
     ///
     /// # Shapes
-    /// Red, green and blue, in each the lanes in their order.
+    /// Rows are red, green and blue; columns are lanes.
     ///
     /// # Units
     /// 1/sr; linear.
     ///
     /// # Error
-    /// No lane depends on another one or on how many there are. With the functions of `libm` the bits are those of
-    /// [`Brdf::f`]; what the branchless ones differ by is in docs/maths/shading.md.
+    /// Lanes are independent of each other and of `N`. With the functions of `libm` the bits
+    /// are those of [`Brdf::f`]; the error of the branch-free functions is in
+    /// docs/maths/shading.md.
     #[must_use]
     pub fn f_block<M: Machine, const N: usize>(
         &self,
@@ -81,7 +83,7 @@ impl PreparedModel {
         each!(self, model => model.block(machine, block))
     }
 
-    /// The formula that it is, and all numbers of it that do not depend on directions.
+    /// Formula with all its constants that do not depend on directions.
     #[must_use]
     pub fn constants(&self) -> ModelConstants {
         each!(self, model => model.constants())

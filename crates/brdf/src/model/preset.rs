@@ -1,11 +1,11 @@
-//! Known substances as values of a model: the sources' table of reflectances at normal incidence.
+//! Named materials as parameters of models: reflectance of known substances at normal incidence.
 
 use super::{Model, ModelKind};
 
-/// A model with values that have a name.
+/// A model with parameter values for a named material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelPreset {
-    /// As texts name it.
+    /// Name in texts.
     pub name: &'static str,
     /// The substance.
     pub about: &'static str,
@@ -13,11 +13,13 @@ pub struct ModelPreset {
     pub model: Model,
 }
 
-/// Reflectance at normal incidence, linear. Of metals and gems it is all they reflect; water, plastic and glass are seen
-/// over what lies below, which is the diffuse part.
+/// Name, description, linear reflectance at normal incidence and diffuse albedo. Metals and gems
+/// have no diffuse part; water, plastic and glass are coats whose diffuse part is the material
+/// below.
 ///
 /// # Source
-/// The lecture "Appearance: Local Shading", tables of normal-incidence Fresnel for metals and for insulators.
+/// The lecture "Appearance: Local Shading", tables of normal-incidence Fresnel for metals and for
+/// insulators.
 const F0: [(&str, &str, [f64; 3], f64); 11] = [
     ("gold", "gold", [1.00, 0.71, 0.29], 0.0),
     ("silver", "silver", [0.95, 0.93, 0.88], 0.0),
@@ -32,7 +34,7 @@ const F0: [(&str, &str, [f64; 3], f64); 11] = [
     ("diamond", "diamond", [0.17; 3], 0.0),
 ];
 
-/// All of them.
+/// Returns all presets.
 #[must_use]
 pub fn model_presets() -> Vec<ModelPreset> {
     let preset = |(name, about, f0, diffuse): (_, _, [f64; 3], f64)| {

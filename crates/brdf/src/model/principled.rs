@@ -1,11 +1,11 @@
-//! Burley's principled model: the parts of it that reflect.
+//! Reflective parts of Burley's principled model.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
 use super::constants::{ClearCoatConstants, PrincipledConstants};
-use super::formula::{Formula, colors, numbers};
+use super::formula::{Formula, colors, scalars};
 use super::microfacet::{Distribution, Shadowing, square};
 use super::parameter::{Parameter, Values};
 use super::prepared::{Prepared, Reflect};
@@ -34,24 +34,25 @@ pub(super) const PRINCIPLED: &[Parameter] = &[
 ];
 
 /// # Source
-/// Burley 2012, "Physically-based shading at Disney"; Fresnel term and parameters in the form of Mitsuba's plugin, which
-/// takes the exact reflectance of a dielectric in place of Schlick's. Its clear coat leaves out 1 / (4 cos_i cos_o).
+/// Burley 2012, "Physically-based shading at Disney". Fresnel term and parameters follow Mitsuba's
+/// plugin, which uses the exact reflectance of a dielectric instead of Schlick's. Mitsuba's clear
+/// coat omits 1 / (4 cos_i cos_o).
 #[derive(Debug, Clone)]
 pub(super) struct Principled {
     base: DVec3,
-    /// Of the highlight as far as the base colour tints it.
+    /// Reflectance at normal incidence of the tinted part of the highlight.
     tinted_f0: DVec3,
     roughness: f64,
     metallic: f64,
     eta: f64,
     spec_tint: f64,
     sheen: DVec3,
-    /// None without one.
+    /// Clear coat, if its strength is above 0.
     coat: Option<Coat>,
     distribution: Distribution,
 }
 
-/// The second highlight.
+/// Clear coat, the second highlight.
 ///
 /// # Source
 /// Burley 2012, equation 4 of the appendix with gamma = 1.
@@ -59,12 +60,13 @@ pub(super) struct Principled {
 struct Coat {
     /// alpha^2 - 1
     narrow: f64,
-    /// How strong it is, times (alpha^2 - 1) / (pi ln alpha^2).
+    /// Strength times (alpha^2 - 1) / (pi ln alpha^2) / 4.
     height: f64,
+    /// True for Burley's form, which is divided by 4 cos_i cos_o.
     published: bool,
 }
 
-/// Roughness of the clear coat's shadowing.
+/// Roughness for the clear coat's shadowing.
 const COAT_SHADOWING: f64 = 0.25;
 /// Luminance of linear sRGB.
 const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
@@ -102,25 +104,19 @@ fn coat(values: Values<'_>) -> Option<Coat> {
     (strength > 0.0).then_some(Coat { narrow, height, published })
 }
 
-/// (1 - c)^5
-#[inline(always)]
-fn weight(c: f64) -> f64 {
-    fresnel::fifth(c)
-}
-
 /// cos / G1 of the clear coat.
 #[inline(always)]
-fn unmasked_coat(cos: f64) -> f64 {
+fn cos_over_g1_coat(cos: f64) -> f64 {
     const ALPHA2: f64 = COAT_SHADOWING * COAT_SHADOWING;
     0.5 * (cos + (cos * cos + ALPHA2 * (1.0 - cos * cos)).sqrt())
 }
 
 impl Coat {
-    /// F D G, and what else the form has.
+    /// F D G times `over` / (cos_i cos_o). `over` is the part that the two forms differ in.
     #[inline(always)]
     fn at(&self, half: &Half, over: f64) -> f64 {
         let d = self.height / (1.0 + self.narrow * half.h.z * half.h.z);
-        let (i, o) = (unmasked_coat(half.cos_i()), unmasked_coat(half.cos_o()));
+        let (i, o) = (cos_over_g1_coat(half.cos_i()), cos_over_g1_coat(half.cos_o()));
         fresnel::schlick(DVec3::splat(COAT_F0), half.cos_d).x * d * (over / (i * o))
     }
 
@@ -135,12 +131,12 @@ impl Coat {
     }
 }
 
-/// Over 4 cos_i cos_o.
-struct Published<'a>(&'a Coat);
-/// Not so.
-struct Mitsubas<'a>(&'a Coat);
+/// Burley's form, divided by 4 cos_i cos_o.
+struct BurleyForm<'a>(&'a Coat);
+/// Mitsuba's form, without that division.
+struct MitsubaForm<'a>(&'a Coat);
 
-impl Formula for Published<'_> {
+impl Formula for BurleyForm<'_> {
     type Value = f64;
 
     #[inline(always)]
@@ -149,7 +145,7 @@ impl Formula for Published<'_> {
     }
 }
 
-impl Formula for Mitsubas<'_> {
+impl Formula for MitsubaForm<'_> {
     type Value = f64;
 
     #[inline(always)]
@@ -158,19 +154,19 @@ impl Formula for Mitsubas<'_> {
     }
 }
 
-/// The body below the main highlight, of which `facets` is D G / (4 cos_i cos_o).
-struct Below<'a, const N: usize> {
+/// The body plus the main highlight, whose `facets` are D G / (4 cos_i cos_o).
+struct Uncoated<'a, const N: usize> {
     model: &'a Principled,
     facets: &'a [f64; N],
 }
 
-/// The same with the clear coat's light.
+/// `Uncoated` plus the clear coat.
 struct Coated<'a, const N: usize> {
-    below: Below<'a, N>,
+    uncoated: Uncoated<'a, N>,
     coat: &'a [f64; N],
 }
 
-impl<const N: usize> Formula for Below<'_, N> {
+impl<const N: usize> Formula for Uncoated<'_, N> {
     type Value = DVec3;
 
     #[inline(always)]
@@ -184,24 +180,25 @@ impl<const N: usize> Formula for Coated<'_, N> {
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
-        self.below.at::<F>(half, k) + DVec3::splat(self.coat[k])
+        self.uncoated.at::<F>(half, k) + DVec3::splat(self.coat[k])
     }
 }
 
 impl Principled {
-    /// The body: darker at grazing light where it is smooth, brighter where it is rough.
+    /// Body: darker at grazing angles where smooth, brighter there where rough.
     #[inline(always)]
     fn body(&self, half: &Half) -> DVec3 {
-        let (fi, fo) = (weight(half.cos_i()), weight(half.cos_o()));
+        let (fi, fo) =
+            (fresnel::schlick_weight(half.cos_i()), fresnel::schlick_weight(half.cos_o()));
         let retro = 2.0 * self.roughness * half.cos_d * half.cos_d;
         let both = fi * fo;
         let even = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
         let back = retro * (fi + fo + both * (retro - 1.0));
-        let sheen = self.sheen * weight(half.cos_d);
+        let sheen = self.sheen * fresnel::schlick_weight(half.cos_d);
         (self.base * (FRAC_1_PI * (even + back)) + sheen) * (1.0 - self.metallic)
     }
 
-    /// What the main highlight reflects.
+    /// Reflectance of the main highlight.
     #[inline(always)]
     fn reflectance(&self, c: f64) -> DVec3 {
         let dielectric = 1.0 - self.metallic;
@@ -214,17 +211,17 @@ impl Principled {
 impl Reflect for Principled {
     fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3] {
         let facets = &self.distribution.facets(Shadowing::Separable, machine, block);
-        let below = Below { model: self, facets };
+        let uncoated = Uncoated { model: self, facets };
         let coat = match &self.coat {
-            None => return colors(machine, block, below),
-            Some(coat) if coat.published => numbers(machine, block, Published(coat)),
-            Some(coat) => numbers(machine, block, Mitsubas(coat)),
+            None => return colors(machine, block, uncoated),
+            Some(coat) if coat.published => scalars(machine, block, BurleyForm(coat)),
+            Some(coat) => scalars(machine, block, MitsubaForm(coat)),
         };
-        colors(machine, block, Coated { below, coat: &coat })
+        colors(machine, block, Coated { uncoated, coat: &coat })
     }
 
     fn claims(&self) -> Claims {
-        // Body, highlight, sheen and coat are added without taking from each other.
+        // Body, highlight, sheen and coat add up without reducing each other.
         Claims { reciprocal: true, conserving: false }
     }
 

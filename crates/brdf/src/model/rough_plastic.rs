@@ -1,10 +1,11 @@
-//! Rough plastic: light that enters through the coat is scattered by the base, and partly reflected back to it from below.
+//! Rough plastic: a diffuse base below a rough coat that reflects part of the scattered light back
+//! to the base.
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::coat::{CoatTables, TABLED, TableDetail};
+use super::coat::{CoatTables, TABLE_SIZE, TableDetail};
 use super::cook_torrance::{IOR, ROUGHNESS};
 use super::diffuse::ALBEDO;
 use super::formula::{Formula, colors};
@@ -36,20 +37,22 @@ pub(super) const ROUGH_PLASTIC: &[Parameter] = &[
     ),
 ];
 
-/// f = D F G / (4 cos_i cos_o) + rho T(i) T(o) / (pi eta^2 (1 - rho' R)): T is the share of light that passes the rough coat
-/// from outside, R what it reflects back from inside; rho' is 1 for linear scattering, rho otherwise.
+/// f = D F G / (4 cos_i cos_o) + rho T(i) T(o) / (pi eta^2 (1 - rho' R)). T is the transmittance of
+/// the rough coat from outside, R its reflectance of diffuse light from inside; rho' is 1 for
+/// linear scattering, otherwise rho.
 ///
 /// # Source
-/// Jakob 2010, the roughplastic plugin of Mitsuba, whose tables are made as here: integrals over the visible normals of
-/// Smith's masking times what Fresnel's equations let through. R there is the mean of 64 values in place of their integral,
-/// which is 1.5 % too little; `internal mitsuba` does the same.
+/// Jakob 2010, the roughplastic plugin of Mitsuba. Its tables are computed as here, by integrals
+/// over the visible normals of Smith's masking times the Fresnel transmittance. There R is the mean
+/// of 64 values instead of their integral, which is 1.5 % too small; `internal mitsuba` reproduces
+/// that.
 #[derive(Debug, Clone)]
 pub(super) struct RoughPlastic {
     /// rho / (pi eta^2 (1 - rho' R))
     base: DVec3,
     eta: f64,
     distribution: Distribution,
-    passes: [f64; TABLED],
+    transmittance: [f64; TABLE_SIZE],
 }
 
 pub(super) fn rough_plastic(values: Values<'_>) -> Prepared {
@@ -62,10 +65,11 @@ pub(super) fn rough_plastic_with(values: Values<'_>, tables: &CoatTables) -> Pre
     let alpha = values.scalar("roughness");
     let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
     let (all, last) = tables.back;
-    // Over the hemisphere, of light that is even there: by the trapezoid rule, or by the mean of the values.
+    // Integral over diffuse light from inside: by the trapezoid rule, or by the mean of the
+    // values.
     let back = match values.choice("internal") {
-        "mitsuba" => all / TABLED as f64,
-        _ => (all - 0.5 * last) / (TABLED - 1) as f64,
+        "mitsuba" => all / TABLE_SIZE as f64,
+        _ => (all - 0.5 * last) / (TABLE_SIZE - 1) as f64,
     };
     let albedo = values.color("albedo");
     let again = match values.choice("scattering") {
@@ -77,30 +81,30 @@ pub(super) fn rough_plastic_with(values: Values<'_>, tables: &CoatTables) -> Pre
         base,
         eta,
         distribution,
-        passes: tables.passes,
+        transmittance: tables.transmittance,
     }))
 }
 
 impl RoughPlastic {
-    /// Linear between the tabled cosines.
+    /// Transmittance, interpolated linearly between the tabulated cosines.
     #[inline(always)]
-    fn passes(&self, cosine: f64) -> f64 {
-        /// 2^52: what is added to it becomes whole, and stands in the low bits.
+    fn transmittance(&self, cosine: f64) -> f64 {
+        /// 2^52: adding it rounds to an integer and leaves that integer in the low bits.
         const WHOLE: f64 = 4_503_599_627_370_496.0;
-        const LAST: f64 = (TABLED - 2) as f64;
-        let at = unit(cosine) * (TABLED - 1) as f64;
+        const LAST: f64 = (TABLE_SIZE - 2) as f64;
+        let at = unit(cosine) * (TABLE_SIZE - 1) as f64;
         let rounded = smaller(larger(at - 0.5, 0.0), LAST) + WHOLE;
         let share = at - (rounded - WHOLE);
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "the low bits are a place in the table"
+            reason = "the low bits are an index of the table"
         )]
-        let low = rounded.to_bits() as usize % TABLED;
-        self.passes[low] * (1.0 - share) + self.passes[(low + 1) % TABLED] * share
+        let low = rounded.to_bits() as usize % TABLE_SIZE;
+        self.transmittance[low] * (1.0 - share) + self.transmittance[(low + 1) % TABLE_SIZE] * share
     }
 }
 
-/// The coat's light, of which `facets` is D G / (4 cos_i cos_o), and what comes from below it.
+/// Highlight of the coat plus the light that the base scatters. `facets` is D G / (4 cos_i cos_o).
 struct Coated<'a, const N: usize> {
     model: &'a RoughPlastic,
     facets: &'a [f64; N],
@@ -112,7 +116,8 @@ impl<const N: usize> Formula for Coated<'_, N> {
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, k: usize) -> DVec3 {
         let coat = fresnel::dielectric(self.model.eta, half.cos_d) * self.facets[k];
-        let through = self.model.passes(half.cos_i()) * self.model.passes(half.cos_o());
+        let through =
+            self.model.transmittance(half.cos_i()) * self.model.transmittance(half.cos_o());
         self.model.base * through + DVec3::splat(coat)
     }
 }
@@ -132,7 +137,7 @@ impl Reflect for RoughPlastic {
             base: self.base,
             ior: self.eta,
             facets: self.distribution.constants(Shadowing::Separable),
-            passes: self.passes.to_vec(),
+            transmittance: self.transmittance.to_vec(),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! What the physics of the models is checked by: reciprocity to the bit, no NaN and nothing negative at the corners, energy.
+//! Physics of the models: exact reciprocity, finite and non-negative values at the corners, energy
+//! conservation.
 
 use std::f64::consts::PI;
 
@@ -9,10 +10,10 @@ use super::*;
 use crate::block::Half;
 use crate::{Block, Branchless, DirectionPair, HORIZON, Libm, Plain};
 
-/// A fixed stream of numbers in [0, 1): SplitMix64.
-struct Numbers(u64);
+/// Deterministic random numbers in [0, 1): SplitMix64.
+struct Random(u64);
 
-impl Numbers {
+impl Random {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -21,7 +22,7 @@ impl Numbers {
         f64::from(u32::try_from((z ^ (z >> 31)) >> 32).unwrap()) / 4_294_967_296.0
     }
 
-    /// Values of all parameters, one in eight at an end of its range.
+    /// A model with random values, one in eight of them at an end of its range.
     fn model(&mut self, kind: ModelKind) -> Model {
         let mut model = Model::new(kind);
         for parameter in kind.parameters() {
@@ -42,7 +43,7 @@ impl Numbers {
         model
     }
 
-    /// Above the surface; often at grazing angles.
+    /// A random direction above the surface, often at a grazing angle.
     fn direction(&mut self) -> DVec3 {
         let z = match self.next() {
             choice if choice < 0.1 => 1e-9 + 1e-6 * self.next(),
@@ -53,7 +54,7 @@ impl Numbers {
         DVec3::new(r * phi.cos(), r * phi.sin(), z)
     }
 
-    /// Among them equal ones, mirrored ones, and nearly opposite ones at the horizon.
+    /// A random pair; some are equal, mirrored, or nearly opposite at the horizon.
     fn pair(&mut self) -> DirectionPair {
         let wi = self.direction();
         let wo = match self.next() {
@@ -71,12 +72,12 @@ fn case(model: &Model, pair: &DirectionPair) -> String {
     format!("{model}wi {:?} wo {:?}", pair.wi(), pair.wo())
 }
 
-/// How many models of a kind are tried; one prepares tables that take milliseconds.
+/// Number of models to test: a tenth for rough plastic, which prepares tables in milliseconds each.
 fn tried(kind: ModelKind, count: u32) -> u32 {
     if kind == ModelKind::RoughPlastic { count / 10 } else { count }
 }
 
-/// f as blocks of branchless functions have it.
+/// Returns f with branch-free functions in a block of one lane.
 fn branchless(model: &PreparedModel, pair: &DirectionPair) -> DVec3 {
     let machine = Plain::<Branchless>::new();
     let mut block = Block::<1>::new();
@@ -89,19 +90,19 @@ fn bits(f: DVec3) -> [u64; 3] {
 }
 
 #[test]
-fn lanes_have_the_bits_of_single_pairs_wherever_they_stand() {
+fn lanes_have_the_bits_of_single_pairs_at_any_position() {
     const LANES: usize = 16;
-    let mut numbers = Numbers(6);
+    let mut random = Random(6);
     for kind in ModelKind::ALL {
         for length in [0, 1, 5, LANES, LANES + 3] {
-            let model = numbers.model(kind).prepare();
-            let mut pairs: Vec<DirectionPair> = (0..length).map(|_| numbers.pair()).collect();
+            let model = random.model(kind).prepare();
+            let mut pairs: Vec<DirectionPair> = (0..length).map(|_| random.pair()).collect();
             if let Some(pair) = pairs.get_mut(2) {
                 *pair = DirectionPair::new(pair.wi(), -pair.wo()).unwrap();
             }
             let mut block = Block::<LANES>::new();
-            // What was in the block before leaves no trace.
-            block.fill(Plain::<Libm>::new(), &[numbers.pair(); LANES]);
+            // Previous contents of the block must have no effect.
+            block.fill(Plain::<Libm>::new(), &[random.pair(); LANES]);
             block.fill(Plain::<Libm>::new(), &pairs);
             let exact = model.f_block(Plain::<Libm>::new(), &block);
             let fast = model.f_block(Plain::<Branchless>::new(), &block);
@@ -120,19 +121,19 @@ fn lanes_have_the_bits_of_single_pairs_wherever_they_stand() {
 }
 
 #[test]
-fn branchless_values_are_those_of_the_reference_to_twelve_digits() {
-    let mut numbers = Numbers(7);
+fn branchless_values_match_the_reference_to_twelve_digits() {
+    let mut random = Random(7);
     let mut worst_of_all: f64 = 0.0;
     for kind in ModelKind::ALL {
         let mut worst: f64 = 0.0;
         for _ in 0..tried(kind, 400) {
-            let model = numbers.model(kind);
+            let model = random.model(kind);
             let prepared = model.prepare();
             for _ in 0..50 {
-                let pair = numbers.pair();
+                let pair = random.pair();
                 let (exact, fast) = (prepared.f(&pair), branchless(&prepared, &pair));
                 for (exact, fast) in exact.to_array().into_iter().zip(fast.to_array()) {
-                    // Far below the least number that an f32 can be.
+                    // 1e-60 is far below the least positive f32.
                     let off = (fast - exact).abs() / exact.abs().max(1e-60);
                     assert!(off < 4e-13, "{exact} {fast} {}", case(&model, &pair));
                     worst = worst.max(off);
@@ -142,21 +143,22 @@ fn branchless_values_are_those_of_the_reference_to_twelve_digits() {
         println!("{kind}: {worst:.1e}");
         worst_of_all = worst_of_all.max(worst);
     }
-    assert!(worst_of_all > 1e-15, "the two are not the same functions");
+    assert!(worst_of_all > 1e-15, "both paths evaluated the same functions");
 }
 
 #[test]
 fn models_are_finite_and_not_negative_at_all_corners() {
-    let mut numbers = Numbers(1);
+    let mut random = Random(1);
     for kind in ModelKind::ALL {
         for _ in 0..tried(kind, 400) {
-            let model = numbers.model(kind);
+            let model = random.model(kind);
             let prepared = model.prepare();
             for _ in 0..50 {
-                let pair = numbers.pair();
+                let pair = random.pair();
                 for f in [prepared.f(&pair), branchless(&prepared, &pair)] {
                     assert!(f.is_finite(), "{f} {}", case(&model, &pair));
-                    // The published fits of SGD are negative in places, and stay what they are.
+                    // The published fits of SGD are negative in places; the
+                    // model keeps that.
                     assert!(
                         f.min_element() >= 0.0 || kind == ModelKind::Sgd,
                         "{f} {}",
@@ -169,17 +171,17 @@ fn models_are_finite_and_not_negative_at_all_corners() {
 }
 
 #[test]
-fn models_are_reciprocal_to_the_bit_where_they_say_so_and_others_are_not() {
-    let mut numbers = Numbers(2);
+fn models_are_reciprocal_to_the_bit_exactly_where_they_claim_to_be() {
+    let mut random = Random(2);
     for kind in ModelKind::ALL {
         let mut differing = 0;
         let mut claimed = true;
         for _ in 0..tried(kind, 200) {
-            let model = numbers.model(kind);
+            let model = random.model(kind);
             let brdf = model.prepare();
             claimed &= brdf.claims().reciprocal;
             for _ in 0..20 {
-                let pair = numbers.pair();
+                let pair = random.pair();
                 let back = pair.swapped();
                 let exact = (brdf.f(&pair), brdf.f(&back));
                 let fast = (branchless(&brdf, &pair), branchless(&brdf, &back));
@@ -191,18 +193,18 @@ fn models_are_reciprocal_to_the_bit_where_they_say_so_and_others_are_not() {
                 }
             }
         }
-        assert!(claimed || differing > 1000, "{kind} claims less than it keeps");
+        assert!(claimed || differing > 1000, "{kind} is reciprocal but does not claim it");
     }
 }
 
 #[test]
 fn values_are_finite_down_to_the_horizon() {
-    let mut numbers = Numbers(8);
+    let mut random = Random(8);
     let above = |x: f64, y: f64, z: f64| DirectionPair::new(DVec3::Z, DVec3::new(x, y, z)).unwrap();
     let low = [HORIZON, 1e-60, 1e-20].map(|z| above(1.0, 0.0, z).wo());
     for kind in ModelKind::ALL {
         for _ in 0..tried(kind, 100) {
-            let model = numbers.model(kind);
+            let model = random.model(kind);
             let prepared = model.prepare();
             for wi in low.into_iter().chain([DVec3::Z]) {
                 for wo in low.iter().flat_map(|wo| [*wo, DVec3::new(-wo.x, 0.0, wo.z)]) {
@@ -231,7 +233,7 @@ fn nothing_is_reflected_below_the_surface() {
     }
 }
 
-/// Integral over the hemisphere, by the midpoint rule in theta and phi.
+/// Integrates over the hemisphere by the midpoint rule in theta and phi.
 fn over_hemisphere(steps: u32, value: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let share = |k: u32| (f64::from(k) + 0.5) / f64::from(steps);
     let mut sum = DVec3::ZERO;
@@ -245,7 +247,7 @@ fn over_hemisphere(steps: u32, value: impl Fn(DVec3) -> DVec3) -> DVec3 {
     sum * 0.5 * PI * PI / f64::from(steps * steps)
 }
 
-/// Of the channel that reflects most.
+/// Directional albedo of the brightest channel.
 fn albedo(brdf: &dyn Brdf, cos_i: f64, steps: u32) -> f64 {
     let wi = DVec3::new((1.0 - cos_i * cos_i).sqrt(), 0.0, cos_i);
     let reflected = |wo: DVec3| brdf.f(&DirectionPair::new(wi, wo).unwrap()) * wo.z;
@@ -253,13 +255,13 @@ fn albedo(brdf: &dyn Brdf, cos_i: f64, steps: u32) -> f64 {
 }
 
 #[test]
-fn models_send_back_no_more_than_they_receive_where_they_say_so() {
-    let mut numbers = Numbers(3);
+fn albedo_is_at_most_one_where_models_claim_to_conserve_energy() {
+    let mut random = Random(3);
     let mut checked = 0;
     for kind in ModelKind::ALL {
         for _ in 0..24 {
-            let mut model = numbers.model(kind);
-            // Highlights that the quadrature of a test sees.
+            let mut model = random.model(kind);
+            // Widens highlights that are too narrow for this quadrature.
             for (name, least) in [("roughness", 0.25), ("alpha_x", 0.25), ("alpha_y", 0.25)] {
                 if let Some([value]) = model.get(name).map(<[f64]>::to_vec).as_deref() {
                     model = model.with(name, &[value.max(least)]).unwrap();
@@ -288,7 +290,7 @@ fn models_send_back_no_more_than_they_receive_where_they_say_so() {
 }
 
 #[test]
-fn models_that_say_less_do_send_back_more_somewhere() {
+fn models_without_the_claim_reflect_more_than_they_receive_somewhere() {
     let white = |kind, name: &str| Model::new(kind).with(name, &[1.0; 3]).unwrap();
     let phong = white(ModelKind::Phong, "specular").with("exponent", &[2.0]).unwrap();
     assert!(albedo(&*phong.brdf(), 0.05, 128) > 1.0);
@@ -301,7 +303,7 @@ fn models_that_say_less_do_send_back_more_somewhere() {
 }
 
 #[test]
-fn distributions_of_facets_are_normalised() {
+fn facet_distributions_are_normalised() {
     for name in DISTRIBUTIONS {
         for alpha in [0.15, 0.4, 0.9] {
             let distribution = Distribution::named(name, glam::DVec2::new(alpha, 1.3 * alpha));
@@ -316,7 +318,7 @@ fn distributions_of_facets_are_normalised() {
 }
 
 #[test]
-fn cook_and_torrance_need_a_quarter_and_not_one_over_pi() {
+fn cook_torrance_conserves_energy_with_a_quarter_and_not_with_one_over_pi() {
     let white = Model::new(ModelKind::CookTorrance)
         .with("f0", &[1.0; 3])
         .and_then(|model| model.with("roughness", &[0.3]))
@@ -328,7 +330,7 @@ fn cook_and_torrance_need_a_quarter_and_not_one_over_pi() {
     assert!((1.2..1.28).contains(&(quarter * 4.0 / PI)), "{quarter}");
 }
 
-/// The model of the lines that [`Model`] writes.
+/// Parses the text form that [`Model`] writes.
 fn read(text: &str) -> Model {
     let mut lines = text.lines();
     let kind = lines.next().unwrap().strip_prefix(".model ").unwrap().parse().unwrap();
@@ -339,17 +341,17 @@ fn read(text: &str) -> Model {
 }
 
 #[test]
-fn texts_and_numbers_are_read_back_to_the_bit() {
-    let mut numbers = Numbers(4);
+fn texts_and_values_round_trip_to_the_bit() {
+    let mut random = Random(4);
     for kind in ModelKind::ALL {
         assert_eq!(kind.name().parse(), Ok(kind));
         assert_eq!(ModelKind::from_number(kind.number()), Some(kind));
         for _ in 0..20 {
-            let model = numbers.model(kind);
+            let model = random.model(kind);
             assert_eq!(read(&model.to_string()), model);
             assert_eq!(Model::from_numbers(kind, model.numbers()), Ok(model.clone()));
             let all: Vec<f64> =
-                model.parameters().flat_map(|(_, numbers)| numbers).copied().collect();
+                model.parameters().flat_map(|(_, values)| values).copied().collect();
             assert_eq!(all, model.numbers());
         }
         assert!(Model::from_numbers(kind, &[]).is_err());
@@ -358,9 +360,9 @@ fn texts_and_numbers_are_read_back_to_the_bit() {
 }
 
 #[test]
-fn texts_are_refused_with_what_there_is() {
+fn invalid_texts_are_rejected_with_the_valid_choices() {
     let error = "gold".parse::<ModelKind>().unwrap_err().to_string();
-    assert!(error.starts_with("there is no model \"gold\"; there are lambert,"), "{error}");
+    assert!(error.starts_with("unknown model \"gold\"; known models: lambert,"), "{error}");
     let metal = || Model::new(ModelKind::CookTorrance);
     let error = |name: &str, values: &str| metal().with_text(name, values).unwrap_err().to_string();
     assert_eq!(
@@ -368,18 +370,18 @@ fn texts_are_refused_with_what_there_is() {
         "cook-torrance has no parameter f1; it has diffuse, f0, roughness, stretch, distribution, shadowing"
     );
     assert_eq!(error("f0", "1"), "f0 takes three values, not 1");
-    assert_eq!(error("roughness", "2"), "roughness is from 0.0001 to 1, not 2");
-    assert_eq!(error("roughness", "nan"), "roughness is from 0.0001 to 1, not NaN");
+    assert_eq!(error("roughness", "2"), "roughness must be between 0.0001 and 1, got 2");
+    assert_eq!(error("roughness", "nan"), "roughness must be between 0.0001 and 1, got NaN");
     assert_eq!(error("roughness", "x"), "\"x\" is not a number");
     assert_eq!(
         error("distribution", "phong"),
-        "distribution is one of ggx, beckmann, gaussian, blinn-phong, not phong"
+        "distribution must be one of ggx, beckmann, gaussian, blinn-phong, got phong"
     );
     assert_eq!(error("distribution", ""), "distribution takes one word, not 0");
 }
 
 #[test]
-fn shares_of_the_range_go_both_ways() {
+fn share_and_at_share_are_inverses() {
     for parameter in ModelKind::ALL.into_iter().flat_map(ModelKind::parameters) {
         let (low, high) = parameter.range;
         for share in [0.0, 0.25, 0.5, 1.0] {
@@ -392,12 +394,12 @@ fn shares_of_the_range_go_both_ways() {
 }
 
 #[test]
-fn isotropic_models_look_alike_from_all_around() {
-    let mut numbers = Numbers(9);
+fn isotropic_models_are_unchanged_by_turns_about_the_normal() {
+    let mut random = Random(9);
     for kind in ModelKind::ALL {
-        let brdf = numbers.model(kind).isotropic().brdf();
+        let brdf = random.model(kind).isotropic().brdf();
         for _ in 0..50 {
-            let pair = numbers.pair();
+            let pair = random.pair();
             let turn = glam::DQuat::from_rotation_z(1.0);
             let turned = DirectionPair::new(turn * pair.wi(), turn * pair.wo()).unwrap();
             let (a, b) = (brdf.f(&pair), brdf.f(&turned));

@@ -1,4 +1,4 @@
-//! Models as text: the line that names one, and one line for each of its parameters.
+//! Text form of models: a line that names the model, and one line for each parameter.
 //!
 //! ```text
 //! .model cook-torrance
@@ -6,49 +6,55 @@
 //! roughness 0.3
 //! distribution beckmann
 //! ```
-//! Numbers are written so that they read back to the same bits. What stands around these lines in a file is not known here.
+//! Numbers are written so that they read back to the same bits. The rest of a file is the caller's
+//! business.
 
 use std::fmt;
 
 use super::{Model, ParameterError, Shape};
 
-/// Why a line gives no parameter of a model.
+/// Error of [`Model::with_text`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterTextError {
-    /// A parameter that cannot be.
+    /// The parameter or its values are not valid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// What should be a number is none.
+    /// A value is not a number.
     #[error("{0:?} is not a number")]
     Number(String),
 }
 
 impl Model {
-    /// The same with a parameter as its line gives it: numbers between blanks, or the word of a choice.
+    /// Returns the model with a parameter set from its line: values separated by blanks, or
+    /// the word of a choice.
+    ///
+    /// # Errors
+    /// Returns [`ParameterTextError`] if a number cannot be parsed or the model rejects the
+    /// values.
     pub fn with_text(self, name: &str, values: &str) -> Result<Self, ParameterTextError> {
         let values = values.trim();
-        if let Some((parameter, _)) = self.kind.place(name)
+        if let Some((parameter, _)) = self.kind.find(name)
             && matches!(parameter.shape, Shape::Choice { .. })
         {
             return Ok(self.choose(name, values)?);
         }
-        let numbers: Result<Vec<f64>, _> = values
+        let values: Result<Vec<f64>, _> = values
             .split_whitespace()
             .map(|word| word.parse().map_err(|_| ParameterTextError::Number(word.to_owned())))
             .collect();
-        Ok(self.with(name, &numbers?)?)
+        Ok(self.with(name, &values?)?)
     }
 }
 
 impl fmt::Display for Model {
-    /// The model's line and all parameters, each on a line of its own.
+    /// Writes the model's line, then each parameter on its own line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, ".model {}", self.kind)?;
-        for (parameter, numbers) in self.parameters() {
+        for (parameter, values) in self.parameters() {
             write!(f, "{}", parameter.name)?;
-            match parameter.word(numbers) {
+            match parameter.word(values) {
                 Some(word) => write!(f, " {word}")?,
-                None => numbers.iter().try_for_each(|number| write!(f, " {number}"))?,
+                None => values.iter().try_for_each(|number| write!(f, " {number}"))?,
             }
             writeln!(f)?;
         }

@@ -1,20 +1,20 @@
-//! How far exported models may be from the reference, kind by kind, and what was found.
+//! Error bounds of exported models for each kind, and error statistics.
 
 use super::Wanted;
 use brood_genome::ModelKind;
 
-/// How far a kind of model may be from the reference.
+/// Error bound of a kind of model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// The kind.
+    /// Kind of the model.
     pub kind: ModelKind,
-    /// Of the relative error.
+    /// Bound of the median relative error.
     pub median: f64,
-    /// The worst error in units.
+    /// Bound of the largest error in units.
     pub units: f64,
 }
 
-/// Of every kind, a small multiple of what was measured.
+/// Bounds of all kinds, a small multiple of the measured errors.
 pub const BOUNDS: [Bound; 15] = [
     bound(ModelKind::Lambert, 1e-7, 1.0),
     bound(ModelKind::OrenNayar, 1e-7, 3.0),
@@ -37,7 +37,7 @@ const fn bound(kind: ModelKind, median: f64, units: f64) -> Bound {
     Bound { kind, median, units }
 }
 
-/// Errors of one kind.
+/// Errors collected for one kind.
 #[derive(Debug, Clone)]
 pub struct Tally {
     kind: ModelKind,
@@ -46,46 +46,46 @@ pub struct Tally {
     worst: String,
 }
 
-/// What was found of a kind.
+/// Summary of the errors of one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Of the relative errors of values that are not 0.
+    /// Median relative error of values that are not 0.
     pub median: f64,
-    /// The 99th percentile of them.
+    /// 99th percentile of these errors.
     pub p99: f64,
-    /// The largest of them.
+    /// Largest of these errors.
     pub worst: f64,
     /// The largest error in units.
     pub units: f64,
 }
 
 impl Tally {
-    /// Nothing yet.
+    /// Creates an empty tally.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
         Self { kind, relative: Vec::new(), units: 0.0, worst: String::new() }
     }
 
-    /// Takes a value in, and what it is of for people.
+    /// Adds a value. `case` describes it in failure messages.
     ///
     /// # Panics
-    /// Where it is negative or not finite.
+    /// If the value is negative or not finite.
     pub fn add(&mut self, found: [f32; 3], wanted: &Wanted, case: impl Fn() -> String) {
         for (channel, found) in found.into_iter().enumerate() {
             let (f, unit) = (wanted.f[channel], wanted.unit[channel]);
-            assert!(found >= 0.0 && found.is_finite(), "{found} in place of {f}: {}", case());
+            assert!(found >= 0.0 && found.is_finite(), "{found} instead of {f}: {}", case());
             let off = (f64::from(found) - f).abs();
-            if f > super::LEAST {
+            if f > super::MIN_F {
                 self.relative.push(off / f);
             }
             if off / unit > self.units {
                 self.units = off / unit;
-                self.worst = format!("{found} in place of {f}: {}", case());
+                self.worst = format!("{found} instead of {f}: {}", case());
             }
         }
     }
 
-    /// What was found.
+    /// Summary of the errors so far.
     #[must_use]
     pub fn figures(&self) -> Figures {
         let mut sorted = self.relative.clone();
@@ -95,10 +95,10 @@ impl Tally {
         Figures { median: at(50), p99: at(99), worst, units: self.units }
     }
 
-    /// Holds what was found to the table.
+    /// Checks the errors against [`BOUNDS`].
     ///
     /// # Panics
-    /// Where it is beyond it.
+    /// If an error exceeds its bound.
     pub fn check(&self) {
         let bound = BOUNDS.into_iter().find(|bound| bound.kind == self.kind);
         let bound = bound.expect("every kind has a bound");
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_has_a_bound_and_what_is_beyond_it_is_refused() {
+    fn every_kind_has_a_bound_and_larger_errors_panic() {
         assert_eq!(BOUNDS.map(|bound| bound.kind), ModelKind::ALL);
         let unit = DVec3::splat(1e-7);
         let wanted = Wanted { f: DVec3::ONE, unit };

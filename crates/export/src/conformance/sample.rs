@@ -1,14 +1,17 @@
-//! Pairs of directions that f32 holds, as near to unit length as it lets them be, so that lengths are hardly an error.
+//! Pairs of directions with f32 components and almost unit length, so that their length causes
+//! hardly any error.
 
 use std::f64::consts::TAU;
 
 use brood_genome::{BirthKey, Operator, Stream};
 use glam::DVec3;
 
-/// Steps of the last place, in each direction, among which the one nearest to unit length is looked for.
+/// Range of the search for the components nearest to unit length, in units in the last place of
+/// each.
 const STEPS: i32 = 12;
 
-/// So many pairs above the surface: among them equal ones, grazing ones, and mirrored ones as far off as highlights are wide.
+/// Returns `count` pairs above the surface. Some are equal, some grazing, some mirrored with an
+/// offset as large as highlights are wide.
 #[must_use]
 pub fn pairs(count: usize) -> Vec<[DVec3; 2]> {
     let key = BirthKey { seed: 11, slot: 0, attempt: 0 };
@@ -23,7 +26,7 @@ fn pair(stream: &mut Stream) -> [DVec3; 2] {
         1..=3 => {
             let width = libm::exp2(-14.0 * f64::from(stream.unit()));
             let mirrored = DVec3::new(-wi.x, -wi.y, wi.z) + width * direction(stream);
-            held(mirrored.normalize())
+            nearest_unit(mirrored.normalize())
         }
         _ => direction(stream),
     };
@@ -39,20 +42,20 @@ fn direction(stream: &mut Stream) -> DVec3 {
     };
     let (sin, cos) = libm::sincos(TAU * f64::from(stream.unit()));
     let r = (1.0 - z * z).max(0.0).sqrt();
-    held(DVec3::new(r * cos, r * sin, z))
+    nearest_unit(DVec3::new(r * cos, r * sin, z))
 }
 
-/// The direction of f32 components near that one whose length is nearest to 1.
-fn held(w: DVec3) -> DVec3 {
+/// Returns the direction with f32 components near `w` whose length is nearest to 1.
+fn nearest_unit(w: DVec3) -> DVec3 {
     let mut best = w.as_vec3();
     let (axis, other) = if w.z.abs() > 0.7 { (2, 0) } else { (0, 1) };
     let start = best;
     for a in -STEPS..=STEPS {
         for b in -STEPS..=STEPS {
             let mut near = start;
-            near[axis] = moved(start[axis], a);
-            near[other] = moved(start[other], b);
-            if off(near.as_dvec3()) < off(best.as_dvec3()) {
+            near[axis] = step(start[axis], a);
+            near[other] = step(start[other], b);
+            if length_error(near.as_dvec3()) < length_error(best.as_dvec3()) {
                 best = near;
             }
         }
@@ -60,7 +63,7 @@ fn held(w: DVec3) -> DVec3 {
     best.as_dvec3()
 }
 
-fn moved(value: f32, steps: i32) -> f32 {
+fn step(value: f32, steps: i32) -> f32 {
     if value.abs() < 1e-30 {
         value
     } else {
@@ -68,7 +71,7 @@ fn moved(value: f32, steps: i32) -> f32 {
     }
 }
 
-fn off(w: DVec3) -> f64 {
+fn length_error(w: DVec3) -> f64 {
     (w.length_squared() - 1.0).abs()
 }
 
@@ -77,10 +80,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_are_unit_above_the_surface_and_held_by_f32() {
+    fn directions_are_unit_above_the_surface_and_exact_in_f32() {
         for w in pairs(500).into_iter().flatten() {
-            // 2^-24: near the normal nothing but z is large enough to make up for its last place.
-            assert!(off(w) < 5.97e-8 && w.z > 0.0, "{w}: {:e}", off(w));
+            // 2^-24: near the normal only z is large enough to correct the length, by its own last
+            // place.
+            assert!(length_error(w) < 5.97e-8 && w.z > 0.0, "{w}: {:e}", length_error(w));
             assert_eq!(w.as_vec3().as_dvec3(), w);
         }
     }

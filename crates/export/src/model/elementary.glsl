@@ -1,8 +1,9 @@
-Elementary functions of models in f32, in GLSL: right to a few units of the last place, which built-in ones need not be. CPU
-twin: brood-brdf's elementary.rs; WGSL twin: elementary.wgsl. Reductions and polynomials of exp and the angle are those of
-Cephes (Moshier 1989, expf.c and asinf.c).
+Elementary functions of models in f32, in GLSL, accurate to a few units in the last place, which
+built-in functions need not be. CPU twin: brood-brdf's elementary.rs; WGSL twin: elementary.wgsl.
+Range reductions and polynomials of exp and the angle are those of Cephes (Moshier 1989, expf.c and
+asinf.c).
 // @exp
-// e^x up to e^80; 0 below e^-87.
+// e^x, clamped to e^80; 0 for x below -87.
 float brood_exp(float x) {
   float t = clamp(x, -87.0, 80.0);
   float k = floor(1.442695 * t + 0.5);
@@ -13,7 +14,7 @@ float brood_exp(float x) {
 }
 
 // @expm1
-// e^x - 1 for x from 0 to 80.
+// e^x - 1 for x in [0, 80].
 float brood_expm1(float x) {
   float p = 0.041666668 + x * (0.008333334 + x * (0.0013888889 + x * (1.984127e-4 + x * 2.4801588e-5)));
   float low = x * (1.0 + x * (0.5 + x * (0.16666667 + x * p)));
@@ -21,13 +22,13 @@ float brood_expm1(float x) {
 }
 
 // @ln
-// The natural logarithm of a positive normal number.
+// Natural logarithm of a positive normal number.
 float brood_ln(float x) {
   return 0.6931472 * brood_log2(x);
 }
 
 // @ln_cosine
-// ln c for a cosine c, of which off = 1 - c is known better.
+// ln c for a cosine c; off = 1 - c, more accurate than c for c near 1.
 float brood_ln_cosine(float c, float off) {
   float s = off / (2.0 - off);
   float z = s * s;
@@ -36,13 +37,13 @@ float brood_ln_cosine(float c, float off) {
 }
 
 // @power
-// c^n for a cosine c, of which off = 1 - c is known better; 0 where c is not above 0.
+// c^n for a cosine c; off = 1 - c, more accurate than c for c near 1. 0 unless c is above 0.
 float brood_power(float c, float off, float n) {
   return c > 0.0 ? brood_exp(n * brood_ln_cosine(c, off)) : 0.0;
 }
 
 // @angle
-// The angle of the first quadrant with that sine and cosine.
+// Angle in the first quadrant with this sine and cosine.
 float brood_angle(float sine, float cosine) {
   float a = min(sine, cosine);
   bool is_far = a > 0.5;
@@ -55,7 +56,7 @@ float brood_angle(float sine, float cosine) {
 }
 
 // @erf
-// The error function for x from 0 to 6: 1 - exp(-x^2) times a polynomial in (2 x - 3) / (x + 3).
+// Error function for x in [0, 6]: 1 - exp(-x^2) times a polynomial in (2 x - 3) / (x + 3).
 float brood_erf(float x) {
   float t = (2.0 * x - 3.0) / (x + 3.0);
   float p = 6.8506366e-5 + t * (1.2672804e-4 + t * (-1.3260819e-5 + t * -4.017663e-6));

@@ -1,8 +1,9 @@
-Elementary functions of models in f32, in WGSL: right to a few units of the last place, which built-in ones need not be. CPU
-twin: brood-brdf's elementary.rs; GLSL twin: elementary.glsl. Reductions and polynomials of exp and the angle are those of
-Cephes (Moshier 1989, expf.c and asinf.c).
+Elementary functions of models in f32, in WGSL, accurate to a few units in the last place, which
+built-in functions need not be. CPU twin: brood-brdf's elementary.rs; GLSL twin: elementary.glsl.
+Range reductions and polynomials of exp and the angle are those of Cephes (Moshier 1989, expf.c and
+asinf.c).
 // @exp
-// e^x up to e^80; 0 below e^-87.
+// e^x, clamped to e^80; 0 for x below -87.
 fn brood_exp(x: f32) -> f32 {
   let t = clamp(x, -87.0, 80.0);
   let k = floor(1.442695 * t + 0.5);
@@ -13,7 +14,7 @@ fn brood_exp(x: f32) -> f32 {
 }
 
 // @expm1
-// e^x - 1 for x from 0 to 80.
+// e^x - 1 for x in [0, 80].
 fn brood_expm1(x: f32) -> f32 {
   let p = 0.041666668 + x * (0.008333334 + x * (0.0013888889 + x * (1.984127e-4 + x * 2.4801588e-5)));
   let low = x * (1.0 + x * (0.5 + x * (0.16666667 + x * p)));
@@ -21,13 +22,13 @@ fn brood_expm1(x: f32) -> f32 {
 }
 
 // @ln
-// The natural logarithm of a positive normal number.
+// Natural logarithm of a positive normal number.
 fn brood_ln(x: f32) -> f32 {
   return 0.6931472 * brood_log2(x);
 }
 
 // @ln_cosine
-// ln c for a cosine c, of which off = 1 - c is known better.
+// ln c for a cosine c; off = 1 - c, more accurate than c for c near 1.
 fn brood_ln_cosine(c: f32, off: f32) -> f32 {
   let s = off / (2.0 - off);
   let z = s * s;
@@ -36,13 +37,13 @@ fn brood_ln_cosine(c: f32, off: f32) -> f32 {
 }
 
 // @power
-// c^n for a cosine c, of which off = 1 - c is known better; 0 where c is not above 0.
+// c^n for a cosine c; off = 1 - c, more accurate than c for c near 1. 0 unless c is above 0.
 fn brood_power(c: f32, off: f32, n: f32) -> f32 {
   return select(0.0, brood_exp(n * brood_ln_cosine(c, off)), c > 0.0);
 }
 
 // @angle
-// The angle of the first quadrant with that sine and cosine.
+// Angle in the first quadrant with this sine and cosine.
 fn brood_angle(sine: f32, cosine: f32) -> f32 {
   let a = min(sine, cosine);
   let is_far = a > 0.5;
@@ -55,7 +56,7 @@ fn brood_angle(sine: f32, cosine: f32) -> f32 {
 }
 
 // @erf
-// The error function for x from 0 to 6: 1 - exp(-x^2) times a polynomial in (2 x - 3) / (x + 3).
+// Error function for x in [0, 6]: 1 - exp(-x^2) times a polynomial in (2 x - 3) / (x + 3).
 fn brood_erf(x: f32) -> f32 {
   let t = (2.0 * x - 3.0) / (x + 3.0);
   var p = 6.8506366e-5 + t * (1.2672804e-4 + t * (-1.3260819e-5 + t * -4.017663e-6));

@@ -1,16 +1,16 @@
-//! Microfacets as an expression: D G / (4 cos_i cos_o) of the pair `p`.
+//! Microfacets as an expression: D G / (4 cos_i cos_o) for the pair `p`.
 
 use brood_brdf::{DistributionConstants, FacetConstants, Shadowing};
 use glam::DVec2;
 
 use super::term::Terms;
 
-/// The expression, in words of `facet.glsl` and `facet.wgsl`.
+/// The expression, with functions of `facet.glsl` and `facet.wgsl`.
 pub(super) fn facets(facets: &FacetConstants, terms: Terms) -> String {
     format!("{} * {}", normals(&facets.distribution, terms), hidden(facets, terms))
 }
 
-/// D.
+/// Expression of D.
 fn normals(distribution: &DistributionConstants, terms: Terms) -> String {
     match *distribution {
         DistributionConstants::Ggx { alpha, height } => {
@@ -30,7 +30,7 @@ fn normals(distribution: &DistributionConstants, terms: Terms) -> String {
     }
 }
 
-/// G / (4 cos_i cos_o).
+/// Expression of G / (4 cos_i cos_o).
 fn hidden(facets: &FacetConstants, terms: Terms) -> String {
     let (function, alpha) = match facets.distribution {
         DistributionConstants::Ggx { alpha, .. } => ("brood_ggx_unmasked", alpha),

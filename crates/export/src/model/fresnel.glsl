@@ -1,5 +1,5 @@
-Fresnel reflectance, in GLSL. CPU twin: brood-brdf's model/fresnel.rs, in forms that do not subtract what is nearly equal
-(docs/maths/shading.md); WGSL twin: fresnel.wgsl.
+Fresnel reflectance, in GLSL. CPU twin: brood-brdf's model/fresnel.rs, in forms that do not subtract
+nearly equal values (docs/maths/shading.md); WGSL twin: fresnel.wgsl.
 // @fifth
 // m^5; (1 - c)^5 for m = 1 - c.
 float brood_fifth(float m) {
@@ -9,13 +9,14 @@ float brood_fifth(float m) {
 }
 
 // @schlick
-// Schlick's reflectance from f0 at normal incidence, for off = 1 - c.
+// Schlick's reflectance, given f0 at normal incidence and off = 1 - c.
 vec3 brood_schlick(vec3 f0, float off) {
   return f0 + (1.0 - f0) * brood_fifth(off);
 }
 
 // @dielectric
-// The reflectance of an even boundary to a medium of refractive index eta, e = eta^2 - 1 not below 0, at the cosine c.
+// Reflectance of a smooth boundary to a medium of refractive index eta >= 1 at the cosine c;
+// e = eta^2 - 1.
 float brood_dielectric(float e, float c) {
   float g = sqrt(e + c * c);
   float p = c + g;
@@ -26,7 +27,7 @@ float brood_dielectric(float e, float c) {
 }
 
 // @transmitted
-// What of the light passes that boundary.
+// Transmittance of that boundary, 1 - brood_dielectric.
 float brood_transmitted(float e, float c) {
   float g = sqrt(e + c * c);
   float p = c + g;
@@ -35,11 +36,11 @@ float brood_transmitted(float e, float c) {
 }
 
 // @metal
-// The reflectance of an even metal of index eta + i k: d = eta^2 - k^2, d_1 = d - 1, b = 4 eta^2 k^2.
+// Reflectance of a smooth metal of index eta + i k; d = eta^2 - k^2, d_1 = d - 1, b = 4 eta^2 k^2.
 float brood_metal(BroodPair p, float d, float d_1, float b) {
   float cos2 = p.c * p.c;
   float sin2 = p.off_c * (1.0 + p.c);
-  // The squares of u + i v = sqrt(eta^2 - k^2 - sin^2 + 2 i eta k), the smaller of which is not a difference.
+  // u^2 and v^2 of u + i v = sqrt(eta^2 - k^2 - sin^2 + 2 i eta k), without cancellation.
   float t = d - sin2;
   float large = 0.5 * (sqrt(t * t + b) + abs(t));
   float small = 0.25 * b / large;

@@ -1,5 +1,5 @@
-Fresnel reflectance, in WGSL. CPU twin: brood-brdf's model/fresnel.rs, in forms that do not subtract what is nearly equal
-(docs/maths/shading.md); GLSL twin: fresnel.glsl.
+Fresnel reflectance, in WGSL. CPU twin: brood-brdf's model/fresnel.rs, in forms that do not subtract
+nearly equal values (docs/maths/shading.md); GLSL twin: fresnel.glsl.
 // @fifth
 // m^5; (1 - c)^5 for m = 1 - c.
 fn brood_fifth(m: f32) -> f32 {
@@ -9,13 +9,14 @@ fn brood_fifth(m: f32) -> f32 {
 }
 
 // @schlick
-// Schlick's reflectance from f0 at normal incidence, for off = 1 - c.
+// Schlick's reflectance, given f0 at normal incidence and off = 1 - c.
 fn brood_schlick(f0: vec3f, off: f32) -> vec3f {
   return f0 + (1.0 - f0) * brood_fifth(off);
 }
 
 // @dielectric
-// The reflectance of an even boundary to a medium of refractive index eta, e = eta^2 - 1 not below 0, at the cosine c.
+// Reflectance of a smooth boundary to a medium of refractive index eta >= 1 at the cosine c;
+// e = eta^2 - 1.
 fn brood_dielectric(e: f32, c: f32) -> f32 {
   let g = sqrt(e + c * c);
   let p = c + g;
@@ -26,7 +27,7 @@ fn brood_dielectric(e: f32, c: f32) -> f32 {
 }
 
 // @transmitted
-// What of the light passes that boundary.
+// Transmittance of that boundary, 1 - brood_dielectric.
 fn brood_transmitted(e: f32, c: f32) -> f32 {
   let g = sqrt(e + c * c);
   let p = c + g;
@@ -35,11 +36,11 @@ fn brood_transmitted(e: f32, c: f32) -> f32 {
 }
 
 // @metal
-// The reflectance of an even metal of index eta + i k: d = eta^2 - k^2, d_1 = d - 1, b = 4 eta^2 k^2.
+// Reflectance of a smooth metal of index eta + i k; d = eta^2 - k^2, d_1 = d - 1, b = 4 eta^2 k^2.
 fn brood_metal(p: BroodPair, d: f32, d_1: f32, b: f32) -> f32 {
   let cos2 = p.c * p.c;
   let sin2 = p.off_c * (1.0 + p.c);
-  // The squares of u + i v = sqrt(eta^2 - k^2 - sin^2 + 2 i eta k), the smaller of which is not a difference.
+  // u^2 and v^2 of u + i v = sqrt(eta^2 - k^2 - sin^2 + 2 i eta k), without cancellation.
   let t = d - sin2;
   let large = 0.5 * (sqrt(t * t + b) + abs(t));
   let small = 0.25 * b / large;

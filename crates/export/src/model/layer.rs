@@ -1,4 +1,4 @@
-//! One layer as a function `layer_N(p)` of a pair of directions.
+//! A layer as a function `layer_N(p)` of a pair of directions.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -12,10 +12,10 @@ use super::facet::facets;
 use super::term::Terms;
 use crate::language::{Language, Type};
 
-/// ln of what is 0: far below where the exponential is 0.
+/// Stand-in for ln(0), whose exponential is 0.
 const LN_ZERO: f64 = -1e30;
 
-/// The function, with what it alone needs above it.
+/// Returns the function, preceded by its table if it has one.
 pub(super) fn function(
     number: usize,
     model: &Model,
@@ -24,21 +24,21 @@ pub(super) fn function(
 ) -> String {
     let body = Body { terms: Terms(language), number };
     let above = match constants {
-        ModelConstants::RoughPlastic { passes, .. } => body.table(passes),
+        ModelConstants::RoughPlastic { transmittance, .. } => body.table(transmittance),
         _ => String::new(),
     };
     let head = language.head_of(&format!("layer_{number}"), "BroodPair", "p");
     format!("{above}// {}\n{head}{}}}\n\n", caption(number, model), body.lines(constants))
 }
 
-/// The model with its parameters on a line.
+/// Comment line with the model and its parameters.
 fn caption(number: usize, model: &Model) -> String {
     let text = model.to_string();
     let parameters: Vec<&str> = text.lines().skip(1).collect();
     format!("Layer {number}, {}: {}.", model.kind(), parameters.join(", "))
 }
 
-/// What is between the braces of a layer.
+/// Printer of the body of a layer's function.
 struct Body {
     terms: Terms,
     number: usize,
@@ -63,17 +63,17 @@ impl Body {
                     }
                     PhongHighlight::Brdf => format!("brood_blinn(p, {n})"),
                 };
-                self.over(*diffuse, &format!("{} * {lobe}", color(*specular)))
+                self.with_diffuse(*diffuse, &format!("{} * {lobe}", color(*specular)))
             }
             ModelConstants::CookTorrance { diffuse, f0, facets: of } => {
                 let reflected = format!("brood_schlick({}, p.off_c) * facets", color(*f0));
-                self.scalar("facets", &facets(of, terms)) + &self.over(*diffuse, &reflected)
+                self.scalar("facets", &facets(of, terms)) + &self.with_diffuse(*diffuse, &reflected)
             }
             ModelConstants::Conductor { metals, facets: of } => {
                 let metal = metals.map(|metal| {
                     let d = metal.difference;
-                    let numbers = [d, d - 1.0, metal.product].map(number);
-                    format!("brood_metal(p, {})", numbers.join(", "))
+                    let literals = [d, d - 1.0, metal.product].map(number);
+                    format!("brood_metal(p, {})", literals.join(", "))
                 });
                 let vector = terms.0.type_name(Type::Vec3);
                 self.scalar("facets", &facets(of, terms))
@@ -81,12 +81,22 @@ impl Body {
             }
             ModelConstants::Coated { base, ior, facets: of } => {
                 let e = number(ior * ior - 1.0);
-                let passes = |w: &str| format!("brood_transmitted({e}, p.{w}.z)");
-                self.plastic(*base, *ior, &facets(of, terms), [&passes("wi"), &passes("wo")])
+                let transmittance = |w: &str| format!("brood_transmitted({e}, p.{w}.z)");
+                self.plastic(
+                    *base,
+                    *ior,
+                    &facets(of, terms),
+                    [&transmittance("wi"), &transmittance("wo")],
+                )
             }
             ModelConstants::RoughPlastic { base, ior, facets: of, .. } => {
-                let passes = |w: &str| format!("passes_{}(p.{w}.z)", self.number);
-                self.plastic(*base, *ior, &facets(of, terms), [&passes("wi"), &passes("wo")])
+                let transmittance = |w: &str| format!("passes_{}(p.{w}.z)", self.number);
+                self.plastic(
+                    *base,
+                    *ior,
+                    &facets(of, terms),
+                    [&transmittance("wi"), &transmittance("wo")],
+                )
             }
             ModelConstants::Principled(constants) => self.principled(constants),
             ModelConstants::Ward { form, diffuse, specular, inverse } => {
@@ -96,7 +106,7 @@ impl Body {
                     WardForm::Duer => "brood_ward_duer",
                 };
                 let lobe = format!("{function}(p, {})", terms.pair(*inverse));
-                self.over(*diffuse, &format!("{} * {lobe}", color(*specular)))
+                self.with_diffuse(*diffuse, &format!("{} * {lobe}", color(*specular)))
             }
             ModelConstants::AshikhminShirley { base, specular, exponents, height } => {
                 let exponents = terms.pair(*exponents);
@@ -108,7 +118,7 @@ impl Body {
             }
             ModelConstants::Abc { diffuse, a, b, c, ior } => {
                 let (b, c, e) = (number(*b), number(*c), number(ior * ior - 1.0));
-                self.over(*diffuse, &format!("{} * brood_abc(p, {b}, {c}, {e})", color(*a)))
+                self.with_diffuse(*diffuse, &format!("{} * brood_abc(p, {b}, {c}, {e})", color(*a)))
             }
             ModelConstants::Sgd { channels } => {
                 let channels = channels.map(|channel| self.sgd(&channel));
@@ -122,20 +132,20 @@ impl Body {
         self.terms.0.let_line(Type::Scalar, name, value)
     }
 
-    /// A colour beside what is reflected, which many models do not have.
-    fn over(&self, diffuse: DVec3, reflected: &str) -> String {
+    /// Sum of a colour and a reflected part; leaves out a black colour, which many models have.
+    fn with_diffuse(&self, diffuse: DVec3, reflected: &str) -> String {
         match diffuse == DVec3::ZERO {
             true => sum(&[reflected.to_owned()]),
             false => sum(&[self.terms.color(diffuse), reflected.to_owned()]),
         }
     }
 
-    /// A base below a coat, and what passes it from each of the directions.
-    fn plastic(&self, base: DVec3, ior: f64, facets: &str, passes: [&str; 2]) -> String {
+    /// Diffuse base below a coat, with the transmittance of the coat for each of the directions.
+    fn plastic(&self, base: DVec3, ior: f64, facets: &str, transmittance: [&str; 2]) -> String {
         let vector = self.terms.0.type_name(Type::Vec3);
         let coat =
             format!("brood_dielectric({}, p.c) * ({facets})", self.terms.number(ior * ior - 1.0));
-        let [i, o] = passes;
+        let [i, o] = transmittance;
         let below = format!("{} * brood_product({i}, {o})", self.terms.color(base));
         self.scalar("coat", &coat) + &sum(&[below, format!("{vector}(coat)")])
     }
@@ -160,13 +170,14 @@ impl Body {
                 reflected.push(format!("{what} * {}", number(share)));
             }
         };
-        let even = format!("{vector}(brood_dielectric({}, p.c))", number(of.ior * of.ior - 1.0));
+        let untinted =
+            format!("{vector}(brood_dielectric({}, p.c))", number(of.ior * of.ior - 1.0));
         reflects(of.metallic, format!("brood_schlick({}, p.off_c)", color(of.base)));
         reflects(
             dielectric * of.spec_tint,
             format!("brood_schlick({}, p.off_c)", color(of.tinted_f0)),
         );
-        reflects(dielectric * (1.0 - of.spec_tint), even);
+        reflects(dielectric * (1.0 - of.spec_tint), untinted);
         text += &terms.0.let_line(Type::Vec3, "reflected", &reflected.join(" + "));
         parts.push("reflected * facets".to_owned());
         if let Some(coat) = &of.coat {
@@ -180,17 +191,17 @@ impl Body {
             true => (0.25 * coat.height, ""),
             false => (coat.height, "brood_product(p.wi.z, p.wo.z) * "),
         };
-        let numbers = [height, coat.narrow + 1.0, coat.f0, coat.shadowing * coat.shadowing];
-        let numbers = numbers.map(|value| self.terms.number(value));
-        format!("{over}brood_clear_coat(p, {})", numbers.join(", "))
+        let literals = [height, coat.narrow + 1.0, coat.f0, coat.shadowing * coat.shadowing];
+        let literals = literals.map(|value| self.terms.number(value));
+        format!("{over}brood_clear_coat(p, {})", literals.join(", "))
     }
 
     fn sgd(&self, of: &SgdChannel) -> String {
         let ln = |value: f64| if value > 0.0 { libm::log(value) } else { LN_ZERO };
-        // What is black anyway has no logarithm.
+        // A black highlight has no logarithm.
         let weight = if of.normal > 0.0 { of.rho_s * FRAC_1_PI * FRAC_1_PI } else { 0.0 };
         let (ln_k, ln_c) = (ln(of.normal).max(-1e3), ln(of.c));
-        let numbers = [
+        let literals = [
             of.rho_d * FRAC_1_PI,
             weight,
             of.alpha,
@@ -203,25 +214,26 @@ impl Body {
             of.k,
             of.theta0,
         ];
-        let numbers = numbers.map(|value| self.terms.number(value));
-        format!("brood_sgd(p, BroodSgd({}))", numbers.join(", "))
+        let literals = literals.map(|value| self.terms.number(value));
+        format!("brood_sgd(p, BroodSgd({}))", literals.join(", "))
     }
 
-    /// The table of a rough plastic and the function that reads it.
-    fn table(&self, passes: &[f64]) -> String {
+    /// Transmittance table of a rough plastic and the function that reads it.
+    fn table(&self, transmittance: &[f64]) -> String {
         let text = match self.terms.0 {
             Language::Glsl => include_str!("plastic.glsl"),
             Language::Wgsl => include_str!("plastic.wgsl"),
         };
         let (_, text) = text.split_once("// @table\n").expect("the file has the mark");
-        let numbers: Vec<String> = passes.iter().map(|value| self.terms.number(*value)).collect();
+        let literals: Vec<String> =
+            transmittance.iter().map(|value| self.terms.number(*value)).collect();
         let rows: Vec<String> =
-            numbers.chunks(8).map(|row| format!("  {}", row.join(", "))).collect();
+            literals.chunks(8).map(|row| format!("  {}", row.join(", "))).collect();
         text.replace("LAYER", &self.number.to_string()).replace("TABLE", &rows.join(",\n"))
     }
 }
 
-/// Returns what the parts add up to, one a line.
+/// Return statement with the sum of the parts, one per line.
 fn sum(parts: &[String]) -> String {
     format!("  return {};\n", parts.join("\n    + "))
 }

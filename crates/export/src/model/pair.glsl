@@ -1,8 +1,10 @@
-A pair of directions as models read it, in GLSL. CPU twin: brood-brdf's block.rs; WGSL twin: pair.wgsl. What stands above the
-first mark is not exported; each mark begins a function that library.rs picks where it is called.
+A pair of directions with the quantities that models read, in GLSL. CPU twin: brood-brdf's block.rs;
+WGSL twin: pair.wgsl. The text above the first mark is not exported; each mark begins a function
+that library.rs includes if it is called.
 // @pair
-// Two directions in the local frame (z = n, x = u), both above the surface, with their half vector h and c = h . wi = h . wo.
-// 1 - c, 1 - h.z and the square of h's sine are computed apart: the rounding of a cosine near 1 is all there is of them.
+// Two directions in the local frame (z = n, x = u), both above the surface, with their half vector
+// h and c = h . wi = h . wo. off_c = 1 - c, off_h = 1 - h.z and sin2_h = sin^2 of h are computed
+// separately, because differences of cosines near 1 lose all digits.
 struct BroodPair {
   vec3 wi;
   vec3 wo;

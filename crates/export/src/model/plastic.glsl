@@ -1,7 +1,8 @@
-What passes the coat of a rough plastic, in GLSL; CPU twin: brood-brdf's model/rough_plastic.rs; WGSL twin: plastic.wgsl.
-LAYER stands for the number of the layer, TABLE for its table. Unlike the other texts this one is written once for each layer.
+Transmittance of the coat of a rough plastic, in GLSL. CPU twin: brood-brdf's
+model/rough_plastic.rs; WGSL twin: plastic.wgsl. LAYER is replaced by the number of the layer, TABLE
+by its table. Unlike the other texts, this one is printed once for each layer.
 // @table
-// What passes the coat of layer LAYER at cosines from 0 to 1 in equal steps, linear between them.
+// Transmittance of the coat of layer LAYER at evenly spaced cosines from 0 to 1, linear in between.
 const float passes_LAYER_table[64] = float[64](
 TABLE);
 

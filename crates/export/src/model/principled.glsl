@@ -1,7 +1,7 @@
-Burley's principled model, in GLSL: what it does not share with microfacets. CPU twin: brood-brdf's model/principled.rs; WGSL
-twin: principled.wgsl.
+Burley's principled model, in GLSL: the parts that it does not share with microfacets. CPU twin:
+brood-brdf's model/principled.rs; WGSL twin: principled.wgsl.
 // @body
-// The body, times pi: darker at grazing light where it is smooth, brighter where it is rough.
+// Body, times pi: darker at grazing angles where smooth, brighter there where rough.
 float brood_body(BroodPair p, float roughness) {
   float fi = brood_fifth(1.0 - p.wi.z);
   float fo = brood_fifth(1.0 - p.wo.z);
@@ -12,7 +12,8 @@ float brood_body(BroodPair p, float roughness) {
 }
 
 // @clear_coat
-// The clear coat over 1 / (cos_i cos_o), of height and alpha^2; shadow is alpha^2 of its shadowing.
+// F D G / (cos_i cos_o) of the clear coat; height and alpha2 of its distribution D, shadow: alpha^2
+// of its shadowing.
 float brood_clear_coat(BroodPair p, float height, float alpha2, float f0, float shadow) {
   float d = height / (p.sin2_h + alpha2 * p.h.z * p.h.z);
   float unmasked = brood_product(brood_ggx_unmasked(p.wi, vec2(shadow)), brood_ggx_unmasked(p.wo, vec2(shadow)));

@@ -1,7 +1,7 @@
-Burley's principled model, in WGSL: what it does not share with microfacets. CPU twin: brood-brdf's model/principled.rs; WGSL
-twin: principled.wgsl.
+Burley's principled model, in WGSL: the parts that it does not share with microfacets. CPU twin:
+brood-brdf's model/principled.rs; GLSL twin: principled.glsl.
 // @body
-// The body, times pi: darker at grazing light where it is smooth, brighter where it is rough.
+// Body, times pi: darker at grazing angles where smooth, brighter there where rough.
 fn brood_body(p: BroodPair, roughness: f32) -> f32 {
   let fi = brood_fifth(1.0 - p.wi.z);
   let fo = brood_fifth(1.0 - p.wo.z);
@@ -12,7 +12,8 @@ fn brood_body(p: BroodPair, roughness: f32) -> f32 {
 }
 
 // @clear_coat
-// The clear coat over 1 / (cos_i cos_o), of height and alpha^2; shadow is alpha^2 of its shadowing.
+// F D G / (cos_i cos_o) of the clear coat; height and alpha2 of its distribution D, shadow: alpha^2
+// of its shadowing.
 fn brood_clear_coat(p: BroodPair, height: f32, alpha2: f32, f0: f32, shadow: f32) -> f32 {
   let d = height / (p.sin2_h + alpha2 * p.h.z * p.h.z);
   let unmasked = brood_product(brood_ggx_unmasked(p.wi, vec2f(shadow)), brood_ggx_unmasked(p.wo, vec2f(shadow)));

@@ -1,16 +1,16 @@
-//! Numbers, vectors and colours of f64 as constants of the printed code.
+//! Literals of literals, vectors and colours for printed code.
 
 use glam::{DVec2, DVec3};
 
 use crate::language::{Language, Type};
 
-/// What constants are printed in.
+/// Printer of literals in a language.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Terms(pub(super) Language);
 
 impl Terms {
     /// # Domain
-    /// What an f32 can be.
+    /// Values within the range of f32.
     pub(super) fn number(self, value: f64) -> String {
         self.0.number(nearest(value))
     }
@@ -25,10 +25,10 @@ impl Terms {
 
     fn vector(self, of: Type, values: &[f64]) -> String {
         let name = self.0.type_name(of);
-        let numbers: Vec<String> = values.iter().map(|value| self.number(*value)).collect();
-        match numbers.iter().all(|number| *number == numbers[0]) {
-            true => format!("{name}({})", numbers[0]),
-            false => format!("{name}({})", numbers.join(", ")),
+        let literals: Vec<String> = values.iter().map(|value| self.number(*value)).collect();
+        match literals.iter().all(|number| *number == literals[0]) {
+            true => format!("{name}({})", literals[0]),
+            false => format!("{name}({})", literals.join(", ")),
         }
     }
 }
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_that_are_grey_are_written_once() {
+    fn grey_colours_are_written_once() {
         let terms = Terms(Language::Glsl);
         assert_eq!(terms.color(DVec3::splat(0.1)), "vec3(0.1)");
         assert_eq!(terms.color(DVec3::new(1.0, 0.71, 0.29)), "vec3(1.0, 0.71, 0.29)");

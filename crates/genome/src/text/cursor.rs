@@ -1,9 +1,9 @@
-//! One line of text, taken word by word with its columns.
+//! Cursor over the words of a line of text, with their columns.
 
 use super::TextError;
 use crate::RANGE;
 
-/// A word and where it begins.
+/// A word and its position.
 #[derive(Clone, Copy)]
 pub(super) struct Word<'a> {
     pub text: &'a str,
@@ -17,7 +17,7 @@ impl Word<'_> {
     }
 }
 
-/// The rest of a line without its comment.
+/// Rest of a line without its comment.
 pub(super) struct Cursor<'a> {
     rest: &'a str,
     line: u32,
@@ -35,7 +35,7 @@ impl<'a> Cursor<'a> {
         self.rest.is_empty()
     }
 
-    /// The next word; commas are words of their own.
+    /// Reads the next word. A comma is a word of its own.
     pub(super) fn word(&mut self, expected: &str) -> Result<Word<'a>, TextError> {
         self.skip_space();
         if self.rest.is_empty() {
@@ -69,12 +69,12 @@ impl<'a> Cursor<'a> {
     pub(super) fn number(&mut self, low: f32) -> Result<f32, TextError> {
         let word = self.word("a number")?;
         let value = parse_number(word.text)
-            .ok_or_else(|| word.error(format!("{} is not a number", quote(word.text))))?;
+            .ok_or_else(|| word.error(format!("expected a number, got {}", quote(word.text))))?;
         if (low..=RANGE).contains(&value) {
             Ok(value)
         } else {
             let range = if low < 0.0 { "from -65504 to 65504" } else { "from 0 to 65504" };
-            Err(word.error(format!("{} is not a number {range}", quote(word.text))))
+            Err(word.error(format!("expected a number {range}, got {}", quote(word.text))))
         }
     }
 
@@ -96,13 +96,13 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A decimal number; the names of infinities and NaN are not numbers here.
+/// Parses a decimal number; names of infinities and NaN are rejected.
 fn parse_number(text: &str) -> Option<f32> {
     let plain = text.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
     text.parse().ok().filter(|_| plain)
 }
 
-/// At most 24 characters of the offending text, so that no error carries much of its input.
+/// Quotes at most 24 characters of a word, so that errors stay short for any input.
 pub(super) fn quote(text: &str) -> String {
     let short: String = text.chars().filter(|c| !c.is_control()).take(24).collect();
     if short.chars().count() < text.chars().count() {

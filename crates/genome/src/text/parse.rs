@@ -1,4 +1,4 @@
-//! Reading a genome from text. Everything is checked; the first error ends it, with its line and column.
+//! Parser of the text form. It checks everything and stops at the first error.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use crate::{
     Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
 };
 
-/// Most instructions a dialect allows; reading stops there whatever the text holds.
+/// Largest number of instructions that a dialect allows; bounds the memory for any input.
 const MAX_LENGTH: usize = 1024;
 
 impl FromStr for Genome {
@@ -37,14 +37,12 @@ fn check_version(line: &str) -> Result<(), TextError> {
     let mut cursor = Cursor::new(line, 1);
     let word = cursor.word("`brood 1`")?;
     if word.text != "brood" {
-        return Err(word.error("a genome text begins with the line `brood 1`"));
+        return Err(word.error("a genome text must begin with the line `brood 1`"));
     }
     let version = cursor.word("a format version")?;
     if version.text != "1" {
         let given = quote(version.text);
-        return Err(
-            version.error(format!("format version {given} is not known; this is version 1"))
-        );
+        return Err(version.error(format!("unknown format version {given}; expected 1")));
     }
     cursor.end()
 }
@@ -59,7 +57,7 @@ struct Reader {
     offset: Option<[f32; 3]>,
     limit: Option<bool>,
     layers: Vec<Model>,
-    /// Parameters of the last layer that have been given.
+    /// Names of the parameters given for the last layer.
     parameters: Vec<String>,
 }
 
@@ -107,11 +105,11 @@ impl Reader {
                 match state.text {
                     "off" => once(&mut self.limit, word, false),
                     "on" => once(&mut self.limit, word, true),
-                    _ => Err(state.error(format!("expected on or off, not {}", quote(state.text)))),
+                    _ => Err(state.error(format!("expected on or off, got {}", quote(state.text)))),
                 }
             }
             directive if directive.starts_with('.') => {
-                Err(word.error(format!("there is no directive {}", quote(directive))))
+                Err(word.error(format!("unknown directive {}", quote(directive))))
             }
             name if !self.layers.is_empty()
                 && name.starts_with(|c: char| c.is_ascii_lowercase()) =>
@@ -126,17 +124,17 @@ impl Reader {
         let word = cursor.word("the name of a model")?;
         let kind: ModelKind = word.text.parse().map_err(|_| {
             let known = ModelKind::ALL.map(ModelKind::name).join(", ");
-            word.error(format!("there is no model {}; there are {known}", quote(word.text)))
+            word.error(format!("unknown model {}; known models: {known}", quote(word.text)))
         })?;
         if self.layers.len() == LAYERS_MAX {
-            return Err(directive.error(format!("a genome has at most {LAYERS_MAX} models")));
+            return Err(directive.error(format!("a genome can have at most {LAYERS_MAX} models")));
         }
         self.layers.push(Model::new(kind));
         self.parameters.clear();
         Ok(())
     }
 
-    /// A parameter of the last model.
+    /// Reads a parameter of the last model.
     fn parameter(&mut self, cursor: &mut Cursor<'_>, word: Word<'_>) -> Result<(), TextError> {
         let model = self.layers.last_mut().expect("a model has been named");
         let known = model.kind().parameters();
@@ -166,7 +164,9 @@ impl Reader {
             Some(Register::Constant(index)) if usize::from(index) < CONSTANTS => usize::from(index),
             _ => {
                 let given = quote(word.text);
-                return Err(word.error(format!("{given} is not a constant register C0 to C127")));
+                return Err(
+                    word.error(format!("expected a constant register C0 to C127, got {given}"))
+                );
             }
         };
         if std::mem::replace(&mut self.given[index], true) {
@@ -185,10 +185,10 @@ impl Reader {
             );
         };
         let Some(opcode) = Opcode::from_name(word.text) else {
-            return Err(word.error(format!("there is no opcode {}", quote(word.text))));
+            return Err(word.error(format!("unknown opcode {}", quote(word.text))));
         };
         if self.instructions.len() == MAX_LENGTH {
-            return Err(word.error("a genome has at most 1024 instructions"));
+            return Err(word.error("a genome can have at most 1024 instructions"));
         }
         let target = cursor.word("a destination register")?;
         let (dst, mask) = parse_destination(target.text).map_err(|reason| target.error(reason))?;
@@ -210,10 +210,12 @@ impl Reader {
         let limited = self.limit.unwrap_or(false);
         let Some(mut dialect) = self.dialect.or((!self.layers.is_empty()).then(Dialect::default))
         else {
-            return Err(error("there is no `.dialect` line, and no `.model`".into()));
+            return Err(error("expected a `.dialect` line or a `.model` line".into()));
         };
         if self.instructions.is_empty() && self.layers.is_empty() {
-            return Err(error("a genome has at least one instruction or one `.model`".into()));
+            return Err(error(
+                "a genome must have at least one instruction or one `.model`".into(),
+            ));
         }
         dialect.length = u16::try_from(self.instructions.len()).expect("at most 1024");
         let identity = Output::IDENTITY;
@@ -229,7 +231,7 @@ impl Reader {
     }
 }
 
-/// At most so much of a reason as a line of a terminal or two shows.
+/// Cuts an error text to about two lines of a terminal.
 fn shortened(reason: &str) -> String {
     const LONGEST: usize = 240;
     match reason.char_indices().nth(LONGEST) {
@@ -255,13 +257,13 @@ fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect
     dialect.opcodes = match word.text {
         "paper" => OpcodeSet::Paper,
         "extended" => OpcodeSet::Extended,
-        _ => return Err(word.error("the opcode set is `paper` or `extended`")),
+        _ => return Err(word.error("the opcode set must be `paper` or `extended`")),
     };
     let word = cursor.word("`smooth` or `paper`")?;
     dialect.parametrisation = match word.text {
         "smooth" => Parametrisation::Smooth,
         "paper" => Parametrisation::Paper,
-        _ => return Err(word.error("the parametrisation is `smooth` or `paper`")),
+        _ => return Err(word.error("the parametrisation must be `smooth` or `paper`")),
     };
     let word = cursor.word("`registers`")?;
     if word.text != "registers" {
@@ -277,7 +279,11 @@ fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect
         let switch = match word.text {
             "isotropic" => &mut dialect.isotropic,
             "homogeneous" => &mut dialect.homogeneous,
-            other => return Err(word.error(format!("{} is not a switch", quote(other)))),
+            other => {
+                return Err(
+                    word.error(format!("expected isotropic or homogeneous, got {}", quote(other)))
+                );
+            }
         };
         if std::mem::replace(switch, true) {
             return Err(word.error(format!("{} is given twice", word.text)));
@@ -298,7 +304,7 @@ fn parse_register(text: &str) -> Option<Register> {
     }
 }
 
-/// `R5` or `R5.xyz`.
+/// Parses `R5` or `R5.xyz`.
 pub(crate) fn parse_destination(text: &str) -> Result<(u8, WriteMask), String> {
     let (register, mask) = split_suffix(text);
     let Some(Register::Temporary(dst)) = parse_register(register) else {
@@ -312,7 +318,7 @@ pub(crate) fn parse_destination(text: &str) -> Result<(u8, WriteMask), String> {
             Some(component) if bits >> component == 0 => bits |= 1 << component,
             _ => {
                 return Err(format!(
-                    "a write mask is letters of xyzw in order, not {}",
+                    "a write mask must be letters of xyzw in order, got {}",
                     quote(mask)
                 ));
             }
@@ -320,11 +326,11 @@ pub(crate) fn parse_destination(text: &str) -> Result<(u8, WriteMask), String> {
     }
     match WriteMask::new(bits) {
         Some(mask) => Ok((dst, mask)),
-        None => Err("a write mask has at least one letter".into()),
+        None => Err("a write mask must have at least one letter".into()),
     }
 }
 
-/// `-R1.yzyy`, `C5.x`, `R2`.
+/// Parses `-R1.yzyy`, `C5.x` or `R2`.
 pub(crate) fn parse_operand(text: &str, opcode: Opcode) -> Result<Operand, String> {
     let (negate, rest) = match text.strip_prefix('-') {
         Some(rest) => (true, rest),
@@ -339,7 +345,7 @@ pub(crate) fn parse_operand(text: &str, opcode: Opcode) -> Result<Operand, Strin
         .map(|letter| LETTERS.iter().position(|l| *l == letter).map(|index| index as u8))
         .collect();
     let swizzle = match components.as_deref() {
-        Some([]) if rest.contains('.') => Err("a swizzle has one letter or four".to_owned()),
+        Some([]) if rest.contains('.') => Err("a swizzle must have one letter or four".to_owned()),
         Some([]) if opcode.is_scalar() => {
             Err(format!("{} takes an operand with exactly one swizzle letter", opcode.name()))
         }
@@ -349,7 +355,7 @@ pub(crate) fn parse_operand(text: &str, opcode: Opcode) -> Result<Operand, Strin
             Err(format!("{} takes an operand with exactly one swizzle letter", opcode.name()))
         }
         Some(&[x, y, z, w]) => Ok(Swizzle::new([x, y, z, w])),
-        _ => Err(format!("a swizzle is one letter or four of xyzw, not {}", quote(letters))),
+        _ => Err(format!("a swizzle must be one letter or four of xyzw, got {}", quote(letters))),
     }?;
     Ok(Operand { register, swizzle, negate })
 }

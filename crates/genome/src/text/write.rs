@@ -1,4 +1,4 @@
-//! Writing a genome as text.
+//! Writer of the text form.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "brood 1")?;
-        // Models need no dialect; it is written where breeding would not get back to it otherwise.
+        // Models need no dialect; it is written where breeding would otherwise lose it.
         if *self.dialect() != (Dialect { length: 0, ..Dialect::default() }) {
             writeln!(f, ".dialect {}", self.dialect())?;
         }
@@ -22,13 +22,14 @@ impl fmt::Display for Genome {
             }
         }
         self.layers().iter().try_for_each(|model| write!(f, "{model}"))?;
-        // The last lines: who shows a genome marks them one by one.
+        // Instructions must be the last lines: the page marks them one by one.
         self.instructions().iter().try_for_each(|instruction| writeln!(f, "{instruction}"))
     }
 }
 
 impl fmt::Display for Dialect {
-    /// The words of the `.dialect` line; the length is not among them, because the text shows it.
+    /// Writes the words of the `.dialect` line. The length is left out: it is the number of
+    /// instructions.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let opcodes = match self.opcodes {
             OpcodeSet::Paper => "paper",
@@ -63,7 +64,7 @@ fn write_output(f: &mut fmt::Formatter<'_>, output: &Output) -> fmt::Result {
     Ok(())
 }
 
-/// The shortest decimal that reads back to the same bits.
+/// Shortest decimal that reads back to the same bits.
 pub(crate) fn number(value: f32) -> String {
     let magnitude = value.abs();
     if value == 0.0 || (1e-5..1e7).contains(&magnitude) {

@@ -1,47 +1,49 @@
-//! What happens to layers: models drawn, pushed and crossed, parameter by parameter, with the amounts that instructions and
-//! constants have.
+//! Random models, mutation and crossover of layers, parameter by parameter, with amounts as for
+//! instructions and constants.
 //!
-//! Steps are taken on the scale of each parameter ([`Parameter::share`]), so that a roughness doubles as easily near 0.01 as
-//! near 0.3. docs/maths/variation.md has the table.
+//! Steps are taken on the scale of each parameter ([`Parameter::share`]), so that a roughness near
+//! 0.01 doubles as easily as one near 0.3. docs/maths/variation.md has the table of rates.
 
-use crate::locks::HeldLayers;
+use crate::locks::LockedLayers;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, LAYERS_MAX, Model, ModelKind, Parameter};
 
-/// How far the values of a model from nothing are from the defaults, in shares of the range.
+/// Standard deviation of random values from the defaults, as a share of the range.
 const SPREAD: f64 = 0.25;
-/// Probability that a number mutates at amount 1: that of a constant.
-const NUMBER_RATE: f32 = 0.5;
-/// How far a number is pushed at amount 1, in shares of the range.
+/// Probability that a value mutates at amount 1; equal to that of a constant.
+const VALUE_RATE: f32 = 0.5;
+/// Standard deviation of a perturbation at amount 1, as a share of the range.
 const STEP: f64 = 0.3;
-/// Share of mutations of numbers that draw afresh instead of pushing.
+/// Share of mutations of values that redraw instead of perturbing.
 const REDRAW: f32 = 0.1;
-/// Probability that a choice of words mutates at amount 1.
+/// Probability that a choice mutates at amount 1.
 const CHOICE_RATE: f32 = 0.1;
-/// Probability that a model gives way to another one at amount 1; it grows with the square of the amount, as for instructions.
+/// Probability that the kind of a model mutates at amount 1; grows with the square of the amount,
+/// as for instructions.
 const KIND_RATE: f32 = 0.15;
 
-/// One model from nothing.
+/// Returns one random model.
 pub(super) fn random(key: BirthKey) -> Vec<Model> {
     let mut stream = Stream::new(key, Operator::RandomLayers);
     let kind = kind(&mut stream);
     let model = Model::new(kind);
-    let numbers: Vec<f64> = each_number(&model)
-        .map(|(parameter, number)| match words(parameter) {
+    let values: Vec<f64> = each_value(&model)
+        .map(|(parameter, value)| match words(parameter) {
             Some(words) => f64::from(stream.below(words)),
-            None => pushed(parameter, number, SPREAD, &mut stream),
+            None => perturbed(parameter, value, SPREAD, &mut stream),
         })
         .collect();
-    vec![Model::from_numbers(kind, &numbers).expect("values are drawn from their ranges")]
+    vec![Model::from_numbers(kind, &values).expect("values are drawn from their ranges")]
 }
 
-/// Mutates in place what is not held. With `force`, something changes at any amount above 0 where anything may.
+/// Mutates parts that are not locked. With `force`, at least one value changes at any amount above
+/// 0, if any may.
 pub(super) fn mutate(
     layers: &mut [Model],
     mutation: f32,
     key: BirthKey,
     force: bool,
-    held: &HeldLayers,
+    locked: &LockedLayers,
 ) {
     if layers.is_empty() {
         return;
@@ -49,55 +51,56 @@ pub(super) fn mutate(
     let mut stream = Stream::new(key, Operator::MutateLayers);
     let mut changed = false;
     for (layer, model) in layers.iter_mut().enumerate() {
-        if !held.kind(layer) && stream.chance(KIND_RATE * mutation * mutation) {
-            *model = converted(model, another_kind(model.kind(), &mut stream));
+        if !locked.locks_kind(layer) && stream.chance(KIND_RATE * mutation * mutation) {
+            *model = converted(model, different_kind(model.kind(), &mut stream));
             changed = true;
         }
-        let mut numbers = model.numbers().to_vec();
-        for (at, (parameter, number)) in each_number(model).enumerate() {
-            let rate = if words(parameter).is_some() { CHOICE_RATE } else { NUMBER_RATE };
-            if !held.number(layer, at) && stream.chance(rate * mutation) {
-                numbers[at] = another(parameter, number, mutation, &mut stream);
-                changed |= numbers[at].to_bits() != number.to_bits();
+        let mut values = model.numbers().to_vec();
+        for (at, (parameter, value)) in each_value(model).enumerate() {
+            let rate = if words(parameter).is_some() { CHOICE_RATE } else { VALUE_RATE };
+            if !locked.locks_value(layer, at) && stream.chance(rate * mutation) {
+                values[at] = different_value(parameter, value, mutation, &mut stream);
+                changed |= values[at].to_bits() != value.to_bits();
             }
         }
-        *model = of_same_kind(model, &numbers);
+        *model = with_values(model, &values);
     }
     if force && !changed && mutation > 0.0 {
-        mutate_one(layers, mutation, held, &mut stream);
+        mutate_one(layers, mutation, locked, &mut stream);
     }
 }
 
-/// Mutates one number of one layer, if any may.
-fn mutate_one(layers: &mut [Model], mutation: f32, held: &HeldLayers, stream: &mut Stream) {
+/// Mutates one value of one layer, if any may change.
+fn mutate_one(layers: &mut [Model], mutation: f32, locked: &LockedLayers, stream: &mut Stream) {
     let free: Vec<(usize, usize)> = layers
         .iter()
         .enumerate()
         .flat_map(|(layer, model)| {
             let can_change = |(parameter, _)| words(parameter) != Some(1);
-            let numbers = each_number(model).enumerate();
-            numbers.filter(move |(_, number)| can_change(*number)).map(move |(at, _)| (layer, at))
+            let values = each_value(model).enumerate();
+            values.filter(move |(_, value)| can_change(*value)).map(move |(at, _)| (layer, at))
         })
-        .filter(|(layer, at)| !held.number(*layer, *at))
+        .filter(|(layer, at)| !locked.locks_value(*layer, *at))
         .collect();
     if free.is_empty() {
         return;
     }
     let (layer, at) = free[stream.below(free.len() as u32) as usize];
     let model = &layers[layer];
-    let (parameter, number) = each_number(model).nth(at).expect("it is one of its own");
-    let mut numbers = model.numbers().to_vec();
-    numbers[at] = another(parameter, number, mutation, stream);
-    layers[layer] = of_same_kind(model, &numbers);
+    let (parameter, value) = each_value(model).nth(at).expect("it is one of its own");
+    let mut values = model.numbers().to_vec();
+    values[at] = different_value(parameter, value, mutation, stream);
+    layers[layer] = with_values(model, &values);
 }
 
-/// The layers of the first parent with parts of the second's: numbers of layers at the same place, whole models, layers that
-/// the first has not. `share` is the expected share of the second. `may_lose` says whether a child without layers is one.
+/// Crosses the layers of two parents: values of layers at the same index, whole models, and layers
+/// that only the second parent has. `share` is the expected share of the second parent. If
+/// `may_lose` is false, the child keeps at least one layer.
 pub(super) fn recombine(
     (first, second): (&[Model], &[Model]),
     share: f32,
     key: BirthKey,
-    (held, may_lose): (&HeldLayers, bool),
+    (locked, may_lose): (&LockedLayers, bool),
 ) -> Vec<Model> {
     if first.is_empty() && second.is_empty() {
         return Vec::new();
@@ -107,19 +110,20 @@ pub(super) fn recombine(
         .iter()
         .enumerate()
         .map(|(layer, own)| match second.get(layer) {
-            Some(other) => crossed((own, other), layer, share, held, &mut stream),
+            Some(other) => crossover((own, other), layer, share, locked, &mut stream),
             None => own.clone(),
         })
         .collect();
-    // From the last, so that those before keep their places.
+    // From the last to the first, so that removals do not shift the indices of layers still to be
+    // visited.
     for layer in (second.len()..first.len()).rev() {
         let last = layers.len() == 1 && !may_lose;
-        if !held.kind(layer) && !last && stream.chance(0.5 * share) {
+        if !locked.locks_kind(layer) && !last && stream.chance(0.5 * share) {
             layers.remove(layer);
         }
     }
     let more = second.iter().skip(first.len());
-    for other in more.take(if held.is_closed() { 0 } else { LAYERS_MAX - layers.len() }) {
+    for other in more.take(if locked.is_closed() { 0 } else { LAYERS_MAX - layers.len() }) {
         if layers.is_empty() && !may_lose || stream.chance(share) {
             layers.push(other.clone());
         }
@@ -127,59 +131,61 @@ pub(super) fn recombine(
     layers
 }
 
-/// Two models at one place: now and then the other's kind, and of the parameters that both have some of the other's.
-fn crossed(
+/// Crosses two models at one index: sometimes takes the other's kind, and takes some of the other's
+/// values of shared parameters.
+fn crossover(
     (own, other): (&Model, &Model),
     layer: usize,
     share: f32,
-    held: &HeldLayers,
+    locked: &LockedLayers,
     stream: &mut Stream,
 ) -> Model {
-    // Of a kind that is taken over, the parameters that both have are still drawn one by one.
-    let taken = !held.kind(layer) && own.kind() != other.kind() && stream.chance(0.5 * share);
+    // If the other's kind is taken, shared parameters are still drawn one by one.
+    let taken =
+        !locked.locks_kind(layer) && own.kind() != other.kind() && stream.chance(0.5 * share);
     let base = if taken { converted(own, other.kind()) } else { own.clone() };
-    let base = if taken { with_own_words(base, other) } else { base };
-    let mut numbers = base.numbers().to_vec();
+    let base = if taken { with_choices_of(base, other) } else { base };
+    let mut values = base.numbers().to_vec();
     let mut at = 0;
-    for (parameter, values) in base.parameters() {
-        let theirs = other.get(parameter.name).filter(|theirs| theirs.len() == values.len());
+    for (parameter, own_values) in base.parameters() {
+        let theirs = other.get(parameter.name).filter(|theirs| theirs.len() == own_values.len());
         let draw = stream.chance(share);
         let is_shared = own.get(parameter.name).is_some();
-        for (offset, value) in values.iter().enumerate() {
+        for (offset, value) in own_values.iter().enumerate() {
             let Some(theirs) = theirs else { continue };
-            // What only the other one has comes with its kind.
-            let take = (draw || taken && !is_shared) && !held.number(layer, at + offset);
+            // Parameters that only the other model has come with its kind.
+            let take = (draw || taken && !is_shared) && !locked.locks_value(layer, at + offset);
             let theirs = theirs[offset].clamp(parameter.range.0, parameter.range.1);
             let fits = words(parameter).is_none() || own.kind() == other.kind();
-            numbers[at + offset] = if take && fits { theirs } else { *value };
+            values[at + offset] = if take && fits { theirs } else { *value };
         }
-        at += values.len();
+        at += own_values.len();
     }
-    of_same_kind(&base, &numbers)
+    with_values(&base, &values)
 }
 
-/// The model with the words that another one of its kind has chosen.
-fn with_own_words(model: Model, other: &Model) -> Model {
+/// Returns the model with the choices of another model of the same kind.
+fn with_choices_of(model: Model, other: &Model) -> Model {
     other.parameters().filter(|(parameter, _)| words(parameter).is_some()).fold(
         model,
-        |model, (parameter, numbers)| {
-            model.with(parameter.name, numbers).expect("both are of one kind")
+        |model, (parameter, values)| {
+            model.with(parameter.name, values).expect("both are of one kind")
         },
     )
 }
 
-/// A model of another kind, with the values of the parameters that both have.
+/// Returns a model of another kind with the values of the parameters that both kinds have.
 fn converted(model: &Model, kind: ModelKind) -> Model {
-    model.parameters().fold(Model::new(kind), |made, (parameter, numbers)| {
+    model.parameters().fold(Model::new(kind), |made, (parameter, values)| {
         let Some(own) = kind.parameters().iter().find(|own| own.name == parameter.name) else {
             return made;
         };
-        if words(own).is_some() || own.count() != numbers.len() {
+        if words(own).is_some() || own.count() != values.len() {
             return made;
         }
         let (low, high) = own.range;
-        let numbers: Vec<f64> = numbers.iter().map(|number| number.clamp(low, high)).collect();
-        made.with(own.name, &numbers).expect("values have been brought into the range")
+        let values: Vec<f64> = values.iter().map(|value| value.clamp(low, high)).collect();
+        made.with(own.name, &values).expect("values have been brought into the range")
     })
 }
 
@@ -187,47 +193,47 @@ fn kind(stream: &mut Stream) -> ModelKind {
     ModelKind::ALL[stream.below(ModelKind::ALL.len() as u32) as usize]
 }
 
-/// Any kind but that one.
-fn another_kind(own: ModelKind, stream: &mut Stream) -> ModelKind {
+/// Draws a kind other than `own`.
+fn different_kind(own: ModelKind, stream: &mut Stream) -> ModelKind {
     let mut others = ModelKind::ALL.iter().filter(|kind| **kind != own);
     let drawn = stream.below(ModelKind::ALL.len() as u32 - 1) as usize;
     *others.nth(drawn).expect("there is more than one kind")
 }
 
-/// How many words a choice has; none where it is a number.
+/// Number of words of a choice; `None` for a value.
 fn words(parameter: &Parameter) -> Option<u32> {
     parameter.words().map(|words| u32::try_from(words.len()).expect("there are few words"))
 }
 
-fn each_number(model: &Model) -> impl Iterator<Item = (&'static Parameter, f64)> {
+fn each_value(model: &Model) -> impl Iterator<Item = (&'static Parameter, f64)> {
     model
         .parameters()
-        .flat_map(|(parameter, numbers)| numbers.iter().map(move |number| (parameter, *number)))
+        .flat_map(|(parameter, values)| values.iter().map(move |value| (parameter, *value)))
 }
 
-/// Another value of a number or a choice.
-fn another(parameter: &Parameter, number: f64, mutation: f32, stream: &mut Stream) -> f64 {
+/// Draws a different value of a value or a choice.
+fn different_value(parameter: &Parameter, value: f64, mutation: f32, stream: &mut Stream) -> f64 {
     match words(parameter) {
-        Some(1) => number,
+        Some(1) => value,
         Some(count) => {
             // Any word but the present one.
             let drawn = f64::from(stream.below(count - 1));
-            if drawn >= number { drawn + 1.0 } else { drawn }
+            if drawn >= value { drawn + 1.0 } else { drawn }
         }
         None if stream.chance(REDRAW) => parameter.at_share(f64::from(stream.unit())),
-        None => pushed(parameter, number, STEP * f64::from(mutation), stream),
+        None => perturbed(parameter, value, STEP * f64::from(mutation), stream),
     }
 }
 
-/// A value pushed along the scale of its range; the ends reflect.
-fn pushed(parameter: &Parameter, number: f64, step: f64, stream: &mut Stream) -> f64 {
-    let share = parameter.share(number) + step * f64::from(stream.bell());
+/// Perturbs a value on the scale of its range; the ends reflect.
+fn perturbed(parameter: &Parameter, value: f64, step: f64, stream: &mut Stream) -> f64 {
+    let share = parameter.share(value) + step * f64::from(stream.bell());
     let folded = share.rem_euclid(2.0);
     parameter.at_share(if folded > 1.0 { 2.0 - folded } else { folded })
 }
 
-fn of_same_kind(model: &Model, numbers: &[f64]) -> Model {
-    Model::from_numbers(model.kind(), numbers).expect("operators keep to the ranges")
+fn with_values(model: &Model, values: &[f64]) -> Model {
+    Model::from_numbers(model.kind(), values).expect("operators keep to the ranges")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Layers through every form, and what breeding does to them.
+//! Layers in every form of a genome, and their mutation and crossover.
 
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ fn kinds(genome: &Genome) -> Vec<ModelKind> {
     genome.layers().iter().map(Model::kind).collect()
 }
 
-/// A program with two layers under the energy limit.
+/// A program with two layers and the energy limit.
 fn layered(seed: u64) -> Genome {
     let dialect = Dialect { length: 12, isotropic: true, ..Dialect::default() };
     let program = Variation::random(dialect).birth(key(seed));
@@ -36,7 +36,7 @@ fn layered(seed: u64) -> Genome {
 }
 
 #[test]
-fn mutants_differ_when_their_model_gives_way_to_another() {
+fn mutants_differ_when_the_kind_of_their_model_changes() {
     for seed in 0..4000 {
         let parent = random(seed);
         let child = Variation::mutate(&parent, 1.0).birth(key(seed + 1));
@@ -48,7 +48,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn every_form_reads_back_to_the_same_genome(seed in 0..u64::MAX - 1) {
+    fn every_form_round_trips(seed in 0..u64::MAX - 1) {
         for genome in [random(seed), layered(seed)] {
             prop_assert_eq!(genome.to_string().parse(), Ok(genome.clone()));
             let text = genome.to_json().to_string();
@@ -65,7 +65,7 @@ proptest! {
     fn mutants_differ_and_stay_in_range(seed: u64, amount in 0.01f32..1.0) {
         let parent = random(seed);
         let child = Variation::mutate(&parent, amount).birth(key(seed ^ 1));
-        // The validating constructor has looked at the ranges.
+        // The validating constructor has checked the ranges.
         prop_assert_ne!(child.hash(), parent.hash());
         prop_assert_eq!(child.layers().len(), 1);
         prop_assert!(child.instructions().is_empty() && child.dialect().length == 0);
@@ -74,7 +74,7 @@ proptest! {
     }
 
     #[test]
-    fn children_of_two_are_made_of_both(seed in 0..u64::MAX - 9, share in 0.0f32..=1.0) {
+    fn crossover_takes_kinds_and_values_from_both_parents(seed in 0..u64::MAX - 9, share in 0.0f32..=1.0) {
         for (first, second) in [
             (random(seed), random(seed + 5)),
             (random(seed), layered(seed + 5)),
@@ -85,7 +85,7 @@ proptest! {
             let parents = [kinds(&first), kinds(&second)].concat();
             prop_assert!(kinds(&child).iter().all(|kind| parents.contains(kind)));
             prop_assert!(child.layers().len() <= LAYERS_MAX);
-            for (parameter, numbers) in child.layers().iter().flat_map(Model::parameters) {
+            for (parameter, found) in child.layers().iter().flat_map(Model::parameters) {
                 let values = |genome: &Genome| -> Vec<f64> {
                     genome.layers().iter().filter_map(|model| model.get(parameter.name)).flatten().copied().collect()
                 };
@@ -93,14 +93,14 @@ proptest! {
                 let mut known = [values(&first), values(&second)].concat();
                 known.extend(parameter.default());
                 known = known.into_iter().map(|value| value.clamp(low, high)).collect();
-                prop_assert!(numbers.iter().all(|number| known.contains(number)), "{}", parameter.name);
+                prop_assert!(found.iter().all(|value| known.contains(value)), "{}", parameter.name);
             }
         }
     }
 }
 
 #[test]
-fn a_share_of_nothing_takes_nothing() {
+fn crossover_with_share_zero_takes_nothing() {
     for seed in 0..50 {
         let (first, second) = (layered(seed), random(seed + 70));
         let child = Variation::recombine(&first, &second, 0.0, 0.0).birth(key(seed));
@@ -111,7 +111,7 @@ fn a_share_of_nothing_takes_nothing() {
 }
 
 #[test]
-fn programs_and_models_meet_in_their_children() {
+fn crossover_combines_programs_and_models() {
     let (first, second) = (random(1), layered(2));
     let children: Vec<Genome> = (0..60)
         .map(|seed| Variation::recombine(&first, &second, 0.5, 0.1).birth(key(seed)))
@@ -124,7 +124,7 @@ fn programs_and_models_meet_in_their_children() {
 }
 
 #[test]
-fn what_is_locked_stays() {
+fn locked_layers_and_parameters_stay() {
     let (parent, other) = (layered(4), layered(8));
     let name = parent.layers()[1].kind().parameters()[0].name;
     let lock = ParameterLock { layer: 1, name: name.to_owned() };
@@ -134,16 +134,16 @@ fn what_is_locked_stays() {
         let child = |locks| {
             Variation::recombine(&parent, &other, 0.5, 1.0).with_locks(Some(locks)).birth(key(seed))
         };
-        let held = child(&locks);
-        assert_eq!(held.layers()[0], parent.layers()[0]);
-        assert_eq!(held.layers()[1].get(name), parent.layers()[1].get(name));
-        let held = child(&channel);
-        assert_eq!(kinds(&held), kinds(&parent));
-        for (model, own) in held.layers().iter().zip(parent.layers()) {
-            for ((_, numbers), (_, own)) in model.parameters().zip(own.parameters()) {
-                match numbers.len() {
-                    3 => assert!(numbers[1].to_bits() == own[1].to_bits()),
-                    _ => assert_eq!(numbers, own),
+        let locked = child(&locks);
+        assert_eq!(locked.layers()[0], parent.layers()[0]);
+        assert_eq!(locked.layers()[1].get(name), parent.layers()[1].get(name));
+        let locked = child(&channel);
+        assert_eq!(kinds(&locked), kinds(&parent));
+        for (model, own) in locked.layers().iter().zip(parent.layers()) {
+            for ((_, values), (_, own)) in model.parameters().zip(own.parameters()) {
+                match values.len() {
+                    3 => assert!(values[1].to_bits() == own[1].to_bits()),
+                    _ => assert_eq!(values, own),
                 }
             }
         }
@@ -168,7 +168,7 @@ fn constraints_leave_the_values_and_set_the_switch() {
 }
 
 #[test]
-fn random_models_are_of_every_kind() {
+fn random_models_include_every_kind() {
     let mut seen: Vec<ModelKind> = (0..300).flat_map(|seed| kinds(&random(seed))).collect();
     seen.sort();
     seen.dedup();
@@ -176,11 +176,11 @@ fn random_models_are_of_every_kind() {
 }
 
 #[test]
-fn texts_are_refused_at_the_word() {
+fn invalid_texts_are_rejected_with_the_position() {
     let error = |text: &str| text.parse::<Genome>().unwrap_err().to_string();
     assert_eq!(
         error("brood 1\n\n.model gold").split(';').next(),
-        Some("line 3, column 8: there is no model `gold`")
+        Some("line 3, column 8: unknown model `gold`")
     );
     let head = "brood 1\n.model ward # shiny\n";
     assert!(error(&format!("{head}shine 1")).starts_with(
@@ -188,7 +188,7 @@ fn texts_are_refused_at_the_word() {
     ));
     assert_eq!(
         error(&format!("{head}\n alpha_x 3")),
-        "line 4, column 10: alpha_x is from 0.001 to 1, not 3"
+        "line 4, column 10: alpha_x must be between 0.001 and 1, got 3"
     );
     assert_eq!(
         error(&format!("{head}alpha_x 0.1\nalpha_x 0.2")),
@@ -198,7 +198,7 @@ fn texts_are_refused_at_the_word() {
     let five = ".model lambert\n".repeat(5);
     assert_eq!(
         error(&format!("brood 1\n{five}")),
-        "line 6, column 1: a genome has at most 4 models"
+        "line 6, column 1: a genome can have at most 4 models"
     );
     assert!(error(&format!("{head}ADD R0, R1, R2")).contains("`.dialect ...` must come before"));
     let long = format!("{head}alpha_x {}", "x".repeat(2000));

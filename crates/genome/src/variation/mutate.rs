@@ -1,10 +1,11 @@
-//! Mutation: each instruction changes in one field with a probability that grows with the square of the amount, each
-//! constant is pushed a little with a probability that grows with the amount; what cannot change the result does so four
-//! times less often. docs/maths/variation.md has the table.
+//! Mutation of programs. Each instruction changes in one field, with a probability that grows with
+//! the square of the amount. Each constant is perturbed, with a probability that grows with the
+//! amount. Parts that cannot change the result mutate four times less often.
+//! docs/maths/variation.md has the table of rates.
 
 use super::{Draft, layer, random};
-use crate::liveness::{RESULT, walk_back};
-use crate::locks::Held;
+use crate::liveness::{RESULT, walk_backwards};
+use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, CONSTANTS, Dialect, Instruction, Operand, RANGE, Swizzle};
 
@@ -12,14 +13,14 @@ use crate::{BirthKey, CONSTANTS, Dialect, Instruction, Operand, RANGE, Swizzle};
 const INSTRUCTION_RATE: f32 = 0.8;
 /// Probability that a constant register that is read mutates at amount 1.
 const CONSTANT_RATE: f32 = 0.5;
-/// A dead instruction, and a constant that no live one reads, mutates this many times less often than a live one: most
-/// mutations are then to be seen, and dead code still drifts into something new.
-const LIVE_FAVOUR: u32 = 4;
-/// Draws of a mutant that writes to nothing a locked channel needs, before the instruction stays as it is.
-const HELD_DRAWS: u32 = 16;
-/// Share of constant mutations that draw afresh instead of pushing.
+/// Ratio of the mutation rates of live and dead code (also of constants that live code reads or
+/// not). Most mutations are then visible, and dead code still drifts.
+const LIVE_WEIGHT: u32 = 4;
+/// Draws of a mutant that locked channels allow, before the instruction is left unchanged.
+const MAX_LOCKED_DRAWS: u32 = 16;
+/// Share of constant mutations that redraw instead of perturbing.
 const CONSTANT_REDRAW: f32 = 0.1;
-/// The kinds of instruction mutation and how many of 20 each gets.
+/// Kinds of instruction mutation with their weights, out of 20.
 const KINDS: [(Kind, u32); 6] = [
     (Kind::Opcode, 4),
     (Kind::Register, 6),
@@ -39,7 +40,7 @@ enum Kind {
     Destination,
 }
 
-/// What of a draft can change its result.
+/// Instructions and constants of a draft that can change its result.
 struct Live {
     instructions: Vec<bool>,
     constants: [bool; CONSTANTS],
@@ -51,7 +52,7 @@ impl Live {
             instructions: vec![false; draft.instructions.len()],
             constants: [false; CONSTANTS],
         };
-        walk_back(&draft.instructions, RESULT, |index, components, _| {
+        walk_backwards(&draft.instructions, RESULT, |index, components, _| {
             if components != 0 {
                 live.instructions[index] = true;
                 if let Some(constant) = draft.instructions[index].constant() {
@@ -63,70 +64,79 @@ impl Live {
     }
 }
 
-/// Shares of what is live and what is not.
-fn favour(live: bool) -> u32 {
-    if live { LIVE_FAVOUR } else { 1 }
+/// Weight of live or dead code.
+fn weight(live: bool) -> u32 {
+    if live { LIVE_WEIGHT } else { 1 }
 }
 
-/// A rate of live code, for code that is live or not.
+/// Mutation rate, given the rate for live code.
 fn rate(of_live: f32, live: bool) -> f32 {
-    of_live * favour(live) as f32 / LIVE_FAVOUR as f32
+    of_live * weight(live) as f32 / LIVE_WEIGHT as f32
 }
 
-/// Mutates in place what is not held. With `force`, something live changes at any amount above 0 as far as it can be had.
-pub(super) fn draft(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
+/// Mutates parts that are not locked. With `force`, something live changes at any amount above 0 if
+/// possible.
+pub(super) fn draft(
+    draft: &mut Draft,
+    mutation: f32,
+    key: BirthKey,
+    force: bool,
+    locked: &ResolvedLocks,
+) {
     if !draft.instructions.is_empty() {
-        program(draft, mutation, key, force, held);
+        program(draft, mutation, key, force, locked);
     }
-    // A program has changed already where something must.
+    // A forced change has already happened in the program, if there is one.
     let force = force && draft.instructions.is_empty();
-    layer::mutate(&mut draft.layers, mutation, key, force, held.layers());
+    layer::mutate(&mut draft.layers, mutation, key, force, locked.layers());
 }
 
-fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, held: &Held) {
+fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, locked: &ResolvedLocks) {
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
     let of_live = INSTRUCTION_RATE * mutation * mutation;
     let mut changed = false;
     for (position, instruction) in draft.instructions.iter_mut().enumerate() {
-        if held.instruction(position) || !stream.chance(rate(of_live, live.instructions[position]))
+        if locked.locks_instruction(position)
+            || !stream.chance(rate(of_live, live.instructions[position]))
         {
             continue;
         }
-        if let Some(mutant) = mutant(instruction, &draft.dialect, &mut stream, held, position) {
+        if let Some(mutant) = mutant(instruction, &draft.dialect, &mut stream, locked, position) {
             *instruction = mutant;
             changed = true;
         }
     }
-    // Of small amounts, small changes are expected: the forced one is a constant as often as not.
+    // At small amounts, small changes are expected: the forced change is then more often a
+    // constant.
     let force_instruction = force && !changed && stream.chance(2.0 * mutation);
     if force_instruction && mutation > 0.0 {
-        changed = mutate_one(draft, &live, held, &mut stream);
+        changed = mutate_one(draft, &live, locked, &mut stream);
     }
     let mut stream = Stream::new(key, Operator::MutateConstants);
     for (index, constant) in draft.constants.iter_mut().enumerate() {
-        if held.constant(index)
+        if locked.locks_constant(index)
             || !stream.chance(rate(CONSTANT_RATE * mutation, live.constants[index]))
         {
             continue;
         }
-        push(constant, mutation, &mut stream);
+        perturb(constant, mutation, &mut stream);
         changed |= live.constants[index];
     }
     if force && !changed && mutation > 0.0 {
-        let free = |index: &usize| live.constants[*index] && !held.constant(*index);
+        let free = |index: &usize| live.constants[*index] && !locked.locks_constant(*index);
         let indices: Vec<usize> = (0..CONSTANTS).filter(free).collect();
         if indices.is_empty() {
-            mutate_one(draft, &live, held, &mut stream);
+            mutate_one(draft, &live, locked, &mut stream);
         } else {
             let chosen = indices[stream.below(indices.len() as u32) as usize];
-            push(&mut draft.constants[chosen], mutation, &mut stream);
+            perturb(&mut draft.constants[chosen], mutation, &mut stream);
         }
     }
 }
 
-/// One component of a constant pushed a little, or now and then drawn afresh.
-fn push(constant: &mut [f32; 4], mutation: f32, stream: &mut Stream) {
+/// Perturbs one component of a constant, or sometimes redraws it.
+fn perturb(constant: &mut [f32; 4], mutation: f32, stream: &mut Stream) {
     let component = &mut constant[stream.below(4) as usize];
     *component = if stream.chance(CONSTANT_REDRAW) {
         random::constant(stream)
@@ -135,62 +145,62 @@ fn push(constant: &mut [f32; 4], mutation: f32, stream: &mut Stream) {
     };
 }
 
-/// Mutates one instruction, each with its share, if any may; whether it did.
-fn mutate_one(draft: &mut Draft, live: &Live, held: &Held, stream: &mut Stream) -> bool {
-    let free = |position: &usize| !held.instruction(*position);
-    let share = |position: usize| favour(live.instructions[position]);
+/// Mutates one instruction, drawn by weight, if any may. Returns true if it did.
+fn mutate_one(draft: &mut Draft, live: &Live, locked: &ResolvedLocks, stream: &mut Stream) -> bool {
+    let free = |position: &usize| !locked.locks_instruction(*position);
+    let share = |position: usize| weight(live.instructions[position]);
     let positions = || (0..draft.instructions.len()).filter(free);
     let shares: u32 = positions().map(share).sum();
     if shares == 0 {
         return false;
     }
-    let mut ticket = stream.below(shares);
-    let chosen = positions().find(|position| match ticket.checked_sub(share(*position)) {
+    let mut draw = stream.below(shares);
+    let chosen = positions().find(|position| match draw.checked_sub(share(*position)) {
         Some(rest) => {
-            ticket = rest;
+            draw = rest;
             false
         }
         None => true,
     });
-    let position = chosen.expect("the ticket is below the sum of the shares");
+    let position = chosen.expect("the draw is below the sum of the shares");
     let instruction = &draft.instructions[position];
-    let mutant = mutant(instruction, &draft.dialect, stream, held, position);
+    let mutant = mutant(instruction, &draft.dialect, stream, locked, position);
     let found = mutant.is_some();
     draft.instructions[position] = mutant.unwrap_or(*instruction);
     found
 }
 
-/// The instruction with one field drawn afresh until it differs and writes to nothing that is held; none where that takes
-/// too many draws.
+/// Returns the instruction with one field redrawn until it differs and the locks allow it; `None`
+/// after too many draws.
 fn mutant(
     instruction: &Instruction,
     dialect: &Dialect,
     stream: &mut Stream,
-    held: &Held,
+    locked: &ResolvedLocks,
     position: usize,
 ) -> Option<Instruction> {
-    let mut refused = 0;
-    while refused < HELD_DRAWS {
+    let mut rejected = 0;
+    while rejected < MAX_LOCKED_DRAWS {
         let kind = kind(stream);
         let mutant = attempt(instruction, kind, dialect, stream);
         if mutant == *instruction {
             continue;
         }
-        if held.allows(position, &mutant) {
+        if locked.allows(position, &mutant) {
             return Some(mutant);
         }
-        refused += 1;
+        rejected += 1;
     }
     None
 }
 
 fn kind(stream: &mut Stream) -> Kind {
-    let mut ticket = stream.below(KINDS.iter().map(|(_, share)| share).sum());
+    let mut draw = stream.below(KINDS.iter().map(|(_, share)| share).sum());
     for (kind, share) in KINDS {
-        if ticket < share {
+        if draw < share {
             return kind;
         }
-        ticket -= share;
+        draw -= share;
     }
     Kind::Opcode
 }

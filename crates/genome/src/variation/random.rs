@@ -1,4 +1,5 @@
-//! Genomes from nothing: every field of every instruction drawn independently, or a model where there is no program.
+//! Random genomes: independent draws of every field of every instruction, or a random model if
+//! there is no program.
 
 use super::{Draft, layer};
 use crate::random::{Operator, Stream};
@@ -7,9 +8,10 @@ use crate::{
     Swizzle, WriteMask,
 };
 
-/// How often an operand is a constant register.
+/// Probability that an operand is a constant register.
 const CONSTANT_SHARE: f32 = 1.0 / 6.0;
-/// Constants are uniform in +-this: enough to change a sign or double a term, not enough to drown the inputs.
+/// Constants are uniform in +-this: enough to change a sign or double a term, too little to drown
+/// the inputs.
 const CONSTANT_RANGE: f32 = 2.0;
 
 pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
@@ -64,7 +66,8 @@ pub(super) fn mask(stream: &mut Stream) -> WriteMask {
     WriteMask::new(1 + stream.below_u8(15)).expect("1 to 15")
 }
 
-/// An operand for an instruction that has `others` already: a second constant is the same as the first.
+/// Draws an operand for an instruction with operands `others`. A second constant register must be
+/// the same as the first.
 pub(super) fn operand(
     dialect: &Dialect,
     opcode: Opcode,

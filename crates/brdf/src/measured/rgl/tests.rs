@@ -1,20 +1,20 @@
-//! Readers of `.bsdf` against materials that are known in closed form, and against damaged files.
+//! Reader of `.bsdf` against materials in closed form, and against damaged files.
 
 use proptest::prelude::*;
 
 use super::*;
 use crate::measured::tensor::tests::{Written, file};
 
-/// What a file is made of.
+/// Dimensions of a test file.
 struct Sizes {
     phi: Vec<f32>,
     theta: Vec<f32>,
-    /// Entries along each side of ndf, sigma and vndf, and of rgb.
+    /// Entries along each side: `side` of ndf, sigma and vndf, `colors` of rgb.
     side: usize,
     colors: usize,
 }
 
-/// A normal or a direction of a place in a table.
+/// Polar angle and azimuth at a position in a table.
 fn angles(x: f64, y: f64) -> (f64, f64) {
     (x * x * FRAC_PI_2, y * TAU - PI)
 }
@@ -43,7 +43,8 @@ fn fields(
             for k in 0..side * side {
                 let (x, y) = (unit(k % side, side), unit(k / side, side));
                 let (theta, phi) = angles(x, y);
-                // Of the square, not of the sphere: sin(theta) d theta d phi in steps of the table.
+                // Density over the square, not the sphere: sin(theta) d theta d phi
+                // in steps of the table.
                 densities.push((vndf(f64::from(*theta_i), theta, phi) * theta.sin() * x) as f32);
             }
             for k in 0..3 * sizes.colors * sizes.colors {
@@ -66,7 +67,8 @@ fn fields(
     ]
 }
 
-/// GGX: density of normals, what they show to a direction, what is seen from the azimuth 0 in the frame of that direction.
+/// GGX: density of normals (`ggx`), projected area (`projected_area`), density of visible normals
+/// (`visible_density`).
 const ALPHA: f64 = 0.5;
 
 fn ggx(theta: f64) -> f64 {
@@ -75,15 +77,15 @@ fn ggx(theta: f64) -> f64 {
     ALPHA * ALPHA / (PI * tail * tail)
 }
 
-fn shown(theta: f64) -> f64 {
+fn projected_area(theta: f64) -> f64 {
     let (sin, cos) = theta.sin_cos();
     0.5 * (cos + (cos * cos + (ALPHA * sin).powi(2)).sqrt())
 }
 
-/// `phi` is the azimuth of the normal less that of the direction.
-fn seen(theta_i: f64, theta: f64, phi: f64) -> f64 {
+/// Density of visible normals; `phi` is the azimuth of the normal minus that of the direction.
+fn visible_density(theta_i: f64, theta: f64, phi: f64) -> f64 {
     let cosine = theta_i.cos() * theta.cos() + theta_i.sin() * theta.sin() * phi.cos();
-    ggx(theta) * cosine.max(0.0) / shown(theta_i)
+    ggx(theta) * cosine.max(0.0) / projected_area(theta_i)
 }
 
 fn direction(theta: f64, phi: f64) -> DVec3 {
@@ -94,14 +96,14 @@ fn mirrored(wi: DVec3, normal: DVec3) -> DVec3 {
     2.0 * wi.dot(normal) * normal - wi
 }
 
-/// The shares of the normals that are before one, as the tables would draw them.
+/// Uniform numbers of a normal by numerical integration.
 fn shares(theta_i: f64, theta_m: f64, phi_m: f64) -> DVec2 {
     let steps = 400;
     let density = |x: f64, y: f64| {
         let (theta, phi) = angles(x, y);
-        seen(theta_i, theta, phi) * theta.sin() * x
+        visible_density(theta_i, theta, phi) * theta.sin() * x
     };
-    let at = place(theta_m, phi_m);
+    let at = square_position(theta_m, phi_m);
     let integral = |to: f64, f: &dyn Fn(f64) -> f64| -> f64 {
         let step = to / f64::from(steps);
         (0..steps).map(|k| f((f64::from(k) + 0.5) * step) * step).sum()
@@ -112,11 +114,12 @@ fn shares(theta_i: f64, theta_m: f64, phi_m: f64) -> DVec2 {
 }
 
 #[test]
-fn values_are_those_of_the_material_that_the_file_was_made_of() {
+fn values_match_the_material_that_the_file_was_made_from() {
     let sizes = Sizes { phi: vec![0.0], theta: vec![0.0, 0.6, 1.2], side: 128, colors: 2 };
-    // Red is even over what is drawn, green and blue are the numbers that are drawn by.
+    // Red is constant over the samples; green and blue are the uniform numbers.
     let rgb = |_: [usize; 2], channel: usize, x: f64, y: f64| [0.25, x, y][channel];
-    let rgl = Rgl::read(&file(&fields(&sizes, &ggx, &shown, &seen, &rgb))).unwrap();
+    let rgl =
+        Rgl::read(&file(&fields(&sizes, &ggx, &projected_area, &visible_density, &rgb))).unwrap();
     let mut worst = 0.0_f64;
     for theta_i in [0.6, 1.2] {
         for (theta_m, phi_m) in [(0.1, 0.0), (0.3, 1.0), (0.5, -2.0), (0.25, 3.0), (0.7, 0.2)] {
@@ -128,13 +131,13 @@ fn values_are_those_of_the_material_that_the_file_was_made_of() {
             }
             let found = rgl.f(&DirectionPair::new(wi, wo).unwrap());
             let DVec2 { x, y } = shares(theta_i, theta_m, phi_m);
-            let factor = ggx(theta_m) / (4.0 * shown(theta_i) * wo.z);
+            let factor = ggx(theta_m) / (4.0 * projected_area(theta_i) * wo.z);
             let wanted = DVec3::new(0.25, x, y) * factor;
             worst = worst.max(((found - wanted) / (factor * 0.25)).abs().max_element());
         }
     }
     assert!(worst < 4e-3, "{worst}");
-    // From above, the share of GGX's normals within an angle is known.
+    // At normal incidence the share of GGX normals within an angle has a closed form.
     let wo = direction(0.8, 0.3);
     let found = rgl.f(&DirectionPair::new(DVec3::Z, wo).unwrap());
     let tan2 = 0.4_f64.tan().powi(2);
@@ -143,14 +146,14 @@ fn values_are_those_of_the_material_that_the_file_was_made_of() {
 }
 
 #[test]
-fn azimuths_that_were_not_measured_are_those_they_are_mirrored_to() {
+fn unmeasured_azimuths_are_mirrored_to_measured_ones() {
     let even = |_: f64| 1.0;
-    let seen = |_: f64, _: f64, _: f64| 1.0;
+    let visible_density = |_: f64, _: f64, _: f64| 1.0;
     let rgb =
         |[p, _]: [usize; 2], channel: usize, x: f64, _: f64| p as f64 + [1.0, x, 2.0][channel];
     let read = |phi: &[f32]| {
         let sizes = Sizes { phi: phi.to_vec(), theta: vec![0.0, 1.5], side: 8, colors: 2 };
-        Rgl::read(&file(&fields(&sizes, &even, &even, &seen, &rgb))).unwrap()
+        Rgl::read(&file(&fields(&sizes, &even, &even, &visible_density, &rgb))).unwrap()
     };
     let (wi, wo) = (direction(0.5, -2.9), direction(0.7, 1.1));
     let f = |rgl: &Rgl, signs: DVec3| rgl.f(&DirectionPair::new(wi * signs, wo * signs).unwrap());
@@ -170,16 +173,16 @@ fn azimuths_that_were_not_measured_are_those_they_are_mirrored_to() {
     assert!((f(&whole, turned) - f(&whole, DVec3::ONE)).length() > 0.01);
 }
 
-/// The smallest that makes sense.
+/// Fields of the smallest valid file.
 fn tiny() -> Vec<Written> {
     let sizes = Sizes { phi: vec![0.0], theta: vec![0.0, 1.5], side: 3, colors: 2 };
     let rgb =
         |[_, t]: [usize; 2], channel: usize, x: f64, y: f64| [1.0, x - 0.5, y + t as f64][channel];
-    fields(&sizes, &ggx, &shown, &seen, &rgb)
+    fields(&sizes, &ggx, &projected_area, &visible_density, &rgb)
 }
 
 #[test]
-fn files_that_were_cut_off_or_lack_something_are_refused_with_a_reason() {
+fn truncated_or_incomplete_files_are_rejected_with_a_reason() {
     let whole = file(&tiny());
     assert!(Rgl::read(&whole).is_ok());
     for length in 0..whole.len() {
@@ -213,7 +216,7 @@ fn files_that_were_cut_off_or_lack_something_are_refused_with_a_reason() {
 }
 
 #[test]
-fn values_below_zero_are_zero_and_nothing_comes_from_below() {
+fn negative_values_become_zero_and_nothing_is_reflected_below() {
     let rgl = Rgl::read(&file(&tiny())).unwrap();
     let pair = DirectionPair::new(DVec3::Z, direction(0.02, 1.0)).unwrap();
     let f = rgl.f(&pair);
@@ -236,7 +239,7 @@ fn any_direction() -> impl Strategy<Value = DVec3> {
 
 proptest! {
     #[test]
-    fn values_are_finite_and_not_negative_whatever_the_numbers_of_the_file(
+        fn values_are_finite_and_not_negative_for_any_numbers_in_the_file(
         numbers in prop::collection::vec(
             prop_oneof![Just(0.0_f32), 0.0..1.0_f32, Just(1e-38), Just(1e38)], 60),
         (wi, wo) in (any_direction(), any_direction()),

@@ -1,43 +1,46 @@
-//! What a sample says of its neighbourhood: a polynomial through its own value that fits those of its neighbours.
+//! Local polynomial of a sample: passes through the sample's value and fits its neighbours.
 //!
-//! It owns the fit and how far the polynomial is to be believed.
+//! Owns the least-squares fit and the limits of extrapolation.
 
 use glam::DVec3;
 
 /// Linear and quadratic terms of three coordinates.
 const TERMS: usize = 9;
 const LINEAR: usize = 3;
-/// What is added to the diagonal of the fit for linear and quadratic terms, of the sum of the weights, so that it has a solution.
+/// Ridge added to the diagonal for linear and quadratic terms, relative to the sum of the weights,
+/// so that the system has a solution.
 const RIDGE: [f64; 2] = [1e-6, 1e-5];
-/// With as many neighbours or fewer a polynomial has no quadratic terms, or none at all.
-const FEW: usize = 18;
-const FEWEST: usize = 6;
-/// By how much of the neighbours' range the range of values may be left where the fit is perfect, and how many times its error, of the
-/// spread of the values, is taken from that.
-const BEYOND: f64 = 0.5;
-const DOUBT: f64 = 16.0;
+/// Largest number of neighbours for a polynomial without quadratic terms.
+const MAX_FOR_LINEAR: usize = 18;
+/// Largest number of neighbours for a constant.
+const MAX_FOR_CONSTANT: usize = 6;
+/// Margin of allowed values beyond the neighbours' range, as a fraction of that range, for a
+/// perfect fit.
+const MAX_MARGIN: f64 = 0.5;
+/// Reduction of the margin per unit of relative fit error.
+const MARGIN_LOSS: f64 = 16.0;
 
-/// The polynomials of the three channels.
+/// Local polynomials of the three channels.
 pub(super) struct Node {
     value: [f64; 3],
     terms: [[f32; TERMS]; 3],
-    /// How far from its value anything may be that is told by it.
+    /// Largest deviation from `value` that predictions may have.
     margin: [f64; 3],
 }
 
-/// Another sample: where it is from here, and its values.
+/// A neighbouring sample: its offset and its values.
 pub(super) struct Neighbour {
     pub(super) offset: DVec3,
     pub(super) value: [f64; 3],
 }
 
 impl Node {
-    /// Fits what lies within a radius that is above 0.
+    /// Fits the neighbours within `radius`, which must be above 0.
     pub(super) fn fit(value: [f64; 3], neighbours: &[Neighbour], radius: f64) -> Self {
         let mut node = Self { value, terms: [[0.0; TERMS]; 3], margin: [0.0; 3] };
         let terms = match neighbours.len() {
-            count if count <= FEWEST => return node,
-            count if count <= FEW => LINEAR,
+            count if count <= MAX_FOR_CONSTANT => return node,
+            count if count <= MAX_FOR_LINEAR => LINEAR,
             _ => TERMS,
         };
         let mut fit = Fit::default();
@@ -52,12 +55,12 @@ impl Node {
                 let unit = if term < LINEAR { radius } else { radius * radius };
                 *place = nearest(solution[term] / unit);
             }
-            node.margin[channel] = node.believed(channel, neighbours, radius);
+            node.margin[channel] = node.margin(channel, neighbours, radius);
         }
         node
     }
 
-    /// What it says at an offset from it.
+    /// Predicts the values at an offset from the sample.
     pub(super) fn at(&self, offset: DVec3) -> [f64; 3] {
         let monomials = monomials(offset);
         [0, 1, 2].map(|channel| {
@@ -66,31 +69,31 @@ impl Node {
         })
     }
 
-    /// The least and the largest value of a channel that it allows.
+    /// Least and largest value of a channel that predictions may have.
     pub(super) fn range(&self, channel: usize) -> (f64, f64) {
         let (value, margin) = (self.value[channel], self.margin[channel]);
         (value - margin, value + margin)
     }
 
-    fn believed(&self, channel: usize, neighbours: &[Neighbour], radius: f64) -> f64 {
+    fn margin(&self, channel: usize, neighbours: &[Neighbour], radius: f64) -> f64 {
         let own = self.value[channel];
         let (mut error, mut spread, mut low, mut high) = (0.0, 0.0, own, own);
         for neighbour in neighbours {
             let weight = weight(neighbour.offset / radius);
-            let (told, value) = (self.at(neighbour.offset)[channel], neighbour.value[channel]);
-            error += weight * (told - value) * (told - value);
+            let (predicted, value) = (self.at(neighbour.offset)[channel], neighbour.value[channel]);
+            error += weight * (predicted - value) * (predicted - value);
             spread += weight * (value - own) * (value - own);
             (low, high) = (low.min(value), high.max(value));
         }
         if spread <= 0.0 {
             return 0.0;
         }
-        let doubt = DOUBT * (error / spread).sqrt();
-        BEYOND * (high - low) * (1.0 - doubt).max(0.0)
+        let loss = MARGIN_LOSS * (error / spread).sqrt();
+        MAX_MARGIN * (high - low) * (1.0 - loss).max(0.0)
     }
 }
 
-/// The normal equations of a fit by least squares.
+/// Normal equations of the weighted least-squares fit.
 #[derive(Default)]
 struct Fit {
     left: [[f64; TERMS]; TERMS],
@@ -111,7 +114,7 @@ impl Fit {
         }
     }
 
-    /// The factor of Cholesky of the first terms, with the ridge.
+    /// Cholesky factor of the first `terms` terms, with the ridge.
     fn decompose(&self, terms: usize) -> [[f64; TERMS]; TERMS] {
         let mut lower = [[0.0; TERMS]; TERMS];
         for i in 0..terms {
@@ -120,7 +123,7 @@ impl Fit {
                 let sum = self.left[i][j] - known;
                 lower[i][j] = if i == j {
                     let ridge = self.weight * RIDGE[usize::from(i >= LINEAR)];
-                    // Rounding may eat what the ridge is there for.
+                    // Rounding errors could exceed the ridge.
                     (sum + ridge).max(0.5 * ridge).max(f64::MIN_POSITIVE).sqrt()
                 } else {
                     sum / lower[j][j]
@@ -143,7 +146,7 @@ fn solve(lower: &[[f64; TERMS]; TERMS], mut x: [f64; TERMS], terms: usize) -> [f
     x
 }
 
-/// Near neighbours count more, those at the radius not at all.
+/// Weight of a neighbour: falls with the distance to 0 at the radius.
 fn weight(offset: DVec3) -> f64 {
     let square = offset.length_squared();
     let left = (1.0 - square.sqrt()).max(0.0);
@@ -174,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quadratic_is_found_and_believed() {
+    fn quadratic_is_fitted_with_a_positive_margin() {
         let wanted = |d: DVec3| {
             [1.0 + d.x - 2.0 * d.y, 1.0 + 3.0 * d.x * d.x + d.y * d.z, 1.0 - d.z + 4.0 * d.x * d.y]
         };
@@ -188,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_not_believed_and_few_neighbours_say_little() {
+    fn noise_has_no_margin_and_few_neighbours_reduce_the_degree() {
         let noise = |d: DVec3| [(d.x * 1e4).sin(), (d.y * 1e4).sin(), 0.0];
         let node = Node::fit([0.0; 3], &neighbours(28, noise), 0.2);
         assert_eq!(node.range(0), (0.0, 0.0));

@@ -1,4 +1,4 @@
-//! Scattered samples of models, of which others are held out.
+//! Interpolation of samples of models, tested on held-out samples.
 
 use std::f64::consts::TAU;
 
@@ -12,12 +12,12 @@ fn direction(z: f64, phi: f64) -> DVec3 {
     DVec3::new(sine * phi.cos(), sine * phi.sin(), z)
 }
 
-/// The fractional parts of an additive sequence, which fill a cube evenly.
+/// Fractional parts of an additive sequence, which fill a cube evenly.
 fn even(k: usize) -> [f64; 4] {
     [0.856_674_9, 0.733_891_9, 0.628_707, 0.538_598].map(|step| ((k + 1) as f64 * step).fract())
 }
 
-/// Every second pair anywhere, every other one near the highlight.
+/// Pairs: every second one anywhere, the others near the highlight.
 fn pairs(from: usize, count: usize) -> Vec<DirectionPair> {
     let pair = |k: usize| {
         let [a, b, c, d] = even(k);
@@ -44,7 +44,7 @@ fn samples(model: &str, pairs: &[DirectionPair]) -> Samples {
     Samples::new(pairs.iter().map(|pair| (*pair, brdf.f(pair))).collect()).unwrap()
 }
 
-/// Relative errors of held out values, in ascending order.
+/// Relative errors at held-out samples, in ascending order.
 fn errors(model: &str, count: usize) -> Vec<f64> {
     let (known, asked) = (samples(model, &pairs(0, count)), samples(model, &pairs(1 << 20, 2000)));
     let scattered = Scattered::new(&known);
@@ -57,7 +57,7 @@ fn errors(model: &str, count: usize) -> Vec<f64> {
 }
 
 #[test]
-fn values_that_were_held_out_are_found_between_the_samples() {
+fn held_out_values_are_interpolated() {
     for (model, middle, most) in [
         ("lambert", 1e-9, 1e-9),
         ("oren-nayar", 1e-3, 2e-2),
@@ -71,13 +71,13 @@ fn values_that_were_held_out_are_found_between_the_samples() {
     }
 }
 
-/// Whether f is a value to a millionth of it.
+/// True if `f` equals `rgb` to a relative error of 1e-6.
 fn is_close(f: DVec3, rgb: DVec3) -> bool {
     ((f - rgb) / rgb).abs().max_element() < 1e-6
 }
 
 #[test]
-fn samples_are_reproduced_and_so_are_their_turns_and_mirror_images() {
+fn samples_are_reproduced_as_are_their_rotations_and_mirror_images() {
     let known = samples("conductor\nroughness 0.1", &pairs(0, 1000));
     let scattered = Scattered::new(&known);
     for (pair, rgb) in known.rows() {
@@ -90,7 +90,7 @@ fn samples_are_reproduced_and_so_are_their_turns_and_mirror_images() {
 }
 
 #[test]
-fn swapped_pairs_are_told_by_the_measured_ones_where_they_were_not_measured() {
+fn swapped_pairs_follow_the_measured_ones_where_they_were_not_measured() {
     let lower: Vec<DirectionPair> =
         pairs(0, 8000).into_iter().filter(|pair| pair.cos_i() > pair.cos_o() + 0.5).collect();
     let known = samples("conductor\nroughness 0.3", &lower);
@@ -98,7 +98,7 @@ fn swapped_pairs_are_told_by_the_measured_ones_where_they_were_not_measured() {
     for (pair, rgb) in known.rows() {
         assert!(is_close(scattered.f(&pair.swapped()), *rgb), "{pair:?}");
     }
-    // A material that sends three times as much one way keeps that.
+    // A material that is not reciprocal keeps its ratio of three.
     let both: Vec<_> = pairs(0, 2000)
         .into_iter()
         .map(|pair| (pair, DVec3::splat(if pair.cos_i() > pair.cos_o() { 3.0 } else { 1.0 })))
@@ -110,7 +110,7 @@ fn swapped_pairs_are_told_by_the_measured_ones_where_they_were_not_measured() {
 }
 
 #[test]
-fn a_single_sample_is_everywhere_and_values_below_zero_are_zero() {
+fn single_sample_is_constant_and_negative_values_become_zero() {
     let pair = DirectionPair::new(DVec3::Z, direction(0.5, 0.0)).unwrap();
     let one = Samples::new(vec![(pair, DVec3::new(0.5, -0.1, 0.0))]).unwrap();
     let scattered = Scattered::new(&one);
@@ -121,7 +121,7 @@ fn a_single_sample_is_everywhere_and_values_below_zero_are_zero() {
     }
     let black = Scattered::new(&Samples::new(vec![(pair, DVec3::ZERO); 9]).unwrap());
     assert_eq!(black.f(&other), DVec3::ZERO);
-    // Several at the same place are their mean.
+    // Samples at the same coordinates are averaged.
     let mirrored = DirectionPair::new(DVec3::Z, direction(0.5, 2.0)).unwrap();
     let two = vec![(pair, DVec3::ONE), (mirrored, DVec3::splat(3.0))];
     let mean = Scattered::new(&Samples::new(two).unwrap()).f(&pair);
@@ -135,7 +135,7 @@ fn any_direction() -> impl Strategy<Value = DVec3> {
 
 proptest! {
     #[test]
-    fn values_are_finite_and_not_negative_whatever_was_measured(
+        fn values_are_finite_and_not_negative_for_any_samples(
         rows in prop::collection::vec(
             (any_direction(), any_direction(), prop::array::uniform3(
                 prop_oneof![Just(0.0), -1.0..1.0, Just(1e-300), Just(1e300), Just(1e-3)])),

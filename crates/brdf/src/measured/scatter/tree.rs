@@ -1,25 +1,25 @@
-//! A tree over points in space that finds the nearest of them.
+//! k-d tree over points in space for nearest-neighbour queries.
 //!
-//! It owns the order of the points and the search; what the points stand for is the caller's.
+//! Independent of the meaning of the points.
 
 use glam::DVec3;
 
-/// As many points are looked at one by one.
+/// Parts of at most this many points are searched linearly.
 const LEAF: usize = 6;
 
-/// Points in the order of the tree: the middle one of each part divides it.
+/// Points in the order of the tree: the median of each part splits it.
 pub(super) struct Tree {
     points: Vec<DVec3>,
-    /// Along which axis the point in the middle of a part divides it.
+    /// Split axis of each part, stored at its middle.
     axes: Vec<u8>,
 }
 
-/// The nearest points that were found, the nearest first.
+/// The nearest points found, nearest first.
 pub(super) struct Nearest<const K: usize> {
-    /// Squares of distances.
+    /// Squared distances.
     pub(super) squares: [f64; K],
-    /// Places in the order of the tree.
-    pub(super) places: [usize; K],
+    /// Positions in the order of the tree.
+    pub(super) positions: [usize; K],
     pub(super) count: usize,
 }
 
@@ -28,22 +28,22 @@ impl<const K: usize> Nearest<K> {
         if self.count < K { f64::INFINITY } else { self.squares[K - 1] }
     }
 
-    fn offer(&mut self, square: f64, place: usize) {
+    fn offer(&mut self, square: f64, position: usize) {
         if square >= self.limit() {
             return;
         }
         let mut at = if self.count < K { self.count } else { K - 1 };
         self.count = (self.count + 1).min(K);
         while at > 0 && self.squares[at - 1] > square {
-            (self.squares[at], self.places[at]) = (self.squares[at - 1], self.places[at - 1]);
+            (self.squares[at], self.positions[at]) = (self.squares[at - 1], self.positions[at - 1]);
             at -= 1;
         }
-        (self.squares[at], self.places[at]) = (square, place);
+        (self.squares[at], self.positions[at]) = (square, position);
     }
 }
 
 impl Tree {
-    /// Builds the tree; the second part says which point came to which place.
+    /// Builds the tree. Also returns the index of the original point at each position.
     pub(super) fn new(points: &[DVec3]) -> (Self, Vec<usize>) {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut axes = vec![0; points.len()];
@@ -52,13 +52,13 @@ impl Tree {
         (Self { points, axes }, order)
     }
 
-    pub(super) fn point(&self, place: usize) -> DVec3 {
-        self.points[place]
+    pub(super) fn point(&self, position: usize) -> DVec3 {
+        self.points[position]
     }
 
-    /// The nearest points to one. The same for the same points in the same order.
+    /// Finds the nearest points to `at`. Deterministic for the same points in the same order.
     pub(super) fn nearest<const K: usize>(&self, at: DVec3) -> Nearest<K> {
-        let mut found = Nearest { squares: [f64::INFINITY; K], places: [0; K], count: 0 };
+        let mut found = Nearest { squares: [f64::INFINITY; K], positions: [0; K], count: 0 };
         self.search(at, (0, self.points.len()), &mut found);
         found
     }
@@ -70,8 +70,8 @@ impl Tree {
         found: &mut Nearest<K>,
     ) {
         if high - low <= LEAF {
-            for place in low..high {
-                found.offer(self.points[place].distance_squared(at), place);
+            for position in low..high {
+                found.offer(self.points[position].distance_squared(at), position);
             }
             return;
         }
@@ -91,7 +91,8 @@ impl Tree {
     }
 }
 
-/// Puts the middle point along the longest side of a part into its middle, and so on with both halves.
+/// Moves the median along the longest side of the bounding box to the middle, and recurses on both
+/// halves.
 fn divide(points: &[DVec3], order: &mut [usize], axes: &mut [u8]) {
     if order.len() <= LEAF {
         return;
@@ -128,14 +129,14 @@ mod tests {
     use super::*;
 
     fn point() -> impl Strategy<Value = DVec3> {
-        // Some share coordinates, some are equal.
+        // Some points share coordinates, some are equal.
         let part = prop_oneof![-1.0..1.0, Just(0.0), Just(0.5)];
         (part.clone(), part.clone(), part).prop_map(|(x, y, z)| DVec3::new(x, y, z))
     }
 
     proptest! {
         #[test]
-        fn nearest_points_are_those_of_a_search_through_all(
+                fn nearest_points_match_a_linear_search(
             points in prop::collection::vec(point(), 1..200),
             at in point(),
         ) {
@@ -146,8 +147,8 @@ mod tests {
             prop_assert_eq!(found.count, points.len().min(7));
             prop_assert_eq!(&found.squares[..found.count], &all[..found.count]);
             for k in 0..found.count {
-                let point = points[order[found.places[k]]];
-                prop_assert_eq!(point, tree.point(found.places[k]));
+                let point = points[order[found.positions[k]]];
+                prop_assert_eq!(point, tree.point(found.positions[k]));
                 prop_assert_eq!(point.distance_squared(at), found.squares[k]);
             }
         }
