@@ -1,8 +1,9 @@
-//! Fixed pieces of work for an instruction counter: `instruction_count evaluate|lower|picture|breed`.
+//! Fixed workloads for an instruction counter: `instruction_count evaluate|lower|picture|breed`.
 //!
-//! What is to be counted runs inside [`measured`], which nothing else is inside of, so that a counter that is switched
-//! on and off by that function sees the work and not its preparation. One thread, one instruction set (AVX2, which a
-//! counter that emulates the processor knows), fixed seeds: the same build gives nearly the same count anywhere.
+//! The workload runs inside [`measured`] and nothing else does, so a counter that is switched on
+//! and off by that function does not count the preparation. One thread, one instruction set (AVX2,
+//! which counters that emulate the processor support), fixed seeds: the same build gives nearly the
+//! same count on every machine.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -13,13 +14,13 @@ use brood_program::{BroodRequest, Program, make_brood};
 use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
 
 const SEED: u64 = 3;
-/// Exit code where this machine does not have the instruction set.
+/// Exit code if this machine does not have the instruction set.
 const NO_LEVEL: u8 = 77;
 
 fn main() -> ExitCode {
     let work = std::env::args().nth(1).unwrap_or_default();
     let Some(level) = Level::available().into_iter().find(|level| level.name() == "avx2") else {
-        eprintln!("instruction_count: no AVX2 on this machine");
+        eprintln!("instruction_count: this machine has no AVX2");
         return ExitCode::from(NO_LEVEL);
     };
     let evaluator = CanonicalEvaluator::with_level(level);
@@ -35,18 +36,18 @@ fn main() -> ExitCode {
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.expect("one thread can be started");
-    // On the pool's own thread, so that what the work hands to the pool is done below `measured` as well.
+    // Runs on the thread of the pool, so that tasks of the workload run below `measured` as well.
     pool.install(move || measured(prepared));
     ExitCode::SUCCESS
 }
 
-/// Everything below this is counted. No closure stands in it, whose name would be taken for its own.
+/// Everything below this is counted. Contains no closure, whose name a counter would match as well.
 #[inline(never)]
 fn measured(mut work: Box<dyn FnMut() + Send>) {
     work();
 }
 
-/// 20 programs on a 64 x 64 sphere.
+/// Evaluates 20 programs on a 64 x 64 sphere.
 fn evaluate(evaluator: CanonicalEvaluator) -> Box<dyn FnMut() + Send> {
     let set = sphere(64);
     let programs: Vec<Program> = genomes(20).iter().map(Program::lower).collect();
@@ -56,12 +57,12 @@ fn evaluate(evaluator: CanonicalEvaluator) -> Box<dyn FnMut() + Send> {
         evaluator.eval(&batch, &set, &mut out).expect("the CPU evaluates");
         black_box(&out);
     };
-    // The first time also computes the inputs of the set.
+    // The first run also computes the inputs of the set.
     run();
     Box::new(run)
 }
 
-/// Lowering of 100 genomes.
+/// Lowers 100 genomes.
 fn lower() -> Box<dyn FnMut() + Send> {
     let genomes = genomes(100);
     Box::new(move || {
@@ -71,7 +72,7 @@ fn lower() -> Box<dyn FnMut() + Send> {
     })
 }
 
-/// One picture of 128 x 128 from reflectance to PNG.
+/// Renders a picture of 128 x 128 from reflectance to PNG.
 fn picture(evaluator: CanonicalEvaluator) -> Box<dyn FnMut() + Send> {
     let set = sphere(128);
     let program = Program::lower(&genomes(1)[0]);
@@ -83,7 +84,7 @@ fn picture(evaluator: CanonicalEvaluator) -> Box<dyn FnMut() + Send> {
     })
 }
 
-/// 20 distinct children of one parent.
+/// Breeds 20 distinct children of one parent.
 fn breed() -> Box<dyn FnMut() + Send> {
     let parents = genomes(1);
     Box::new(move || {

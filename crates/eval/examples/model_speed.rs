@@ -1,5 +1,5 @@
-//! Nanoseconds a sample of every model beside a random program's, on one thread, and how far the values are from the f64
-//! reference: `model_speed [PASSES [MODEL]]`.
+//! Prints nanoseconds per sample of every model relative to a random program, on one thread, and
+//! the number of values that differ from the f64 reference: `model_speed [PASSES [MODEL]]`.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -71,9 +71,9 @@ fn report(set: &SampleSet, passes: u32, only: Option<ModelKind>) {
     }
 }
 
-/// Of the fastest pass, nanoseconds a sample.
+/// Returns nanoseconds per sample of the fastest pass.
 fn time(passes: u32, samples: usize, mut work: impl FnMut()) -> f64 {
-    // Fills what is computed at first use.
+    // Computes everything that is cached at first use.
     work();
     let pass = |_| {
         let started = Instant::now();

@@ -1,4 +1,4 @@
-//! Draws random genomes on a built-in mesh as a contact sheet: `random_sheet MESH SEED FILE`.
+//! Renders random genomes on a built-in mesh as a contact sheet: `random_sheet MESH SEED FILE`.
 
 use std::time::Instant;
 

@@ -1,7 +1,9 @@
-//! Error and time of every way to sample a picture: `sampling_error [SIZE] [REFERENCE_SAMPLES] [GENOMES]`.
+//! Prints error and time of each way to sample a picture: `sampling_error [SIZE]
+//! [REFERENCE_SAMPLES] [GENOMES]`.
 //!
-//! RMSE is over red, green and blue of all pixels, linear, premultiplied, exposure applied; the largest difference is of
-//! 8-bit codes where both pictures cover the pixel whole. One reference picture a genome, of its own mesh.
+//! RMSE is over red, green and blue of all pixels, linear, premultiplied, exposure applied. The
+//! largest difference is of 8-bit codes where both pictures fully cover the pixel. One reference
+//! picture per genome and mesh.
 
 use std::time::Instant;
 
@@ -23,7 +25,7 @@ const MODES: [Sampling; 5] = [
     Sampling::Fixed(64),
     Sampling::Adaptive,
 ];
-/// Albedo 0.8 everywhere: f is the square of the register.
+/// Lambertian genome of albedo 0.8: f is the square of the register.
 const LAMBERT: &str = "brood 1
 .dialect paper smooth registers 7 isotropic homogeneous
 .const C0 0.50462651 0.50462651 0.50462651 0
@@ -126,7 +128,7 @@ fn table(mesh: &Mesh, scene: &Scene, size_px: u32, samples: u32, programs: &[Pro
 /// Radiance and coverage of every pixel.
 type Reference = Vec<([f64; 3], f64)>;
 
-/// Pictures of many samples, a row at a time, because a set of them all would not fit.
+/// Renders reference pictures row by row, because one set of all samples would not fit in memory.
 fn references(
     mesh: &Mesh,
     scene: &Scene,
@@ -149,7 +151,7 @@ fn references(
     references
 }
 
-/// RMSE, and the largest difference of codes.
+/// Returns the RMSE and the largest difference of codes.
 fn difference(image: &RadianceImage, reference: &Reference, ev: f64) -> (f64, u8) {
     let factor = libm::exp2(ev);
     let (mut sum, mut code) = (0.0, 0);
@@ -157,7 +159,7 @@ fn difference(image: &RadianceImage, reference: &Reference, ev: f64) -> (f64, u8
     for ((own, coverage), (expected, whole)) in pixels {
         for (own, expected) in own.iter().zip(expected) {
             let (own, expected) = (f64::from(*own) * factor, expected * factor);
-            // What is burnt out on the display counts as that.
+            // Values above 1 are shown as 1.
             sum += (own.min(1.0) - expected.min(1.0)).powi(2);
             if *coverage >= 1.0 && *whole >= 1.0 {
                 code = code.max(encode_srgb(own as f32).abs_diff(encode_srgb(expected as f32)));

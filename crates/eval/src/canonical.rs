@@ -1,8 +1,9 @@
-//! The canonical evaluator: f32 over blocks of samples, one instruction at a time over a whole block.
+//! The canonical evaluator: f32 over blocks of samples, one instruction at a time over a whole
+//! block.
 //!
-//! The loops are plain code that the compiler vectorises; every lane does exactly what
-//! [`brood_program::execute`] does for one sample, so results do not depend on block borders, threads or the width of
-//! the machine's vectors.
+//! The loops are plain code that the compiler vectorises. Every lane computes exactly what
+//! [`brood_program::execute`] computes for one sample, so results do not depend on block borders,
+//! threads or vector width.
 
 mod block;
 mod code;
@@ -15,17 +16,17 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-pub(crate) use block::{Bound, Span, Workspace};
+pub(crate) use block::{BoundCode, Span, Workspace};
 pub(crate) use code::Code;
 pub(crate) use kernel::BLOCK;
 pub(crate) use kernel::{LANES, Quarter};
 
 use crate::{EvalError, Evaluator, Level, layer};
 
-/// Samples that one task takes.
+/// Number of samples per task.
 const TASK: usize = 16 * BLOCK;
 
-/// Plain f32 on the CPU: the bits that all exact evaluators share.
+/// Evaluates in plain f32 on the CPU; defines the bits that all exact evaluators share.
 #[derive(Debug, Clone, Copy)]
 pub struct CanonicalEvaluator {
     level: Level,
@@ -38,13 +39,14 @@ impl Default for CanonicalEvaluator {
 }
 
 impl CanonicalEvaluator {
-    /// Uses one instruction set; [`Level::best`] by default. All give the same bits.
+    /// Creates an evaluator that uses one instruction set; the default is [`Level::best`]. All give
+    /// the same bits.
     #[must_use]
     pub fn with_level(level: Level) -> Self {
         Self { level }
     }
 
-    /// The instruction set in use.
+    /// Returns the instruction set in use.
     #[must_use]
     pub fn level(&self) -> Level {
         self.level
@@ -74,7 +76,7 @@ impl Evaluator for CanonicalEvaluator {
         }
         let codes: Vec<Code<'_>> =
             programs.par_iter().map(|program| Code::new(program, set, self.level)).collect();
-        // What layers add stands where the sum of both will stand.
+        // The reflectance of layers is written to `out` first, where the sum will be.
         let rows = codes.iter().zip(out.chunks_exact_mut(3 * samples));
         let mut layered: Vec<_> =
             rows.filter_map(|(code, out)| Some((code.layers()?, channels(out, samples)))).collect();
@@ -96,7 +98,7 @@ impl Evaluator for CanonicalEvaluator {
     }
 }
 
-/// The values of one program as red, green and blue.
+/// Splits the values of one program into red, green and blue.
 fn channels(out: &mut [f32], samples: usize) -> [&mut [f32]; 3] {
     let (red, rest) = out.split_at_mut(samples);
     let (green, blue) = rest.split_at_mut(samples);
@@ -107,20 +109,23 @@ thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new());
 }
 
-/// The thread's own workspace. What runs within must not wait for other tasks: one of them could want it too.
+/// Runs `f` with the workspace of the thread. `f` must not wait for other rayon tasks: one of them
+/// could run on this thread and borrow the workspace again.
 pub(crate) fn with_workspace<R>(f: impl FnOnce(&mut Workspace) -> R) -> R {
     WORKSPACE.with_borrow_mut(f)
 }
 
-/// What a level runs: compiled once for each instruction set.
+/// A computation that is compiled once for each instruction set; see [`Level::run`].
 pub trait Work {
-    /// The result of it.
+    /// Result of the computation.
     type Done;
-    /// Does it. Implementations are inlined into the function of each level.
+    /// Runs the computation. Implementations must be `#[inline(always)]`, so that they are compiled
+    /// with the instructions of the level.
     fn run(self) -> Self::Done;
 }
 
-/// Reflectance of the samples from `start`, as many as `out` takes, where what layers add stands already.
+/// Computes the reflectance of the samples from `start` that `out` has room for; `out` already
+/// contains the reflectance of the layers.
 struct Reflectance<'a> {
     code: &'a Code<'a>,
     start: usize,
@@ -136,7 +141,7 @@ impl Work for Reflectance<'_> {
         let Self { code, start, mut out, workspace } = self;
         let samples = out[0].len();
         let mut f = [Quarter([0.0; LANES]); 3];
-        let mut bound = Bound::new(code, workspace);
+        let mut bound = BoundCode::new(code, workspace);
         for offset in (0..samples).step_by(BLOCK) {
             let mut span = Span::of(offset, samples);
             span.start += start;
@@ -158,7 +163,8 @@ impl Work for Reflectance<'_> {
     }
 }
 
-/// f of one quarter of a block: the squares of the results and what layers add to them, through the output stage.
+/// Computes f of one quarter of a block: the squares of the results plus the layers, through the
+/// output stage.
 #[inline(always)]
 pub(crate) fn reflectance(
     program: &Program,
@@ -179,7 +185,7 @@ pub(crate) fn reflectance(
         }
     }
     let output = program.output();
-    // Multiplying by 1 and adding 0 to what is not negative changes no bit.
+    // The identity changes no bit: values are not negative.
     if *output != Output::IDENTITY {
         let [red, green, blue] = f;
         for ((red, green), blue) in red.0.iter_mut().zip(&mut green.0).zip(&mut blue.0) {

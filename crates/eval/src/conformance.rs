@@ -1,7 +1,8 @@
-//! What every evaluator must do, exported so that each backend instantiates the same suite.
+//! Conformance suite of evaluators, exported so that each backend runs the same checks.
 //!
-//! An exact evaluator gives the canonical bits in every case. One that is not exact stays within the tolerance table on
-//! single operations. On layers both stay near the f64 reference. There are no private tolerances.
+//! An exact evaluator returns the canonical bits in every case. Any other one stays within the
+//! tolerance table on single operations. On layers both stay near the f64 reference. No backend has
+//! tolerances of its own.
 
 mod cases;
 mod layers;
@@ -30,22 +31,26 @@ pub fn check(evaluator: &dyn Evaluator) {
     tolerance::check(evaluator);
 }
 
-/// Empty batches and sets, many programs at once, sets of all sizes around a block.
+/// Checks empty batches and sets, many programs at once, and sets of all sizes around a block.
 fn check_shapes(evaluator: &dyn Evaluator) {
     let programs = programs(3);
     let batch: Vec<&Program> = programs.iter().collect();
     let mut out = vec![1.0; 7];
     evaluator.eval(&[], &sample_sets()[0], &mut out).expect("an empty batch is evaluated");
-    assert!(out.is_empty(), "nothing comes of no programs");
+    assert!(out.is_empty(), "the result of an empty batch is empty");
     for set in sample_sets() {
         evaluator.eval(&batch, &set, &mut out).expect("the batch is evaluated");
         assert_eq!(out.len(), batch.len() * 3 * set.len(), "one f per program, channel, sample");
         let bad = out.iter().position(|f| !f.is_finite() || *f < 0.0);
-        assert!(bad.is_none(), "f is finite and not negative, not {:?}", bad.map(|at| out[at]));
+        assert!(
+            bad.is_none(),
+            "f must be finite and not negative, got {:?}",
+            bad.map(|at| out[at])
+        );
     }
 }
 
-/// Every bit, over programs of all dialects and every sample set.
+/// Checks every bit over programs of all dialects and every sample set.
 fn check_bits(evaluator: &dyn Evaluator, programs: &[Program]) {
     let batch: Vec<&Program> = programs.iter().collect();
     for set in sample_sets() {
@@ -56,7 +61,7 @@ fn check_bits(evaluator: &dyn Evaluator, programs: &[Program]) {
             if let Some((sample, got, expected)) = first_difference(program, &set, of_program) {
                 panic!(
                     "{}: program {index} of {} operations, sample {sample} of {}: \
-                     {got:?} instead of {expected:?}\n{program:#?}",
+                     {got:?}, expected {expected:?}\n{program:#?}",
                     evaluator.name(),
                     program.operations(),
                     set.len(),
@@ -66,8 +71,8 @@ fn check_bits(evaluator: &dyn Evaluator, programs: &[Program]) {
     }
 }
 
-/// The first sample on which an evaluator's output for one program differs in any bit from the canonical value, with
-/// both values.
+/// Returns the first sample on which the output of an evaluator for one program differs in any bit
+/// from the canonical value, with both values.
 #[must_use]
 pub fn first_difference(
     program: &Program,
@@ -90,8 +95,8 @@ fn canonical(
 ) -> [f32; 3] {
     let add = |squares: [f32; 3]| match layers {
         Some(layers) => {
-            let more = layers.rounded(&set.pair(sample).0);
-            [0, 1, 2].map(|channel| squares[channel] + more[channel])
+            let added = layers.rounded(&set.pair(sample).0);
+            [0, 1, 2].map(|channel| squares[channel] + added[channel])
         }
         None => squares,
     };

@@ -1,8 +1,9 @@
-//! Derivatives of errors with respect to a program's constants, for least squares.
+//! Derivatives of errors with respect to the constants of a program, for least squares.
 //!
-//! A residual is the deviation of one channel of one sample from a [`FitnessTarget`]. Its derivatives go through the
-//! program step by step: forwards, one tangent for each constant, or backwards, one adjoint for each channel. Where a
-//! clamp acts, the derivative is 0. What comes out is what a damped Gauss-Newton step needs: J^T J and J^T r.
+//! A residual is the deviation of one channel of one sample from a [`FitnessTarget`]. Derivatives
+//! are propagated through the program step by step: forward mode, one tangent per constant, or
+//! reverse mode, one adjoint per channel. Where a clamp acts, the derivative is 0. The result is
+//! the input of a damped Gauss-Newton step: J^T J and J^T r.
 
 mod local;
 mod plan;
@@ -13,21 +14,24 @@ use rayon::prelude::*;
 
 use crate::{FitnessTarget, Level};
 use plan::Plan;
-use sweep::{Room, Sweep, Walks};
+use sweep::{Sweep, SweepWorkspace, Walks};
 
-/// In which direction derivatives are carried through a program. Both give the same up to rounding.
+/// Mode of differentiation. Both give the same up to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// A tangent of every step that a constant changes, for each constant: cheap for few constants.
+    /// Forward mode: for each constant a tangent of every step that depends on it. Cheap for few
+    /// constants.
     Forward,
-    /// An adjoint of every step for each channel: its cost does not grow with the constants.
+    /// Reverse mode: for each channel an adjoint of every step. The cost does not grow with the
+    /// number of constants.
     Reverse,
 }
 
 impl Direction {
-    /// The one that is faster for that many constants, by `brood bench derivative` on one thread of a Zen 3, forward and
-    /// reverse in microseconds a program: 41 and 43 for 2 constants, 283 and 303 for 5 to 8, 723 and 661 for 9 to 16, 3507
-    /// and 2536 for 33 to 44. Random programs change in few steps with each constant, which is what forward walks.
+    /// Returns the faster mode for that many constants. Measured with `brood bench derivative` on
+    /// one thread of a Zen 3, forward and reverse in microseconds per program: 41 and 43 for 2
+    /// constants, 283 and 303 for 5 to 8, 723 and 661 for 9 to 16, 3507 and 2536 for 33 to 44. In
+    /// random programs few steps depend on each constant, and forward mode visits only those.
     #[must_use]
     pub fn faster(constants: usize) -> Self {
         if constants <= 8 { Self::Forward } else { Self::Reverse }
@@ -37,11 +41,11 @@ impl Direction {
 /// J^T J and J^T r over all residuals of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
-    /// Constants of the program: n.
+    /// Number of constants of the program, n.
     pub constants: usize,
-    /// J^T J, row by row, n x n, symmetric.
+    /// J^T J, n x n, symmetric, row by row.
     pub matrix: Vec<f64>,
-    /// J^T r, n long.
+    /// J^T r, of length n.
     pub gradient: Vec<f64>,
     /// r^T r.
     pub sum: f64,
@@ -64,12 +68,13 @@ impl NormalEquations {
     }
 }
 
-/// The normal equations of a program's constants ([`Program::constants`], in their order) against a target.
+/// Returns the normal equations of the constants of a program ([`Program::constants`], in their
+/// order) against a target.
 ///
 /// # Error
-/// Values and derivatives are f32, each 24 products that are added first are f32, everything above is f64 in a fixed
-/// order: the same to the bit for any number of threads. Against derivatives in f64: at most 1e-4 of the largest entry
-/// (`derivatives_agree_with_those_in_f64`).
+/// Values, derivatives and partial sums of 24 products are f32; all sums above are f64 in a fixed
+/// order: the same to the bit for any number of threads. Against derivatives in f64: at most 1e-4
+/// of the largest entry (`derivatives_agree_with_those_in_f64`).
 #[must_use]
 pub fn normal_equations(
     program: &Program,
@@ -85,8 +90,8 @@ pub fn normal_equations(
     let parts: Vec<NormalEquations> = (0..target.blocks())
         .into_par_iter()
         .map_init(
-            || Room::new(plan),
-            |room, block| level.run(Sweep { plan, walks, target, block, room }),
+            || SweepWorkspace::new(plan),
+            |workspace, block| level.run(Sweep { plan, walks, target, block, workspace }),
         )
         .collect();
     let mut equations = NormalEquations::zero(plan.constants);

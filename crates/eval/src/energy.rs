@@ -1,9 +1,10 @@
-//! The energy limit: by how much f has to be divided so that no direction reflects more than it receives.
+//! The energy limit: the divisor of f with which no direction reflects more light than it receives.
 //!
-//! The largest directional albedo is found on a grid of incident directions and texture positions, then by a pattern search
-//! around the best of them, then measured at growing orders until it changes little. What a program does not read is not
-//! searched: an isotropic one has no azimuths, a homogeneous one no texture positions. Layers are integrated by a rule of their
-//! own. docs/maths/energy.md.
+//! The largest directional albedo is found on a grid of incident directions and texture positions,
+//! then by a pattern search from the best of them, then measured with quadratures of growing order
+//! until it settles. Coordinates that a program does not read are not searched: an isotropic
+//! program has no azimuths, a homogeneous one no texture positions. Layers are integrated by a
+//! quadrature of their own. Derivation: docs/maths/energy.md.
 
 mod hemisphere;
 mod lobe;
@@ -23,20 +24,20 @@ pub use search::{ALBEDO_ORDER, Effort, LimitSearch, turns_with_surface};
 
 use subject::Subject;
 
-static USUAL: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
+static DEFAULT_SEARCH: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
 
-/// What was found.
+/// The largest directional albedo of a program and the divisor it requires.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnergyLimit {
-    /// The largest directional albedo of any channel.
+    /// Largest directional albedo of any channel.
     pub albedo: f64,
-    /// Relative error bound of it, estimated.
+    /// Estimated relative error bound of the albedo.
     pub error_bound: f64,
-    /// max(1, albedo (1 + error bound)): what f is divided by.
+    /// Divisor of f: max(1, albedo (1 + error bound)).
     pub divisor: f64,
-    /// Where it is largest, from the normal.
+    /// Angle of the largest albedo from the normal, in degrees.
     pub theta_deg: f64,
-    /// Reflectances that were computed.
+    /// Number of reflectances computed.
     pub samples: usize,
 }
 
@@ -50,7 +51,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The incident direction.
+    /// Returns the incident direction.
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         let (sin, cos) = libm::sincos(self.theta_deg.to_radians());
@@ -58,16 +59,17 @@ impl Place {
     }
 }
 
-/// What a genome is seen as: its code lowered and, where it asks for that, under the energy limit.
+/// Expresses a genome: lowers its code and applies the energy limit if the genome asks for it.
 ///
-/// The limit is folded into the program's output stage, so whatever evaluates, exports or compares programs has it.
+/// The limit is folded into the output stage of the program, so everything that evaluates, exports
+/// or compares programs includes it.
 #[must_use]
 pub fn express(genome: &Genome) -> Program {
     let program = Program::lower(genome);
     if genome.is_limited() { limited(program) } else { program }
 }
 
-/// The children as they are seen: those that ask for the energy limit are put under it.
+/// Expresses children: applies the energy limit to those that ask for it.
 #[must_use]
 pub fn express_brood(children: Vec<Child>) -> Vec<Child> {
     let express = |child: Child| {
@@ -80,26 +82,27 @@ pub fn express_brood(children: Vec<Child>) -> Vec<Child> {
     children.into_par_iter().map(express).collect()
 }
 
-/// The program under the energy limit.
+/// Returns the program under the energy limit.
 #[must_use]
 pub fn limited(program: Program) -> Program {
     let divisor = energy_limit(&program).divisor;
     if divisor > 1.0 { program.divided(divisor) } else { program }
 }
 
-/// The limit of a program, its output stage included. The same bits on every machine.
+/// Returns the limit of a program, output stage included. The same bits on every machine.
 #[must_use]
 pub fn energy_limit(program: &Program) -> EnergyLimit {
-    USUAL.run(program).0
+    DEFAULT_SEARCH.run(program).0
 }
 
-/// The largest albedo of the channels at a place, by a quadrature of that order.
+/// Returns the largest albedo of the channels at a place, with a quadrature of that order.
 #[must_use]
 pub fn directional_albedo(program: &Program, place: &Place, order: usize) -> f64 {
     Subject::new(program).albedos_at(&[*place], &Quadrature::new(order))[0]
 }
 
-/// The albedo of each channel for light from that angle, along u, at texture position 0.
+/// Returns the albedo of each channel for light at that angle from the normal, along u, at texture
+/// position 0.
 #[must_use]
 pub fn channel_albedos(program: &Program, theta_deg: f64, order: usize) -> [f64; 3] {
     let place = Place { theta_deg, turn: 0.0, uv: DVec2::ZERO };
@@ -122,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn constant_is_divided_by_pi_times_it() {
+    fn constant_is_divided_by_pi_times_itself() {
         let found = limit_of(".const C0 2 1 0 0\nMOV R0, C0");
         assert!((found.divisor - 4.0 * PI).abs() < 1e-4, "{found:?}");
         assert!(limit_of(".const C0 0.5 0.5 0 0\nMOV R0, C0").divisor <= 1.0);
@@ -148,7 +151,7 @@ mod tests {
         assert_eq!(found.samples, v.samples);
         assert!(
             limit_of("MOV R0, R0.x").samples < found.samples,
-            "what is not read is not searched"
+            "coordinates that are not read are not searched"
         );
     }
 
@@ -157,12 +160,16 @@ mod tests {
         let bright = ".matrix 1 0 0 0 1 0 0 0.5 1\n.scale 2 1 1\n.offset 0.1 0 0\n.const C0 3 2 1 0\nMUL R0, R0.x, C0";
         let free = limit_of(bright);
         assert!(free.albedo > 1.0);
-        let held = program(&format!(".limit on\n{bright}"));
-        let found = energy_limit(&held);
+        let limited = program(&format!(".limit on\n{bright}"));
+        let found = energy_limit(&limited);
         assert!(found.albedo <= 1.0 && found.albedo > 0.98, "{found:?}");
-        assert_ne!(held.hash(), program(bright).hash());
+        assert_ne!(limited.hash(), program(bright).hash());
         let dim = ".const C0 0.1 0.1 0.1 0\nMUL R0, R0.x, C0";
-        assert_eq!(program(&format!(".limit on\n{dim}")), program(dim), "nothing to take away");
+        assert_eq!(
+            program(&format!(".limit on\n{dim}")),
+            program(dim),
+            "a dim program is not divided"
+        );
     }
 
     #[test]
@@ -170,6 +177,6 @@ mod tests {
         let program =
             program(".const C0 3 2 1 0\nMUL R1, R0.xwyz, C0\nSIN R0.xy, R1.x\nADD R0, R0, R1.zwxy");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(pool.install(|| USUAL.run(&program)), USUAL.run(&program));
+        assert_eq!(pool.install(|| DEFAULT_SEARCH.run(&program)), DEFAULT_SEARCH.run(&program));
     }
 }

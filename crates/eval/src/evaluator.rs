@@ -1,32 +1,36 @@
-//! The trait of everything that evaluates programs.
+//! The [`Evaluator`] trait and its error.
 
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-/// Why a batch could not be evaluated.
+/// Error of a batch.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
-    /// The evaluator cannot run such a program; another one can.
-    #[error("the evaluator cannot run this batch: {0}")]
+    /// The evaluator does not support such a program; another evaluator may.
+    #[error("the evaluator does not support this batch: {0}")]
     Unsupported(String),
-    /// The device failed; trying again elsewhere may help.
+    /// The device failed; a retry on another device may succeed.
     #[error("the device failed: {0}")]
     Device(String),
 }
 
 /// Evaluates programs on samples, always in batches.
 pub trait Evaluator: Send + Sync {
-    /// `cpu`, `gpu` or `reference`.
+    /// Returns the name of the backend: `cpu`, `gpu` or `reference`.
     fn name(&self) -> &str;
 
-    /// Whether its results are the canonical bits.
+    /// True if results are bit-equal to the canonical ones.
     fn is_exact(&self) -> bool;
 
-    /// The reflectance of each program on each sample.
+    /// Computes the reflectance of each program on each sample.
     ///
     /// # Shapes
-    /// `out` is made `programs.len() * 3 * set.len()` long: program by program, in each red, green, blue, in each the
-    /// samples in order.
+    /// `out` is resized to `programs.len() * 3 * set.len()`: one part per program; in each part
+    /// red, green and blue; in each channel the samples in order.
+    ///
+    /// # Errors
+    /// Returns [`EvalError::Unsupported`] if the evaluator does not support one of the programs,
+    /// [`EvalError::Device`] if the device failed.
     fn eval(
         &self,
         programs: &[&Program],

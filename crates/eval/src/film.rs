@@ -1,4 +1,4 @@
-//! Film: exposure, tone curve and the sRGB transfer curve, to 8 bits.
+//! Film: exposure, tone curve and sRGB transfer curve, from radiance to 8-bit pictures.
 
 mod exposure;
 mod rough;
@@ -10,6 +10,7 @@ use std::ops::Range;
 use brood_scene::{Film, PixelArea, SampleSet};
 pub use exposure::Gain;
 pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
+pub(crate) use srgb::decode_srgb;
 pub use srgb::encode_srgb;
 
 use self::tone::{Curve, WithCurve, with_curve};
@@ -24,27 +25,28 @@ pub struct Developed {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Four bytes a pixel.
+    /// RGBA, four bytes per pixel.
     pub rgba: Vec<u8>,
-    /// The exposure used: radiance was multiplied by 2^this.
+    /// Exposure used: radiance was multiplied by 2^`exposure_ev`.
     pub exposure_ev: f64,
 }
 
 impl Developed {
-    /// Replaces the colour of a pixel by another radiance (of what is covered, not times coverage).
+    /// Replaces the colour of a pixel by another radiance: that of the covered part, not multiplied
+    /// by coverage.
     ///
     /// # Panics
-    /// Where there is no such pixel.
+    /// If there is no such pixel.
     pub fn put(&mut self, pixel: usize, radiance: [f32; 3], gain: Gain) {
         let codes = radiance
             .map(|channel| srgb::curve().encode(tone::apply(gain.tone, channel * gain.factor)));
         self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&codes);
     }
 
-    /// A part of the picture; the area counts from its own upper left corner.
+    /// Returns a part of the picture; `area` counts from the upper left corner of this picture.
     ///
     /// # Panics
-    /// Where the area is not within the picture.
+    /// If the area is not within the picture.
     #[must_use]
     pub fn crop(&self, area: PixelArea) -> Self {
         let row = |y: u32| {
@@ -56,11 +58,11 @@ impl Developed {
     }
 }
 
-/// Develops a picture.
+/// Develops a radiance image.
 ///
 /// # Source
-/// Automatic exposure: the 97th percentile of the largest channel at the pixels' centres becomes linear 0.9
-/// (docs/maths/film.md).
+/// Automatic exposure maps the 97th percentile of the largest channel at the centres of pixels to
+/// linear 0.9 (docs/maths/film.md).
 #[must_use]
 pub fn develop(image: &RadianceImage, film: impl Into<Film>) -> Developed {
     let gain = Gain::of(film.into(), || image.centres().to_vec());
@@ -68,7 +70,7 @@ pub fn develop(image: &RadianceImage, film: impl Into<Film>) -> Developed {
     Developed { width: image.width(), height: image.height(), rgba, exposure_ev: gain.ev }
 }
 
-/// The pixels of a radiance image.
+/// Development of a radiance image with a tone curve known at compile time.
 struct Pixels<'a> {
     image: &'a RadianceImage,
     factor: f32,
@@ -79,20 +81,20 @@ impl WithCurve for Pixels<'_> {
 
     fn with<T: Curve>(self, tone: T) -> Vec<u8> {
         let Self { image, factor } = self;
-        let shown = Shown { curve: srgb::curve(), tone, factor };
+        let transfer = Transfer { curve: srgb::curve(), tone, factor };
         let mut rgba = vec![0; 4 * image.coverage().len()];
         let pixels = image.premultiplied().iter().zip(image.coverage());
         for (place, (radiance, coverage)) in rgba.chunks_exact_mut(4).zip(pixels) {
             if *coverage > 0.0 {
-                place.copy_from_slice(&shown.pixel(*radiance, *coverage));
+                place.copy_from_slice(&transfer.pixel(*radiance, *coverage));
             }
         }
         rgba
     }
 }
 
-/// Develops a picture straight from its samples: what [`crate::shade`] and [`develop`] make of them one after the other,
-/// to the bit, without the radiance image in between.
+/// Develops a picture directly from its samples: bit-equal to [`crate::shade`] followed by
+/// [`develop`], without the radiance image in between.
 ///
 /// # Shapes
 /// As [`crate::shade`].
@@ -108,10 +110,10 @@ pub fn develop_samples(set: &SampleSet, f: &[f32], gain: Gain) -> Developed {
     Developed { width, height, rgba, exposure_ev: gain.ev }
 }
 
-/// Pixels that are encoded together.
-const TOGETHER: usize = 32;
+/// Number of pixels that are encoded together.
+const PIXELS_TOGETHER: usize = 32;
 
-/// What pixels are made of, before it is known by which curve.
+/// Development of samples, before the tone curve is known at compile time.
 struct Samples<'a> {
     light: ReflectedLight<'a>,
     factor: f32,
@@ -123,23 +125,23 @@ impl WithCurve for Samples<'_> {
 
     fn with<T: Curve>(self, tone: T) {
         let Self { light, factor, pixels } = self;
-        let shown = Shown { curve: srgb::curve(), tone, factor };
-        Level::best().run(Development { light, shown, pixels });
+        let transfer = Transfer { curve: srgb::curve(), tone, factor };
+        Level::best().run(Development { light, transfer, pixels });
     }
 }
 
-/// How radiance is shown.
+/// Exposure factor, tone curve and transfer curve.
 #[derive(Clone, Copy)]
-struct Shown<'a, T> {
+struct Transfer<'a, T> {
     curve: &'a srgb::Curve,
     tone: T,
     factor: f32,
 }
 
-/// The pixels of a picture in the making.
+/// Development of samples with a known tone curve: the kernel.
 struct Development<'a, T> {
     light: ReflectedLight<'a>,
-    shown: Shown<'a, T>,
+    transfer: Transfer<'a, T>,
     pixels: &'a mut [[u8; 4]],
 }
 
@@ -155,34 +157,35 @@ impl<T: Curve> Work for Development<'_, T> {
         for run in &layout.runs {
             let (first, last) = (run.pixel as usize, (run.pixel + run.pixels) as usize);
             if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
-                // One ray for each pixel, which hit: nothing to divide by.
+                // One ray per pixel, all of which hit: no division by coverage is needed.
                 let mut sample = run.start as usize;
-                for pixel in (first..last).step_by(TOGETHER) {
-                    let count = TOGETHER.min(last - pixel);
+                for pixel in (first..last).step_by(PIXELS_TOGETHER) {
+                    let count = PIXELS_TOGETHER.min(last - pixel);
                     self.opaque(pixel..pixel + count, sample..sample + count);
                     sample += count;
                 }
                 continue;
             }
             let coverage = &layout.coverage[first..last];
-            let Self { light, shown, pixels } = &mut self;
+            let Self { light, transfer, pixels } = &mut self;
             let pixels = &mut pixels[first..last];
-            light.each_pixel(run, |k, radiance| pixels[k] = shown.pixel(radiance, coverage[k]));
+            light.each_pixel(run, |k, radiance| pixels[k] = transfer.pixel(radiance, coverage[k]));
         }
     }
 }
 
 impl<T: Curve> Development<'_, T> {
-    /// Opaque pixels of one sample each, at most [`TOGETHER`] of them.
+    /// Develops opaque pixels of one sample each, at most [`PIXELS_TOGETHER`] of them.
     #[inline(always)]
     fn opaque(&mut self, pixels: Range<usize>, samples: Range<usize>) {
-        let Shown { curve, tone, factor } = self.shown;
+        let Transfer { curve, tone, factor } = self.transfer;
         let scale = self.light.layout.scale;
-        let mut codes = [[0; TOGETHER]; 3];
+        let mut codes = [[0; PIXELS_TOGETHER]; 3];
         for (channel, codes) in codes.iter_mut().enumerate() {
             let (f, irradiance) = self.light.channel(channel, samples.clone());
-            let mut exposed = [0.0; TOGETHER];
-            match (f.first_chunk::<TOGETHER>(), irradiance.first_chunk::<TOGETHER>()) {
+            let mut exposed = [0.0; PIXELS_TOGETHER];
+            match (f.first_chunk::<PIXELS_TOGETHER>(), irradiance.first_chunk::<PIXELS_TOGETHER>())
+            {
                 (Some(f), Some(irradiance)) => expose(&mut exposed, f, irradiance, scale, factor),
                 _ => expose(&mut exposed, f, irradiance, scale, factor),
             }
@@ -211,13 +214,13 @@ fn alpha(coverage: f32) -> u8 {
     (coverage * 255.0 + 0.5) as u8
 }
 
-impl<T: Curve> Shown<'_, T> {
+impl<T: Curve> Transfer<'_, T> {
     #[inline(always)]
     fn pixel(&self, radiance: [f32; 3], coverage: f32) -> [u8; 4] {
         let mut code = [0, 0, 0, alpha(coverage)];
         for (code, channel) in code.iter_mut().zip(radiance) {
             let exposed = channel * self.factor;
-            // Most pixels are covered whole, and a division by 1 changes nothing.
+            // Most pixels are fully covered, and a division by 1 changes nothing.
             let exposed = if coverage < 1.0 { exposed / coverage } else { exposed };
             *code = self.curve.encode(self.tone.apply(exposed));
         }
@@ -235,7 +238,7 @@ mod tests {
     use crate::{CanonicalEvaluator, Evaluator, shade};
 
     #[test]
-    fn developing_from_samples_is_shading_and_developing() {
+    fn developing_from_samples_equals_shading_then_developing() {
         let random = Variation::random(Dialect::default());
         let programs: Vec<Program> = (0..3)
             .map(|slot| Program::lower(&random.birth(BirthKey { seed: 5, slot, attempt: 0 })))
@@ -265,7 +268,10 @@ mod tests {
                                 put.put(pixel, image.premultiplied()[pixel], gain);
                             }
                         }
-                        assert_eq!(put, developed, "putting a pixel again changes nothing");
+                        assert_eq!(
+                            put, developed,
+                            "putting the same radiance again changes nothing"
+                        );
                     }
                 }
             }

@@ -1,13 +1,15 @@
-//! Fitness: how far programs are from a target, summed inside the evaluator.
+//! Fitness: error of programs against a target, summed inside the evaluator.
 //!
-//! Nothing but one number for each program leaves the innermost cache. Errors are not negative, so evaluation may end as
-//! soon as the sum passes a bound, and what ends early would not have been within it: selection is the same.
+//! Only one number per program leaves the L1 cache. Errors are not negative, so evaluation may end
+//! as soon as the sum exceeds a bound; the selection stays the same.
 //!
 //! # The sum
-//! Error of a sample: e = (dr^2 + dg^2) + db^2, where d is log2(1 + f w) - t or f w - t, every operation rounded to f32
-//! on its own. Sum of a block of 256 samples, the missing ones of the last counting as 0: sums 0 to 15 take every
-//! sixteenth error in turn, then sum k takes sum k + 8, then k + 4, k + 2, k + 1, all in f32. The blocks are added in f64
-//! in their order. Whoever adds like that, on whatever machine and with how many threads, gets the same bits.
+//! Error of a sample: e = (dr^2 + dg^2) + db^2, where d is log2(1 + f w) - t or f w - t, every
+//! operation rounded to f32 separately. Sum of a block of 256 samples, where the missing samples of
+//! the last block count as 0: sums 0 to 15 take every sixteenth error in turn, then sum k takes sum
+//! k + 8, then k + 4, k + 2, k + 1, all in f32. The blocks are added in f64 in their order. Every
+//! implementation that adds in this order gets the same bits, on any machine and with any number of
+//! threads.
 
 mod difficulty;
 mod population;
@@ -24,26 +26,29 @@ use brood_program::Program;
 
 use crate::{CanonicalEvaluator, EvalError};
 
-/// What is known of the error of one program.
+/// Known part of the error of one program.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Fitness {
-    /// Sum of squared differences over the samples seen, in the units of the [`Loss`]. Infinite where a weighted
-    /// reflectance leaves f32.
+    /// Sum of squared differences over the samples evaluated so far, in the units of the [`Loss`].
+    /// Infinite if a weighted reflectance exceeds f32.
     pub sum: f64,
-    /// Blocks of samples seen, from the first.
+    /// Number of blocks of samples evaluated, from the first.
     pub blocks: usize,
 }
 
-/// Programs bound to a target, each evaluated as far as was asked for.
-pub trait Population {
-    /// What is known of each program.
+/// Programs bound to a target, each evaluated as far as requested.
+pub trait FitnessPopulation {
+    /// Returns the known part of the error of each program.
     fn fitness(&self) -> &[Fitness];
 
-    /// Goes on with the programs of these indices through the blocks of `range`, where it is what comes next for all of
-    /// them; a program ends after the block in which its sum passes `bound`.
+    /// Evaluates the programs of these indices on the blocks of `range`, which must be the next
+    /// blocks for all of them. A program ends after the block in which its sum exceeds `bound`.
     ///
     /// # Error
     /// The same to the bit for any number of threads and any order of `programs`.
+    ///
+    /// # Errors
+    /// As [`crate::Evaluator::eval`].
     fn extend(
         &mut self,
         programs: &[usize],
@@ -52,19 +57,23 @@ pub trait Population {
     ) -> Result<(), EvalError>;
 }
 
-/// Evaluators that can sum errors where they arise.
+/// Evaluators that can sum errors without returning reflectances.
 pub trait FitnessEvaluator: Send + Sync {
-    /// Binds programs to a target, nothing being evaluated yet.
+    /// Binds programs to a target; nothing is evaluated yet.
     fn population<'a>(
         &'a self,
         programs: &[&'a Program],
         target: &'a FitnessTarget,
-    ) -> Box<dyn Population + 'a>;
+    ) -> Box<dyn FitnessPopulation + 'a>;
 
-    /// The sums of all programs over the whole target.
+    /// Returns the sums of all programs over the whole target.
     ///
     /// # Shapes
-    /// One number a program, in their order; divide by 3 [`FitnessTarget::samples`] for the mean over samples and channels.
+    /// One number per program, in their order; divide by 3 [`FitnessTarget::samples`] for the mean
+    /// over samples and channels.
+    ///
+    /// # Errors
+    /// As [`crate::Evaluator::eval`].
     fn sums(&self, programs: &[&Program], target: &FitnessTarget) -> Result<Vec<f64>, EvalError> {
         let mut population = self.population(programs, target);
         let all: Vec<usize> = (0..programs.len()).collect();
@@ -78,7 +87,7 @@ impl FitnessEvaluator for CanonicalEvaluator {
         &'a self,
         programs: &[&'a Program],
         target: &'a FitnessTarget,
-    ) -> Box<dyn Population + 'a> {
+    ) -> Box<dyn FitnessPopulation + 'a> {
         Box::new(CanonicalPopulation::new(programs, target, self.level()))
     }
 }

@@ -1,7 +1,9 @@
-//! What the layers of a program add to the squares of its results: models in f64, summed, rounded to f32 once.
+//! Layers of a program: models evaluated in f64, summed, rounded to f32 once, and added to the
+//! squares of the results of the program.
 //!
-//! Canonical values are those of the branchless functions, lane by lane: the same bits for one sample and for blocks of
-//! them, at every instruction set. The reference is the same formulas with `libm`.
+//! Canonical values are those of the branchless elementary functions, lane by lane: the same bits
+//! for one sample and for blocks, with every instruction set. The reference uses the same formulas
+//! with `libm`.
 
 mod shared;
 
@@ -22,59 +24,61 @@ use crate::canonical::LANES;
 
 pub(crate) use shared::SharedBlocks;
 
-/// Samples that one task takes.
-const TOGETHER: usize = 16 * LANES;
-/// As large as the square of a result can be, so that the output stage stays finite.
-const MOST: f64 = RANGE as f64 * RANGE as f64;
+/// Number of samples per task.
+const TASK_SAMPLES: usize = 16 * LANES;
+/// Largest square of a result; the bound keeps the output stage finite.
+const LARGEST_SQUARE: f64 = RANGE as f64 * RANGE as f64;
 
-/// Models that took tables to prepare are kept for so many pictures and batches to come.
-const KEPT: usize = 64;
+/// Capacity of the cache of prepared models. Only models whose preparation computes tables are
+/// cached.
+const CACHE_MODELS: usize = 64;
 
-/// Prepared last comes last.
-static PREPARED: Mutex<VecDeque<(Model, Arc<PreparedModel>)>> = Mutex::new(VecDeque::new());
+/// Prepared models, oldest first.
+static PREPARED_MODELS: Mutex<VecDeque<(Model, Arc<PreparedModel>)>> = Mutex::new(VecDeque::new());
 
-/// The layers of a program, ready to be evaluated.
+/// The layers of a program, prepared for evaluation.
 #[derive(Debug)]
 pub(crate) struct Layers {
     models: Vec<Arc<PreparedModel>>,
 }
 
-/// A model, prepared; not once more where that takes long and has been done lately. No value depends on which.
+/// Prepares a model, or takes it from the cache if preparing it takes long. Values do not depend on
+/// the cache.
 fn prepared(model: &Model) -> Arc<PreparedModel> {
     if model.kind() != ModelKind::RoughPlastic {
         return model.prepare().into();
     }
-    let kept = || PREPARED.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, prepared)) = kept().iter().find(|(known, _)| known == model) {
+    let cache = || PREPARED_MODELS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, prepared)) = cache().iter().find(|(cached, _)| cached == model) {
         return prepared.clone();
     }
     let prepared = Arc::new(model.prepare());
-    let mut kept = kept();
-    if kept.len() == KEPT {
-        kept.pop_front();
+    let mut cache = cache();
+    if cache.len() == CACHE_MODELS {
+        cache.pop_front();
     }
-    kept.push_back((model.clone(), prepared.clone()));
+    cache.push_back((model.clone(), prepared.clone()));
     prepared
 }
 
-/// Rows of red, green and blue that a task fills.
+/// Rows of red, green and blue that a task writes.
 type Rows<'a> = [&'a mut [f32]; 3];
 
 impl Layers {
-    /// None where the program has no layers.
+    /// Returns the layers of a program, or `None` if it has none.
     pub(crate) fn of(program: &Program) -> Option<Self> {
         let models: Vec<_> = program.layers().iter().map(prepared).collect();
         (!models.is_empty()).then_some(Self { models })
     }
 
-    /// The sum of the models in the reference's arithmetic, at most what the square of a result can be. What a published
-    /// formula has below 0 is 0.
+    /// Returns the sum of the models in reference arithmetic, at most the largest square of a
+    /// result. Where a published formula is negative, it counts as 0.
     pub(crate) fn f(&self, pair: &DirectionPair) -> DVec3 {
         let sum: DVec3 = self.models.iter().map(|model| model.f(pair).max(DVec3::ZERO)).sum();
-        sum.min(DVec3::splat(MOST))
+        sum.min(DVec3::splat(LARGEST_SQUARE))
     }
 
-    /// The same as canonical evaluators have it, of one sample.
+    /// Returns the canonical sum for one sample.
     pub(crate) fn rounded(&self, pair: &DirectionPair) -> [f32; 3] {
         let machine = Plain::<Branchless>::new();
         let mut block = Block::<1>::new();
@@ -82,7 +86,7 @@ impl Layers {
         self.on_block(machine, &block).map(|[value]| value)
     }
 
-    /// The same of each lane of a block.
+    /// Returns the canonical sum for each lane of a block.
     pub(crate) fn on_block<M: Machine, const N: usize>(
         &self,
         machine: M,
@@ -96,7 +100,7 @@ impl Layers {
         machine.run(Rounded { sum: &sum })
     }
 
-    /// On each sample of a set that has directions.
+    /// Evaluates the layers on each sample of a set that has directions.
     pub(crate) fn on(&self, set: &SampleSet, level: Level) -> LayerValues {
         let mut values = [(); 3].map(|()| vec![0.0; set.len()]);
         let [red, green, blue] = &mut values;
@@ -105,21 +109,21 @@ impl Layers {
     }
 }
 
-/// Fills the rows of each of some layers with what they are worth on the samples of a set. What models read of a block of
-/// samples is computed once for all of them.
+/// Writes the values of several layers on the samples of a set into their rows. The block of inputs
+/// that models read is computed once for all of them.
 pub(crate) fn fill(layers: &mut [(&Layers, Rows<'_>)], set: &SampleSet, level: Level) {
     let mut tasks: Vec<Vec<(&Layers, Rows<'_>)>> = Vec::new();
-    tasks.resize_with(set.len().div_ceil(TOGETHER), Vec::new);
+    tasks.resize_with(set.len().div_ceil(TASK_SAMPLES), Vec::new);
     for (layers, [red, green, blue]) in layers {
-        let rows = red.chunks_mut(TOGETHER).zip(green.chunks_mut(TOGETHER));
-        let rows = rows.zip(blue.chunks_mut(TOGETHER)).map(|((r, g), b)| [r, g, b]);
+        let rows = red.chunks_mut(TASK_SAMPLES).zip(green.chunks_mut(TASK_SAMPLES));
+        let rows = rows.zip(blue.chunks_mut(TASK_SAMPLES)).map(|((r, g), b)| [r, g, b]);
         for (task, rows) in tasks.iter_mut().zip(rows) {
             task.push((*layers, rows));
         }
     }
     tasks.into_par_iter().enumerate().for_each(|(task, mut programs)| {
-        let start = task * TOGETHER;
-        let pairs = set.pairs(start..set.len().min(start + TOGETHER));
+        let start = task * TASK_SAMPLES;
+        let pairs = set.pairs(start..set.len().min(start + TASK_SAMPLES));
         let mut block = Block::<LANES>::new();
         for (quarter, pairs) in pairs.chunks(LANES).enumerate() {
             block.fill(level, pairs);
@@ -133,7 +137,7 @@ pub(crate) fn fill(layers: &mut [(&Layers, Rows<'_>)], set: &SampleSet, level: L
     });
 }
 
-/// Adds what one model reflects to the sum of those before.
+/// Adds the reflectance of a model to the sum.
 struct Add<'a, const N: usize> {
     sum: &'a mut [[f64; N]; 3],
     f: &'a [[f64; N]; 3],
@@ -164,19 +168,20 @@ impl<const N: usize> Loop for Rounded<'_, N> {
         let mut rounded = [[0.0; N]; 3];
         for (rounded, sum) in rounded.iter_mut().zip(self.sum) {
             for (rounded, sum) in rounded.iter_mut().zip(sum) {
-                *rounded = nearest(if *sum < MOST { *sum } else { MOST });
+                *rounded = nearest(if *sum < LARGEST_SQUARE { *sum } else { LARGEST_SQUARE });
             }
         }
         rounded
     }
 }
 
-/// What layers are worth on each sample of a set, channel by channel.
+/// Values of layers on each sample of a set, channel by channel.
 #[derive(Debug)]
 pub(crate) struct LayerValues([Vec<f32>; 3]);
 
 impl LayerValues {
-    /// Those of the samples from `start` on that a quarter of a block takes; fewer at the end of the set.
+    /// Returns the values of one quarter of a block, from the sample `start` on; the last quarter
+    /// of a set may be shorter.
     pub(crate) fn quarter(&self, start: usize) -> [&[f32]; 3] {
         let end = (start + LANES).min(self.0[0].len());
         [&self.0[0][start..end], &self.0[1][start..end], &self.0[2][start..end]]

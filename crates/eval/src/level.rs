@@ -1,5 +1,6 @@
-//! Instruction sets: the block loop compiled once for each, chosen at run time. The loop is the same code and rounds the
-//! same way in all of them, so the bits are the same; only the width of the vectors differs.
+//! SIMD instruction sets: each kernel is compiled once per instruction set, and one is chosen at
+//! run time. The code is the same and rounds the same way in all of them, so the bits are the same;
+//! only the width of the vectors differs.
 
 #![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
 
@@ -13,7 +14,7 @@ pub struct Level(Kind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// What every machine of the architecture has: SSE2 on x86-64, NEON on AArch64.
+    /// Instruction set of every machine of the architecture: SSE2 on x86-64, NEON on AArch64.
     Baseline,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -22,7 +23,7 @@ pub(crate) enum Kind {
 }
 
 impl Level {
-    /// The levels this machine has, the widest last.
+    /// Returns the levels that this machine supports, the widest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
         let mut levels = vec![Self(Kind::Baseline)];
@@ -40,13 +41,13 @@ impl Level {
         levels
     }
 
-    /// The widest level this machine has.
+    /// Returns the widest level that this machine supports.
     #[must_use]
     pub fn best() -> Self {
         Self::available().pop().unwrap_or(Self(Kind::Baseline))
     }
 
-    /// The name that reports use.
+    /// Returns the name used in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -64,21 +65,21 @@ impl Level {
         self.0
     }
 
-    /// Runs work with the instructions of this level.
-    pub fn run<W: Work>(self, work: W) -> W::Done {
+    /// Runs a kernel with the instructions of this level.
+    pub fn run<W: Work>(self, kernel: W) -> W::Done {
         match self.0 {
-            Kind::Baseline => work.run(),
-            // SAFETY: a level is made by `available` only, which detected the features.
+            Kind::Baseline => kernel.run(),
+            // SAFETY: only `available` makes levels, and only after it detected the features.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2(work) },
+            Kind::Avx2 => unsafe { avx2(kernel) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { avx512(work) },
+            Kind::Avx512 => unsafe { avx512(kernel) },
         }
     }
 }
 
-/// Loops of models, with elementary functions that every level vectorises.
+/// Runs the loops of models with elementary functions that every level vectorises.
 impl Machine for Level {
     #[inline]
     fn run<L: Loop>(self, work: L) -> L::Values {
@@ -99,12 +100,12 @@ impl<L: Loop> Work for Looped<L> {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn avx2<W: Work>(work: W) -> W::Done {
-    work.run()
+fn avx2<W: Work>(kernel: W) -> W::Done {
+    kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn avx512<W: Work>(work: W) -> W::Done {
-    work.run()
+fn avx512<W: Work>(kernel: W) -> W::Done {
+    kernel.run()
 }

@@ -1,8 +1,24 @@
 //! Evaluation on the CPU: programs on sample sets, radiance images, film, encoded pictures.
 //!
-//! This crate owns the evaluator trait, the canonical f32 evaluator, the f64 reference, development of pictures, and
-//! the conformance suite that every evaluator anywhere passes. It refuses to know genomes as genotypes, meshes,
-//! cameras, files and networks: it sees a `Program` or a `Brdf`, and a `SampleSet`.
+//! This crate owns the [`Evaluator`] trait, the canonical f32 evaluator ([`CanonicalEvaluator`]),
+//! the f64 reference ([`ReferenceEvaluator`]), fitness and its derivatives ([`FitnessTarget`],
+//! [`normal_equations`]), the energy limit ([`energy_limit`], [`express`]), shading and film
+//! ([`shade`], [`develop`]), picture codecs, and the [`conformance`] suite of all evaluators. It
+//! does not depend on files, networks or jobs: an evaluator sees a `Program` or a `Brdf`, and a
+//! `SampleSet`.
+//!
+//! ```
+//! use brood_eval::{CanonicalEvaluator, Evaluator, develop, encode_png, express, shade};
+//! use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+//!
+//! let program = express(&"brood 1\n.model lambert\n".parse().unwrap());
+//! let set = SampleSet::render(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), 16, 1);
+//! let mut f = Vec::new();
+//! CanonicalEvaluator::default().eval(&[&program], &set, &mut f).unwrap();
+//! assert_eq!(f.len(), 3 * set.len());
+//! let picture = develop(&shade(&set, &f), Exposure::Auto);
+//! assert!(!encode_png(picture.width, picture.height, &picture.rgba).is_empty());
+//! ```
 
 mod canonical;
 pub mod conformance;
@@ -32,7 +48,7 @@ pub use film::{
     rough_tile_count, rough_tiles,
 };
 pub use fitness::{
-    CanonicalPopulation, Fitness, FitnessEvaluator, FitnessTarget, Loss, Population, Ranked,
+    CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,
     Screening, Selected, TargetError, select_best,
 };
 pub use level::Level;
@@ -42,6 +58,6 @@ pub use picture::{
     decode_environment, decode_linear, decode_png, encode_apng, encode_exr, encode_png,
     picture_size, sheet,
 };
-pub use preview::{Look, Previewer, diverse_brood};
+pub use preview::{Look, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};
 pub use reference::ReferenceEvaluator;

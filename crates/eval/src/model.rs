@@ -7,47 +7,48 @@ use rayon::prelude::*;
 use crate::Level;
 use crate::canonical::LANES;
 
-/// Samples that one task takes.
-const TOGETHER: usize = 1024;
+/// Number of samples per task.
+const TASK_SAMPLES: usize = 1024;
 
-/// The reflectance of a model on each sample.
+/// Computes the reflectance of a model on each sample.
 ///
 /// # Shapes
-/// `3 * set.len()` long: red, green, blue, in each the samples in order, as an evaluator has it for one program. `out` is
-/// made so long.
+/// `out` is resized to `3 * set.len()`: red, green, blue, in each the samples in order, as an
+/// evaluator returns them for one program.
 ///
 /// # Domain
-/// A set with directions, which one of picked pixels has not. What is beyond f32 becomes its largest number.
+/// The set needs directions; a set of picked pixels may have none. Values beyond f32 become its
+/// largest number.
 ///
 /// # Panics
-/// Where the set has no directions.
+/// If the set has no directions.
 pub fn model_reflectance(brdf: &dyn Brdf, set: &SampleSet, out: &mut Vec<f32>) {
     out.clear();
     out.resize(3 * set.len(), 0.0);
     let (red, rest) = out.split_at_mut(set.len());
     let (green, blue) = rest.split_at_mut(set.len());
-    let parts = red.par_chunks_mut(TOGETHER).zip(green.par_chunks_mut(TOGETHER));
-    parts.zip(blue.par_chunks_mut(TOGETHER)).enumerate().for_each(
+    let parts = red.par_chunks_mut(TASK_SAMPLES).zip(green.par_chunks_mut(TASK_SAMPLES));
+    parts.zip(blue.par_chunks_mut(TASK_SAMPLES)).enumerate().for_each(
         |(part, ((red, green), blue))| {
             for k in 0..red.len() {
-                let f = brdf.f(&set.pair(part * TOGETHER + k).0).to_array().map(nearest);
+                let f = brdf.f(&set.pair(part * TASK_SAMPLES + k).0).to_array().map(nearest);
                 [red[k], green[k], blue[k]] = f;
             }
         },
     );
 }
 
-/// The largest difference of what blocks of samples give for a model from its f64 reference, before either is rounded to
-/// f32: relative, of values below 1e-60 relative to that.
+/// Returns the largest relative difference between a model evaluated in blocks and its f64
+/// reference, both before rounding to f32. Values below 1e-60 are compared relative to 1e-60.
 ///
 /// # Domain
-/// A set with directions.
+/// The set needs directions.
 ///
 /// # Panics
-/// Where the set has no directions.
+/// If the set has no directions.
 #[must_use]
 pub fn model_error(model: &Model, set: &SampleSet, level: Level) -> f64 {
-    const LEAST: f64 = 1e-60;
+    const SMALLEST: f64 = 1e-60;
     let (prepared, mut block) = (model.prepare(), Block::<LANES>::new());
     let mut worst: f64 = 0.0;
     for pairs in set.pairs(0..set.len()).chunks(LANES) {
@@ -55,8 +56,8 @@ pub fn model_error(model: &Model, set: &SampleSet, level: Level) -> f64 {
         let f = prepared.f_block(level, &block);
         for (lane, pair) in pairs.iter().enumerate() {
             for (f, exact) in f.iter().zip(prepared.f(pair).to_array()) {
-                let off = (f[lane] - exact).abs() / exact.abs().max(LEAST);
-                worst = if off <= worst { worst } else { off };
+                let error = (f[lane] - exact).abs() / exact.abs().max(SMALLEST);
+                worst = if error <= worst { worst } else { error };
             }
         }
     }
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_are_in_their_order_channel_by_channel() {
+    fn reflectance_is_in_sample_order_channel_by_channel() {
         let model = Model::new(ModelKind::Phong).with("diffuse", &[0.1, 0.2, 0.3]).unwrap();
         let brdf = model.brdf();
         let pairs: Vec<DirectionPair> = (0..3000)

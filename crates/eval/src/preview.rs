@@ -1,51 +1,54 @@
-//! Small pictures by which a brood is chosen: nearly black ones and look-alikes give way to other draws.
+//! Previews: small pictures by which broods are made diverse. Nearly black draws and draws that
+//! look alike are replaced by other draws.
 //!
-//! Owns what is looked at, which is the same for every lineage, so that a brood is a function of its request alone, and
-//! when two materials count as looking alike. Refuses to know how draws are made.
+//! This module owns the preview scene, which is the same for every lineage, so that a brood is a
+//! function of its request alone, and the threshold of two previews that look alike. It does not
+//! depend on how draws are made.
 
 use std::sync::OnceLock;
 
-use brood_program::{BroodRequest, Child, Judge, Program, settle_judged};
+use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
 use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
 use crate::{CanonicalEvaluator, Evaluator, Gain, develop_samples};
 
-/// Side of a preview: its lit samples fit one block of the evaluators.
+/// Side of a preview; its lit samples fit into one block of the evaluators.
 const SIZE_PX: u32 = 19;
-/// Mean difference in codes of 255 from which two previews are unlike enough: FLIP between larger pictures is then 0.05 or
-/// more for 19 of 20 (`brood bench brood`).
+/// Smallest mean difference, in codes of 255, of two previews that look different: FLIP between
+/// larger pictures is then at least 0.05 for 19 of 20 pairs (`brood bench brood`).
 const UNLIKE_CODES: f32 = 7.0;
-/// A pixel below this code in every channel is dark ...
+/// A pixel with every channel below this code is dark.
 const DARK_CODE: u8 = 20;
-/// ... and with less than this share of the others a picture is as good as black.
+/// A preview with a smaller share of pixels that are not dark counts as black.
 const BRIGHT_SHARE: f32 = 0.06;
 
-/// A sphere under the default light, one ray a pixel.
+/// Returns the samples of the preview scene: a sphere under the default light, one ray per pixel.
 fn samples() -> &'static SampleSet {
     static SAMPLES: OnceLock<SampleSet> = OnceLock::new();
     SAMPLES.get().unwrap_or_else(|| {
-        // Not inside `get_or_init`: a thread that waits for its share of the rendering may be given a task that asks for the
-        // same set, and would wait for itself. Rendering twice does no harm.
+        // Not inside `get_or_init`: rendering uses rayon, and a thread that waits for its part may
+        // run another task that needs the same set, which would deadlock. Rendering twice is
+        // harmless.
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let set = SampleSet::render(&mesh, &Scene::default(), SIZE_PX, Sampling::Fixed(1));
         SAMPLES.get_or_init(|| set)
     })
 }
 
-/// What is seen of a program: its colours where the object is, developed at automatic exposure.
+/// A preview of a program: the colours of the pixels that the object covers, at automatic exposure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     codes: Vec<[u8; 3]>,
     bright_share: f32,
 }
 
-/// Looks at previews.
+/// Scores draws by their previews.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Previewer;
+pub struct PreviewScorer;
 
 impl Look {
-    /// Of a program.
+    /// Renders the preview of a program.
     #[must_use]
     pub fn of(program: &Program) -> Self {
         let set = samples();
@@ -62,32 +65,32 @@ impl Look {
         Self { codes, bright_share }
     }
 
-    /// Whether nearly nothing is to be seen.
+    /// True if the preview is nearly black.
     #[must_use]
     pub fn is_black(&self) -> bool {
         self.bright_share < BRIGHT_SHARE
     }
 
-    /// Mean difference in codes over pixels and channels.
+    /// Returns the mean difference in codes over pixels and channels.
     #[must_use]
     pub fn apart(&self, other: &Self) -> f32 {
         let pairs = self.codes.as_flattened().iter().zip(other.codes.as_flattened());
         let sum: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
-        // Both are of the same samples.
+        // Both previews have the same samples.
         sum as f32 / (3 * self.codes.len()) as f32
     }
 }
 
-impl Judge for Previewer {
-    type Look = Look;
+impl DrawScorer for PreviewScorer {
+    type Features = Look;
 
-    fn look(&self, program: &Program) -> Look {
+    fn features(&self, program: &Program) -> Look {
         Look::of(program)
     }
 
-    /// How far it is from the nearest look that was taken, 1 where that is far enough; black ones are worth less than nothing,
-    /// the darker the less.
-    fn worth(&self, look: &Look, taken: &[Look]) -> f32 {
+    /// Returns the distance to the nearest preview that was taken, relative to `UNLIKE_CODES` and
+    /// at most 1. Black previews score below 0, darker ones lower.
+    fn score(&self, look: &Look, taken: &[Look]) -> f32 {
         if look.is_black() {
             return look.bright_share - BRIGHT_SHARE;
         }
@@ -96,8 +99,8 @@ impl Judge for Previewer {
     }
 }
 
-/// Breeds the children of a request so that no two of them, and none and its parents, look alike, as far as that many draws
-/// give it; a pure function of the request.
+/// Breeds the children of a request so that no child looks like another one or a parent, as far as
+/// the redraws allow; a pure function of the request.
 #[must_use]
 pub fn diverse_brood(request: &BroodRequest<'_>) -> Vec<Child> {
     let first = |slot| {
@@ -105,7 +108,7 @@ pub fn diverse_brood(request: &BroodRequest<'_>) -> Vec<Child> {
         let look = Look::of(draw.program());
         (draw, look)
     };
-    settle_judged(request, (0..request.count).into_par_iter().map(first).collect(), &Previewer)
+    settle_scored(request, (0..request.count).into_par_iter().map(first).collect(), &PreviewScorer)
 }
 
 #[cfg(test)]
@@ -124,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn children_are_unlike_their_parent_and_each_other() {
+    fn children_differ_visibly_from_their_parent_and_each_other() {
         let parent = parent();
         for (mutation, least) in [(0.1, 14), (0.3, 18), (0.8, 18)] {
             let variation = Variation::mutate(&parent, mutation);
@@ -163,10 +166,10 @@ mod tests {
     }
 
     #[test]
-    fn black_is_told_from_dark_materials_with_something_to_see() {
+    fn dark_material_with_visible_detail_is_not_black() {
         assert!(Look::of(&program("SUB R0, R0, R0\n")).is_black());
         assert!(!Look::of(&program("MOV R0, R0\n")).is_black());
         let scaled = program(".const C0 0.001 0 0 0\nMUL R0, R0, C0.x\n");
-        assert!(!Look::of(&scaled).is_black(), "exposure brings it up");
+        assert!(!Look::of(&scaled).is_black(), "automatic exposure makes it visible");
     }
 }

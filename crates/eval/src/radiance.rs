@@ -1,11 +1,12 @@
-//! From reflectance to radiance: the sum over the samples and lights of each pixel.
+//! Shading: radiance of a picture from reflectance, summed over the samples and lights of each
+//! pixel.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use brood_scene::{ImageLayout, PixelArea, PixelRun, SampleSet};
 
-/// Linear radiance of a picture, and how much of each pixel the object covers.
+/// Linear radiance and coverage of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadianceImage {
     width: u32,
@@ -13,48 +14,48 @@ pub struct RadianceImage {
     /// Radiance times coverage.
     premultiplied: Vec<[f32; 3]>,
     coverage: Arc<[f32]>,
-    /// What automatic exposure looks at.
+    /// Values that automatic exposure measures.
     centres: Vec<f32>,
 }
 
 impl RadianceImage {
-    /// Width in pixels.
+    /// Returns the width in pixels.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Radiance times coverage, row by row from the top.
+    /// Returns radiance times coverage, row by row from the top.
     #[must_use]
     pub fn premultiplied(&self) -> &[[f32; 3]] {
         &self.premultiplied
     }
 
-    /// Share of each pixel that the object covers.
+    /// Returns the share of each pixel that the object covers.
     #[must_use]
     pub fn coverage(&self) -> &[f32] {
         &self.coverage
     }
 
-    /// Replaces a pixel's radiance times coverage.
+    /// Replaces the radiance times coverage of a pixel.
     ///
     /// # Panics
-    /// Where there is no such pixel.
+    /// If there is no such pixel.
     pub fn put(&mut self, pixel: usize, premultiplied: [f32; 3]) {
         self.premultiplied[pixel] = premultiplied;
     }
 
-    /// A part of the picture; the area counts from its own upper left corner. Automatic exposure would not be that of the
-    /// whole.
+    /// Returns a part of the picture; `area` counts from the upper left corner of this picture.
+    /// Automatic exposure still measures the whole picture.
     ///
     /// # Panics
-    /// Where the area is not within the picture.
+    /// If the area is not within the picture.
     #[must_use]
     pub fn crop(&self, area: PixelArea) -> Self {
         let pixels = || {
@@ -76,13 +77,15 @@ impl RadianceImage {
     }
 }
 
-/// Reflected light of a picture: L = sum over samples and lights of f E cos_i, as the layout of the set weighs them.
+/// Shades a picture: L = sum over samples and lights of f E cos_i, weighted by the layout of the
+/// set.
 ///
 /// # Shapes
-/// `f` is one program's part of an evaluator's output: red, green, blue, each `set.len()` long.
+/// `f` is the part of one program in the output of an evaluator: red, green, blue, each `set.len()`
+/// long.
 ///
 /// # Panics
-/// Where the set is not one of a picture, or `f` is not of its length.
+/// If the set is not that of a picture, or `f` has another length.
 #[must_use]
 pub fn shade(set: &SampleSet, f: &[f32]) -> RadianceImage {
     let light = ReflectedLight::new(set, f);
@@ -94,7 +97,8 @@ pub fn shade(set: &SampleSet, f: &[f32]) -> RadianceImage {
     RadianceImage { width, height, premultiplied, coverage, centres: light.centres() }
 }
 
-/// Calls back with each pixel that has samples and its radiance times coverage: [`shade`] without a picture.
+/// Shades without building a picture: calls `put` with each pixel that has samples and its radiance
+/// times coverage.
 ///
 /// # Panics
 /// As [`shade`].
@@ -106,7 +110,7 @@ pub fn shade_each(set: &SampleSet, f: &[f32], mut put: impl FnMut(usize, [f32; 3
     }
 }
 
-/// A program's reflectance together with the light that falls on each sample.
+/// Reflectance of a program with the irradiance of each sample.
 pub(crate) struct ReflectedLight<'a> {
     pub(crate) layout: &'a ImageLayout,
     f: [&'a [f32]; 3],
@@ -114,7 +118,7 @@ pub(crate) struct ReflectedLight<'a> {
 }
 
 impl<'a> ReflectedLight<'a> {
-    /// See [`shade`].
+    /// As [`shade`].
     pub(crate) fn new(set: &'a SampleSet, f: &'a [f32]) -> Self {
         let layout = set.image().expect("the samples are those of a picture");
         let samples = set.len();
@@ -124,19 +128,20 @@ impl<'a> ReflectedLight<'a> {
         Self { layout, f: [red, green, blue], irradiance: set.irradiance() }
     }
 
-    /// Reflectance and irradiance of some samples in one channel.
+    /// Returns reflectance and irradiance of a range of samples in one channel.
     #[inline(always)]
     pub(crate) fn channel(&self, channel: usize, samples: Range<usize>) -> (&[f32], &[f32]) {
         (&self.f[channel][samples.clone()], &self.irradiance[channel][samples])
     }
 
-    /// Calls back with each pixel of a run, counted from its first, and its radiance times coverage.
+    /// Calls `put` with each pixel of a run, counted from its first, and its radiance times
+    /// coverage.
     #[inline(always)]
     pub(crate) fn each_pixel(&self, run: &PixelRun, mut put: impl FnMut(usize, [f32; 3])) {
         let scale = self.layout.scale;
         let (start, pixels) = (run.start as usize, run.pixels as usize);
         if run.samples == 1 && run.counted == 0 {
-            // Most of any picture: slices of one length, so that no index is checked in the loop.
+            // The usual case. Slices of one length remove the bounds checks from the loop.
             let [red, green, blue] = self.f.map(|f| &f[start..start + pixels]);
             let [to_red, to_green, to_blue] = self.irradiance.map(|e| &e[start..start + pixels]);
             for k in 0..pixels {
@@ -162,7 +167,8 @@ impl<'a> ReflectedLight<'a> {
         sum
     }
 
-    /// For each pixel whose centre is covered and lit, the largest channel there: what automatic exposure looks at.
+    /// Returns the largest channel of each pixel whose centre is covered and lit: the values that
+    /// automatic exposure measures.
     pub(crate) fn centres(&self) -> Vec<f32> {
         let mut centres = Vec::with_capacity(self.layout.coverage.len());
         for run in self.layout.runs.iter().filter(|run| run.centre > 0) {
@@ -185,7 +191,7 @@ impl<'a> ReflectedLight<'a> {
     }
 }
 
-/// The largest channel; no channel is NaN.
+/// Returns the largest channel; no channel is NaN.
 #[inline(always)]
 fn largest([red, green, blue]: [f32; 3]) -> f32 {
     let more = if red > green { red } else { green };
@@ -204,7 +210,8 @@ mod tests {
     use super::*;
     use crate::model_reflectance;
 
-    /// The share of an even sky's light that goes towards the eye: the mean of pi f over directions by their cosine.
+    /// Returns the share of a uniform sky's light that is reflected towards the eye: the mean of pi
+    /// f over cosine-weighted directions.
     fn albedo(brdf: &dyn Brdf, wo: DVec3) -> f64 {
         let steps = 96;
         let mut sum = 0.0;
@@ -219,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn even_light_shows_the_directional_albedo() {
+    fn uniform_light_shows_the_directional_albedo() {
         let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.4, 0.2, 0.1]).unwrap();
         let brdf = model.with("roughness", &[0.5]).unwrap().brdf();
         let mut assets = LightAssets::default();

@@ -1,4 +1,4 @@
-//! The reference evaluator: the same operations and clamps in f64. It measures error and nothing else.
+//! The reference evaluator: the same operations and clamps in f64. It serves only to measure error.
 
 use brood_program::{Program, execute_layered};
 use brood_scene::SampleSet;
@@ -8,15 +8,15 @@ use rayon::prelude::*;
 use crate::layer::Layers;
 use crate::{EvalError, Evaluator};
 
-/// f64 on the CPU, sample by sample.
+/// Evaluates in f64 on the CPU, sample by sample.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReferenceEvaluator;
 
 impl ReferenceEvaluator {
-    /// The reflectance of one program on each sample, in full precision.
+    /// Returns the reflectance of one program on each sample, in full precision.
     ///
     /// # Shapes
-    /// One (red, green, blue) a sample.
+    /// One (red, green, blue) per sample.
     #[must_use]
     pub fn reflectance(program: &Program, set: &SampleSet) -> Vec<[f64; 3]> {
         let mask = program.inputs();

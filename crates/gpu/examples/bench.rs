@@ -1,6 +1,7 @@
-//! What the GPU evaluator does on the adapter at hand: exactness by guard, layouts, pipelines of single programs, kept
-//! inputs, fused errors, tiles, and the CPU beside it. Prints a Markdown report. On a software adapter everything is a
-//! good deal smaller, and says nothing about hardware.
+//! Benchmark of the GPU evaluator on the available adapter: exactness by guard, layouts, pipelines
+//! of single programs, cached inputs, fused errors, tiles, and the CPU for comparison. Prints a
+//! Markdown report. On a software adapter all workloads are much smaller, and the figures do not
+//! represent hardware.
 //!
 //! `cargo run -p brood-gpu --example bench [-- part of the adapter's name]`
 
@@ -8,7 +9,8 @@ use std::error::Error;
 use std::time::{Duration, Instant};
 
 use brood_eval::{
-    CanonicalEvaluator, Evaluator, FitnessEvaluator, FitnessTarget, Loss, Population, conformance,
+    CanonicalEvaluator, Evaluator, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss,
+    conformance,
 };
 use brood_genome::{BirthKey, Dialect, Variation};
 use brood_gpu::{
@@ -20,14 +22,14 @@ use brood_scene::SampleSet;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Each figure is the least of so many, or of as many as fit the time.
+/// Each figure is the least of this many repeats, or of those within `LIMIT`.
 const REPEATS: usize = 15;
 const LIMIT: Duration = Duration::from_millis(1500);
 
-/// How large the workloads are.
+/// Size of the workloads.
 #[derive(Clone, Copy)]
 struct Scale {
-    /// Samples of a set where sizes are not the point.
+    /// Samples of a set in measurements that do not vary sizes.
     samples: usize,
     /// Programs of a brood.
     brood: u32,
@@ -69,7 +71,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Exactness and cost of each guard.
+/// Measures exactness and cost of each guard.
 fn guards(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     let Scale { samples, brood: count, .. } = scale;
     println!("\n## Guards against contraction: {count} programs, {samples} samples\n");
@@ -88,7 +90,7 @@ fn guards(options: &GpuOptions, scale: Scale) -> Outcome<()> {
         let (timing, _) = best(&gpu, &programs, &set)?;
         let ratio = timing.device_s / *plain_s.get_or_insert(timing.device_s);
         let report = gpu.adapter();
-        let detail = &report.rungs[0].detail;
+        let detail = &report.guards[0].detail;
         let device_ms = ms(timing.device_s);
         println!(
             "| {} | {} | {device_ms:.3} | {ratio:.3} | {detail} |",
@@ -99,7 +101,7 @@ fn guards(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// Cost of each layout of the interpreter.
+/// Measures the cost of each layout of the interpreter.
 fn layouts(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     let Scale { samples, brood: count, .. } = scale;
     println!("\n## Layouts of the interpreter: {count} programs, {samples} samples\n");
@@ -117,7 +119,7 @@ fn layouts(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// The processor beside it, over sizes.
+/// Compares with the CPU, over sizes.
 fn processor(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     println!("\n## Against the processor (all threads; results back in memory)\n");
     println!("| programs | samples | CPU ms | GPU wall ms | GPU device ms | CPU / GPU wall |");
@@ -142,7 +144,8 @@ fn processor(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// Interpreter against straight-line code, and after how many evaluations the latter has paid.
+/// Compares the interpreter with straight-line code, and counts the evaluations after which the
+/// latter pays off.
 fn own_pipelines(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     println!("\n## A pipeline of a program's own\n");
     println!("| steps | samples | interpreted ms | own ms | made in ms | pays after |");
@@ -155,7 +158,7 @@ fn own_pipelines(options: &GpuOptions, scale: Scale) -> Outcome<()> {
         let programs = [child(slot)];
         let set = conformance::hard_samples(3, size_px * size_px);
         let (interpreted, _) = best(&never, &programs, &set)?;
-        // What is loaded anyway must not count as the cost of the pipeline.
+        // Warms up first, so that one-time costs do not count as those of the pipeline.
         best(&always, &[child(100), child(101)], &set)?;
         let batch = [&programs[0]];
         let mut out = Vec::new();
@@ -185,7 +188,7 @@ fn own_pipelines(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// The same set again against a new one each time.
+/// Compares batches over the same set with batches over a new set each.
 fn kept_inputs(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     println!("\n## Inputs kept on the device: 1 program\n");
     println!("| samples | new set, wall ms | bytes sent | same set, wall ms | bytes sent |");
@@ -198,7 +201,7 @@ fn kept_inputs(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
         let mut set = conformance::hard_samples(4, size_px * size_px);
         for seed in 0..5 {
             set = conformance::hard_samples(seed, size_px * size_px);
-            // Inputs are computed at their first use, which is not what is measured here.
+            // Computes the inputs, which happens at first use and is not measured here.
             CanonicalEvaluator::default().eval(&batch, &set, &mut out)?;
             let started = Instant::now();
             sent = gpu.eval_timed(&batch, &set, &mut out)?.uploaded_bytes;
@@ -216,7 +219,8 @@ fn kept_inputs(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// Errors summed on the device against reflectances read back, and with a bound that one program in ten keeps within.
+/// Compares sums of errors on the device with reflectances read back, and measures early ends at a
+/// bound that one program in ten stays within.
 fn fitness(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     let programs = brood(scale.population);
     let batch: Vec<&Program> = programs.iter().collect();
@@ -264,7 +268,7 @@ fn fitness(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     Ok(())
 }
 
-/// How long submissions are where there is more work than fits one.
+/// Measures the length of submissions when the work does not fit one.
 fn tiles(gpu: &GpuEvaluator, scale: Scale) -> Outcome<()> {
     let programs = brood(scale.population / 5);
     let set = conformance::hard_samples(5, 4 * scale.samples);
@@ -293,7 +297,8 @@ fn child(slot: u32) -> Program {
     Program::lower(&random.birth(BirthKey { seed: 23, slot, attempt: 0 }))
 }
 
-/// The least device time, with what that batch took, and the least wall time; the first batches are not counted.
+/// Returns the least device time, with the cost of that batch, and the least wall time; the first
+/// batches are not counted.
 fn best(gpu: &GpuEvaluator, programs: &[Program], set: &SampleSet) -> Outcome<(BatchTiming, f64)> {
     let batch: Vec<&Program> = programs.iter().collect();
     let mut out = Vec::new();

@@ -1,53 +1,56 @@
-//! Which adapter is taken, and what is reported about it.
+//! Choice of an adapter, and the report about it.
 
 use std::time::Duration;
 
-use crate::guard::{Guard, Rung};
+use crate::guard::{Guard, GuardReport};
 use crate::shape::Shape;
 
-/// What a caller may decide.
+/// Options of a [`crate::GpuEvaluator`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct GpuOptions {
-    /// Only adapters whose name contains this text, letter case aside.
+    /// If set, only adapters whose name contains this text are used, ignoring case.
     pub adapter: Option<String>,
-    /// Whether an adapter that is a program on the CPU will do.
+    /// True if a software adapter, which runs on the CPU, is acceptable.
     pub allow_software: bool,
-    /// How contraction of products and sums is kept away.
+    /// Guard against contraction of products and sums.
     pub contraction: Contraction,
-    /// How the interpreter is laid out; `None` for the layout that is measured to be the fastest on hardware, and the
-    /// default one on a software adapter.
+    /// Layout of the interpreter. `None` measures the fastest one on hardware and uses the default
+    /// one on a software adapter.
     pub shape: Option<Shape>,
-    /// When a program that is evaluated alone gets a pipeline of its own.
+    /// Policy of compiling a pipeline for a single program.
     pub own_pipelines: OwnPipelinePolicy,
-    /// Most bytes of inputs that stay on the device for the next batch over the same sample set.
+    /// Largest number of bytes of inputs that stay on the device for the next batch over the same
+    /// sample set.
     pub resident_bytes: u64,
-    /// How long one submission may take before the device counts as lost; four times as long where the driver may have
-    /// to compile the shader first.
+    /// Time after which a submission makes the device count as lost; four times this for the first
+    /// use of a pipeline, where the driver may have to compile the shader.
     pub timeout: Duration,
-    /// What one submission should take; work is cut to it as the device's pace is learnt. The default leaves room for
-    /// programs that are slower than others, so that none holds the device for 100 ms.
+    /// Target time of one submission; work is divided according to the measured throughput of the
+    /// device. The default leaves room for programs that are slower than others, so that none
+    /// occupies the device for 100 ms.
     pub submission: Duration,
-    /// Most bytes of one buffer, below what the device allows.
+    /// Largest number of bytes of one buffer, if below the limit of the device.
     pub buffer_bytes: u64,
 }
 
-/// How products and sums are kept from being contracted or reassociated by the driver's compiler.
+/// Means against contraction and reassociation of products and sums by the compiler of the driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Contraction {
-    /// Plain code where the start-up probe finds it exact, else the fastest exact guard, else plain code.
+    /// Plain code if the start-up probe finds it exact, else the fastest exact guard, else plain
+    /// code.
     #[default]
     Probe,
-    /// One guard, exact or not.
+    /// This guard, exact or not.
     Only(Guard),
 }
 
-/// When a program that is evaluated alone gets a pipeline of its own.
+/// Policy of compiling a pipeline for a single program that is evaluated alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OwnPipelinePolicy {
-    /// As soon as interpreting it has taken as long as compiling it is going to take.
+    /// Once interpreting the program has taken as long as compiling it is expected to take.
     #[default]
     WhenItPays,
-    /// At its first evaluation; for tests and measurements.
+    /// At the first evaluation; for tests and measurements.
     Always,
     /// Never.
     Never,
@@ -69,54 +72,55 @@ impl Default for GpuOptions {
     }
 }
 
-/// What runs, and what the start-up probe found about it.
+/// The adapter in use and the result of the start-up probe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdapterReport {
-    /// As the driver names it.
+    /// Name given by the driver.
     pub name: String,
-    /// Vulkan, Metal or DirectX 12.
+    /// Graphics API: Vulkan, Metal or DirectX 12.
     pub backend: String,
-    /// Driver and version.
+    /// Driver and its version.
     pub driver: String,
-    /// Whether the adapter is a program on the CPU; such a one is never chosen for speed.
+    /// True if the adapter runs on the CPU; such an adapter is never chosen for speed.
     pub is_software: bool,
-    /// Whether every bit of the probe was that of the canonical evaluator, subnormal results aside.
+    /// True if every bit of the probe was that of the canonical evaluator, except for subnormal
+    /// results.
     pub exact: bool,
-    /// Whether subnormal results came out as zero.
+    /// True if subnormal results are flushed to zero.
     pub flushes_subnormals: bool,
-    /// What the probe did and found, for people.
+    /// Summary of the probe for people.
     pub detail: String,
-    /// The guards against contraction that were probed, from below.
-    pub rungs: Vec<Rung>,
-    /// The guard in use.
+    /// Guards that were probed, the plainest first.
+    pub guards: Vec<GuardReport>,
+    /// Guard in use.
     pub guard: Guard,
-    /// The layout in use.
+    /// Layout in use.
     pub shape: Shape,
-    /// The layouts and guards that were timed, with the seconds of one batch on the device, the fastest first.
+    /// Layouts and guards that were timed, with seconds per batch on the device, fastest first.
     pub timed: Vec<(Shape, Guard, f64)>,
-    /// Whether the adapter gives timestamps.
+    /// True if the adapter supports timestamps.
     pub has_timestamps: bool,
 }
 
-/// The adapters that the options allow, the best first, with the instance that they belong to.
+/// Returns the adapters that the options allow, best first, with the instance that they belong to.
 pub(crate) fn find(options: &GpuOptions) -> (wgpu::Instance, Vec<wgpu::Adapter>) {
     let backends = wgpu::Backends::PRIMARY;
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends,
         ..wgpu::InstanceDescriptor::new_without_display_handle()
     });
-    let wanted = options.adapter.as_ref().map(|name| name.to_lowercase());
+    let name_part = options.adapter.as_ref().map(|name| name.to_lowercase());
     let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
     adapters.retain(|adapter| {
         let info = adapter.get_info();
-        let named = wanted.as_ref().is_none_or(|n| info.name.to_lowercase().contains(n));
+        let named = name_part.as_ref().is_none_or(|n| info.name.to_lowercase().contains(n));
         named && (options.allow_software || !is_software(&info)) && can_compute(adapter)
     });
     adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
     (instance, adapters)
 }
 
-/// What there is to say before the probe.
+/// Returns the report before the probe.
 pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterReport {
     AdapterReport {
         name: info.name.clone(),
@@ -126,7 +130,7 @@ pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterReport {
         exact: false,
         flushes_subnormals: false,
         detail: String::new(),
-        rungs: Vec::new(),
+        guards: Vec::new(),
         guard: Guard::Plain,
         shape: Shape::default(),
         timed: Vec::new(),

@@ -1,21 +1,21 @@
-// What every entry point is given. Host side: pipeline.rs (bindings), pass.rs (the uniform block).
+// Bindings of every entry point. Host side: pipeline.rs (layout), pass.rs (uniform block).
 
 struct Tile {
-    // Always 0; the compiler must not know.
+    // Always 0, unknown to the compiler.
     zero: u32,
     first_program: u32,
-    // Blocks: as many samples as are evaluated together, one vector each.
+    // Blocks: samples that are evaluated together, one vector each.
     first_block: u32,
     end_block: u32,
-    // Blocks in a row of inputs, of targets and of reflectances.
+    // Number of blocks in a row of inputs, targets and reflectances.
     stride: u32,
-    // Samples in a row; the last block may have fewer than the others.
+    // Number of samples in a row; the last block may be partly empty.
     samples: u32,
-    // Sums in a row of sums.
+    // Number of sums in a row of sums.
     sums: u32,
-    // 1 where the error is one of logarithms.
+    // 1 if the error compares logarithms.
     logarithmic: u32,
-    // The first sum of the rows.
+    // First sum of the rows.
     first_sum: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The device's own clock: how long a submission ran there, without what it waited for.
+//! Timestamps of the device: the time that a submission ran, without the time it waited.
 
 use crate::GpuError;
 use crate::device::Device;
@@ -9,14 +9,14 @@ pub(crate) struct Clock {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     staging: wgpu::Buffer,
-    /// Length of a tick.
+    /// Length of a tick in nanoseconds.
     tick_ns: f64,
 }
 
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
-    /// `None` where the adapter has no timestamps.
+    /// Creates the queries; `None` if the adapter has no timestamps.
     pub(crate) fn new(device: &Device) -> Result<Option<Self>, GpuError> {
         use wgpu::BufferUsages as Usage;
         let tick_ns = f64::from(device.queue.get_timestamp_period());
@@ -38,7 +38,7 @@ impl Clock {
         })
     }
 
-    /// What a pass has to be told to be timed.
+    /// Returns the timestamp writes of a pass.
     pub(crate) fn writes(&self) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
@@ -47,14 +47,14 @@ impl Clock {
         }
     }
 
-    /// Goes into the encoder after the pass.
+    /// Resolves the timestamps; encoded after the pass.
     pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, BYTES);
     }
 
-    /// Seconds that the pass of a finished submission took on the device; `None` where the two readings make no sense,
-    /// as happens where a counter starts again or stands still.
+    /// Returns the seconds that the pass of a finished submission took on the device. `None` if the
+    /// two readings are implausible, as when a counter restarts or stands still.
     pub(crate) fn read(
         &self,
         device: &Device,
@@ -72,7 +72,7 @@ impl Clock {
 fn seconds([begin, end]: [u64; 2], tick_ns: f64, wall_s: f64) -> Option<f64> {
     let ticks = end.checked_sub(begin).filter(|ticks| *ticks > 0)?;
     let seconds = ticks as f64 * tick_ns * 1e-9;
-    // Work cannot have run longer than it was waited for.
+    // Work cannot have run longer than the CPU waited for it.
     (seconds <= wall_s).then_some(seconds)
 }
 
@@ -81,11 +81,11 @@ mod tests {
     use super::seconds;
 
     #[test]
-    fn readings_count_only_when_they_make_sense() {
+    fn readings_count_only_when_they_are_plausible() {
         let measured = seconds([1000, 3000], 0.5, 1.0).unwrap();
         assert!((measured - 1e-6).abs() < 1e-12, "{measured}");
-        assert_eq!(seconds([3000, 1000], 0.5, 1.0), None, "the counter started again");
+        assert_eq!(seconds([3000, 1000], 0.5, 1.0), None, "the counter restarted");
         assert_eq!(seconds([7, 7], 0.5, 1.0), None, "the counter stands still");
-        assert_eq!(seconds([0, u64::MAX], 1.0, 1.0), None, "longer than was waited");
+        assert_eq!(seconds([0, u64::MAX], 1.0, 1.0), None, "longer than the wait");
     }
 }

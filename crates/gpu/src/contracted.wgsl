@@ -1,7 +1,8 @@
-// For tests only: a + b c rounded as a driver would round it that contracts, by error-free transformations. It stands
-// in for such a driver where none is at hand. No CPU twin: it is what the others must not be.
+// For tests only: a + b c rounded once, as a driver that contracts would round it, by error-free
+// transformations. Replaces such a driver on machines that have none. No CPU twin: the result is
+// deliberately wrong.
 
-// Drivers undo such transformations where they may reassociate; here they must not.
+// Prevents drivers that reassociate from undoing the transformations.
 fn kept(x: V) -> V {
     return bitcast<V>(bitcast<VU>(x) ^ VU(tile.zero));
 }

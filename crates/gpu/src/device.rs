@@ -1,4 +1,5 @@
-//! One open device: errors caught in scopes, waits bounded, loss noticed. It knows nothing of programs and samples.
+//! An open device: errors are caught in scopes, waits are bounded, loss is detected. Independent of
+//! programs and samples.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -7,9 +8,9 @@ use std::time::Duration;
 use crate::adapter::find;
 use crate::{GpuError, GpuOptions};
 
-/// The shader counts elements in 32 bits.
+/// Largest buffer; the shader counts elements in 32 bits.
 const MAX_BUFFER_BYTES: u64 = 1 << 30;
-/// How many times longer than others the first submission of a pipeline may take.
+/// Factor of the timeout for the first submission of a pipeline.
 const FIRST_USE: u32 = 4;
 
 /// A device with its queue, and the instance that keeps both alive.
@@ -18,9 +19,9 @@ pub(crate) struct Device {
     pub api: wgpu::Device,
     pub queue: wgpu::Queue,
     pub info: wgpu::AdapterInfo,
-    /// Most bytes of one buffer: the device's and the options' bound.
+    /// Largest number of bytes of one buffer: the smaller limit of device and options.
     pub buffer_bytes: u64,
-    /// Most bytes that a workgroup shares.
+    /// Largest number of bytes of workgroup memory.
     pub workgroup_bytes: u32,
     timeout: Duration,
     lost: Arc<Mutex<Option<String>>>,
@@ -28,7 +29,7 @@ pub(crate) struct Device {
 }
 
 impl Device {
-    /// Opens the best adapter that the options allow; where it gives no device, the next one.
+    /// Opens the best adapter that the options allow; if it provides no device, the next one.
     pub(crate) fn open(options: &GpuOptions) -> Result<Self, GpuError> {
         let (instance, adapters) = find(options);
         let mut failure = GpuError::NoAdapter;
@@ -36,7 +37,7 @@ impl Device {
             match Self::request(&instance, &adapter, options) {
                 Ok(device) => return Ok(device),
                 Err(error) => {
-                    tracing::warn!(%error, adapter = adapter.get_info().name, "passed over");
+                    tracing::warn!(%error, adapter = adapter.get_info().name, "skipped a graphics adapter");
                     failure = error;
                 }
             }
@@ -51,10 +52,10 @@ impl Device {
     ) -> Result<Self, GpuError> {
         let offered = adapter.limits();
         let bound = offered.max_buffer_size.min(offered.max_storage_buffer_binding_size);
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PASSTHROUGH_SHADERS;
+        let optional = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PASSTHROUGH_SHADERS;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("brood"),
-            required_features: adapter.features() & wanted,
+            required_features: adapter.features() & optional,
             required_limits: wgpu::Limits {
                 max_buffer_size: offered.max_buffer_size,
                 max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
@@ -71,7 +72,7 @@ impl Device {
             let text = format!("{reason:?}: {message}");
             *note.lock().unwrap_or_else(PoisonError::into_inner) = Some(text);
         });
-        // Without a handler an error outside every scope is a panic.
+        // Without a handler an error outside of every scope would be a panic.
         api.on_uncaptured_error(Arc::new(|error| {
             tracing::error!(%error, "error of the graphics API outside of every scope");
         }));
@@ -87,7 +88,7 @@ impl Device {
         })
     }
 
-    /// A buffer of at least that many bytes, within a scope of the caller's.
+    /// Creates a buffer of at least that many bytes; the caller provides the error scope.
     pub(crate) fn buffer(
         &self,
         label: &str,
@@ -102,7 +103,7 @@ impl Device {
         })
     }
 
-    /// Runs `work` and turns whatever the API had to say about it into an error.
+    /// Runs `work` in error scopes and returns the error that the API reported, if any.
     pub(crate) fn scoped<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
         let validation = self.api.push_error_scope(wgpu::ErrorFilter::Validation);
         let internal = self.api.push_error_scope(wgpu::ErrorFilter::Internal);
@@ -115,7 +116,8 @@ impl Device {
             return Err(GpuError::OutOfMemory(error.to_string()));
         }
         match internal.or(validation) {
-            // A lost device refuses everything; the loss is the reason that matters, and it is told in a poll.
+            // A lost device rejects everything. The loss is the reason that matters; a poll reports
+            // it.
             Some(error) => {
                 let _ = catch_unwind(AssertUnwindSafe(|| self.api.poll(wgpu::PollType::Poll)));
                 Err(self.loss().unwrap_or(GpuError::Rejected(error.to_string())))
@@ -124,12 +126,13 @@ impl Device {
         }
     }
 
-    /// Waits for a submission, no longer than the options allow.
+    /// Waits for a submission, at most as long as the options allow.
     pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         self.wait_for(submission, self.timeout)
     }
 
-    /// Waits for the first submission that a pipeline is used in: the driver may have to compile it before.
+    /// Waits for the first submission of a pipeline, before which the driver may have to compile
+    /// it.
     pub(crate) fn wait_for_first_use(
         &self,
         submission: wgpu::SubmissionIndex,
@@ -144,7 +147,7 @@ impl Device {
     ) -> Result<(), GpuError> {
         let poll =
             wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
-        // The API panics where the driver reports the loss during a wait.
+        // The API panics if the driver reports the loss during a wait.
         let polled = catch_unwind(AssertUnwindSafe(|| self.api.poll(poll)));
         match polled {
             Ok(Ok(_)) => self.loss().map_or(Ok(()), Err),
@@ -152,15 +155,17 @@ impl Device {
                 let timeout_ms = u64::try_from(timeout.as_millis()).unwrap_or(u64::MAX);
                 Err(GpuError::Timeout { timeout_ms })
             }
-            // A submission that failed without an error in its scope was one to a lost device.
+            // A submission fails without an error in its scope only if the device is lost.
             Ok(Err(error @ wgpu::PollError::WrongSubmissionIndex(..))) => {
                 Err(self.loss().unwrap_or(GpuError::Lost(error.to_string())))
             }
-            Err(_) => Err(self.loss().unwrap_or(GpuError::Lost("while waiting".to_owned()))),
+            Err(_) => Err(self
+                .loss()
+                .unwrap_or(GpuError::Lost("the device was lost during a wait".to_owned()))),
         }
     }
 
-    /// Maps the first `bytes` of a buffer once `submission` is through, and hands them to `read`.
+    /// Maps the first `bytes` of a buffer once `submission` is finished, and passes them to `read`.
     pub(crate) fn read(
         &self,
         buffer: &wgpu::Buffer,
@@ -171,7 +176,7 @@ impl Device {
         let (sender, receiver) = mpsc::channel();
         let map = || {
             buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
-                // The receiver is gone where the wait below has failed, which is reported there.
+                // The receiver is dropped if the wait below has failed, which is reported there.
                 let _ = sender.send(result);
             });
         };
@@ -180,7 +185,11 @@ impl Device {
         match receiver.try_recv() {
             Ok(Ok(())) => {}
             Ok(Err(error)) => return Err(self.loss().unwrap_or(GpuError::Lost(error.to_string()))),
-            Err(_) => return Err(GpuError::Lost("a buffer was not mapped in time".to_owned())),
+            Err(_) => {
+                return Err(GpuError::Lost(
+                    "a buffer was not mapped when its submission had finished".to_owned(),
+                ));
+            }
         }
         let view = buffer
             .get_mapped_range(..bytes)
@@ -191,7 +200,7 @@ impl Device {
         Ok(())
     }
 
-    /// Whether the device has gone away.
+    /// True if the device is lost.
     pub(crate) fn is_lost(&self) -> bool {
         self.loss().is_some()
     }

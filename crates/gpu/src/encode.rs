@@ -1,30 +1,31 @@
-//! The encoding of tapes for the shader: what is in the words that it reads.
+//! Encoding of tapes as the words that the shader reads.
 //!
-//! A batch is a directory of one entry a program, then the constants and steps of all of them. An entry is first and end
-//! of the steps, first constant, three result operands, and fifteen numbers of the output stage. A step is two words:
-//! operation and destination, then both operands in 16 bits each, a kind above an index.
+//! A batch is a directory of one entry per program, then the constants and steps of all of them. An
+//! entry is first and end of the steps, first constant, three result operands, and fifteen numbers
+//! of the output stage. A step is two words: operation and destination, then both operands in 16
+//! bits each, a kind above an index.
 
 use brood_brdf::InputMask;
 use brood_program::{Operation, Program, Tape, TapeOperand};
 
 use crate::GpuError;
 
-/// Words of a directory entry.
+/// Number of words of a directory entry.
 pub(crate) const ENTRY_WORDS: u32 = 21;
-/// Bits of an operand's index; its kind is above.
+/// Number of bits of the index of an operand; the kind is above.
 pub(crate) const INDEX_BITS: u32 = 14;
-/// Most steps of a program: some drivers cut a loop at 65,535 rounds without a word.
+/// Largest number of steps of a program: some drivers silently end a loop after 65,535 iterations.
 pub(crate) const MAX_STEPS: usize = 60_000;
 
-/// Where an operand is read.
+/// Source of an operand.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Kind {
+pub(crate) enum OperandKind {
     Register = 0,
     Input = 1,
     Constant = 2,
 }
 
-/// One program, encoded but for its place in a batch.
+/// One encoded program, independent of its position in a batch.
 #[derive(Debug)]
 pub(crate) struct Encoded {
     constants: Vec<u32>,
@@ -36,7 +37,8 @@ pub(crate) struct Encoded {
 }
 
 impl Encoded {
-    /// Encodes a program whose inputs lie in rows in the order of `inputs`, the union of the batch.
+    /// Encodes a program. `inputs` is the union of the inputs of the batch, which are rows in this
+    /// order.
     pub(crate) fn new(program: &Program, inputs: InputMask) -> Result<Self, GpuError> {
         let tape = Tape::new(program);
         let too_large = |what, given: usize, most: usize| GpuError::TooLarge { what, given, most };
@@ -51,11 +53,11 @@ impl Encoded {
             return Err(too_large("registers", tape.registers().into(), indices));
         }
         let operand = |operand: TapeOperand| match operand {
-            TapeOperand::Register(index) => word(Kind::Register, index.into()),
-            TapeOperand::Constant(index) => word(Kind::Constant, index.into()),
+            TapeOperand::Register(index) => word(OperandKind::Register, index.into()),
+            TapeOperand::Constant(index) => word(OperandKind::Constant, index.into()),
             TapeOperand::Input(input) => {
                 let below = inputs.iter().take_while(|other| *other != input).count();
-                word(Kind::Input, u32::try_from(below).expect("there are 32 inputs at most"))
+                word(OperandKind::Input, u32::try_from(below).expect("there are 32 inputs at most"))
             }
         };
         let steps = tape.steps().iter().flat_map(|step| {
@@ -78,23 +80,24 @@ impl Encoded {
         })
     }
 
-    /// Work for each sample, in rounds of the interpreter's loop, with what beginning and end of a program cost.
+    /// Returns the work per sample in iterations of the interpreter loop, including start and end
+    /// of the program.
     pub(crate) fn rounds(&self) -> u64 {
         self.rounds
     }
 
-    /// Length of the register file that it needs.
+    /// Returns the length of the register file that the program needs.
     pub(crate) fn registers(&self) -> u32 {
         self.registers
     }
 
-    /// Words in a batch, the directory entry included.
+    /// Returns the number of words in a batch, directory entry included.
     pub(crate) fn words(&self) -> u64 {
         u64::from(ENTRY_WORDS) + (self.constants.len() + self.steps.len()) as u64
     }
 }
 
-/// Puts programs together into the words of one batch.
+/// Packs programs into the words of one batch.
 pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
     let mut words = vec![0; programs.len() * ENTRY_WORDS as usize];
     let place = |words: &[u32]| u32::try_from(words.len()).expect("buffers are below 2^32 bytes");
@@ -112,7 +115,8 @@ pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
     words
 }
 
-/// What a step costs in rounds. Roughly: it keeps a tile full of sines from taking many times as long as one of sums.
+/// Returns the approximate cost of a step in loop iterations, so that a tile of sines does not take
+/// many times as long as one of sums.
 fn cost(operation: Operation) -> u64 {
     match operation {
         Operation::Add | Operation::Sub | Operation::Mul => 1,
@@ -122,7 +126,7 @@ fn cost(operation: Operation) -> u64 {
     }
 }
 
-fn word(kind: Kind, index: u32) -> u32 {
+fn word(kind: OperandKind, index: u32) -> u32 {
     (kind as u32) << INDEX_BITS | index
 }
 
@@ -132,7 +136,7 @@ mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
 
     #[test]
-    fn pack_places_every_program_where_its_entry_says() {
+    fn pack_stores_every_program_where_its_entry_points() {
         let random = Variation::random(Dialect::default());
         let programs: Vec<Program> = (0..5)
             .map(|slot| Program::lower(&random.birth(BirthKey { seed: 3, slot, attempt: 0 })))

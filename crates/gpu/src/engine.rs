@@ -1,6 +1,7 @@
-//! One device with its pipelines and buffers: takes a batch of programs and rows of inputs, gives reflectances.
+//! Engine: one device with its pipelines and buffers, which evaluates a batch of programs on rows
+//! of inputs.
 //!
-//! It knows neither sample sets nor evaluators; what happens after a failure is its owner's business.
+//! Independent of sample sets and evaluators; the owner of an engine handles failures.
 
 use std::collections::HashMap;
 
@@ -14,7 +15,7 @@ use crate::guard::Guard;
 use crate::own::OwnPipelines;
 use crate::pass::Pass;
 use crate::pipeline::{Compiled, bind_group_layout, build_pipeline};
-use crate::plan::{Bounds, Grid, Pace, padded, reflectance_bytes};
+use crate::plan::{Bounds, Grid, TileBudget, padded, reflectance_bytes};
 use crate::residency::{Residency, Rows};
 use crate::shader::{Kernel, REGISTER_FILES, Style, Variant, source};
 use crate::slot::Slot;
@@ -26,9 +27,9 @@ use crate::{GpuError, GpuOptions};
 pub(crate) struct Engine {
     pub device: Device,
     pub style: Style,
-    /// Guards that compilers are made to fail at, for tests of the ladder.
+    /// Guards at which shaders contract deliberately, for tests of the guard search.
     pub contracting: Vec<Guard>,
-    /// What was done since it was last set back.
+    /// Cost since it was last reset.
     pub timing: BatchTiming,
     pub(crate) own: OwnPipelines,
     pub(crate) residency: Residency,
@@ -68,7 +69,7 @@ impl Engine {
         })
     }
 
-    /// The style of code from now on.
+    /// Sets the style of code from now on.
     pub(crate) fn set_style(&mut self, style: Style) {
         self.style = Style { contracts: self.contracting.contains(&style.guard), ..style };
     }
@@ -89,7 +90,7 @@ impl Engine {
         let mask = self.residency.mask(rows);
         let encoded = encode(programs, mask)?;
         let (variant, mut compiled) = self.pipeline(Kernel::Reflectance, &encoded)?;
-        let mut batch = Batch { kind: Kind::Interpreter, encoded: &encoded, rows, mask };
+        let mut batch = Batch { shader: BatchShader::Interpreter, encoded: &encoded, rows, mask };
         let [program] = programs else {
             self.reflectances(&batch, variant.style, &mut compiled, out)?;
             self.keep(variant, compiled);
@@ -97,9 +98,9 @@ impl Engine {
         };
         let hash = program.hash();
         if let Some(mut own) = self.own.pipeline(hash) {
-            batch.kind = Kind::Own(program);
+            batch.shader = BatchShader::Own(program);
             self.reflectances(&batch, self.style, &mut own, out)?;
-            self.own.keep(hash, own);
+            self.own.store(hash, own);
             self.timing.own_pipeline = true;
             return Ok(());
         }
@@ -111,13 +112,13 @@ impl Engine {
             self.own.note(hash, self.timing.device_s - before_s);
         }
         if self.own.is_worth_while(hash, program.steps().len()) {
-            batch.kind = Kind::Own(program);
-            self.make_own(program, &batch, out)?;
+            batch.shader = BatchShader::Own(program);
+            self.compile_own(program, &batch, out)?;
         }
         Ok(())
     }
 
-    /// The pipeline with the smallest register file that holds every program.
+    /// Returns the pipeline with the smallest register file that holds every program.
     pub(crate) fn pipeline(
         &mut self,
         kernel: Kernel,
@@ -141,7 +142,7 @@ impl Engine {
         Ok((variant, compiled))
     }
 
-    /// Puts back what was learnt about a pipeline.
+    /// Stores a pipeline with its measured throughput.
     pub(crate) fn keep(&mut self, variant: Variant, compiled: Compiled) {
         self.pipelines.insert(variant, compiled);
     }
@@ -156,7 +157,7 @@ impl Engine {
         Ok(Compiled {
             pipeline: build_pipeline(&self.device, layout, text, guard)?,
             has_run: false,
-            pace: Pace::new(self.submission_s),
+            tile_budget: TileBudget::new(self.submission_s),
         })
     }
 
@@ -164,7 +165,7 @@ impl Engine {
         Bounds { buffer_bytes: self.device.buffer_bytes }
     }
 
-    /// Runs a batch with one pipeline, cut to what fits the buffers.
+    /// Runs a batch with one pipeline, divided into parts that fit the buffers.
     pub(crate) fn reflectances(
         &mut self,
         batch: &Batch<'_, '_>,
@@ -187,9 +188,9 @@ impl Engine {
                 let pass = Pass {
                     kernel: Kernel::Reflectance,
                     programs,
-                    words: &match batch.kind {
-                        Kind::Interpreter => pack(programs),
-                        Kind::Own(program) => crate::straight::words(program, mask),
+                    words: &match batch.shader {
+                        BatchShader::Interpreter => pack(programs),
+                        BatchShader::Own(program) => crate::straight::words(program, mask),
                     },
                     inputs: &inputs,
                     targets: None,
@@ -201,7 +202,8 @@ impl Engine {
                     output_bytes: bytes * programs.len() as u64,
                 };
                 let submission = self.dispatch(&pass, compiled)?;
-                let stride = usize::try_from(padded(samples.len())).expect("fits a buffer");
+                let stride =
+                    usize::try_from(padded(samples.len())).expect("samples of a slab fit a buffer");
                 let staging = self.staging.get();
                 self.device.read(staging, pass.output_bytes, submission, |view| {
                     let values: &[f32] = bytemuck::cast_slice(view);
@@ -218,19 +220,19 @@ impl Engine {
 
 /// Programs and inputs of one call.
 pub(crate) struct Batch<'a, 'r> {
-    pub kind: Kind<'a>,
+    pub shader: BatchShader<'a>,
     pub encoded: &'a [Encoded],
     pub rows: &'a Rows<'r>,
-    /// The rows on the device.
+    /// Rows on the device.
     pub mask: InputMask,
 }
 
-/// What the words of a batch are for.
+/// Shader that the words of a batch are for.
 #[derive(Clone, Copy)]
-pub(crate) enum Kind<'a> {
+pub(crate) enum BatchShader<'a> {
     /// The interpreter.
     Interpreter,
-    /// Straight-line code of one program.
+    /// Straight-line shader of one program.
     Own(&'a Program),
 }
 
@@ -238,17 +240,17 @@ pub(crate) fn encode(programs: &[&Program], mask: InputMask) -> Result<Vec<Encod
     programs.iter().map(|program| Encoded::new(program, mask)).collect()
 }
 
-/// How a kernel counts the samples of a slab.
+/// Returns the samples of a slab as a kernel counts them.
 pub(crate) fn grid(samples: usize, style: Style, kernel: Kernel) -> Grid {
     let lanes = style.shape.lanes();
     let blocks = padded(samples) / u64::from(lanes);
     Grid {
-        blocks: u32::try_from(blocks).expect("fits a buffer"),
+        blocks: u32::try_from(blocks).expect("samples of a slab fit a buffer"),
         lanes,
         group: kernel.workgroup(lanes),
     }
 }
 
 pub(crate) fn count(samples: usize) -> u32 {
-    u32::try_from(samples).expect("fits a buffer")
+    u32::try_from(samples).expect("samples of a slab fit a buffer")
 }

@@ -1,47 +1,47 @@
-//! What can go wrong with a GPU.
+//! Errors of the GPU evaluator.
 
-/// Why there is no GPU evaluator, or no result from it.
+/// Error of opening a GPU evaluator, or of a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
-    /// No driver, no device, or none that matches the options.
+    /// There is no driver, no device, or none that matches the options.
     #[error("no graphics adapter was found")]
     NoAdapter,
-    /// An adapter is there but gives no device.
-    #[error("the adapter gives no device: {0}")]
+    /// The adapter does not provide a device.
+    #[error("the graphics adapter provides no device: {0}")]
     NoDevice(String),
-    /// The driver or the API refused something.
-    #[error("the graphics driver refused the work: {0}")]
+    /// The driver or the API rejected something.
+    #[error("the graphics driver rejected the work: {0}")]
     Rejected(String),
-    /// Not enough memory on the device.
+    /// The device has not enough memory.
     #[error("the graphics device is out of memory: {0}")]
     OutOfMemory(String),
-    /// The device went away.
+    /// The device was lost.
     #[error("the graphics device was lost: {0}")]
     Lost(String),
     /// The device did not finish in time.
     #[error("the graphics device did not finish within {timeout_ms} ms")]
     Timeout {
-        /// The bound that passed.
+        /// Timeout that was exceeded.
         timeout_ms: u64,
     },
-    /// A program with layers, which the CPU evaluates.
-    #[error("models of reflectance are evaluated on the CPU")]
+    /// A program has layers, which only the CPU evaluates.
+    #[error("the GPU evaluator does not support layers of models; use the CPU")]
     Layers,
-    /// A program beyond what the shader holds; other evaluators may take it.
-    #[error("a program has {given} {what}; the shader holds {most}")]
+    /// A program exceeds a limit of the shader; other evaluators may run it.
+    #[error("a program needs {given} {what}; the shader supports at most {most}")]
     TooLarge {
-        /// What there is too much of.
+        /// Quantity that is too large.
         what: &'static str,
-        /// How much.
+        /// Number required.
         given: usize,
-        /// The bound.
+        /// Largest number supported.
         most: usize,
     },
 }
 
 impl GpuError {
-    /// Whether a new device may do what this one did not.
-    pub(crate) fn is_worth_a_new_device(&self) -> bool {
+    /// True if a new device may succeed.
+    pub(crate) fn may_succeed_on_a_new_device(&self) -> bool {
         match self {
             Self::Lost(_) | Self::Timeout { .. } => true,
             Self::NoAdapter | Self::NoDevice(_) | Self::Rejected(_) => false,

@@ -1,4 +1,4 @@
-//! The evaluator: one engine behind a lock, opened again when its device is lost.
+//! The GPU evaluator: one engine behind a lock, reopened when its device is lost.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ use brood_scene::SampleSet;
 
 use crate::adapter::describe;
 use crate::engine::Engine;
-use crate::guard::{Guard, Ladder};
+use crate::guard::{Guard, GuardSearch};
 use crate::probe::probe;
 use crate::residency::Rows;
 use crate::shader::Style;
@@ -20,29 +20,30 @@ use crate::{AdapterReport, BatchTiming, Contraction, GpuError, GpuOptions};
 
 /// Evaluates broods on a graphics adapter.
 ///
-/// One batch runs at a time; callers on other threads wait. A batch whose device is lost on the way runs once more on a
-/// new device before it fails.
+/// One batch runs at a time; callers on other threads wait. If the device is lost during a batch,
+/// the batch is repeated once on a new device before it fails.
 #[derive(Debug)]
 pub struct GpuEvaluator {
     options: GpuOptions,
     report: AdapterReport,
     style: Style,
-    /// Empty between the loss of a device and the next batch.
+    /// `None` between the loss of a device and the next batch.
     engine: Mutex<Option<Engine>>,
 }
 
 impl GpuEvaluator {
-    /// Opens the best adapter that the options allow, finds how code has to be written to be exact there, on hardware
-    /// how it is fastest, and probes the result.
+    /// Opens the best adapter that the options allow, finds the guards with which code is exact
+    /// there and, on hardware, the fastest layout, and probes the result.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] where there is no driver or no device; everything else means that there is one but it
-    /// does not work.
+    /// Returns [`GpuError::NoAdapter`] if there is no driver or no matching device; any other error
+    /// means that there is an adapter but it does not work.
     pub fn new(options: &GpuOptions) -> Result<Self, GpuError> {
         Self::open(options, &[])
     }
 
-    /// As [`GpuEvaluator::new`], with a compiler that is made to contract code with some guards, as hardware might.
+    /// As [`GpuEvaluator::new`], with shaders that contract deliberately under some guards, as
+    /// hardware might.
     fn open(options: &GpuOptions, contracting: &[Guard]) -> Result<Self, GpuError> {
         let shape = options.shape.unwrap_or_default();
         let mut engine =
@@ -52,16 +53,16 @@ impl GpuEvaluator {
             Contraction::Probe => Guard::ALL.to_vec(),
             Contraction::Only(guard) => vec![guard],
         };
-        let ladder = Ladder::climb(&guards, |guard| {
+        let search = GuardSearch::run(&guards, |guard| {
             engine.set_style(Style { guard, shape, contracts: false });
             probe(&mut engine)
         })?;
         let mut report = describe(&engine.device.info);
-        report.rungs = ladder.report();
+        report.guards = search.report();
         report.has_timestamps = engine.clock.is_some();
-        let exact = ladder.exact();
+        let exact = search.exact();
         let (mut guard, mut shape) = (exact.first().copied().unwrap_or(guards[0]), shape);
-        let mut finding = ladder.finding(guard).expect("every guard was probed up to it").clone();
+        let mut finding = search.finding(guard).expect("the guard in use was probed").clone();
         let shapes = match options.shape {
             None if !report.is_software => Shape::ALL.to_vec(),
             Some(_) | None => vec![shape],
@@ -87,28 +88,29 @@ impl GpuEvaluator {
         Ok(Self { options: options.clone(), report, style, engine: Mutex::new(Some(engine)) })
     }
 
-    /// What runs, and what the probe found.
+    /// Returns the adapter in use and the result of the probe.
     #[must_use]
     pub fn adapter(&self) -> &AdapterReport {
         &self.report
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Engine>> {
-        // A panic on the way leaves nothing behind: the engine is taken out while it runs.
+        // A panic during a batch leaves no broken engine behind: the engine is taken out while it
+        // runs.
         self.engine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Evaluates as [`Evaluator::eval`] does, and says what it took.
+    /// Evaluates as [`Evaluator::eval`] does, and returns the cost.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Evaluator::eval`].
     pub fn eval_timed(
         &self,
         programs: &[&Program],
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<BatchTiming, EvalError> {
-        refuse_layers(programs).map_err(eval_error)?;
+        reject_layers(programs).map_err(eval_error)?;
         out.clear();
         out.resize(programs.len() * 3 * set.len(), 0.0);
         let row = |input| set.input(input);
@@ -121,59 +123,61 @@ impl GpuEvaluator {
         .map_err(eval_error)
     }
 
-    /// Runs a batch on the engine; once more on a new one where the device goes away.
+    /// Runs a batch on the engine; if the device is lost, once more on a new one.
     pub(crate) fn with_engine<T>(
         &self,
         mut batch: impl FnMut(&mut Engine) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
-        let mut place = self.lock();
-        let mut engine = match place.take() {
+        let mut slot = self.lock();
+        let mut engine = match slot.take() {
             Some(engine) if !engine.device.is_lost() => engine,
             Some(engine) => self.replace(engine, &GpuError::Lost("between batches".to_owned()))?,
-            None => self.open_again()?,
+            None => self.reopen()?,
         };
         let mut result = batch(&mut engine);
         if let Err(error) = &result
-            && error.is_worth_a_new_device()
+            && error.may_succeed_on_a_new_device()
         {
             engine = self.replace(engine, error)?;
             result = batch(&mut engine);
         }
         match &result {
-            Err(error) if error.is_worth_a_new_device() => discard(engine, error),
-            Ok(_) | Err(_) => *place = Some(engine),
+            Err(error) if error.may_succeed_on_a_new_device() => discard(engine, error),
+            Ok(_) | Err(_) => *slot = Some(engine),
         }
         result
     }
 
     fn replace(&self, engine: Engine, error: &GpuError) -> Result<Engine, GpuError> {
-        tracing::warn!(%error, adapter = self.report.name, "opening the graphics device again");
+        tracing::warn!(%error, adapter = self.report.name, "reopening the graphics device");
         discard(engine, error);
-        self.open_again()
+        self.reopen()
     }
 
-    fn open_again(&self) -> Result<Engine, GpuError> {
+    fn reopen(&self) -> Result<Engine, GpuError> {
         let engine = Engine::open(&self.options, self.style)?;
         let report = describe(&engine.device.info);
-        // What the probe found holds for one adapter and driver; another one would need an evaluator of its own.
+        // The result of the probe is valid for one adapter and driver; another one needs a new
+        // evaluator.
         if (&report.name, &report.driver) != (&self.report.name, &self.report.driver) {
-            let change = format!("{} came back as {}", self.report.name, report.name);
+            let change = format!("{} was replaced by {}", self.report.name, report.name);
             return Err(GpuError::Lost(change));
         }
         Ok(engine)
     }
 }
 
-/// Gets rid of an engine whose device cannot be trusted any more.
+/// Discards an engine whose device cannot be trusted any more.
 fn discard(engine: Engine, error: &GpuError) {
     if matches!(error, GpuError::Timeout { .. }) {
-        // Dropping a queue waits without bound for work that may never end; a leaked device is the lesser evil.
+        // Dropping a queue waits without bound for work that may never end; leaking the device is
+        // better.
         std::mem::forget(engine);
         return;
     }
-    // The API panics on some states of a lost device while it cleans up.
+    // The API panics on some states of a lost device during clean-up.
     if catch_unwind(AssertUnwindSafe(|| drop(engine))).is_err() {
-        tracing::warn!("a lost graphics device was not cleaned up");
+        tracing::warn!("clean-up of a lost graphics device panicked");
     }
 }
 
@@ -205,8 +209,8 @@ fn rows<'a>(
     Rows { set: Some(set.id()), mask, len: set.len(), row }
 }
 
-/// Layers have no shader.
-pub(crate) fn refuse_layers(programs: &[&Program]) -> Result<(), GpuError> {
+/// Rejects programs with layers, for which there is no shader.
+pub(crate) fn reject_layers(programs: &[&Program]) -> Result<(), GpuError> {
     match programs.iter().any(|program| !program.layers().is_empty()) {
         true => Err(GpuError::Layers),
         false => Ok(()),
@@ -220,12 +224,13 @@ pub(crate) fn eval_error(error: GpuError) -> EvalError {
     }
 }
 
-/// One sentence: what runs, what the probe says of it, and how the other rungs did.
+/// Returns one sentence: guard and layout in use, the result of their probe, and those of the other
+/// guards.
 fn detail(report: &AdapterReport, finding: &str) -> String {
     let mut text = format!("{}, {}: {finding}", report.guard.name(), report.shape.name());
-    for rung in report.rungs.iter().filter(|rung| rung.guard != report.guard) {
-        let verdict = if rung.exact { "exact as well" } else { "not exact" };
-        text += &format!("; {} is {verdict}: {}", rung.guard.name(), rung.detail);
+    for other in report.guards.iter().filter(|other| other.guard != report.guard) {
+        let verdict = if other.exact { "also exact" } else { "not exact" };
+        text += &format!("; {} is {verdict}: {}", other.guard.name(), other.detail);
     }
     text
 }

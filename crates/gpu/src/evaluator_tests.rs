@@ -1,5 +1,5 @@
-//! The evaluator on whatever adapter there is; without one these tests say that they were skipped, or fail where
-//! `BROOD_REQUIRE_GPU=1`.
+//! Tests of the evaluator on the available adapter. Without one they report that they were skipped,
+//! or fail if `BROOD_REQUIRE_GPU=1`.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ pub(crate) fn evaluator(options: &GpuOptions) -> Option<GpuEvaluator> {
     }
 }
 
-/// Where the adapter is exact, all bits are the canonical ones.
+/// Asserts that all bits are canonical if the adapter is exact.
 fn check_bits(evaluator: &GpuEvaluator, programs: &[Program], set: &SampleSet) {
     let batch: Vec<&Program> = programs.iter().collect();
     let (mut got, mut expected) = (Vec::new(), Vec::new());
@@ -30,7 +30,7 @@ fn check_bits(evaluator: &GpuEvaluator, programs: &[Program], set: &SampleSet) {
     if evaluator.is_exact() {
         let different = (0..got.len()).find(|k| got[*k].to_bits() != expected[*k].to_bits());
         let Some(at) = different else { return };
-        panic!("value {at} of {}: {} instead of {}", got.len(), got[at], expected[at]);
+        panic!("value {at} of {}: {}, expected {}", got.len(), got[at], expected[at]);
     }
 }
 
@@ -50,7 +50,7 @@ fn gpu_evaluator_passes_the_conformance_suite_with_every_guard() {
     for guard in [Guard::Barrier, Guard::NoContraction] {
         let options = GpuOptions { contraction: Contraction::Only(guard), ..GpuOptions::default() };
         let evaluator = match GpuEvaluator::new(&options) {
-            // Not every device takes marked code.
+            // Not every device supports marked code.
             Err(GpuError::Rejected(reason)) if guard == Guard::NoContraction => {
                 eprintln!("skipped: {reason}");
                 continue;
@@ -74,30 +74,33 @@ fn gpu_evaluator_passes_the_conformance_suite_with_every_layout() {
 }
 
 #[test]
-fn ladder_is_climbed_when_the_compiler_contracts() {
+fn guards_are_probed_in_order_when_the_compiler_contracts() {
     let options = GpuOptions::default();
-    let Some(honest) = evaluator(&options) else { return };
-    assert_eq!(honest.adapter().rungs.len(), 1);
+    let Some(plain) = evaluator(&options) else { return };
+    assert_eq!(plain.adapter().guards.len(), 1);
 
     let evaluator = GpuEvaluator::open(&options, &[Guard::Plain]).unwrap();
     let report = evaluator.adapter();
-    assert!(!report.rungs[0].exact && report.rungs[1].exact, "{report:?}");
+    assert!(!report.guards[0].exact && report.guards[1].exact, "{report:?}");
     assert!(report.exact && report.guard != Guard::Plain, "{report:?}");
     assert!(report.detail.contains("plain code is not exact"), "{}", report.detail);
     check_bits(&evaluator, &conformance::programs(2), &largest_set());
 
     let evaluator = GpuEvaluator::open(&options, &[Guard::Plain, Guard::Barrier]).unwrap();
     let report = evaluator.adapter();
-    assert!(!report.rungs[0].exact && !report.rungs[1].exact, "{report:?}");
+    assert!(!report.guards[0].exact && !report.guards[1].exact, "{report:?}");
     assert_eq!(report.exact, report.guard == Guard::NoContraction, "{report:?}");
 
     let evaluator = GpuEvaluator::open(&options, &Guard::ALL).unwrap();
     let report = evaluator.adapter();
-    assert!(!report.exact && report.guard == Guard::Plain && report.rungs.len() == 3, "{report:?}");
+    assert!(
+        !report.exact && report.guard == Guard::Plain && report.guards.len() == 3,
+        "{report:?}"
+    );
 }
 
 #[test]
-fn inputs_are_sent_once_when_batches_are_over_the_same_set() {
+fn inputs_are_uploaded_once_when_batches_use_the_same_set() {
     let Some(evaluator) = evaluator(&GpuOptions::default()) else { return };
     let programs = conformance::programs(2);
     let batch: Vec<&Program> = programs.iter().collect();
@@ -119,7 +122,7 @@ fn inputs_are_sent_once_when_batches_are_over_the_same_set() {
 }
 
 #[test]
-fn inputs_make_room_for_others_when_the_bound_is_reached() {
+fn least_recently_used_inputs_are_evicted_when_the_bound_is_reached() {
     let options = GpuOptions { resident_bytes: 300_000, ..GpuOptions::default() };
     let Some(evaluator) = evaluator(&options) else { return };
     let programs = conformance::programs(1);
@@ -132,7 +135,7 @@ fn inputs_make_room_for_others_when_the_bound_is_reached() {
 }
 
 #[test]
-fn batch_is_cut_into_submissions_by_the_pace_that_was_measured() {
+fn batch_is_divided_into_submissions_by_the_measured_throughput() {
     let options = GpuOptions { submission: Duration::from_millis(2), ..GpuOptions::default() };
     let Some(evaluator) = evaluator(&options) else { return };
     let programs = conformance::programs(8);
@@ -144,12 +147,12 @@ fn batch_is_cut_into_submissions_by_the_pace_that_was_measured() {
         timing = evaluator.eval_timed(&batch, &set, &mut out).unwrap();
     }
     eprintln!("{timing:?}");
-    // Several times 20 ms of work on a processor; a fast device may be through in one go.
+    // Several times 20 ms of work on a CPU; a fast device may finish in one submission.
     assert!(timing.submissions >= 5 || !evaluator.adapter().is_software, "{timing:?}");
 }
 
 #[test]
-fn program_of_its_own_pipeline_gives_the_same_bits() {
+fn pipeline_of_a_single_program_gives_the_same_bits() {
     let options = GpuOptions { own_pipelines: OwnPipelinePolicy::Always, ..GpuOptions::default() };
     let Some(evaluator) = evaluator(&options) else { return };
     let (large, small) = (largest_set(), conformance::hard_samples(1, 77));
@@ -170,7 +173,7 @@ fn program_of_its_own_pipeline_gives_the_same_bits() {
 }
 
 #[test]
-fn program_gets_its_own_pipeline_when_it_is_evaluated_again_and_again() {
+fn program_gets_its_own_pipeline_when_it_is_evaluated_repeatedly() {
     let Some(evaluator) = evaluator(&GpuOptions::default()) else { return };
     if !evaluator.is_exact() {
         return;
@@ -182,7 +185,7 @@ fn program_gets_its_own_pipeline_when_it_is_evaluated_again_and_again() {
         |out: &mut Vec<f32>| evaluator.eval_timed(&[&program], &set, out).unwrap().own_pipeline;
     assert!(!is_own(&mut out));
     let expected = out.clone();
-    assert!((0..20_000).any(|_| is_own(&mut out)), "it never pays");
+    assert!((0..20_000).any(|_| is_own(&mut out)), "the program never got its own pipeline");
     assert_eq!(out, expected);
 }
 
@@ -194,7 +197,7 @@ fn gpu_evaluator_is_exact_when_the_adapter_is_software() {
 }
 
 #[test]
-fn lost_device_is_opened_again_when_the_next_batch_comes() {
+fn lost_device_is_reopened_at_the_next_batch() {
     let Some(evaluator) = evaluator(&GpuOptions::default()) else { return };
     let programs = conformance::programs(2);
     let set = largest_set();
@@ -207,7 +210,7 @@ fn lost_device_is_opened_again_when_the_next_batch_comes() {
 }
 
 #[test]
-fn large_batch_is_cut_when_buffers_and_submissions_are_small() {
+fn large_batch_is_divided_when_buffers_and_submissions_are_small() {
     let options = GpuOptions {
         buffer_bytes: 40_000,
         submission: Duration::from_micros(200),
@@ -219,11 +222,11 @@ fn large_batch_is_cut_when_buffers_and_submissions_are_small() {
 }
 
 #[test]
-fn batch_is_refused_when_a_submission_takes_too_long() {
+fn batch_fails_when_a_submission_exceeds_the_timeout() {
     let options = GpuOptions { timeout: Duration::from_nanos(1), ..GpuOptions::default() };
     match GpuEvaluator::new(&options) {
         Err(GpuError::Timeout { .. } | GpuError::NoAdapter) => {}
-        // A fast device may be through before anyone asks.
+        // A fast device may finish before the first poll.
         Ok(evaluator) => assert!(!evaluator.adapter().is_software),
         Err(error) => panic!("{error}"),
     }
@@ -235,7 +238,8 @@ fn no_adapter_is_found_when_none_has_the_name() {
     assert_eq!(GpuEvaluator::new(&options).unwrap_err(), GpuError::NoAdapter);
 }
 
-/// Runs itself once more in a process without drivers, because drivers are looked for in the environment.
+/// Runs itself again in a process without drivers, because drivers are found through the
+/// environment.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_adapter_is_found_when_there_is_no_driver() {
@@ -257,7 +261,8 @@ fn no_adapter_is_found_when_there_is_no_driver() {
     assert!(output.status.success() && text.contains("1 passed"), "{text}");
 }
 
-/// A program with `live` values in registers at once: that many sums of u and v with themselves, then all added up.
+/// Returns a program with `live` values in registers at once: that many sums of u and v with
+/// themselves, then the sum of all.
 fn wide_program(live: u32) -> Program {
     let genome: brood_genome::Genome =
         "brood 1\n.dialect paper smooth registers 7\nADD R0.xyz, R1.z, R1.w\n".parse().unwrap();
@@ -265,7 +270,7 @@ fn wide_program(live: u32) -> Program {
     let (first, step) = (words.len() - 2, [words[words.len() - 2], words[words.len() - 1]]);
     words.truncate(first);
     for index in 0..live {
-        // Every sum is of its own, so that none can be told apart by its place alone.
+        // Every sum has different operands, so that none is the same as another.
         let previous = if index == 0 { step[0] & 0x00ff_ffff } else { index - 1 };
         words.extend([step[0] & 0xff00_0000 | previous, step[1]]);
     }

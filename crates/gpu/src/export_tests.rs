@@ -1,5 +1,6 @@
-//! Exported WGSL on whatever adapter there is, by value: models held to the suite of `brood_export::conformance`, programs with
-//! layers to the canonical evaluator. Without an adapter skipped, as other tests of evaluators are.
+//! Tests of exported WGSL on the available adapter, by value: models against the suite of
+//! `brood_export::conformance`, programs with layers against the canonical evaluator. Skipped
+//! without an adapter, like other tests of evaluators.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, conformance::layered_programs};
 use brood_export::conformance::{Tally, cases, pairs};
@@ -17,7 +18,7 @@ use crate::{GpuError, GpuOptions};
 
 const PAIRS: usize = 256;
 const LANES: usize = 64;
-/// wi, wo and a texture position.
+/// Number of floats per row: wi, wo and a texture position.
 const ROW: usize = 8;
 
 fn device() -> Option<Device> {
@@ -32,7 +33,7 @@ fn device() -> Option<Device> {
     }
 }
 
-/// f of each row, by the function `evolved` of a module in the local frame.
+/// Returns f of each row, by the function `evolved` of a module in the local frame.
 fn run(device: &Device, module: &str, rows: &[[f32; ROW]]) -> Vec<[f32; 3]> {
     let text = format!(
         "{module}
@@ -97,7 +98,7 @@ fn row(pair: [DVec3; 2], uv: DVec2) -> [f32; ROW] {
 }
 
 #[test]
-fn exported_models_are_near_the_reference_and_as_reciprocal() {
+fn exported_models_are_near_the_reference_and_reciprocal() {
     let Some(device) = device() else { return };
     let pairs = pairs(PAIRS);
     let rows: Vec<_> = pairs.iter().map(|pair| row(*pair, DVec2::ZERO)).collect();
@@ -122,7 +123,7 @@ fn exported_models_are_near_the_reference_and_as_reciprocal() {
 }
 
 #[test]
-fn layers_are_added_to_what_a_program_reflects_before_its_output_stage() {
+fn layers_are_added_to_the_squares_before_the_output_stage() {
     let Some(device) = device() else { return };
     let pairs: Vec<_> = pairs(PAIRS).into_iter().filter(|[wi, wo]| wi.z.min(wo.z) > 0.05).collect();
     let uv = |k: usize| DVec2::new(k as f64 / 64.0, 1.0 - k as f64 / 256.0);

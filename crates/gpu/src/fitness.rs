@@ -1,18 +1,19 @@
-//! Fitness with the sums on the device: one number per program and block of samples comes back, which the CPU adds in
-//! f64. What the sum is, to the bit, is said in brood-eval's fitness.rs.
+//! Fitness with sums on the device: one number per program and block of samples is read back, which
+//! the CPU adds in f64. The fitness module of brood-eval defines the order of additions.
 
 use std::ops::Range;
 
 use brood_brdf::InputMask;
-use brood_eval::{EvalError, Fitness, FitnessEvaluator, FitnessTarget, Loss, Population};
+use brood_eval::{EvalError, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss};
 use brood_program::Program;
 
-use crate::evaluator::{eval_error, refuse_layers};
+use crate::evaluator::{eval_error, reject_layers};
 use crate::residency::Rows;
 use crate::sums::Targets;
 use crate::{BatchTiming, GpuEvaluator};
 
-/// Blocks of the first round where programs may end early; each later round doubles what was evaluated.
+/// Number of blocks of the first round if programs may end early; each later round doubles the
+/// number of evaluated blocks.
 const FIRST_ROUND: usize = 4;
 
 /// Programs bound to a target on a graphics adapter.
@@ -20,7 +21,7 @@ const FIRST_ROUND: usize = 4;
 pub struct GpuPopulation<'a> {
     gpu: &'a GpuEvaluator,
     programs: Vec<&'a Program>,
-    /// The inputs of all of them, so that what is on the device stays the same as programs drop out.
+    /// Inputs of all programs, so that the rows on the device stay the same as programs drop out.
     mask: InputMask,
     target: &'a FitnessTarget,
     fitness: Vec<Fitness>,
@@ -28,7 +29,7 @@ pub struct GpuPopulation<'a> {
 }
 
 impl<'a> GpuPopulation<'a> {
-    /// Binds programs to a target, nothing being evaluated yet.
+    /// Binds programs to a target; nothing is evaluated yet.
     #[must_use]
     pub fn new(gpu: &'a GpuEvaluator, programs: &[&'a Program], target: &'a FitnessTarget) -> Self {
         let mask = programs.iter().fold(InputMask::EMPTY, |mask, p| mask.union(p.inputs()));
@@ -37,14 +38,14 @@ impl<'a> GpuPopulation<'a> {
         Self { gpu, programs, mask, target, fitness, timing }
     }
 
-    /// What the last call of [`Population::extend`] took.
+    /// Returns the cost of the last call of [`FitnessPopulation::extend`].
     #[must_use]
     pub fn timing(&self) -> BatchTiming {
         self.timing
     }
 
-    /// The sums of some programs over some blocks: [program][block].
-    fn sums(&mut self, going: &[usize], blocks: Range<usize>) -> Result<Vec<f32>, EvalError> {
+    /// Returns the sums of some programs over some blocks: [program][block].
+    fn sums(&mut self, active: &[usize], blocks: Range<usize>) -> Result<Vec<f32>, EvalError> {
         let Self { gpu, programs, mask, target, timing, .. } = self;
         let set = target.set();
         let row = |input| set.input(input);
@@ -55,8 +56,8 @@ impl<'a> GpuPopulation<'a> {
             weights: target.weights(),
             logarithmic: target.loss() == Loss::Logarithmic,
         };
-        let batch: Vec<&Program> = going.iter().map(|index| programs[*index]).collect();
-        refuse_layers(&batch).map_err(eval_error)?;
+        let batch: Vec<&Program> = active.iter().map(|index| programs[*index]).collect();
+        reject_layers(&batch).map_err(eval_error)?;
         let before = *timing;
         gpu.with_engine(|engine| {
             engine.timing = before;
@@ -68,12 +69,13 @@ impl<'a> GpuPopulation<'a> {
     }
 }
 
-impl Population for GpuPopulation<'_> {
+impl FitnessPopulation for GpuPopulation<'_> {
     fn fitness(&self) -> &[Fitness] {
         &self.fitness
     }
 
-    /// The device evaluates in rounds and may go further than a program needs; what is known afterwards is the same.
+    /// Evaluates in rounds. The device may evaluate further than a program needs; the recorded
+    /// fitness is the same.
     fn extend(
         &mut self,
         programs: &[usize],
@@ -81,15 +83,15 @@ impl Population for GpuPopulation<'_> {
         bound: f64,
     ) -> Result<(), EvalError> {
         self.timing = BatchTiming::default();
-        let mut going = programs.to_vec();
+        let mut active = programs.to_vec();
         let mut from = range.start;
-        while from < range.end && !going.is_empty() {
+        while from < range.end && !active.is_empty() {
             let further = if bound.is_finite() { from.max(FIRST_ROUND) } else { range.len() };
             let to = range.end.min(from + further);
-            let sums = self.sums(&going, from..to)?;
+            let sums = self.sums(&active, from..to)?;
             let mut sums = sums.chunks_exact(to - from);
-            going.retain(|program| {
-                let sums = sums.next().expect("sums of every program");
+            active.retain(|program| {
+                let sums = sums.next().expect("there are sums of every program");
                 add(&mut self.fitness[*program], sums, bound)
             });
             from = to;
@@ -98,7 +100,7 @@ impl Population for GpuPopulation<'_> {
     }
 }
 
-/// Adds blocks in their order; `false` where the bound was passed, beyond which nothing counts.
+/// Adds blocks in their order; `false` if the bound was exceeded, after which nothing is added.
 fn add(fitness: &mut Fitness, sums: &[f32], bound: f64) -> bool {
     for sum in sums {
         fitness.sum += f64::from(*sum);
@@ -115,7 +117,7 @@ impl FitnessEvaluator for GpuEvaluator {
         &'a self,
         programs: &[&'a Program],
         target: &'a FitnessTarget,
-    ) -> Box<dyn Population + 'a> {
+    ) -> Box<dyn FitnessPopulation + 'a> {
         Box::new(GpuPopulation::new(self, programs, target))
     }
 }

@@ -1,9 +1,9 @@
-// Entry point that writes sums of errors: one row of workgroups per program, one workgroup per 256 samples. CPU twin:
-// brood-eval's fitness.rs, whose order of additions this is: sums 0 to 15 take every sixteenth error in turn, then they
-// are added in halves. Nothing is clamped here.
+// Entry point that writes sums of errors: one row of workgroups per program, one workgroup per 256
+// samples. CPU twin: fitness.rs of brood-eval, which defines the order of additions: sums 0 to 15
+// take every sixteenth error in turn, then they are added pairwise. Nothing is clamped here.
 
 @group(0) @binding(3) var<storage, read_write> outputs: array<f32>;
-// Rows of red, green and blue: first the values to reach, then the weights of reflectances.
+// Rows of red, green and blue: values to reach, then weights of reflectances.
 @group(0) @binding(4) var<storage, read> targets: array<V>;
 
 var<workgroup> errors: array<f32, SUM_SAMPLES>;
@@ -25,7 +25,8 @@ fn evaluate(
 ) {
     let program = tile.first_program + group.y;
     let wanted = tile.first_block + group.x * WORKGROUP + local;
-    // All invocations go on to the barriers; those behind the end evaluate the last block again, for nothing.
+    // All invocations must reach the barriers; those beyond the end evaluate the last block again
+    // and their result is not used.
     let block = min(wanted, tile.stride - 1u);
     let f = reflectance(program, Place(block, local));
     let red = deviation(f[0], 0u, block);

@@ -1,4 +1,4 @@
-//! Fitness on whatever adapter there is, against the CPU's.
+//! Tests of fitness on the available adapter, against the CPU.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, Screening, conformance, select_best};
 use brood_genome::{BirthKey, Operator, Stream};
@@ -35,7 +35,7 @@ fn sums_have_the_bits_of_the_cpu_with_every_layout() {
             for (index, (got, expected)) in got.iter().zip(&expected).enumerate() {
                 assert!(
                     got.to_bits() == expected.to_bits() || !gpu.is_exact(),
-                    "program {index}, {len} samples, {loss:?}, {}: {got} instead of {expected}",
+                    "program {index}, {len} samples, {loss:?}, {}: {got}, expected {expected}",
                     shape.name()
                 );
             }
@@ -56,7 +56,7 @@ fn sums_are_the_same_when_buffers_are_small() {
 }
 
 #[test]
-fn population_knows_what_the_cpu_knows_when_programs_end_early() {
+fn population_has_the_fitness_of_the_cpu_when_programs_end_early() {
     let Some(gpu) = evaluator(&GpuOptions::default()) else { return };
     if !gpu.is_exact() {
         return;
@@ -79,12 +79,12 @@ fn population_knows_what_the_cpu_knows_when_programs_end_early() {
     }
     let ended = got.fitness().iter().filter(|f| f.blocks < target.blocks()).count();
     assert!(ended > 10, "{ended} programs ended early");
-    assert_eq!(got.timing().uploaded_bytes, 0, "inputs and targets were there");
+    assert_eq!(got.timing().uploaded_bytes, 0, "inputs and targets were cached on the device");
     assert!(got.timing().read_bytes > 0);
 }
 
 #[test]
-fn selection_is_that_of_the_cpu() {
+fn selection_equals_that_of_the_cpu() {
     let Some(gpu) = evaluator(&GpuOptions::default()) else { return };
     if !gpu.is_exact() {
         return;

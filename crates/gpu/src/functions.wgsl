@@ -1,9 +1,10 @@
-// The canonical functions on the GPU. CPU twin: brood-genome's functions.rs, whose constants, order of operations and
-// clamps these are, bit for bit. Error: that of the twin; none against it where the start-up probe passes.
+// The canonical elementary functions. CPU twin: functions.rs of brood-genome; constants, order of
+// operations and clamps must match it bit for bit. Error: that of the twin; none against it if the
+// start-up probe passes.
 //
-// `V` is one f32 or several that are evaluated together (`VI`, `VU`: the same number of i32, u32). `hold` stands
-// wherever contraction or reassociation would be possible. Built-in sin, exp2, mix, pow, sqrt and division are never
-// used: their errors are the driver's choice.
+// `V` is one f32, or several that are evaluated together (`VI`, `VU`: the same number of i32, u32).
+// `hold` marks every place where contraction or reassociation would be possible. Built-in sin,
+// exp2, mix, pow, sqrt and division are never used, because drivers choose their errors.
 
 const TWO_OVER_PI: f32 = 0.63661977236758134308;
 const HALF_PI_0: f32 = 0x1.921p+0;
@@ -12,7 +13,7 @@ const HALF_PI_2: f32 = 0x1.110b46p-26;
 const EPSILON: f32 = 0x1p-24;
 const SQRT_HALF_BITS: u32 = 0x3f3504f3u;
 
-// Comparisons as in the twin, so that zeros keep the sign they have there.
+// Comparisons as in the twin, so that zeros keep their sign.
 fn limit_to(x: V, low: f32, high: f32) -> V {
     let y = select(V(low), x, x > V(low));
     return select(V(high), y, y < V(high));
@@ -26,12 +27,12 @@ fn product(a: V, b: V) -> V {
     return hold(a * b);
 }
 
-// a + b c, two roundings.
+// a + b c with two roundings.
 fn step(a: f32, b: V, c: V) -> V {
     return hold(V(a) + product(b, c));
 }
 
-// sin(x) where `quarter` is 0, cos(x) where it is 1: the quadrant counts on by one quarter turn.
+// sin(x) if `quarter` is 0, cos(x) if it is 1: the quadrant is advanced by a quarter turn.
 fn sine(angle: V, quarter: i32) -> V {
     let x = limit_to(angle, -1024.0, 1024.0);
     // WGSL rounds halves to even, as adding and subtracting 1.5 * 2^23 does on the CPU.
@@ -58,7 +59,7 @@ fn ex2(exponent: V) -> V {
     let low = step(0.6931472, f, step(0.2402265, f, step(0.05550328, f, high)));
     let p = step(1.0, f, low);
     let scale = bitcast<V>(bitcast<VU>(VI(k) + VI(127)) << VU(23u));
-    // 2^16 is beyond the range of the machine; as every result it is clamped.
+    // 2^16 is beyond the range of the machine, so the result is clamped like every other.
     return limit(product(p, scale));
 }
 

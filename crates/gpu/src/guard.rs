@@ -1,5 +1,5 @@
-//! What keeps a driver's compiler from contracting and reassociating, and the ladder of such means that is climbed when
-//! an adapter is opened.
+//! Guards: means that keep the compiler of a driver from contracting and reassociating, and the
+//! search for one that works when an adapter is opened.
 
 use crate::GpuError;
 use crate::probe::Finding;
@@ -7,19 +7,21 @@ use crate::probe::Finding;
 /// A means against contraction, the plainest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Guard {
-    /// None: the code says what it means and the driver may keep to it.
+    /// No guard: plain code, which the driver may or may not compile as written.
     Plain,
-    /// Every intermediate result passes an exclusive or with a zero that the compiler does not know.
+    /// Every intermediate result passes an exclusive or with a zero that is unknown to the
+    /// compiler.
     Barrier,
-    /// Every sum and product carries SPIR-V's `NoContraction`, which a driver has to obey. Needs Vulkan.
+    /// Every sum and product carries the decoration `NoContraction` of SPIR-V, which a driver must
+    /// obey. Requires Vulkan.
     NoContraction,
 }
 
 impl Guard {
-    /// The ladder from below.
+    /// All guards, the plainest first.
     pub const ALL: [Self; 3] = [Self::Plain, Self::Barrier, Self::NoContraction];
 
-    /// The name in reports.
+    /// Returns the name used in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -30,66 +32,66 @@ impl Guard {
     }
 }
 
-/// What the probe found with one guard.
+/// Result of the probe with one guard.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Rung {
+pub struct GuardReport {
     /// The guard.
     pub guard: Guard,
-    /// Whether every bit was right, subnormal results aside.
+    /// True if every bit was right, except for subnormal results.
     pub exact: bool,
-    /// What was compared, and the first difference.
+    /// Number of values compared, and the first difference.
     pub detail: String,
 }
 
-/// The guards that were tried, with what was found, and those that are exact.
+/// Results of all guards that were probed.
 #[derive(Debug, Clone)]
-pub(crate) struct Ladder {
-    pub rungs: Vec<(Guard, Finding)>,
+pub(crate) struct GuardSearch {
+    pub probed: Vec<(Guard, Finding)>,
 }
 
-impl Ladder {
-    /// Probes guard after guard. Where the first is exact nothing more is asked; otherwise all are tried, so that the
-    /// cheapest exact one can be taken and the report says what each of them did.
-    pub(crate) fn climb(
+impl GuardSearch {
+    /// Probes guards in order. If the first is exact, the others are not probed; otherwise all are,
+    /// so that the fastest exact one can be chosen and the report covers each of them.
+    pub(crate) fn run(
         guards: &[Guard],
         mut probe: impl FnMut(Guard) -> Result<Finding, GpuError>,
     ) -> Result<Self, GpuError> {
-        let mut rungs: Vec<(Guard, Finding)> = Vec::new();
+        let mut probed: Vec<(Guard, Finding)> = Vec::new();
         for guard in guards {
             let finding = match probe(*guard) {
-                // A driver that refuses marked code may still run the other kinds.
-                Err(GpuError::Rejected(reason)) if !rungs.is_empty() => {
+                // A driver that rejects marked code may still run the other kinds.
+                Err(GpuError::Rejected(reason)) if !probed.is_empty() => {
                     Finding { exact: false, flushes_subnormals: false, detail: reason }
                 }
                 found => found?,
             };
-            let is_enough = rungs.is_empty() && finding.exact;
-            rungs.push((*guard, finding));
+            let is_enough = probed.is_empty() && finding.exact;
+            probed.push((*guard, finding));
             if is_enough {
                 break;
             }
         }
-        Ok(Self { rungs })
+        Ok(Self { probed })
     }
 
-    /// The exact guards from below.
+    /// Returns the exact guards, the plainest first.
     pub(crate) fn exact(&self) -> Vec<Guard> {
-        self.rungs.iter().filter(|(_, found)| found.exact).map(|(guard, _)| *guard).collect()
+        self.probed.iter().filter(|(_, found)| found.exact).map(|(guard, _)| *guard).collect()
     }
 
-    /// What was found with one guard.
+    /// Returns the result of one guard.
     pub(crate) fn finding(&self, guard: Guard) -> Option<&Finding> {
-        self.rungs.iter().find(|(tried, _)| *tried == guard).map(|(_, finding)| finding)
+        self.probed.iter().find(|(tried, _)| *tried == guard).map(|(_, finding)| finding)
     }
 
-    /// For a report.
-    pub(crate) fn report(&self) -> Vec<Rung> {
-        let rung = |(guard, found): &(Guard, Finding)| Rung {
+    /// Returns the results for a report.
+    pub(crate) fn report(&self) -> Vec<GuardReport> {
+        let report_of = |(guard, found): &(Guard, Finding)| GuardReport {
             guard: *guard,
             exact: found.exact,
             detail: found.detail.clone(),
         };
-        self.rungs.iter().map(rung).collect()
+        self.probed.iter().map(report_of).collect()
     }
 }
 
@@ -102,32 +104,33 @@ mod tests {
     }
 
     #[test]
-    fn ladder_stops_on_the_first_rung_when_it_is_exact() {
-        let ladder = Ladder::climb(&Guard::ALL, |_| Ok(finding(true))).unwrap();
-        assert_eq!((ladder.rungs.len(), ladder.exact()), (1, vec![Guard::Plain]));
+    fn search_stops_when_the_first_guard_is_exact() {
+        let search = GuardSearch::run(&Guard::ALL, |_| Ok(finding(true))).unwrap();
+        assert_eq!((search.probed.len(), search.exact()), (1, vec![Guard::Plain]));
     }
 
     #[test]
-    fn ladder_is_climbed_to_the_end_when_plain_code_is_not_exact() {
+    fn all_guards_are_probed_when_plain_code_is_not_exact() {
         for exact in [vec![], vec![Guard::Barrier], vec![Guard::NoContraction]] {
-            let ladder = Ladder::climb(&Guard::ALL, |g| Ok(finding(exact.contains(&g)))).unwrap();
-            assert_eq!((ladder.rungs.len(), ladder.exact()), (3, exact));
+            let search =
+                GuardSearch::run(&Guard::ALL, |g| Ok(finding(exact.contains(&g)))).unwrap();
+            assert_eq!((search.probed.len(), search.exact()), (3, exact));
         }
     }
 
     #[test]
-    fn ladder_goes_on_when_marked_code_is_refused_but_not_when_the_device_is_lost() {
-        let mut refused = false;
-        let ladder = Ladder::climb(&Guard::ALL, |guard| match guard {
+    fn search_continues_when_marked_code_is_rejected_but_not_when_the_device_is_lost() {
+        let mut rejected = false;
+        let search = GuardSearch::run(&Guard::ALL, |guard| match guard {
             Guard::Plain | Guard::Barrier => Ok(finding(guard == Guard::Barrier)),
             Guard::NoContraction => {
-                refused = true;
+                rejected = true;
                 Err(GpuError::Rejected("no".into()))
             }
         });
-        assert_eq!(ladder.unwrap().exact(), [Guard::Barrier]);
-        assert!(refused);
-        let lost = Ladder::climb(&Guard::ALL, |_| Err(GpuError::Lost("gone".into())));
+        assert_eq!(search.unwrap().exact(), [Guard::Barrier]);
+        assert!(rejected);
+        let lost = GuardSearch::run(&Guard::ALL, |_| Err(GpuError::Lost("gone".into())));
         assert_eq!(lost.unwrap_err(), GpuError::Lost("gone".into()));
     }
 }

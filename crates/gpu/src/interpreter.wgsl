@@ -1,11 +1,11 @@
-// The interpreter: what a program gives for one block of samples. CPU twin: brood-program's execute.rs over a `Tape`,
-// in the encoding of encode.rs. What is generated around this text (numbers of operations, widths, `hold`, and `load` and
-// `store` of the registers) comes from shader.rs.
+// The interpreter: reflectance of a program on one block of samples. CPU twin: execute.rs of
+// brood-program over a `Tape`, in the encoding of encode.rs. shader.rs generates the rest of the
+// text: operation numbers, widths, `hold`, and `load` and `store` of registers.
 
 struct Place {
-    // Samples that are evaluated together, counted in blocks of that many.
+    // Index of the block, in blocks of samples that are evaluated together.
     block: u32,
-    // The column of the register file.
+    // Column of the register file.
     column: u32,
 }
 

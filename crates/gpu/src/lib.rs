@@ -1,9 +1,12 @@
-//! The evaluator on graphics hardware: one interpreter compute shader for a whole brood.
+//! GPU evaluator: one compute shader that interprets the programs of a whole brood.
 //!
-//! This crate owns the choice of an adapter, the shaders and their encoding of programs, straight-line code for a program
-//! that stays, sums of errors on the device, the cutting of work into pieces that fit a device, the probe that decides
-//! whether an adapter is bit-exact and with which guard against contraction, and recovery from a lost device. It is the
-//! only one that knows wgpu; it refuses to know genomes as genotypes, pictures, and when a GPU is worth its while.
+//! This crate owns the choice of an adapter, the shaders and their encoding of programs,
+//! straight-line shaders for programs that are evaluated repeatedly, sums of errors on the device,
+//! the division of work into dispatches of bounded time, the start-up probe that decides whether an
+//! adapter is bit-exact and which guard against contraction it needs, and recovery from a lost
+//! device. Its main types are [`GpuEvaluator`], [`GpuOptions`] and [`AdapterReport`]. It is the
+//! only crate that uses wgpu. It does not depend on genomes as such or on pictures, and does not
+//! decide when a GPU is worth using.
 //!
 //! ```
 //! use brood_eval::Evaluator;
@@ -11,7 +14,7 @@
 //!
 //! match GpuEvaluator::new(&GpuOptions::default()) {
 //!     Ok(gpu) => println!("{} is exact: {}", gpu.adapter().name, gpu.is_exact()),
-//!     Err(GpuError::NoAdapter) => println!("no driver, the CPU does it"),
+//!     Err(GpuError::NoAdapter) => println!("no driver: use the CPU"),
 //!     Err(error) => println!("{error}"),
 //! }
 //! ```
@@ -46,6 +49,6 @@ pub use adapter::{AdapterReport, Contraction, GpuOptions, OwnPipelinePolicy};
 pub use error::GpuError;
 pub use evaluator::GpuEvaluator;
 pub use fitness::GpuPopulation;
-pub use guard::{Guard, Rung};
+pub use guard::{Guard, GuardReport};
 pub use shape::{RegisterFile, Shape};
 pub use timing::BatchTiming;

@@ -1,5 +1,5 @@
-//! Pipelines of single programs: when one is worth its compilation, which are kept, and the proof that each gives the
-//! bits of the interpreter before it is used.
+//! Pipelines of single programs: the decision to compile one, the cache of them, and the check that
+//! each gives the bits of the interpreter before it is used.
 
 use std::time::Instant;
 
@@ -10,17 +10,18 @@ use crate::pipeline::Compiled;
 use crate::straight::{MAX_STEPS, source};
 use crate::{GpuError, OwnPipelinePolicy};
 
-/// Programs that are watched at once.
-const WATCHED: usize = 256;
-/// Pipelines that are kept.
-const KEPT: usize = 32;
-/// What a step is taken to cost in compilation until one was compiled. Measured on llvmpipe, which is slow at it.
+/// Number of programs whose cost is tracked.
+const TRACKED: usize = 256;
+/// Capacity of the cache of pipelines.
+const PIPELINES: usize = 32;
+/// Initial estimate of compilation seconds per step, until one was measured. Measured on llvmpipe,
+/// where compilation is slow.
 const FIRST_GUESS_S: f64 = 1e-3;
 
 #[derive(Debug)]
-struct Watched {
+struct Tracked {
     hash: ProgramHash,
-    /// What interpreting it took so far.
+    /// Seconds spent on interpreting it.
     spent_s: f64,
     last_use: u64,
     state: State,
@@ -30,57 +31,58 @@ struct Watched {
 enum State {
     Interpreted,
     Own(Compiled),
-    /// Its own code was refused, or gave other bits; it stays with the interpreter.
+    /// Compilation of its own pipeline was rejected, or gave other bits; the program stays with the
+    /// interpreter.
     Rejected,
 }
 
-/// The programs that were evaluated alone of late.
+/// Programs that were recently evaluated alone, with their pipelines.
 #[derive(Debug)]
 pub(crate) struct OwnPipelines {
     policy: OwnPipelinePolicy,
-    watched: Vec<Watched>,
+    tracked: Vec<Tracked>,
     compile_s_per_step: f64,
     clock: u64,
 }
 
 impl OwnPipelines {
     pub(crate) fn new(policy: OwnPipelinePolicy) -> Self {
-        Self { policy, watched: Vec::new(), compile_s_per_step: FIRST_GUESS_S, clock: 0 }
+        Self { policy, tracked: Vec::new(), compile_s_per_step: FIRST_GUESS_S, clock: 0 }
     }
 
-    /// The pipeline of a program, if it has one.
+    /// Returns the pipeline of a program, if it has one.
     pub(crate) fn pipeline(&mut self, hash: ProgramHash) -> Option<Compiled> {
-        match &self.watch(hash)?.state {
+        match &self.track(hash)?.state {
             State::Own(compiled) => Some(compiled.clone()),
             State::Interpreted | State::Rejected => None,
         }
     }
 
-    /// Takes note of what interpreting a program took.
+    /// Records the seconds spent on interpreting a program.
     pub(crate) fn note(&mut self, hash: ProgramHash, seconds: f64) {
-        if let Some(watched) = self.watch(hash) {
-            watched.spent_s += seconds;
+        if let Some(tracked) = self.track(hash) {
+            tracked.spent_s += seconds;
         }
     }
 
-    /// Whether as much was spent on interpreting as compilation is going to take: whatever comes after, this costs at
-    /// most twice what the better choice would have cost.
+    /// True if interpreting the program has taken as long as compiling it is expected to take:
+    /// whatever follows, this costs at most twice as much as the better choice.
     pub(crate) fn is_worth_while(&mut self, hash: ProgramHash, steps: usize) -> bool {
         let always = self.policy == OwnPipelinePolicy::Always;
-        let price_s = self.compile_s_per_step * steps.max(8) as f64;
-        let Some(watched) = self.watch(hash) else { return false };
-        let is_due = always || watched.spent_s >= price_s;
-        is_due && steps <= MAX_STEPS && matches!(watched.state, State::Interpreted)
+        let compile_s = self.compile_s_per_step * steps.max(8) as f64;
+        let Some(tracked) = self.track(hash) else { return false };
+        let is_due = always || tracked.spent_s >= compile_s;
+        is_due && steps <= MAX_STEPS && matches!(tracked.state, State::Interpreted)
     }
 
-    /// Keeps a pipeline, and lets go the one used longest ago where there are too many.
-    pub(crate) fn keep(&mut self, hash: ProgramHash, compiled: Compiled) {
-        if let Some(watched) = self.watch(hash) {
-            watched.state = State::Own(compiled);
+    /// Stores a pipeline, and evicts the least recently used one if there are too many.
+    pub(crate) fn store(&mut self, hash: ProgramHash, compiled: Compiled) {
+        if let Some(tracked) = self.track(hash) {
+            tracked.state = State::Own(compiled);
         }
-        let is_own = |watched: &&mut Watched| matches!(watched.state, State::Own(_));
-        if self.watched.iter_mut().filter(is_own).count() > KEPT {
-            let oldest = self.watched.iter_mut().filter(is_own).min_by_key(|w| w.last_use);
+        let is_own = |tracked: &&mut Tracked| matches!(tracked.state, State::Own(_));
+        if self.tracked.iter_mut().filter(is_own).count() > PIPELINES {
+            let oldest = self.tracked.iter_mut().filter(is_own).min_by_key(|w| w.last_use);
             if let Some(oldest) = oldest {
                 (oldest.state, oldest.spent_s) = (State::Interpreted, 0.0);
             }
@@ -88,8 +90,8 @@ impl OwnPipelines {
     }
 
     fn reject(&mut self, hash: ProgramHash) {
-        if let Some(watched) = self.watch(hash) {
-            watched.state = State::Rejected;
+        if let Some(tracked) = self.track(hash) {
+            tracked.state = State::Rejected;
         }
     }
 
@@ -97,31 +99,32 @@ impl OwnPipelines {
         self.compile_s_per_step = seconds / steps.max(8) as f64;
     }
 
-    /// What is known of a program, as used now; nothing where the policy forbids pipelines.
-    fn watch(&mut self, hash: ProgramHash) -> Option<&mut Watched> {
+    /// Returns the entry of a program and marks it as used; `None` if the policy forbids pipelines.
+    fn track(&mut self, hash: ProgramHash) -> Option<&mut Tracked> {
         if self.policy == OwnPipelinePolicy::Never {
             return None;
         }
         self.clock += 1;
-        let place = self.watched.iter().position(|watched| watched.hash == hash);
+        let place = self.tracked.iter().position(|tracked| tracked.hash == hash);
         let place = place.unwrap_or_else(|| {
-            if self.watched.len() == WATCHED {
-                let oldest = (0..WATCHED).min_by_key(|at| self.watched[*at].last_use);
-                self.watched.swap_remove(oldest.expect("it is full"));
+            if self.tracked.len() == TRACKED {
+                let oldest = (0..TRACKED).min_by_key(|at| self.tracked[*at].last_use);
+                self.tracked.swap_remove(oldest.expect("there are tracked programs"));
             }
             let state = State::Interpreted;
-            self.watched.push(Watched { hash, spent_s: 0.0, last_use: 0, state });
-            self.watched.len() - 1
+            self.tracked.push(Tracked { hash, spent_s: 0.0, last_use: 0, state });
+            self.tracked.len() - 1
         });
-        let watched = &mut self.watched[place];
-        watched.last_use = self.clock;
-        Some(watched)
+        let tracked = &mut self.tracked[place];
+        tracked.last_use = self.clock;
+        Some(tracked)
     }
 }
 
 impl Engine {
-    /// Compiles code of a program's own and keeps it if it gives the bits that the interpreter has just given.
-    pub(crate) fn make_own(
+    /// Compiles a pipeline for one program and stores it if it gives the bits that the interpreter
+    /// has just given.
+    pub(crate) fn compile_own(
         &mut self,
         program: &Program,
         batch: &Batch<'_, '_>,
@@ -130,27 +133,30 @@ impl Engine {
         let hash = program.hash();
         let started = Instant::now();
         let text = source(program, self.style);
-        let mut compiled =
-            match self.compile(crate::shader::Kernel::Reflectance, &text, self.style.guard) {
-                Ok(compiled) => compiled,
-                Err(error @ GpuError::Rejected(_)) => {
-                    tracing::warn!(%error, program = %hash, "no pipeline of its own");
-                    self.own.reject(hash);
-                    return Ok(());
-                }
-                Err(error) => return Err(error),
-            };
+        let mut compiled = match self.compile(
+            crate::shader::Kernel::Reflectance,
+            &text,
+            self.style.guard,
+        ) {
+            Ok(compiled) => compiled,
+            Err(error @ GpuError::Rejected(_)) => {
+                tracing::warn!(%error, program = %hash, "the pipeline of the program was rejected");
+                self.own.reject(hash);
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        };
         let mut out = vec![f32::NAN; interpreted.len()];
-        // Some drivers compile only now.
+        // Some drivers compile at first use.
         self.reflectances(batch, self.style, &mut compiled, &mut out)?;
         let seconds = started.elapsed().as_secs_f64();
         self.own.note_compilation(program.steps().len(), seconds);
         let is_equal = out.iter().zip(interpreted).all(|(a, b)| a.to_bits() == b.to_bits());
         if is_equal {
-            tracing::debug!(program = %hash, seconds, "a pipeline of its own");
-            self.own.keep(hash, compiled);
+            tracing::debug!(program = %hash, seconds, "compiled a pipeline for the program");
+            self.own.store(hash, compiled);
         } else {
-            tracing::warn!(program = %hash, "its own pipeline gives other bits; not used");
+            tracing::warn!(program = %hash, "the pipeline of the program gives other bits; not used");
             self.own.reject(hash);
         }
         Ok(())
@@ -168,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn program_is_compiled_when_interpreting_it_has_cost_as_much() {
+    fn program_is_compiled_when_interpreting_it_has_taken_as_long() {
         let mut own = OwnPipelines::new(OwnPipelinePolicy::WhenItPays);
         own.note_compilation(100, 0.1);
         own.note(hash(1), 0.03);
@@ -182,18 +188,18 @@ mod tests {
     }
 
     #[test]
-    fn watching_is_bounded_and_forgets_what_was_used_longest_ago() {
+    fn tracking_is_bounded_and_evicts_the_least_recently_used() {
         let mut own = OwnPipelines::new(OwnPipelinePolicy::WhenItPays);
         for number in 0..2000 {
             own.note(hash(7), 1.0);
             own.note(hash(1000 + number), 0.0);
         }
-        assert_eq!(own.watched.len(), WATCHED);
+        assert_eq!(own.tracked.len(), TRACKED);
         assert!(own.is_worth_while(hash(7), 1000));
     }
 
     #[test]
-    fn policy_decides_against_every_measurement() {
+    fn policy_overrides_every_measurement() {
         let mut never = OwnPipelines::new(OwnPipelinePolicy::Never);
         never.note(hash(1), 1e9);
         assert!(!never.is_worth_while(hash(1), 1));

@@ -1,4 +1,5 @@
-//! One pass: a group of programs over a slab of samples, tile by tile, each submission waited for and measured.
+//! One pass: a group of programs over a slab of samples, tile by tile; each submission is awaited
+//! and measured.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -26,16 +27,16 @@ pub(crate) struct TileUniform {
     padding: [u32; 3],
 }
 
-/// What one round of dispatches and one reading back are about.
+/// Programs, buffers and range of one pass, which ends with one reading back.
 pub(crate) struct Pass<'a> {
     pub kernel: Kernel,
     pub programs: &'a [Encoded],
     pub words: &'a [u32],
     pub inputs: &'a wgpu::Buffer,
-    /// For fitness alone.
+    /// Only for fitness.
     pub targets: Option<&'a wgpu::Buffer>,
     pub grid: Grid,
-    /// The blocks to evaluate, from the beginning of a workgroup on.
+    /// Blocks to evaluate, from the beginning of a workgroup on.
     pub blocks: Range<u32>,
     pub samples: u32,
     pub sums: u32,
@@ -44,7 +45,8 @@ pub(crate) struct Pass<'a> {
 }
 
 impl Engine {
-    /// Runs one pass; behind the last tile the outputs are copied for reading. Returns the last submission.
+    /// Runs one pass. After the last tile the outputs are copied for reading. Returns the last
+    /// submission.
     pub(crate) fn dispatch(
         &mut self,
         pass: &Pass<'_>,
@@ -54,7 +56,7 @@ impl Engine {
         // Tiles count from the first block of the pass.
         let part = Grid { blocks: pass.blocks.end - pass.blocks.start, ..pass.grid };
         let mut from = (0, 0);
-        while let Some(tile) = next_tile(pass.programs, part, from, compiled.pace.budget()) {
+        while let Some(tile) = next_tile(pass.programs, part, from, compiled.tile_budget.work()) {
             from = after(&tile, part.blocks);
             let is_last = from.0 as usize == pass.programs.len();
             let uniform = TileUniform {
@@ -93,7 +95,8 @@ impl Engine {
                 }
                 self.device.queue.submit([encoder.finish()])
             })?;
-            // Waiting also for the last tile keeps the pace measured; what is left for the reader is the mapping.
+            // Waiting also for the last tile measures its throughput; only the mapping is left to
+            // the reader.
             if compiled.has_run {
                 self.device.wait(submission.clone())?;
             } else {
@@ -106,9 +109,10 @@ impl Engine {
             };
             let seconds = on_device_s.unwrap_or(wall_s);
             self.timing.add(seconds, on_device_s.is_some());
-            // The first use may have had the driver compile, by either clock.
+            // The first use is not measured: the driver may have compiled, which either clock
+            // includes.
             if std::mem::replace(&mut compiled.has_run, true) {
-                compiled.pace.note(tile.work, seconds);
+                compiled.tile_budget.note(tile.work, seconds);
             }
             if is_last {
                 self.timing.read_bytes += pass.output_bytes;
@@ -118,7 +122,7 @@ impl Engine {
         unreachable!("a pass has at least one program")
     }
 
-    /// Makes room for one pass, uploads its words and binds everything.
+    /// Resizes the buffers for one pass, uploads its words and binds everything.
     fn bind(&mut self, pass: &Pass<'_>) -> Result<wgpu::BindGroup, GpuError> {
         let Self { device, layouts, tile, words, outputs, staging, .. } = self;
         let layout = &layouts[pass.kernel as usize];

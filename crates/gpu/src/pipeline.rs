@@ -1,22 +1,24 @@
-//! Layouts and pipelines, as the API wants them described. What they compute is in the shaders.
+//! Bind group layouts and compute pipelines, as the API describes them; the shaders define what
+//! they compute.
 
 use crate::GpuError;
 use crate::device::Device;
 use crate::guard::Guard;
 use crate::marked;
-use crate::plan::Pace;
+use crate::plan::TileBudget;
 use crate::shader::{ENTRY_POINT, Kernel};
 
-/// A pipeline, and what was learnt from running it.
+/// A pipeline with its measured throughput.
 #[derive(Debug, Clone)]
 pub(crate) struct Compiled {
     pub pipeline: wgpu::ComputePipeline,
-    /// Drivers may put compilation off until the first use.
+    /// False before the first use, to which drivers may defer compilation.
     pub has_run: bool,
-    pub pace: Pace,
+    pub tile_budget: TileBudget,
 }
 
-/// The buffers of a kernel, in the order of their bindings: the tile, words, inputs, outputs, and for fitness targets.
+/// Returns the layout of the buffers of a kernel, in the order of their bindings: tile, words,
+/// inputs, outputs, and targets for fitness.
 pub(crate) fn bind_group_layout(api: &wgpu::Device, kernel: Kernel) -> wgpu::BindGroupLayout {
     use wgpu::BufferBindingType::{Storage, Uniform};
     let read = Storage { read_only: true };
@@ -38,7 +40,7 @@ pub(crate) fn bind_group_layout(api: &wgpu::Device, kernel: Kernel) -> wgpu::Bin
     api.create_bind_group_layout(&descriptor)
 }
 
-/// Compiles a shader, as far as the driver does so before its first use.
+/// Compiles a shader, unless the driver defers that to the first use.
 pub(crate) fn build_pipeline(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
@@ -67,7 +69,7 @@ pub(crate) fn build_pipeline(
             module: &module,
             entry_point: Some(ENTRY_POINT),
             compilation_options: wgpu::PipelineCompilationOptions {
-                // Registers are written before they are read, and so is everything else.
+                // Registers, like everything else, are written before they are read.
                 zero_initialize_workgroup_memory: false,
                 ..wgpu::PipelineCompilationOptions::default()
             },

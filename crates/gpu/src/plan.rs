@@ -1,30 +1,31 @@
-//! How a batch is cut: into slabs of samples and groups of programs that fit the device's buffers, and those into tiles
-//! that keep the device busy for a bounded time. Pure arithmetic; it knows no device.
+//! Division of a batch: into slabs of samples and groups of programs that fit the buffers of the
+//! device, and those into tiles that occupy the device for a bounded time. Pure arithmetic,
+//! independent of a device.
 
 use std::ops::Range;
 
 use crate::encode::Encoded;
 use crate::shader::SUM_SAMPLES;
 
-/// Most workgroups along one axis of a dispatch that every device takes.
+/// Largest number of workgroups along one axis of a dispatch that every device supports.
 const MAX_GROUPS: u64 = 65_535;
-/// Fewest samples of a workgroup, whatever its layout.
+/// Smallest number of samples of a workgroup in any layout.
 const LEAST_SAMPLES: u64 = 64;
-/// Rows are padded to whole blocks of every layout.
+/// Rows are padded to a multiple of this, the largest block of any layout.
 const BLOCK: u64 = 4;
 const BYTES: u64 = 4;
 const CHANNELS: u64 = 3;
 
-/// Whole-buffer bounds of one pass.
+/// Limits of the buffers of one pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
-    /// Most bytes of one buffer.
+    /// Largest number of bytes of one buffer.
     pub buffer_bytes: u64,
 }
 
 impl Bounds {
-    /// Samples of a slab: as many as `rows` in one buffer and the outputs of one program leave room for, in whole sums,
-    /// at least one.
+    /// Returns the number of samples of a slab: as many as fit with `rows` rows in one buffer and
+    /// the outputs of one program in another, in whole sums, at least one sum.
     pub(crate) fn slab(&self, rows: usize) -> usize {
         let sum = u64::from(SUM_SAMPLES);
         let rows = CHANNELS.max(rows as u64);
@@ -33,8 +34,8 @@ impl Bounds {
         usize::try_from(sums * sum).expect("a buffer's bytes fit an address")
     }
 
-    /// Cuts programs into groups whose outputs, `output_bytes` each, and whose words fit. Every group has at least one
-    /// program.
+    /// Divides programs into groups whose outputs, `output_bytes` each, and whose words fit a
+    /// buffer. Every group has at least one program.
     pub(crate) fn groups(&self, programs: &[Encoded], output_bytes: u64) -> Vec<Range<usize>> {
         let outputs = self.buffer_bytes / output_bytes.max(1);
         let most = outputs.clamp(1, MAX_GROUPS);
@@ -55,12 +56,12 @@ impl Bounds {
     }
 }
 
-/// Samples in a row, filled up to whole blocks.
+/// Returns the number of samples in a row, padded to whole blocks.
 pub(crate) fn padded(samples: usize) -> u64 {
     (samples as u64).next_multiple_of(BLOCK)
 }
 
-/// Bytes of the reflectances of one program.
+/// Returns the number of bytes of the reflectances of one program.
 pub(crate) fn reflectance_bytes(samples: usize) -> u64 {
     BYTES * CHANNELS * padded(samples)
 }
@@ -68,11 +69,11 @@ pub(crate) fn reflectance_bytes(samples: usize) -> u64 {
 /// The samples of a slab as a shader counts them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Grid {
-    /// Blocks in a row.
+    /// Number of blocks in a row.
     pub blocks: u32,
-    /// Samples in a block.
+    /// Number of samples in a block.
     pub lanes: u32,
-    /// Blocks of a workgroup.
+    /// Number of blocks of a workgroup.
     pub group: u32,
 }
 
@@ -83,12 +84,13 @@ pub(crate) struct Tile {
     pub programs: Range<u32>,
     /// Blocks of the slab.
     pub blocks: Range<u32>,
-    /// Samples times rounds.
+    /// Samples times loop iterations.
     pub work: u64,
 }
 
-/// Cuts off the next tile of at most `budget` sample-rounds (at least one program on one workgroup of blocks), beginning
-/// with program and block `from`. Tiles are whole programs where those fit, and otherwise part of one program.
+/// Returns the next tile of at most `budget` sample iterations (at least one program on one
+/// workgroup of blocks), starting at program and block `from`. A tile consists of whole programs if
+/// those fit, otherwise of a part of one program.
 pub(crate) fn next_tile(
     programs: &[Encoded],
     grid: Grid,
@@ -118,7 +120,7 @@ pub(crate) fn next_tile(
     Some(Tile { programs: first..end, blocks: 0..grid.blocks, work })
 }
 
-/// Where the tile after this one begins.
+/// Returns program and block at which the tile after this one starts.
 pub(crate) fn after(tile: &Tile, blocks: u32) -> (u32, u32) {
     if tile.blocks.end < blocks {
         (tile.programs.start, tile.blocks.end)
@@ -127,35 +129,36 @@ pub(crate) fn after(tile: &Tile, blocks: u32) -> (u32, u32) {
     }
 }
 
-/// Learns how much work a device does in the time that one tile may take.
+/// Measures how much work a device does in the time of one tile.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
+pub(crate) struct TileBudget {
     target_s: f64,
-    /// Sample-rounds for the next tile.
-    budget: u64,
+    /// Sample iterations of the next tile.
+    work: u64,
 }
 
-impl Pace {
-    /// A first guess low enough for a processor that plays a graphics device.
+impl TileBudget {
+    /// First guess, low enough for a software adapter.
     const FIRST: u64 = 4_000_000;
     const LEAST: u64 = 100_000;
 
     pub(crate) fn new(target_s: f64) -> Self {
-        Self { target_s, budget: Self::FIRST }
+        Self { target_s, work: Self::FIRST }
     }
 
-    /// Work for the next tile.
-    pub(crate) fn budget(&self) -> u64 {
-        self.budget
+    /// Returns the work of the next tile.
+    pub(crate) fn work(&self) -> u64 {
+        self.work
     }
 
-    /// Takes note of how long a tile took; the budget at most quadruples, because small tiles measure the overhead.
+    /// Records the duration of a tile. The budget grows at most by a factor of 4, because small
+    /// tiles measure the overhead.
     pub(crate) fn note(&mut self, work: u64, seconds: f64) {
         let factor = (self.target_s / seconds.max(1e-6)).clamp(1.0 / 16.0, 4.0);
         let fitting = (work as f64 * factor) as u64;
-        // A tile below the budget says nothing against the budget unless it was slow.
-        self.budget = if factor < 1.0 { fitting } else { fitting.max(self.budget) };
-        self.budget = self.budget.max(Self::LEAST);
+        // A tile below the budget reduces the budget only if it was slow.
+        self.work = if factor < 1.0 { fitting } else { fitting.max(self.work) };
+        self.work = self.work.max(Self::LEAST);
     }
 }
 
@@ -175,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_cover_every_program_and_block_once_whatever_the_budget() {
+    fn tiles_cover_every_program_and_block_once_for_every_budget() {
         let programs = programs(7);
         for (blocks, budget) in [(1, 1), (1000, 1), (1000, 40_000), (1000, 200_000), (64, u64::MAX)]
         {
@@ -211,14 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn pace_follows_the_device() {
-        let mut pace = Pace::new(0.05);
-        let first = pace.budget();
-        pace.note(first, 0.001);
-        assert_eq!(pace.budget(), 4 * first);
-        pace.note(10, 0.000_01);
-        assert_eq!(pace.budget(), 4 * first, "a small tile does not shrink the budget");
-        pace.note(4 * first, 0.5);
-        assert!(pace.budget() < first);
+    fn tile_budget_adapts_to_the_device() {
+        let mut tile_budget = TileBudget::new(0.05);
+        let first = tile_budget.work();
+        tile_budget.note(first, 0.001);
+        assert_eq!(tile_budget.work(), 4 * first);
+        tile_budget.note(10, 0.000_01);
+        assert_eq!(tile_budget.work(), 4 * first, "a small tile does not shrink the budget");
+        tile_budget.note(4 * first, 0.5);
+        assert!(tile_budget.work() < first);
     }
 }

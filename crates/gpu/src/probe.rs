@@ -1,7 +1,9 @@
-//! The start-up probe: is this adapter, with this shader, the canonical evaluator to the bit?
+//! Start-up probe: checks that an adapter, with a given shader, is bit-equal to the canonical
+//! evaluator.
 //!
-//! A few dozen random programs and sweeps of every function run on the device and, by the plain meaning of the steps, on
-//! the CPU; the bits are compared. It takes milliseconds and decides what the adapter is called.
+//! A few dozen random programs and sweeps of every function run on the device and, by the
+//! definition of the steps, on the CPU; the bits are compared. The probe takes milliseconds and
+//! decides whether the adapter counts as exact.
 
 use brood_brdf::{Input, InputMask};
 use brood_genome::{
@@ -17,18 +19,18 @@ use crate::residency::Rows;
 const SAMPLES: usize = 1003;
 const RANDOM_PROGRAMS: u32 = 24;
 
-/// What a probe found.
+/// Result of a probe.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Finding {
-    /// All bits equal, zero counting as equal to a subnormal number.
+    /// True if all bits are equal, where zero also counts as equal to a subnormal number.
     pub exact: bool,
-    /// Zero where the CPU has a subnormal number.
+    /// True if the device returned zero for a subnormal number.
     pub flushes_subnormals: bool,
-    /// For people: how much was compared, and the first difference.
+    /// For people: number of values compared, and the first difference.
     pub detail: String,
 }
 
-/// Runs the probe on an engine as it is set.
+/// Runs the probe on an engine with its current style.
 pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
     let programs = programs();
     let inputs = inputs();
@@ -63,7 +65,7 @@ fn compare(programs: &[Program], inputs: &[Vec<f32>], out: &[f32]) -> Finding {
                 if different == 0 {
                     first = format!(
                         "; first: program {index}, channel {channel}, sample {sample}: \
-                         {got:?} instead of {expected:?}"
+                         {got:?}, expected {expected:?}"
                     );
                 }
                 different += 1;
@@ -99,7 +101,8 @@ fn programs() -> Vec<Program> {
     genomes.iter().map(Program::lower).collect()
 }
 
-/// Every function of one input, so that its bits are seen: squaring keeps them apart, and adding 2 shows the sign.
+/// Returns genomes of every function of one input. Squaring keeps the bits distinct, and adding 2
+/// shows the sign.
 fn sweeps() -> Vec<Genome> {
     let functions = ["SIN", "COS", "EX2", "LG2", "RCP", "RSQ", "SPL"];
     let mut texts: Vec<String> = functions
@@ -116,8 +119,8 @@ fn sweeps() -> Vec<Genome> {
         .collect()
 }
 
-/// A row for every input: mostly numbers as scenes have them; for u and v numbers of all magnitudes, small enough that
-/// some squares are subnormal.
+/// Returns a row for every input: mostly numbers as in scenes; for u and v numbers of all
+/// magnitudes, small enough that some squares are subnormal.
 pub(crate) fn inputs() -> Vec<Vec<f32>> {
     let key = BirthKey { seed: 12, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
@@ -142,7 +145,7 @@ pub(crate) fn inputs() -> Vec<Vec<f32>> {
 mod tests {
     use super::*;
 
-    /// The canonical values, as an exact adapter would give them.
+    /// Returns the canonical values, as an exact adapter would.
     fn canonical(programs: &[Program], inputs: &[Vec<f32>]) -> Vec<f32> {
         let mut out = vec![0.0; programs.len() * 3 * SAMPLES];
         for (index, program) in programs.iter().enumerate() {
@@ -157,14 +160,14 @@ mod tests {
     }
 
     #[test]
-    fn compare_sees_one_bit_and_tells_it_from_a_flushed_subnormal() {
+    fn compare_detects_one_bit_and_distinguishes_flushed_subnormals() {
         let (programs, inputs) = (programs(), inputs());
         let mut out = canonical(&programs, &inputs);
         let finding = compare(&programs, &inputs, &out);
         assert!(finding.exact && !finding.flushes_subnormals, "{}", finding.detail);
 
         let subnormal = out.iter().filter(|f| f.is_subnormal()).count();
-        assert!(subnormal > 20, "{subnormal} subnormal results do not show what becomes of them");
+        assert!(subnormal > 20, "only {subnormal} results are subnormal, more than 20 are needed");
         for f in &mut out {
             *f = if f.is_subnormal() { 0.0 } else { *f };
         }

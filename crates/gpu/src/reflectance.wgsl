@@ -1,5 +1,5 @@
-// Entry point that writes reflectances: one row of workgroups per program, one invocation per block of samples. CPU
-// twin: brood-eval's canonical.rs.
+// Entry point that writes reflectances: one row of workgroups per program, one invocation per block
+// of samples. CPU twin: canonical.rs of brood-eval.
 
 @group(0) @binding(3) var<storage, read_write> outputs: array<V>;
 

@@ -1,4 +1,4 @@
-//! Inputs of sample sets on the device, kept from batch to batch within a bound.
+//! Cache of inputs of sample sets on the device, with a bound in bytes.
 
 use std::ops::Range;
 
@@ -10,13 +10,13 @@ use crate::plan::padded;
 
 /// The inputs of a batch.
 pub(crate) struct Rows<'a> {
-    /// The identity of the set; without one nothing is kept.
+    /// Identity of the set; without one nothing is cached.
     pub set: Option<u64>,
-    /// The inputs that programs read.
+    /// Inputs that programs read.
     pub mask: InputMask,
-    /// Samples.
+    /// Number of samples.
     pub len: usize,
-    /// The values of an input.
+    /// Returns the values of an input.
     pub row: &'a dyn Fn(Input) -> &'a [f32],
 }
 
@@ -30,7 +30,7 @@ struct Resident {
     last_use: u64,
 }
 
-/// The sets whose inputs are on the device; the least recently used ones make room.
+/// Sets whose inputs are on the device, evicted least recently used first.
 #[derive(Debug)]
 pub(crate) struct Residency {
     most_bytes: u64,
@@ -43,15 +43,16 @@ impl Residency {
         Self { most_bytes, residents: Vec::new(), clock: 0 }
     }
 
-    /// The inputs that rows on the device stand for when a batch needs those of `rows`: with what is there already, so
-    /// that batches that read different inputs of one set do not push each other out.
+    /// Returns the inputs whose rows the device will have for a batch: those of `rows` and those
+    /// already there, so that batches that read different inputs of one set do not evict each
+    /// other.
     pub(crate) fn mask(&self, rows: &Rows<'_>) -> InputMask {
-        let there = self.residents.iter().filter(|resident| Some(resident.set) == rows.set);
-        there.fold(rows.mask, |mask, resident| mask.union(resident.mask))
+        let same_set = self.residents.iter().filter(|resident| Some(resident.set) == rows.set);
+        same_set.fold(rows.mask, |mask, resident| mask.union(resident.mask))
     }
 
-    /// A buffer of the rows of `mask` over some samples, one after another, each padded to whole blocks; and how many
-    /// bytes were sent for it.
+    /// Returns a buffer of the rows of `mask` over some samples, one after another, each padded to
+    /// whole blocks; and the number of bytes uploaded.
     pub(crate) fn inputs(
         &mut self,
         device: &Device,
@@ -60,19 +61,19 @@ impl Residency {
         samples: &Range<usize>,
     ) -> Result<(wgpu::Buffer, u64), GpuError> {
         self.clock += 1;
-        let place = self.residents.iter().position(|resident| {
+        let found = self.residents.iter().position(|resident| {
             Some(resident.set) == rows.set && resident.first_sample == samples.start
         });
-        if let Some(place) = place {
-            let resident = &mut self.residents[place];
+        if let Some(found) = found {
+            let resident = &mut self.residents[found];
             if resident.mask == mask {
                 resident.last_use = self.clock;
                 return Ok((resident.buffer.clone(), 0));
             }
-            self.residents.swap_remove(place);
+            self.residents.swap_remove(found);
         }
         let row_bytes = padded(samples.len()) * 4;
-        // A binding must not be empty, even where no program of the batch reads an input.
+        // A binding must not be empty, even if no program of the batch reads an input.
         let bytes = row_bytes * mask.len().max(1) as u64;
         if rows.set.is_some() {
             self.make_room(bytes);
@@ -98,7 +99,7 @@ impl Residency {
         Ok((buffer, mask.len() as u64 * row_bytes))
     }
 
-    /// Drops what was used longest ago until `bytes` more fit.
+    /// Evicts the least recently used rows until `bytes` more fit.
     fn make_room(&mut self, bytes: u64) {
         while self.bytes() + bytes > self.most_bytes {
             let oldest = (0..self.residents.len()).min_by_key(|at| self.residents[*at].last_use);
@@ -107,7 +108,7 @@ impl Residency {
         }
     }
 
-    /// Bytes on the device.
+    /// Returns the number of bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         self.residents.iter().map(|resident| resident.buffer.size()).sum()
     }

@@ -1,35 +1,39 @@
-//! The text of the shaders: the WGSL files behind a generated head with the numbers that Rust and WGSL share.
+//! Text of the shaders: the WGSL files after a generated head of the constants that Rust and WGSL
+//! share.
 //!
-//! Numbers of operations come from [`Operation`], layouts from `encode`; nothing is copied by hand. No text from outside
-//! ever gets here.
+//! Operation numbers come from [`Operation`], layouts from `encode`. Text from outside never enters
+//! a shader. The coefficients of the elementary functions are the exception to generation:
+//! functions.wgsl repeats them.
 
 use std::fmt::Write;
 
 use brood_genome::RANGE;
 use brood_program::Operation;
 
-use crate::encode::{ENTRY_WORDS, INDEX_BITS, Kind};
+use crate::encode::{ENTRY_WORDS, INDEX_BITS, OperandKind};
 use crate::guard::Guard;
 use crate::shape::{RegisterFile, Shape};
 
-/// Register files that pipelines are built for; a batch runs in the smallest that holds its programs.
+/// Sizes of the register file that pipelines are compiled for; a batch uses the smallest that holds
+/// its programs.
 ///
-/// Random genomes of 100 instructions need 10 registers in the median and 25 at most, those of 1024 instructions and 16
-/// registers 63 at most. On llvmpipe the time to compile grows with the square of the file (0.5 s, 1.5 s, 5 s, over
-/// 20 s for 32, 64, 128, 256), which is why there is no larger one.
+/// Random genomes of 100 instructions need 10 registers in the median and 25 at most, those of 1024
+/// instructions and 16 registers 63 at most. On llvmpipe the compile time grows with the square of
+/// the size (0.5 s, 1.5 s, 5 s, over 20 s for 32, 64, 128, 256), so there is no larger one.
 pub(crate) const REGISTER_FILES: [u32; 4] = [16, 32, 64, 128];
 
 /// Name of the entry point.
 pub(crate) const ENTRY_POINT: &str = "evaluate";
 
-/// Samples whose errors make one sum. The order of additions is part of what fitness means; see fitness.wgsl.
+/// Number of samples per sum. The order of additions is part of the definition of fitness; see
+/// fitness.wgsl.
 pub(crate) const SUM_SAMPLES: u32 = 256;
-/// Sums that run side by side in one of those, and the invocations that add them.
+/// Number of partial sums of one sum, and of invocations that add them.
 const PARTIAL_SUMS: u32 = 16;
-/// Invocations in a workgroup that writes reflectances.
+/// Number of invocations in a workgroup that writes reflectances.
 const WORKGROUP: u32 = 64;
 
-/// What a shader writes.
+/// Output of a shader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Kernel {
     /// f of each program, channel and sample.
@@ -39,7 +43,7 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
-    /// Invocations in a workgroup.
+    /// Returns the number of invocations in a workgroup.
     pub(crate) fn workgroup(self, lanes: u32) -> u32 {
         match self {
             Self::Reflectance => WORKGROUP,
@@ -47,7 +51,7 @@ impl Kernel {
         }
     }
 
-    /// Bytes of workgroup memory beside registers.
+    /// Returns the number of bytes of workgroup memory besides registers.
     fn workgroup_bytes(self) -> u32 {
         match self {
             Self::Reflectance => 0,
@@ -56,10 +60,10 @@ impl Kernel {
     }
 }
 
-/// How code is written, whatever it computes.
+/// Style of the code, independent of what it computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Style {
-    /// What keeps the compiler from contracting.
+    /// Guard against contraction.
     pub guard: Guard,
     /// Layout of the interpreter.
     pub shape: Shape,
@@ -67,7 +71,7 @@ pub(crate) struct Style {
     pub contracts: bool,
 }
 
-/// What a pipeline of the interpreter is specialised for.
+/// Parameters that a pipeline of the interpreter is specialised for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Variant {
     pub kernel: Kernel,
@@ -77,7 +81,7 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    /// A variant whose layout fits into the device's workgroup memory.
+    /// Creates a variant whose layout fits into the workgroup memory of the device.
     pub(crate) fn new(kernel: Kernel, style: Style, registers: u32, workgroup_bytes: u32) -> Self {
         let samples = kernel.workgroup(style.shape.lanes()) * style.shape.lanes();
         let left = workgroup_bytes.saturating_sub(kernel.workgroup_bytes());
@@ -86,7 +90,7 @@ impl Variant {
     }
 }
 
-/// The whole shader of the interpreter.
+/// Returns the whole shader of the interpreter.
 pub(crate) fn source(variant: Variant) -> String {
     let Variant { kernel, style, registers } = variant;
     let lanes = style.shape.lanes();
@@ -96,8 +100,8 @@ pub(crate) fn source(variant: Variant) -> String {
         ("ENTRY_WORDS", ENTRY_WORDS),
         ("INDEX_BITS", INDEX_BITS),
         ("INDEX_MASK", (1 << INDEX_BITS) - 1),
-        ("KIND_REGISTER", Kind::Register as u32),
-        ("KIND_INPUT", Kind::Input as u32),
+        ("KIND_REGISTER", OperandKind::Register as u32),
+        ("KIND_INPUT", OperandKind::Input as u32),
         ("SUM_SAMPLES", SUM_SAMPLES),
         ("PARTIAL_SUMS", PARTIAL_SUMS),
     ];
@@ -128,7 +132,7 @@ pub(crate) fn source(variant: Variant) -> String {
     }
 }
 
-/// What every shader begins with: widths, guards, bindings and functions.
+/// Returns the head of every shader: widths, guards, bindings and functions.
 pub(crate) fn head(style: Style, kernel: Kernel) -> String {
     let lanes = style.shape.lanes();
     let mut text = String::new();
@@ -157,23 +161,23 @@ pub(crate) fn head(style: Style, kernel: Kernel) -> String {
     text + &functions(style.contracts)
 }
 
-/// The functions, contracted by hand where a test asks for that.
+/// Returns the functions, deliberately contracted if a test requests it.
 fn functions(contracts: bool) -> String {
-    const HONEST: &str = "return hold(V(a) + product(b, c));";
+    const PLAIN: &str = "return hold(V(a) + product(b, c));";
     const CONTRACTED: &str = "return contracted(V(a), b, c);";
     let functions = include_str!("functions.wgsl");
     if contracts {
-        include_str!("contracted.wgsl").to_owned() + &functions.replace(HONEST, CONTRACTED)
+        include_str!("contracted.wgsl").to_owned() + &functions.replace(PLAIN, CONTRACTED)
     } else {
         functions.to_owned()
     }
 }
 
 fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
-    writeln!(text, "{line}").expect("a string takes everything");
+    writeln!(text, "{line}").expect("writing to a string does not fail");
 }
 
-/// The name that interpreter.wgsl uses; it has an arm for each of them.
+/// Returns the name that interpreter.wgsl uses; it has an arm for each of them.
 fn constant_name(operation: Operation) -> &'static str {
     match operation {
         Operation::Add => "OP_ADD",
@@ -210,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn contracted_functions_differ_from_honest_ones() {
+    fn contracted_functions_differ_from_plain_ones() {
         assert_eq!(functions(false), include_str!("functions.wgsl"));
         assert!(functions(true).contains("return contracted(V(a), b, c);"));
     }

@@ -1,17 +1,18 @@
-//! How the interpreter is laid out on a device: where registers are, and how many samples an invocation has in hand.
+//! Layout of the interpreter on a device: memory of the registers, and number of samples per
+//! invocation.
 
-/// Where the interpreter keeps the registers of a program.
+/// Memory in which the interpreter keeps the registers of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RegisterFile {
-    /// An array of each invocation's own. It is indexed by what programs say, so most drivers put it into memory that
-    /// is cached like any other.
+    /// A private array of each invocation. Programs index it dynamically, so most drivers place it
+    /// in cached device memory.
     Private,
-    /// The memory that a workgroup shares, one row a register, one column an invocation: near, but not much of it, and
-    /// what one workgroup takes is not there for others.
+    /// Workgroup memory, one row per register and one column per invocation: fast but small, and it
+    /// limits the number of concurrent workgroups.
     Workgroup,
 }
 
-/// A layout of the interpreter. All give the same bits; which is fastest is the device's business.
+/// A layout of the interpreter. All give the same bits; the fastest one depends on the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shape {
     file: RegisterFile,
@@ -19,14 +20,15 @@ pub struct Shape {
 }
 
 impl Default for Shape {
-    /// What runs everywhere, and fastest on a processor.
+    /// Returns the layout that every device supports, which is the fastest one on a software
+    /// adapter.
     fn default() -> Self {
         Self::ALL[0]
     }
 }
 
 impl Shape {
-    /// The layouts there are.
+    /// All layouts.
     pub const ALL: [Self; 4] = [
         Self { file: RegisterFile::Private, lanes: 4 },
         Self { file: RegisterFile::Private, lanes: 1 },
@@ -34,19 +36,20 @@ impl Shape {
         Self { file: RegisterFile::Workgroup, lanes: 4 },
     ];
 
-    /// Where registers are.
+    /// Returns the memory of the registers.
     #[must_use]
     pub fn file(self) -> RegisterFile {
         self.file
     }
 
-    /// Samples that one invocation evaluates together: decoding is shared by them, registers are not.
+    /// Returns the number of samples that one invocation evaluates together: they share decoding
+    /// but not registers.
     #[must_use]
     pub fn lanes(self) -> u32 {
         self.lanes
     }
 
-    /// The name in reports.
+    /// Returns the name used in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match (self.file, self.lanes) {
@@ -57,7 +60,8 @@ impl Shape {
         }
     }
 
-    /// This layout, or the private one where `registers` of `samples` in a workgroup do not fit into `bytes`.
+    /// Returns this layout, or the private one if `registers` of `samples` in a workgroup do not
+    /// fit into `bytes`.
     pub(crate) fn fitting(self, registers: u32, samples: u32, bytes: u32) -> Self {
         match self.file {
             RegisterFile::Workgroup if registers * samples * 4 > bytes => {
@@ -73,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn workgroup_registers_give_way_when_they_do_not_fit() {
+    fn private_registers_are_used_when_workgroup_registers_do_not_fit() {
         let wide = Shape::ALL[3];
         assert_eq!(wide.fitting(16, 256, 16_384), wide);
         let private = wide.fitting(32, 256, 16_384);
@@ -82,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn layouts_have_names_of_their_own() {
+    fn layouts_have_distinct_names() {
         for shape in Shape::ALL {
             assert_eq!(Shape::ALL.iter().filter(|other| other.name() == shape.name()).count(), 1);
         }

@@ -1,7 +1,8 @@
-//! A buffer that is kept between calls and made anew only where it is too small.
+//! Reusable buffer, reallocated only when it is too small.
 
 use crate::device::Device;
 
+/// A reusable buffer.
 #[derive(Debug)]
 pub(crate) struct Slot {
     label: &'static str,
@@ -14,7 +15,7 @@ impl Slot {
         Self { label, usage, buffer: None }
     }
 
-    /// The buffer, with at least that many bytes.
+    /// Returns the buffer with at least that many bytes.
     pub(crate) fn fit(&mut self, device: &Device, bytes: u64) -> &wgpu::Buffer {
         if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
             let roomy = bytes.next_power_of_two().min(device.buffer_bytes.max(bytes));
@@ -23,7 +24,7 @@ impl Slot {
         self.get()
     }
 
-    /// The buffer as it was fitted last.
+    /// Returns the buffer as it was last fitted.
     pub(crate) fn get(&self) -> &wgpu::Buffer {
         self.buffer.as_ref().expect("a pass is prepared before it runs")
     }

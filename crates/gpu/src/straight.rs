@@ -1,7 +1,8 @@
-//! Straight-line code of one program: a shader without an interpreter, for a material that stays.
+//! Straight-line shader of one program, without an interpreter, for a program that is evaluated
+//! repeatedly.
 //!
-//! Every word of it is made here from opcodes, indices and bit patterns. Which row of the inputs is which is said in
-//! the words of the batch, so that one pipeline serves every set.
+//! The text is generated only from opcodes, indices and bit patterns. The words of the batch map
+//! inputs to rows, so that one pipeline serves every set.
 
 use std::fmt::Write;
 
@@ -11,19 +12,20 @@ use brood_program::{Operand, Operation, Program};
 
 use crate::shader::{Kernel, Style, head};
 
-/// Most steps that code is generated for. The time to compile grows faster than the code.
+/// Largest number of steps that code is generated for. Compile time grows faster than the code.
 pub(crate) const MAX_STEPS: usize = 2048;
 
-/// The shader of one program, with the entry point of the interpreter.
+/// Returns the shader of one program, with the entry point of the interpreter.
 pub(crate) fn source(program: &Program, style: Style) -> String {
     let mut text = head(style, Kernel::Reflectance);
     text += "struct Place { block: u32, column: u32 }\n";
     text += "fn reflectance(program: u32, place: Place) -> array<V, 3> {\n";
-    write_body(&mut text, program).expect("a string takes everything");
+    write_body(&mut text, program).expect("writing to a string does not fail");
     text + "}\n" + include_str!("reflectance.wgsl")
 }
 
-/// The words of its batch: for each input that it reads, in their order, the row among those of `resident`.
+/// Returns the words of its batch: for each input that the program reads, in order, its row among
+/// those of `resident`.
 pub(crate) fn words(program: &Program, resident: InputMask) -> Vec<u32> {
     let row = |input| {
         let below = resident.iter().take_while(|other| *other != input).count();
@@ -55,7 +57,7 @@ fn write_body(text: &mut String, program: &Program) -> std::fmt::Result {
     }
     let output = program.output();
     if *output == Output::IDENTITY {
-        // Multiplying by 1 and adding 0 to what is not negative changes no bit.
+        // The identity changes no bit: values are not negative.
         return writeln!(text, "return array<V, 3>(q0, q1, q2);");
     }
     for (channel, row) in output.matrix().iter().enumerate() {
@@ -69,7 +71,7 @@ fn write_body(text: &mut String, program: &Program) -> std::fmt::Result {
     writeln!(text, "return array<V, 3>(f0, f1, f2);")
 }
 
-/// A number by its bits, which no way of writing and reading can change.
+/// Writes a number by its bits, which no formatting or parsing can change.
 fn number(value: f32) -> String {
     format!("V(bitcast<f32>({:#010x}u))", value.to_bits())
 }
@@ -107,7 +109,7 @@ mod tests {
     use brood_eval::conformance;
 
     #[test]
-    fn generated_code_is_valid_wgsl_whatever_the_program() {
+    fn generated_code_is_valid_wgsl_for_every_program() {
         for program in conformance::programs(2) {
             for guard in Guard::ALL {
                 let style = Style { guard, shape: Shape::default(), contracts: false };
@@ -119,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn words_name_the_rows_of_the_set_and_not_of_the_program() {
+    fn words_map_inputs_to_rows_of_the_resident_set() {
         let genome: brood_genome::Genome =
             "brood 1\n.dialect paper smooth registers 7\nADD R0.xyz, R1.z, R1.w\n".parse().unwrap();
         let program = Program::lower(&genome);

@@ -1,5 +1,5 @@
-//! Sums of errors on the device: what fitness is made of comes back, one number per program and 256 samples, instead of
-//! all reflectances.
+//! Sums of errors on the device: one number per program and 256 samples is read back instead of all
+//! reflectances.
 
 use std::ops::Range;
 
@@ -13,16 +13,16 @@ use crate::plan::padded;
 use crate::residency::Rows;
 use crate::shader::{Kernel, SUM_SAMPLES};
 
-/// What reflectances are compared with, all of the length of the set.
+/// Targets of reflectances, all of the length of the set.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Targets<'a> {
-    /// The identity of the target's own set, under which rows are kept on the device.
+    /// Identity of the set of the target, by which rows are cached on the device.
     pub set: u64,
-    /// Values to reach, of red, green and blue.
+    /// Values to reach of red, green and blue.
     pub values: [&'a [f32]; 3],
-    /// What reflectances are multiplied by before they are compared.
+    /// Weights of reflectances.
     pub weights: [&'a [f32]; 3],
-    /// Whether log2(1 + weighted reflectance) is compared.
+    /// True if log2(1 + weighted reflectance) is compared.
     pub logarithmic: bool,
 }
 
@@ -35,7 +35,8 @@ pub(crate) struct ResidentTargets {
 }
 
 impl Engine {
-    /// The sums of errors of some programs over a range of sums, [`SUM_SAMPLES`] samples each.
+    /// Returns the sums of errors of some programs over a range of sums, [`SUM_SAMPLES`] samples
+    /// each.
     ///
     /// # Shapes
     /// [program][sum of the range].
@@ -59,7 +60,7 @@ impl Engine {
         let slab = bounds.slab(mask.len().max(6));
         for start in (0..rows.len).step_by(slab) {
             let samples = start..rows.len.min(start + slab);
-            // The sums of this slab that are asked for.
+            // The requested sums of this slab.
             let all = start / width..samples.end.div_ceil(width);
             let here = all.start.max(range.start)..all.end.min(range.end);
             if here.is_empty() {
@@ -103,7 +104,7 @@ impl Engine {
         Ok(out)
     }
 
-    /// Six rows on the device: values, then weights.
+    /// Returns six rows on the device: values, then weights.
     fn targets(
         &mut self,
         targets: &Targets<'_>,

@@ -1,26 +1,27 @@
-//! What a batch cost, for benchmarks and for the pace of the next.
+//! Cost of a batch, for benchmarks and for the division of later batches.
 
-/// What one batch took of a device.
+/// Cost of one batch on a device.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BatchTiming {
-    /// Seconds that compute passes ran: by the device's timestamps where it has them, else from submission to end.
+    /// Seconds of compute passes: by timestamps of the device if it has them, else from submission
+    /// to end.
     pub device_s: f64,
-    /// Whether `device_s` is from timestamps throughout.
+    /// True if all of `device_s` is from timestamps.
     pub has_timestamps: bool,
-    /// Submissions.
+    /// Number of submissions.
     pub submissions: u32,
-    /// The longest of them.
+    /// Seconds of the longest submission.
     pub longest_s: f64,
-    /// Bytes of inputs and targets sent to the device; those of a set that is there already are not.
+    /// Bytes of inputs and targets uploaded to the device, without those that are cached there.
     pub uploaded_bytes: u64,
     /// Bytes read back.
     pub read_bytes: u64,
-    /// Whether a pipeline of the program's own ran.
+    /// True if a pipeline of the program's own was used.
     pub own_pipeline: bool,
 }
 
 impl BatchTiming {
-    /// Counts one submission.
+    /// Adds one submission.
     pub(crate) fn add(&mut self, seconds: f64, is_timestamp: bool) {
         self.has_timestamps = is_timestamp && (self.submissions == 0 || self.has_timestamps);
         self.device_s += seconds;

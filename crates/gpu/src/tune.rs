@@ -1,5 +1,5 @@
-//! Which layout of the interpreter, and which exact guard, is fastest on a device: measured, because registers of an
-//! invocation's own may be in registers, in cache or in memory, as the driver sees fit.
+//! Measurement of the fastest layout of the interpreter and the fastest exact guard on a device. It
+//! is measured because drivers place private arrays in registers, cache or memory.
 
 use std::time::{Duration, Instant};
 
@@ -15,14 +15,14 @@ use crate::residency::Rows;
 use crate::shader::Style;
 use crate::shape::Shape;
 
-/// After this no further candidate is tried: starting must not take long.
+/// No further candidate is tried after this time, to bound the start-up time.
 const LIMIT: Duration = Duration::from_millis(1200);
 const PROGRAMS: u32 = 20;
 const SAMPLES: usize = 1 << 16;
 const ROUNDS: u32 = 5;
 
-/// Times each layout with each guard and gives those that ran, the fastest first, with the seconds that a brood of 20
-/// took on the device over 65,536 samples.
+/// Times each layout with each guard and returns those that ran, fastest first, with the device
+/// seconds of a brood of 20 over 65,536 samples.
 pub(crate) fn tune(
     engine: &mut Engine,
     shapes: &[Shape],

@@ -1,4 +1,4 @@
-//! Making a brood: births, programs, and redraws of neutral twins.
+//! Broods: births of children, their programs, and redraws of neutral twins.
 
 use std::collections::HashSet;
 
@@ -6,46 +6,47 @@ use brood_genome::{BirthKey, Genome, GenomeHash, Variation, live_instructions};
 
 use crate::{Program, ProgramHash};
 
-/// How often a slot is drawn again while its program is one that is there already.
+/// Largest number of redraws of a slot whose program is a twin of a parent or an earlier sibling.
 pub const MAX_REDRAWS: u32 = 16;
-/// How often it is under a judge while all its draws were twins or worth less than nothing.
-pub const MAX_WORTHLESS_REDRAWS: u32 = 3 * MAX_REDRAWS;
+/// Largest number of redraws of a slot under a [`DrawScorer`] while all of the slot's draws were
+/// twins or scored below 0.
+pub const MAX_UNWANTED_REDRAWS: u32 = 3 * MAX_REDRAWS;
 
-/// What to breed.
+/// A request for a brood.
 #[derive(Debug, Clone, Copy)]
 pub struct BroodRequest<'a> {
     /// Parents and operator.
     pub variation: Variation<'a>,
-    /// How many children.
+    /// Number of children.
     pub count: u32,
     /// Seed of the brood.
     pub seed: u64,
-    /// Whether twins of a parent or of an earlier sibling are drawn again.
+    /// True if twins of a parent or of an earlier sibling are drawn again.
     pub distinct: bool,
 }
 
-/// One child.
+/// A child of a brood.
 #[derive(Debug, Clone)]
 pub struct Child {
-    /// Place in the brood.
+    /// Place in the brood, from 0.
     pub slot: u32,
-    /// Its genome.
+    /// Genome of the child.
     pub genome: Genome,
-    /// The genome's content hash.
+    /// Content hash of the genome.
     pub hash: GenomeHash,
-    /// Its program.
+    /// Program of the genome.
     pub program: Program,
-    /// The program's identity.
+    /// Identity of the program.
     pub program_hash: ProgramHash,
-    /// Instructions that can change the result.
+    /// Number of instructions that can change the result.
     pub live_instructions: u32,
-    /// Draws it took, at least 1.
+    /// Number of draws for this slot, at least 1.
     pub attempts: u32,
-    /// Whether its program is a parent's or an earlier sibling's all the same.
+    /// True if the program is still that of a parent or an earlier sibling.
     pub twin: bool,
 }
 
-/// A genome that was drawn for a slot, and what it lowers to.
+/// A genome drawn for a slot, with its program.
 #[derive(Debug, Clone)]
 pub struct Draw {
     genome: Genome,
@@ -56,7 +57,7 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// What it lowers to.
+    /// Program that the genome lowers to.
     #[must_use]
     pub fn program(&self) -> &Program {
         &self.program
@@ -68,21 +69,25 @@ impl Draw {
     }
 }
 
-/// Who looks at draws whose program is new, and says what they are worth beside those that were taken.
-pub trait Judge {
-    /// What is seen of a program.
-    type Look;
+/// Scores draws whose program is new against those that were taken already.
+pub trait DrawScorer {
+    /// Features of a program that scores compare.
+    type Features;
 
-    /// Looks at a program.
-    fn look(&self, program: &Program) -> Self::Look;
+    /// Returns the features of a program.
+    fn features(&self, program: &Program) -> Self::Features;
 
-    /// What a draw is worth beside the parents and the slots before it; the first that is worth 1 is taken, and the one of the
-    /// greatest worth where none is after all draws. Below 0 it is worth less than nothing.
-    fn worth(&self, look: &Self::Look, taken: &[Self::Look]) -> f32;
+    /// Returns the score of a draw against `taken`: the parents and the slots before it.
+    ///
+    /// The first draw with score 1 is taken. If no draw of a slot reaches 1, the one with the
+    /// greatest score is. A score below 0 allows [`MAX_UNWANTED_REDRAWS`] redraws instead of
+    /// [`MAX_REDRAWS`].
+    fn score(&self, features: &Self::Features, taken: &[Self::Features]) -> f32;
 }
 
 impl BroodRequest<'_> {
-    /// The first draw for a slot: it depends on nothing but the request, so slots may be drawn at the same time.
+    /// Returns the first draw of a slot. It depends only on the request, so slots may be drawn
+    /// concurrently.
     #[must_use]
     pub fn draw(&self, slot: u32) -> Draw {
         self.draw_again(slot, 0)
@@ -98,16 +103,16 @@ impl BroodRequest<'_> {
     }
 }
 
-/// Breeds the children of a request, a pure function of it.
+/// Breeds the children of a request; a pure function of it.
 ///
-/// Slots are settled in order, each against the parents and the slots before it, so a smaller brood of the same seed
-/// is the beginning of a larger one.
+/// Slots are settled in order, each against the parents and the slots before it, so a smaller brood
+/// of the same seed is a prefix of a larger one.
 #[must_use]
 pub fn make_brood(request: &BroodRequest<'_>) -> Vec<Child> {
     settle_brood(request, (0..request.count).map(|slot| request.draw(slot)).collect())
 }
 
-/// The same from the first draws of slots 0, 1, 2 and so on.
+/// Does the same as [`make_brood`], given the first draws of slots 0, 1, 2 and so on.
 #[must_use]
 pub fn settle_brood(request: &BroodRequest<'_>, first: Vec<Draw>) -> Vec<Child> {
     let mut seen: HashSet<ProgramHash> =
@@ -122,50 +127,51 @@ pub fn settle_brood(request: &BroodRequest<'_>, first: Vec<Draw>) -> Vec<Child> 
         .collect()
 }
 
-/// The same where a judge looks at what is drawn: a slot is drawn again while its program is a twin or is worth too little.
+/// Does the same as [`settle_brood`], but also draws a slot again while its score is below 1.
 ///
-/// `first` are the first draws of slots 0, 1, 2 and so on, with what the judge saw of them.
+/// `first` holds the first draws of slots 0, 1, 2 and so on, with the features of each.
 #[must_use]
-pub fn settle_judged<J: Judge>(
+pub fn settle_scored<S: DrawScorer>(
     request: &BroodRequest<'_>,
-    first: Vec<(Draw, J::Look)>,
-    judge: &J,
+    first: Vec<(Draw, S::Features)>,
+    scorer: &S,
 ) -> Vec<Child> {
     let parents = unchanged_parents(request);
     let mut seen: HashSet<ProgramHash> = parents.iter().map(Program::hash).collect();
-    let mut taken: Vec<J::Look> = parents.iter().map(|parent| judge.look(parent)).collect();
+    let mut taken: Vec<S::Features> =
+        parents.iter().map(|parent| scorer.features(parent)).collect();
     let mut children = Vec::with_capacity(first.len());
     for (slot, first) in (0..).zip(first) {
-        let mut best: Option<(f32, Child, J::Look)> = None;
+        let mut best: Option<(f32, Child, S::Features)> = None;
         let mut next = Some(first);
-        for attempt in 0..=MAX_WORTHLESS_REDRAWS {
-            if attempt > MAX_REDRAWS && best.as_ref().is_some_and(|(worth, ..)| *worth >= 0.0) {
+        for attempt in 0..=MAX_UNWANTED_REDRAWS {
+            if attempt > MAX_REDRAWS && best.as_ref().is_some_and(|(score, ..)| *score >= 0.0) {
                 break;
             }
-            let (draw, look) = next.take().unwrap_or_else(|| {
+            let (draw, features) = next.take().unwrap_or_else(|| {
                 let draw = request.draw_again(slot, attempt);
-                let look = judge.look(&draw.program);
-                (draw, look)
+                let features = scorer.features(&draw.program);
+                (draw, features)
             });
             let twin = seen.contains(&draw.program_hash);
-            // A twin is taken only where there is nothing else.
-            let worth = if twin { f32::NEG_INFINITY } else { judge.worth(&look, &taken) };
-            if best.as_ref().is_none_or(|(least, ..)| worth > *least) {
-                best = Some((worth, draw.into_child(slot, attempt + 1, twin), look));
+            // A twin is taken only if the slot has no other draw.
+            let score = if twin { f32::NEG_INFINITY } else { scorer.score(&features, &taken) };
+            if best.as_ref().is_none_or(|(least, ..)| score > *least) {
+                best = Some((score, draw.into_child(slot, attempt + 1, twin), features));
             }
-            if worth >= 1.0 {
+            if score >= 1.0 {
                 break;
             }
         }
-        let (_, child, look) = best.expect("the first draw is better than none");
+        let (_, child, features) = best.expect("every slot has a first draw");
         seen.insert(child.program_hash);
-        taken.push(look);
+        taken.push(features);
         children.push(child);
     }
     children
 }
 
-/// The parents as they are, and as they would be under the brood's constraints and colours.
+/// Programs of the parents, unchanged and under the constraints and colours of the brood.
 fn unchanged_parents(request: &BroodRequest<'_>) -> Vec<Program> {
     let both = |parent: &Genome| [parent.clone(), request.variation.unchanged(parent)];
     let parents = request.variation.parents().flat_map(both);
@@ -211,14 +217,14 @@ mod tests {
         assert_eq!(hashes.len(), 21);
         assert!(
             brood.iter().any(|child| child.attempts > 1),
-            "half of small mutations are neutral"
+            "about half of all small mutations are neutral"
         );
         let plain = make_brood(&BroodRequest { distinct: false, ..request });
         assert!(plain.iter().any(|child| child.twin));
     }
 
     #[test]
-    fn smaller_brood_is_the_beginning_of_a_larger_one() {
+    fn smaller_brood_is_a_prefix_of_a_larger_one() {
         let parent = parent();
         let variation = Variation::mutate(&parent, 0.3);
         let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };

@@ -1,14 +1,15 @@
-//! The builder: makes scalar nodes, each once, folds what is constant, and keeps signs out of operands.
+//! The builder: creates scalar nodes (value numbering), folds constants, and keeps signs out of
+//! operands.
 //!
-//! Negation commutes with every rounding and clamp of the machine, so signs are carried on references and end up in
-//! the choice between sum and difference. The sign of a zero may change on the way; no operation turns that into any
-//! other difference, and results are squared.
+//! Negation commutes with every rounding and clamp of the machine, so a sign is carried on the
+//! reference to a node and ends up in the choice between sum and difference. The sign of a zero may
+//! change on the way; no operation turns that into any other difference, and results are squared.
 
 use brood_genome::{Arithmetic, Input, RANGE};
 
 use crate::{Constant, Operation};
 
-/// A node and whether its negative is meant.
+/// A node, or the negative of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Reference(u32);
 
@@ -41,9 +42,9 @@ impl Reference {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Node {
     Input(Input),
-    /// The index of its value.
+    /// Index of the value.
     Constant(u32),
-    /// The index of the value of a constant that may be another one later, so that nothing is folded with it.
+    /// Index of the value of a constant that may change later, so nothing is folded with it.
     Parameter(u32),
     Operation {
         operation: Operation,
@@ -52,32 +53,33 @@ pub(crate) enum Node {
     },
 }
 
-/// A node and what is known of the tree under it.
+/// A node with properties of the tree under it.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
-    /// Hash of the whole tree: orders commuting operands independently of the genome's order.
+    /// Hash of the whole tree. Orders commuting operands independently of the order in the genome.
     shape: u64,
     node: Node,
-    /// Registers that the tree would need (Sethi and Ullman 1970); sharing makes it an estimate.
+    /// Number of registers that the tree needs (Sethi and Ullman 1970); sharing of nodes makes it
+    /// an estimate.
     need: u16,
 }
 
-/// Slots of the table of nodes at the start; a usual genome fills less than half of them.
+/// Initial number of slots of the node table; a usual genome fills less than half of them.
 const FIRST_SLOTS: usize = 512;
 
 pub(crate) struct Builder {
-    /// Operands come before what reads them.
+    /// Nodes, operands before their users.
     entries: Vec<Entry>,
-    /// Open addressing by shape: one more than the index of a node, 0 where there is none.
+    /// Open-addressing hash table by shape: index of a node plus 1, or 0 for an empty slot.
     known: Vec<u32>,
     constants: Vec<Constant>,
-    /// Indices of parameters and their places.
+    /// Index of each parameter and its place in the genome.
     places: Vec<(u32, u32)>,
     fold: bool,
 }
 
 impl Builder {
-    /// With `fold` false only value numbering happens, for the counts.
+    /// Creates an empty builder. With `fold` false it only numbers values, for [`crate::Counts`].
     pub(crate) fn new(fold: bool) -> Self {
         let entries = Vec::with_capacity(FIRST_SLOTS / 2);
         Self {
@@ -89,7 +91,7 @@ impl Builder {
         }
     }
 
-    /// Forgets all nodes but not the room for them.
+    /// Removes all nodes and keeps the allocations.
     pub(crate) fn clear(&mut self) {
         self.entries.clear();
         self.constants.clear();
@@ -108,13 +110,13 @@ impl Builder {
         self.need(index) != 0
     }
 
-    /// Registers that the tree under a node would need; 0 where it is no operation.
+    /// Number of registers that the tree under a node needs; 0 if the node is not an operation.
     #[inline]
     pub(crate) fn need(&self, index: u32) -> u16 {
         self.entries[index as usize].need
     }
 
-    /// The value with this index.
+    /// Value with this index.
     #[inline]
     pub(crate) fn constant_of(&self, index: u32) -> Constant {
         self.constants[index as usize]
@@ -134,17 +136,18 @@ impl Builder {
         self.folded(value, f64::from(value))
     }
 
-    /// A constant of the genome, one node for each place whatever its value.
+    /// Returns the node of a constant of the genome: one node per place, whatever the value.
     pub(crate) fn parameter(&mut self, place: u32, value: f32) -> Reference {
         let shape = mix(20, u64::from(place), 0);
-        let is_it = |builder: &Self, node| match node {
+        let accepts = |builder: &Self, node| match node {
             Node::Parameter(index) => builder.place_of(index) == Some(place),
             Node::Input(_) | Node::Constant(_) | Node::Operation { .. } => false,
         };
-        match self.find(shape, is_it) {
+        match self.find(shape, accepts) {
             Ok(reference) => reference,
             Err(slot) => {
-                let index = u32::try_from(self.constants.len()).expect("at most as many as nodes");
+                let index = u32::try_from(self.constants.len())
+                    .expect("there are at most as many constants as nodes");
                 self.constants.push(Constant { canonical: value, reference: f64::from(value) });
                 self.places.push((index, place));
                 self.add_entry(slot, Entry { shape, node: Node::Parameter(index), need: 0 })
@@ -152,7 +155,7 @@ impl Builder {
         }
     }
 
-    /// Which place the parameter of that index stands for.
+    /// Returns the place in the genome of the parameter with this index.
     pub(crate) fn place_of(&self, index: u32) -> Option<u32> {
         self.places.iter().find(|(known, _)| *known == index).map(|(_, place)| *place)
     }
@@ -219,7 +222,8 @@ impl Builder {
         }
     }
 
-    /// The operation on the node itself; the caller puts the operand's sign where it belongs.
+    /// Applies the operation to the node without its sign; the caller handles the sign of the
+    /// operand.
     fn unary(
         &mut self,
         a: Reference,
@@ -234,7 +238,7 @@ impl Builder {
         self.operation(operation, a.node(), a.node())
     }
 
-    /// The sum where an operand is a constant that decides it.
+    /// Returns the sum if a constant operand decides it.
     fn folded_sum(&mut self, a: Reference, b: Reference) -> Option<Reference> {
         match (self.value(a), self.value(b)) {
             (Some(a), Some(b)) => {
@@ -247,7 +251,7 @@ impl Builder {
         }
     }
 
-    /// The product where an operand is a constant that decides it.
+    /// Returns the product if a constant operand decides it.
     fn folded_product(&mut self, a: Reference, b: Reference) -> Option<Reference> {
         let (value, other) = match (self.value(a), self.value(b)) {
             (Some(a), Some(b)) => {
@@ -265,7 +269,7 @@ impl Builder {
         (is(1.0) || is(-1.0)).then(|| other.signed(value.canonical < 0.0))
     }
 
-    /// A constant with its reference's sign applied.
+    /// Returns the value of a constant node with the sign of the reference applied.
     #[inline]
     fn value(&self, reference: Reference) -> Option<Constant> {
         let Node::Constant(index) = self.node(reference.node()) else { return None };
@@ -276,7 +280,7 @@ impl Builder {
         })
     }
 
-    /// A constant node of non-negative canonical value, its sign on the reference.
+    /// Returns a constant node of non-negative canonical value, with the sign on the reference.
     fn folded(&mut self, canonical: f32, reference: f64) -> Reference {
         debug_assert!(canonical.abs() <= RANGE && reference.is_finite());
         let negate = canonical < 0.0;
@@ -286,14 +290,15 @@ impl Builder {
         let bits = (canonical.to_bits(), reference.to_bits());
         let shape = mix(2, u64::from(bits.0), bits.1);
         let value = Constant { canonical, reference };
-        let is_it = |builder: &Self, node| match node {
+        let accepts = |builder: &Self, node| match node {
             Node::Constant(index) => builder.constant_of(index) == value,
             Node::Input(_) | Node::Parameter(_) | Node::Operation { .. } => false,
         };
-        let found = match self.find(shape, is_it) {
+        let found = match self.find(shape, accepts) {
             Ok(reference) => reference,
             Err(slot) => {
-                let index = u32::try_from(self.constants.len()).expect("at most as many as nodes");
+                let index = u32::try_from(self.constants.len())
+                    .expect("there are at most as many constants as nodes");
                 self.constants.push(value);
                 self.add_entry(slot, Entry { shape, node: Node::Constant(index), need: 0 })
             }
@@ -301,7 +306,7 @@ impl Builder {
         found.signed(negate)
     }
 
-    /// Both in the order of their shapes. Chosen by masks: no processor could foretell which it is.
+    /// Returns both in the order of their shapes. Branchless, because this branch is unpredictable.
     #[inline(always)]
     fn ordered(&self, a: Reference, b: Reference) -> (Reference, Reference) {
         let shape = |r: Reference| self.entries[r.node() as usize].shape;
@@ -328,15 +333,15 @@ impl Builder {
         }
     }
 
-    /// A node of this shape, or the slot where it belongs.
+    /// Returns the node of this shape that `accepts` accepts, or the slot where a new one belongs.
     #[inline(always)]
-    fn find(&self, shape: u64, is_it: impl Fn(&Self, Node) -> bool) -> Result<Reference, usize> {
+    fn find(&self, shape: u64, accepts: impl Fn(&Self, Node) -> bool) -> Result<Reference, usize> {
         // The length is a power of two; the low bits of a shape are well mixed.
         let mask = self.known.len() - 1;
         let mut slot = shape as usize & mask;
         while let Some(index) = self.known[slot].checked_sub(1) {
             let entry = &self.entries[index as usize];
-            if entry.shape == shape && is_it(self, entry.node) {
+            if entry.shape == shape && accepts(self, entry.node) {
                 return Ok(Reference::to(index));
             }
             slot = (slot + 1) & mask;
@@ -346,7 +351,8 @@ impl Builder {
 
     #[inline(always)]
     fn add_entry(&mut self, slot: usize, entry: Entry) -> Reference {
-        let index = u32::try_from(self.entries.len()).expect("at most 1024 instructions");
+        let index =
+            u32::try_from(self.entries.len()).expect("a genome has at most 1024 instructions");
         self.entries.push(entry);
         self.known[slot] = index + 1;
         if 2 * self.entries.len() >= self.known.len() {
@@ -374,7 +380,7 @@ fn is_zero(value: Constant) -> bool {
     value.canonical.abs() <= 0.0 && value.reference.abs() <= 0.0
 }
 
-/// Mixes three numbers into one; the multipliers and shifts are those of the MurmurHash3 finaliser.
+/// Hashes three numbers; multipliers and shifts are those of the MurmurHash3 finaliser.
 fn mix(tag: u64, a: u64, b: u64) -> u64 {
     let mut hash = tag.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     for part in [a, b] {

@@ -1,4 +1,4 @@
-//! How much each pass of lowering saves.
+//! Operation counts before and after each pass of lowering.
 
 use brood_genome::{Genome, Liveness, Opcode};
 
@@ -9,22 +9,22 @@ use crate::lower::{Collected, scalarise};
 /// Operation counts before and after each pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
-    /// Instructions of the genome.
+    /// Number of instructions of the genome.
     pub instructions: u32,
-    /// Instructions that can change the result.
+    /// Number of instructions that can change the result.
     pub live_instructions: u32,
-    /// Scalar operations of all components written.
+    /// Number of scalar operations of all components written.
     pub scalar_operations: u32,
-    /// After per-component dead-code removal.
+    /// Number of them after per-component dead-code removal.
     pub live_scalar_operations: u32,
-    /// After value numbering.
+    /// Number of them after value numbering.
     pub numbered_operations: u32,
-    /// After folding: what runs for each sample.
+    /// Number of them after folding: the operations executed for each sample.
     pub operations: u32,
 }
 
 impl Counts {
-    /// Counts for one genome.
+    /// Returns the counts of a genome.
     #[must_use]
     pub fn of(genome: &Genome) -> Self {
         let live = Liveness::of(genome);
@@ -46,7 +46,7 @@ impl Counts {
     }
 }
 
-/// [`Counts::scalar_operations`] alone, which needs no lowering.
+/// Returns [`Counts::scalar_operations`] alone, which needs no lowering.
 #[must_use]
 pub fn written_operations(genome: &Genome) -> u32 {
     let cost = |i: &brood_genome::Instruction| scalar_cost(i.opcode(), i.write_mask().bits());
@@ -57,7 +57,8 @@ fn count(n: usize) -> u32 {
     u32::try_from(n).expect("a genome has at most 1024 instructions")
 }
 
-/// Scalar operations that an instruction takes for the components of `mask`; moving and negating are free.
+/// Number of scalar operations of an instruction for the components of `mask`; moves and negations
+/// are free.
 fn scalar_cost(opcode: Opcode, mask: u8) -> u32 {
     let components = mask.count_ones();
     let any = u32::from(mask != 0);

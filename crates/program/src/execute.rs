@@ -1,14 +1,15 @@
-//! One sample through a program, in either arithmetic: the plain meaning of the steps.
+//! Execution of a program for one sample, in either arithmetic: the definition of what the steps
+//! mean.
 
 use brood_genome::{Arithmetic, Input};
 
 use crate::{Constant, Operand, Operation, Program};
 
-/// Runs a program for one sample and returns the reflectance of the three channels.
+/// Runs a program for one sample and returns the reflectance of the three channels, without layers.
 ///
 /// # Shapes
-/// `inputs` gives the value of an input, `constant` the value of a constant in this arithmetic; the result is
-/// (red, green, blue).
+/// `inputs` returns the value of an input, `constant` the value of a constant in this arithmetic;
+/// the result is (red, green, blue).
 ///
 /// # Error
 /// None against [`brood_genome::interpret`] (`lowering_preserves_every_bit`).
@@ -20,8 +21,8 @@ pub fn execute<T: Arithmetic>(
     execute_layered(program, inputs, constant, |squares| squares)
 }
 
-/// [`execute`] with something done to the squares of the results before the output stage: where layers are added, which
-/// `execute` leaves out.
+/// Runs a program as [`execute`] does, and applies `layers` to the squares of the results before
+/// the output stage. The caller adds the reflectance of the layers there.
 pub fn execute_layered<T: Arithmetic>(
     program: &Program,
     inputs: impl Fn(Input) -> T,
@@ -50,7 +51,7 @@ pub fn execute_layered<T: Arithmetic>(
 }
 
 impl Operation {
-    /// The operation on one pair of values; `b` is not read where it takes one operand.
+    /// Applies the operation to a pair of values; a unary operation ignores `b`.
     #[inline(always)]
     pub fn apply<T: Arithmetic>(self, a: T, b: T) -> T {
         match self {

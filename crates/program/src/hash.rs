@@ -1,21 +1,22 @@
-//! The identity of a program.
+//! Identity of a program.
 
 use std::fmt;
 
 use crate::Program;
 
-/// BLAKE3 over the packed words. Genomes with one program hash are neutral twins: they look the same everywhere.
+/// BLAKE3 hash of the packed words. Genomes with the same program hash are neutral twins: they have
+/// the same reflectance everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ProgramHash([u8; 32]);
 
 impl ProgramHash {
-    /// The 32 bytes.
+    /// Returns the 32 bytes.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8; 32] {
         &self.0
     }
 
-    /// A hash from its bytes.
+    /// Creates a hash from its bytes.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 32]) -> Self {
         Self(bytes)
@@ -29,7 +30,7 @@ impl fmt::Display for ProgramHash {
 }
 
 impl Program {
-    /// The identity.
+    /// Returns the identity of the program.
     #[must_use]
     pub fn hash(&self) -> ProgramHash {
         ProgramHash(*blake3::hash(bytemuck::cast_slice(&self.little_endian_words())).as_bytes())

@@ -1,16 +1,23 @@
-//! Programs: the phenotype of a genome as scalar code, live operations only.
+//! Lowering of genomes to programs: the phenotype as scalar code, live operations only.
 //!
-//! This crate owns lowering (scalarisation, per-component dead-code removal, value numbering, folding), the program's
-//! identity, its packed words, the register-allocated tape that evaluators execute, and the making of broods without
-//! neutral twins. It refuses to know samples, images and how operations are executed in bulk. Lowering never changes
-//! meaning: the result is bit-equal to [`brood_genome::interpret`] in canonical f32 and in the f64 reference.
+//! This crate owns lowering (scalarisation, per-component dead-code removal, value numbering,
+//! constant folding), the program hash, the packed words of a program, the register-allocated
+//! [`Tape`] that interpreters execute, and the making of broods without neutral twins. The main
+//! types are [`Program`], [`ProgramHash`], [`Tape`], [`Tunable`] (constants stay parameters) and
+//! [`BroodRequest`]. The crate does not depend on samples, images or the execution of operations in
+//! bulk.
+//!
+//! Lowering never changes meaning: the result is bit-equal to [`brood_genome::interpret`] in
+//! canonical f32 and in the f64 reference.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};
 //! use brood_program::Program;
 //!
-//! let genome = Variation::random(Dialect::default()).birth(BirthKey { seed: 1, slot: 0, attempt: 0 });
+//! let random = Variation::random(Dialect::default());
+//! let genome = random.birth(BirthKey { seed: 1, slot: 0, attempt: 0 });
 //! let program = Program::lower(&genome);
+//! assert!(program.operations() > 0);
 //! assert_eq!(Program::from_words(&program.to_words()).unwrap(), program);
 //! ```
 
@@ -27,8 +34,8 @@ mod tunable;
 mod words;
 
 pub use brood::{
-    BroodRequest, Child, Draw, Judge, MAX_REDRAWS, MAX_WORTHLESS_REDRAWS, make_brood, settle_brood,
-    settle_judged,
+    BroodRequest, Child, Draw, DrawScorer, MAX_REDRAWS, MAX_UNWANTED_REDRAWS, make_brood,
+    settle_brood, settle_scored,
 };
 pub use counts::{Counts, written_operations};
 pub use execute::{execute, execute_layered};

@@ -1,4 +1,4 @@
-//! Lowering: genome to program.
+//! Lowering of a genome to a program.
 
 use std::cell::RefCell;
 
@@ -7,8 +7,8 @@ use brood_genome::{Genome, Instruction, Liveness, Model, Opcode, REGISTERS, Regi
 use crate::build::{Builder, Node, Reference};
 use crate::{Constant, Operand, Program, Step};
 
-/// What lowering writes to before it knows how much of it a program keeps. Used again for the next genome, because
-/// asking for memory takes as long as lowering does.
+/// Buffers of lowering, reused for the next genome because allocating them takes as long as
+/// lowering itself.
 pub(crate) struct Scratch {
     pub(crate) liveness: Liveness,
     pub(crate) builder: Builder,
@@ -24,8 +24,8 @@ thread_local! {
 }
 
 impl Program {
-    /// The live scalar code of a genome: bit-equal to it in canonical f32 and in the f64 reference. Under an isotropic dialect
-    /// the layers are what [`Model::isotropic`] makes of them.
+    /// Lowers a genome to its live scalar code, bit-equal to it in canonical f32 and in the f64
+    /// reference. Under an isotropic dialect each layer is replaced by [`Model::isotropic`] of it.
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
@@ -37,7 +37,8 @@ impl Program {
     }
 }
 
-/// Builds the scalar nodes of the live components and returns g of red, green and blue.
+/// Builds the scalar nodes of the live components and returns g of red, green and blue. With
+/// `is_tunable` the constants of the genome become parameters, which are not folded.
 pub(crate) fn scalarise(
     genome: &Genome,
     liveness: &Liveness,
@@ -46,7 +47,7 @@ pub(crate) fn scalarise(
 ) -> [Reference; 3] {
     let zero = builder.constant(0.0);
     if genome.instructions().is_empty() {
-        // There is no program, not one that returns its inputs.
+        // An empty genome has no program: it does not return its inputs.
         return [zero; 3];
     }
     let mut registers = [[zero; 4]; REGISTERS];
@@ -72,14 +73,14 @@ pub(crate) fn scalarise(
                 .run();
         let dst = &mut registers[usize::from(instruction.dst())];
         for (component, (place, value)) in dst.iter_mut().zip(result).enumerate() {
-            // A choice of values, not of ways to go on, which nothing could foretell.
+            // Branchless: this branch is unpredictable.
             *place = if live >> component & 1 == 1 { value } else { *place };
         }
     }
     [registers[0][0], registers[0][1], registers[0][2]]
 }
 
-/// One instruction being taken apart into scalars.
+/// Expansion of one instruction into scalar nodes.
 struct Expansion<'a> {
     genome: &'a Genome,
     registers: &'a [[Reference; 4]; REGISTERS],
@@ -90,7 +91,7 @@ struct Expansion<'a> {
 }
 
 impl Expansion<'_> {
-    /// References for the live components; anything for the others.
+    /// Returns references for the live components and arbitrary ones for the others.
     fn run(mut self) -> [Reference; 4] {
         match self.instruction.opcode() {
             Opcode::Add => self.componentwise(|e, k| {
@@ -191,7 +192,7 @@ impl Expansion<'_> {
             Register::Constant(register) => {
                 let value = self.genome.constants()[usize::from(register)][component];
                 if self.is_tunable {
-                    let component = u32::try_from(component).expect("there are four");
+                    let component = u32::try_from(component).expect("there are four components");
                     self.builder.parameter(4 * u32::from(register) + component, value)
                 } else {
                     self.builder.constant(value)
@@ -202,16 +203,16 @@ impl Expansion<'_> {
     }
 }
 
-/// What a walk from the results meets, in post-order.
+/// Steps and constants of a program, collected in post-order from the results.
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
-    /// For each node where its value is found, once it has been collected.
+    /// Operand of each node, once the node has been collected.
     operands: Vec<Option<Operand>>,
-    /// Operations on the way to the one on top, none of them collected.
+    /// Stack of operations that are not collected yet.
     pending: Vec<u32>,
     steps: Vec<Step>,
     constants: Vec<Constant>,
-    /// The builder's index of each.
+    /// Index in the builder of each constant.
     pub(crate) sources: Vec<u32>,
 }
 
@@ -230,34 +231,36 @@ impl Collected {
         self.sources.clear();
         let results = results.map(|result| self.visit(builder, result.node()));
         let is_isotropic = genome.dialect().isotropic;
-        let seen = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
+        let layer = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
         Program {
             steps: self.steps.clone(),
             constants: self.constants.clone(),
             results,
             output: *genome.output(),
-            layers: genome.layers().iter().map(seen).collect(),
+            layers: genome.layers().iter().map(layer).collect(),
         }
     }
 
     fn visit(&mut self, builder: &Builder, root: u32) -> Operand {
-        if let Some(operand) = self.found(builder, root) {
+        if let Some(operand) = self.operand_of(builder, root) {
             return operand;
         }
         self.pending.push(root);
         while let Some(node) = self.pending.last().copied() {
             let Node::Operation { operation, a, b } = builder.node(node) else {
-                unreachable!("only operations are put off");
+                unreachable!("only operations are pending");
             };
-            let (a_waits, b_waits) = (self.waits(builder, a), self.waits(builder, b));
-            if a_waits | b_waits {
-                // Of two the one that needs more registers; the other's turn comes when this node is on top again.
-                let is_a = a_waits & (!b_waits | (builder.need(a) >= builder.need(b)));
+            let (a_pending, b_pending) = (self.is_pending(builder, a), self.is_pending(builder, b));
+            if a_pending | b_pending {
+                // Visits the operand that needs more registers first; the other is visited when
+                // this node is on top of the stack again.
+                let is_a = a_pending & (!b_pending | (builder.need(a) >= builder.need(b)));
                 self.pending.push(if is_a { a } else { b });
                 continue;
             }
-            let (Some(a), Some(b)) = (self.found(builder, a), self.found(builder, b)) else {
-                unreachable!("what is not put off is there");
+            let (Some(a), Some(b)) = (self.operand_of(builder, a), self.operand_of(builder, b))
+            else {
+                unreachable!("operands that are not pending are collected");
             };
             self.operands[node as usize] = Some(Operand::Step(narrow(self.steps.len())));
             self.steps.push(Step { operation, a, b });
@@ -266,15 +269,16 @@ impl Collected {
         self.operands[root as usize].expect("the root has just been collected")
     }
 
-    /// Whether it is an operation yet to be collected.
+    /// True if the node is an operation that is not collected yet.
     #[inline(always)]
-    fn waits(&self, builder: &Builder, node: u32) -> bool {
+    fn is_pending(&self, builder: &Builder, node: u32) -> bool {
         builder.is_operation(node) & self.operands[node as usize].is_none()
     }
 
-    /// Where the value of a node is found. Inputs and constants are collected when they are first asked for.
+    /// Returns the operand of a node, if it is known. Collects inputs and constants at their first
+    /// use.
     #[inline(always)]
-    fn found(&mut self, builder: &Builder, node: u32) -> Option<Operand> {
+    fn operand_of(&mut self, builder: &Builder, node: u32) -> Option<Operand> {
         let known = self.operands[node as usize];
         if known.is_some() {
             return known;

@@ -1,4 +1,5 @@
-//! Lowering preserves meaning, to the bit, in both arithmetics; programs do not depend on how a genome is written.
+//! Tests of lowering: it preserves every bit in both arithmetics, and programs do not depend on how
+//! a genome is written.
 
 use brood_genome::{
     Arithmetic, BirthKey, Dialect, Genome, Input, OpcodeSet, Output, Variation, interpret,
@@ -20,7 +21,7 @@ fn dialects() -> [Dialect; 4] {
     [paper, extended, isotropic, Dialect { length: 1024, registers: 16, ..paper }]
 }
 
-/// Inputs of a made-up sample: some ordinary, some at the ends of the range, some zero.
+/// Inputs of a synthetic sample: some ordinary, some at the ends of the range, some zero.
 fn input(sample: u32, input: Input) -> f32 {
     let bits = brood_genome::philox4x32([sample, input.index() as u32, 0, 0], [1, 2])[0];
     match bits % 16 {
@@ -54,7 +55,7 @@ fn lowering_preserves_every_bit() {
 }
 
 #[test]
-fn constants_can_be_tuned_and_written_back() {
+fn tuned_constants_are_written_back_to_the_genome() {
     let mut tuned = 0;
     for dialect in dialects() {
         for seed in 0..60 {
@@ -83,7 +84,7 @@ fn constants_can_be_tuned_and_written_back() {
 }
 
 #[test]
-fn words_read_back_and_refuse_what_is_broken() {
+fn words_round_trip_and_broken_words_are_rejected() {
     for seed in 0..100 {
         let program = Program::lower(&random(seed, dialects()[1]));
         let words = program.to_words();
@@ -92,7 +93,7 @@ fn words_read_back_and_refuse_what_is_broken() {
         for index in 0..words.len() {
             let mut broken = words.clone();
             broken[index] ^= 0xffff_0001;
-            // Any answer but a panic or an invalid program: what is accepted must run.
+            // Broken words may be rejected or read as another valid program, which must run.
             if let Ok(program) = Program::from_words(&broken) {
                 let f = execute(&program, |i| input(0, i), |c| c.canonical);
                 assert!(f.iter().all(|f| f.is_finite()));
@@ -135,7 +136,7 @@ fn program_does_not_depend_on_dead_code_register_names_or_order() {
 }
 
 #[test]
-fn constants_fold_and_dead_inputs_are_not_read() {
+fn constants_are_folded_and_dead_inputs_are_not_read() {
     let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 0.5 0 1 2\nMUL R0, R0, C0.y\nSIN R1, C0.x\nMAD R0.x, R1, C0.w, R0\nADD R0.y, R1, -R1\nMUL R0.z, R2, C0.z\n";
     let genome: Genome = text.parse().unwrap();
     let program = Program::lower(&genome);
@@ -150,7 +151,7 @@ fn constants_fold_and_dead_inputs_are_not_read() {
 }
 
 #[test]
-fn tape_computes_what_the_program_does_in_few_registers() {
+fn tape_has_the_bits_of_its_program_in_few_registers() {
     let mut most = 0;
     for dialect in dialects() {
         for seed in 0..100 {
@@ -181,7 +182,7 @@ fn read(tape: &Tape, registers: &[f32], operand: crate::TapeOperand) -> f32 {
 }
 
 #[test]
-fn padded_genome_is_the_same_program() {
+fn padded_genome_lowers_to_the_same_program() {
     for seed in 0..40 {
         let short = random(seed, Dialect { length: 20, ..Dialect::default() });
         let long = short.clone().padded(100).unwrap();

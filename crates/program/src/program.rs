@@ -1,4 +1,5 @@
-//! The program: scalar operations in single-assignment form, in a canonical order, and the models that lie over it.
+//! The program: scalar operations in single-assignment form, in a canonical order, and the layers
+//! over them.
 
 use brood_genome::{Input, InputMask, Model, Output};
 
@@ -49,13 +50,13 @@ impl Operation {
         Self::SplNeg,
     ];
 
-    /// Position in [`Operation::ALL`].
+    /// Returns the position in [`Operation::ALL`].
     #[must_use]
     pub fn number(self) -> u8 {
         self as u8
     }
 
-    /// Whether it takes a second operand.
+    /// True if the operation takes a second operand.
     #[must_use]
     pub fn is_binary(self) -> bool {
         match self {
@@ -65,7 +66,7 @@ impl Operation {
         }
     }
 
-    /// The name in listings and shaders.
+    /// Returns the name used in listings and shaders.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -85,12 +86,12 @@ impl Operation {
     }
 }
 
-/// A folded constant with the value it has in either arithmetic.
+/// A folded constant with its value in each arithmetic.
 #[derive(Debug, Clone, Copy)]
 pub struct Constant {
-    /// In canonical f32.
+    /// Value in canonical f32.
     pub canonical: f32,
-    /// In the f64 reference.
+    /// Value in the f64 reference.
     pub reference: f64,
 }
 
@@ -101,7 +102,7 @@ impl PartialEq for Constant {
     }
 }
 
-/// Where an operation reads a value.
+/// Source of a value that an operation reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Operand {
     /// The result of an earlier step.
@@ -112,10 +113,10 @@ pub enum Operand {
     Constant(u16),
 }
 
-/// One operation and its operands; `b` repeats `a` where the operation takes one.
+/// One operation and its operands; `b` repeats `a` for a unary operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
-    /// What is done.
+    /// Operation of the step.
     pub operation: Operation,
     /// First operand.
     pub a: Operand,
@@ -123,12 +124,13 @@ pub struct Step {
     pub b: Operand,
 }
 
-/// Live scalar code: steps that read only earlier steps, three results, layers of models, and the output stage.
+/// Live scalar code: steps that read only earlier steps, three results, layers of models, and the
+/// output stage.
 ///
 /// # Invariants
-/// Every step is reachable from a result; steps are in post-order from the red, the green, the blue result, so that
-/// equal programs have equal words whatever genome they came from. Results are g up to sign: f squares them, and adds what
-/// the layers reflect before the output stage.
+/// Every step is reachable from a result. Steps are in post-order from the red, the green and the
+/// blue result, so equal programs have equal words whatever genome they came from. Results are g up
+/// to sign: f is g^2 plus the reflectance of the layers, through the output stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
@@ -139,68 +141,70 @@ pub struct Program {
 }
 
 impl Program {
-    /// The operations in the order of execution.
+    /// Returns the operations in the order of execution.
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps
     }
 
-    /// The constants that operands name.
+    /// Returns the constants that operands refer to.
     #[must_use]
     pub fn constants(&self) -> &[Constant] {
         &self.constants
     }
 
-    /// Where g of red, green and blue is found, up to sign.
+    /// Returns the operands that hold g of red, green and blue, up to sign.
     #[must_use]
     pub fn results(&self) -> &[Operand; 3] {
         &self.results
     }
 
-    /// The output stage.
+    /// Returns the output stage.
     #[must_use]
     pub fn output(&self) -> &Output {
         &self.output
     }
 
-    /// Models whose reflectance is added to g^2; they read directions, not inputs.
+    /// Returns the models whose reflectance is added to g^2; they read directions, not inputs.
     #[must_use]
     pub fn layers(&self) -> &[Model] {
         &self.layers
     }
 
-    /// The same code without its layers and with no output stage: g^2 alone.
+    /// Returns the same code without layers and output stage: g^2 alone.
     #[must_use]
     pub fn bare(&self) -> Self {
         Self { output: Output::IDENTITY, layers: Vec::new(), ..self.clone() }
     }
 
-    /// Scalar operations per sample, the squares and the output stage not counted.
+    /// Returns the number of scalar operations per sample, without the squares and the output
+    /// stage.
     #[must_use]
     pub fn operations(&self) -> usize {
         self.steps.len()
     }
 
-    /// The program whose reflectance is this one's divided by a number; see [`Output::divided`].
+    /// Returns the program whose reflectance is this program's divided by `divisor`; see
+    /// [`Output::divided`].
     #[must_use]
     pub fn divided(self, divisor: f64) -> Self {
         Self { output: self.output.divided(divisor), ..self }
     }
 
-    /// The inputs it reads; nothing else need be computed for it.
+    /// Returns the inputs that the program reads; no other input needs to be computed for it.
     #[must_use]
     pub fn inputs(&self) -> InputMask {
         let mut mask = InputMask::EMPTY;
-        let mut note = |operand| {
+        let mut read = |operand| {
             if let Operand::Input(input) = operand {
                 mask.insert(input);
             }
         };
         for step in &self.steps {
-            note(step.a);
-            note(step.b);
+            read(step.a);
+            read(step.b);
         }
-        self.results.into_iter().for_each(note);
+        self.results.into_iter().for_each(read);
         mask
     }
 }

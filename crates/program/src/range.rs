@@ -1,8 +1,8 @@
-//! Ranges: between which values each step of a program stays, given those of its inputs, and so which of its clamps can
-//! never act.
+//! Interval arithmetic over a program: the range of each step, given those of the inputs, and
+//! thereby the clamps that can never act.
 //!
-//! Rounding to the nearest is monotone, so the range of a rounded sum or product is spanned by the rounded ends; the
-//! ranges hold for every bit of canonical f32, not only up to an error.
+//! Rounding to nearest is monotone, so the range of a rounded sum or product is spanned by the
+//! rounded ends; the ranges hold for every bit of canonical f32, not only up to an error.
 
 use brood_genome::{Arithmetic, Input, RANGE};
 
@@ -17,28 +17,29 @@ pub struct Range {
     pub high: f32,
 }
 
-/// What is known of one step.
+/// Range and clamps of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepRange {
-    /// Between these its result stays.
+    /// Range of the result.
     pub result: Range,
-    /// Whether the clamp of the result can act; false for operations that clamp nothing but their argument.
+    /// True if the clamp of the result can act; false for operations that clamp only their
+    /// argument.
     pub clamps: bool,
-    /// Whether the clamp of the argument of sine, cosine or the power of two can act.
+    /// True if the clamp of the argument of sine, cosine or the power of two can act.
     pub clamps_argument: bool,
 }
 
 impl Range {
-    /// Everything that a number can be.
+    /// Every number of the machine.
     pub const ALL: Self = Self { low: -RANGE, high: RANGE };
 
-    /// One value.
+    /// Returns the range of one value.
     #[must_use]
     pub fn point(value: f32) -> Self {
         Self { low: value, high: value }
     }
 
-    /// The least range that holds all values; [`Range::ALL`] where there is none.
+    /// Returns the least range that contains all values, or [`Range::ALL`] if there are none.
     #[must_use]
     pub fn of(values: &[f32]) -> Self {
         let Some((first, rest)) = values.split_first() else { return Self::ALL };
@@ -52,7 +53,8 @@ impl Range {
         low <= self.low && self.high <= high
     }
 
-    /// Widened by a part in 2^20 and the least normal number, which is more than any of the functions is off.
+    /// Widens the range by 2^-20 relative and the least normal number, which is more than the error
+    /// of any function.
     #[inline(always)]
     fn widened(self) -> Self {
         let slack = |x: f32| x.abs() * (1.0 / 1_048_576.0) + f32::MIN_POSITIVE;
@@ -71,10 +73,11 @@ impl Range {
     }
 }
 
-/// The ranges of all steps in order.
+/// Returns the ranges of all steps in order.
 ///
 /// # Domain
-/// `input` holds every value of that input, which may be any finite range within the machine's.
+/// `input` returns a range that contains every value of that input: any finite range within that of
+/// the machine.
 ///
 /// # Error
 /// None: no canonical f32 value leaves its range (`no_value_leaves_its_range`).
@@ -96,8 +99,9 @@ pub fn step_ranges(program: &Program, input: impl Fn(Input) -> Range) -> Vec<Ste
 }
 
 impl StepRange {
-    /// The range of an operation on operands of these ranges; `same` where both are one value.
-    // Compiled into the loop that asks: what a call hands back in pieces is read back late.
+    /// Returns the range of an operation on operands of these ranges; `same` if both are one value.
+    // Inlined into the calling loop: a struct returned from a call would be read back from memory
+    // late.
     #[inline(always)]
     #[must_use]
     pub fn of(operation: Operation, a: Range, b: Range, same: bool) -> Self {
@@ -106,7 +110,7 @@ impl StepRange {
             Operation::Sub => arithmetic(Range { low: a.low - b.high, high: a.high - b.low }),
             Operation::Mul => arithmetic(product(a, b, same)),
             Operation::Sin | Operation::Cos => Self {
-                // The polynomials may pass 1 by a rounding.
+                // The polynomials may exceed 1 by a rounding.
                 result: Range { low: -1.0, high: 1.0 }.widened(),
                 clamps: false,
                 clamps_argument: !a.is_within(-1024.0, 1024.0),
@@ -171,7 +175,7 @@ mod tests {
 
     use super::*;
 
-    /// Values of all steps, by the plain meaning.
+    /// Returns the values of all steps by their definition.
     fn values(program: &Program, input: impl Fn(Input) -> f32) -> Vec<f32> {
         let mut values: Vec<f32> = Vec::new();
         for step in program.steps() {
@@ -185,7 +189,7 @@ mod tests {
         values
     }
 
-    /// What comes out without the clamp of the result.
+    /// Returns the result without the clamp.
     fn unclamped(operation: Operation, a: f32, b: f32) -> f32 {
         match operation {
             Operation::Add => a + b,
@@ -240,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_stay_within_their_ranges_over_the_whole_machine() {
+    fn functions_stay_within_their_ranges_over_the_whole_range_of_the_machine() {
         for operation in Operation::ALL.into_iter().filter(|operation| !operation.is_binary()) {
             let whole = StepRange::of(operation, Range::ALL, Range::ALL, true);
             for exponent in -30..=15 {

@@ -1,13 +1,13 @@
-//! The tape: a program with its values in registers, which is what evaluators execute.
+//! The tape: a program with registers assigned, as the interpreters run it.
 
 use brood_genome::Input;
 
 use crate::{Constant, Operand, Operation, Program};
 
-/// Where a step of a tape reads.
+/// Source of a value that a step of a tape reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TapeOperand {
-    /// A register written before.
+    /// A register written by an earlier step.
     Register(u16),
     /// An input of the sample.
     Input(Input),
@@ -20,20 +20,21 @@ pub enum TapeOperand {
 /// The destination may be the register of an operand: both operands are read before it is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TapeStep {
-    /// What is done.
+    /// Operation of the step.
     pub operation: Operation,
-    /// The register written.
+    /// Register written.
     pub dst: u16,
     /// First operand.
     pub a: TapeOperand,
-    /// Second operand; repeats the first where the operation takes one.
+    /// Second operand; repeats the first for a unary operation.
     pub b: TapeOperand,
 }
 
 /// A register-allocated program.
 ///
 /// # Invariants
-/// Registers are read only after they were written, and `registers` is one more than the highest named.
+/// Registers are read only after they were written, and `registers` is one more than the highest
+/// one used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tape {
     steps: Vec<TapeStep>,
@@ -43,7 +44,7 @@ pub struct Tape {
 }
 
 impl Tape {
-    /// Allocates registers by one scan over the steps, each register free again after its last use.
+    /// Allocates registers by linear scan: each register is free again after its last use.
     #[must_use]
     pub fn new(program: &Program) -> Self {
         let last = last_uses(program);
@@ -65,32 +66,32 @@ impl Tape {
         Self { steps, constants, results, registers: allocation.next }
     }
 
-    /// The steps in order.
+    /// Returns the steps in order.
     #[must_use]
     pub fn steps(&self) -> &[TapeStep] {
         &self.steps
     }
 
-    /// The constants that operands name.
+    /// Returns the constants that operands refer to.
     #[must_use]
     pub fn constants(&self) -> &[Constant] {
         &self.constants
     }
 
-    /// Where g of red, green and blue is found after the last step, up to sign.
+    /// Returns the operands that hold g of red, green and blue after the last step, up to sign.
     #[must_use]
     pub fn results(&self) -> &[TapeOperand; 3] {
         &self.results
     }
 
-    /// How many registers it needs.
+    /// Returns the number of registers.
     #[must_use]
     pub fn registers(&self) -> u16 {
         self.registers
     }
 }
 
-/// For each step the index of the last step that reads it; results are read after the end.
+/// Returns for each step the index of the last step that reads it; `usize::MAX` for results.
 fn last_uses(program: &Program) -> Vec<usize> {
     let mut last = vec![0; program.steps().len()];
     for (index, step) in program.steps().iter().enumerate() {
@@ -131,7 +132,8 @@ impl Allocation {
         }
     }
 
-    /// The register freed last: it is the likeliest to be in the nearest cache.
+    /// Returns the register freed last, which is the likeliest to be in the nearest cache, or a new
+    /// one.
     fn take(&mut self) -> u16 {
         self.free.pop().unwrap_or_else(|| {
             self.next += 1;

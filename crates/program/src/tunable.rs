@@ -5,7 +5,7 @@ use brood_genome::{CONSTANTS, Genome, RANGE};
 use crate::Program;
 use crate::lower::{SCRATCH, Scratch, scalarise};
 
-/// A program whose constants are those of its genome, each by itself.
+/// A program that keeps each constant of its genome as a separate parameter.
 #[derive(Debug, Clone)]
 pub struct Tunable {
     program: Program,
@@ -13,8 +13,8 @@ pub struct Tunable {
 }
 
 impl Tunable {
-    /// The genome's live code, nothing being folded with its constants: more operations than [`Program::lower`] leaves, of the same
-    /// meaning to the bit.
+    /// Lowers a genome without folding its constants: more operations than [`Program::lower`]
+    /// leaves, with the same result to the bit.
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
@@ -22,7 +22,8 @@ impl Tunable {
             builder.clear();
             let results = scalarise(genome, liveness, builder, true);
             let program = collected.collect(builder, results, genome);
-            let narrow = |part: u32| u8::try_from(part).expect("a register's or a component's");
+            let narrow =
+                |part: u32| u8::try_from(part).expect("registers and components are below 256");
             let place = |index: &u32| {
                 let place = builder.place_of(*index)?;
                 Some((narrow(place / 4), narrow(place % 4)))
@@ -31,31 +32,32 @@ impl Tunable {
         })
     }
 
-    /// The program.
+    /// Returns the program.
     #[must_use]
     pub fn program(&self) -> &Program {
         &self.program
     }
 
-    /// For each constant of the program its register and component in the genome; nothing where it is none of the genome's.
+    /// Returns for each constant of the program its register and component in the genome; `None` if
+    /// it is not a constant of the genome.
     #[must_use]
     pub fn places(&self) -> &[Option<(u8, u8)>] {
         &self.places
     }
 
-    /// Sets a constant of the program, as far as the machine has such a number.
+    /// Sets a constant of the program to the nearest number within the range of the machine.
     ///
     /// # Panics
-    /// Where the program has no constant of that index, or it is none of the genome's.
+    /// If the program has no constant of that index, or it is not a constant of the genome.
     #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
     pub fn set(&mut self, index: usize, value: f64) {
-        assert!(self.places[index].is_some(), "the constant is one of the genome's");
+        assert!(self.places[index].is_some(), "constant {index} is not a constant of the genome");
         let canonical = (value as f32).clamp(-RANGE, RANGE);
         let constant = &mut self.program.constants[index];
         (constant.canonical, constant.reference) = (canonical, f64::from(canonical));
     }
 
-    /// The genome with these constants.
+    /// Returns the genome with these constants.
     #[must_use]
     pub fn write(&self, genome: &Genome) -> Genome {
         let mut constants: Box<[[f32; 4]; CONSTANTS]> = Box::new(*genome.constants());

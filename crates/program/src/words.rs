@@ -1,11 +1,13 @@
-//! Packed words: the flat u32 encoding of a program that leases carry and hashes are taken of.
+//! Packed words: the flat u32 encoding of a program, used in leases and for hashes.
 //!
-//! Layout: version; number of constants; number of steps; three result operands; fifteen words of the output stage;
-//! three words a constant (f32 bits, low and high half of the f64 bits); two words a step. An operand is its kind in
-//! bits 22..24 and its index below; a step is the operation in the top byte and its first operand, then the second.
+//! Layout: version; number of constants; number of steps; three result operands; fifteen words of
+//! the output stage; three words per constant (f32 bits, low and high half of the f64 bits); two
+//! words per step. An operand has its kind in bits 22..24 and its index below. A step is the
+//! operation in the top byte with the first operand, then the second operand.
 //!
-//! Programs with layers are of a version of their own, so that others have the words they always had: their number follows,
-//! and for each the number of its kind and two words for each of its numbers.
+//! Programs with layers have a version of their own, so the words of all others are unchanged. The
+//! number of layers follows the steps, then for each layer the number of its kind and two words for
+//! each of its numbers.
 
 use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
 
@@ -20,31 +22,31 @@ const INPUT_KIND: u32 = 1;
 const CONSTANT_KIND: u32 = 2;
 const INDEX_BITS: u32 = 22;
 
-/// Why words are not a program.
+/// Error of words that do not encode a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum WordsError {
-    /// Another version of the encoding.
-    #[error("the packed words are of another version")]
+    /// The version is unknown.
+    #[error("the packed words have an unknown version")]
     Version,
-    /// Shorter or longer than the counts say.
-    #[error("the packed words have the wrong length")]
+    /// The length differs from that of the counts.
+    #[error("the length of the packed words differs from that of their counts")]
     Length,
-    /// An operand that names nothing, or a later step.
-    #[error("an operand at word {0} names nothing that is there")]
+    /// An operand refers to nothing, or to a later step.
+    #[error("the operand at word {0} refers to no input, constant or earlier step")]
     Operand(usize),
-    /// An operation that does not exist.
-    #[error("there is no operation of the number at word {0}")]
+    /// The operation does not exist.
+    #[error("word {0} is not the number of an operation")]
     Operation(usize),
-    /// A constant or an output number beyond its range.
-    #[error("the number at word {0} is beyond the range")]
+    /// A constant or a number of the output stage is out of range.
+    #[error("the number at word {0} is outside of the range of the machine")]
     Number(usize),
-    /// A model that there is not, or with a number that it cannot have.
-    #[error("the words from {0} on are no model")]
+    /// The kind of model does not exist, or one of its numbers is invalid.
+    #[error("the words from {0} on do not encode a model")]
     Model(usize),
 }
 
 impl Program {
-    /// The packed words.
+    /// Returns the packed words.
     #[must_use]
     pub fn to_words(&self) -> Vec<u32> {
         let version = if self.layers.is_empty() { VERSION } else { LAYERED_VERSION };
@@ -71,7 +73,10 @@ impl Program {
         words
     }
 
-    /// The program in packed words, everything checked: they may come from outside.
+    /// Reads a program from packed words and checks everything, because they may come from outside.
+    ///
+    /// # Errors
+    /// Returns a [`WordsError`] with the index of the first invalid word.
     pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
         let header = words.get(..HEADER).ok_or(WordsError::Length)?;
         let has_layers = match header[0] {
@@ -112,7 +117,7 @@ fn length(length: usize) -> u32 {
     u32::try_from(length).expect("a program has fewer than 65536 steps")
 }
 
-/// The low and the high half of a number's bits.
+/// Returns the low and the high half of the bits of a number.
 fn halves(number: f64) -> [u32; 2] {
     let bits = number.to_bits();
     [bits & u64::from(u32::MAX), bits >> 32]
@@ -151,7 +156,7 @@ impl Reader<'_> {
         if fits { Ok(Constant { canonical, reference }) } else { Err(WordsError::Number(at)) }
     }
 
-    /// The layers, which end where the words do.
+    /// Reads the layers, which end with the words.
     fn layers(&self, start: usize) -> Result<Vec<Model>, WordsError> {
         let count = self.words[start] as usize;
         if !(1..=LAYERS_MAX).contains(&count) {
@@ -181,7 +186,7 @@ impl Reader<'_> {
         Ok(Step { operation, a: self.operand(at, index)?, b: self.operand(at + 1, index)? })
     }
 
-    /// An operand that may name steps before `steps`.
+    /// Reads an operand, which may refer to steps before `steps`.
     fn operand(&self, at: usize, steps: usize) -> Result<Operand, WordsError> {
         let word = self.words[at] & 0x00ff_ffff;
         let index = word & ((1 << INDEX_BITS) - 1);

@@ -1,48 +1,49 @@
-//! Blocks: the values of one block of samples, and the instructions run over them.
+//! Blocks: the values of one block of samples, and the execution of instructions on them.
 
-#![allow(unsafe_code, reason = "rows are read and written by place, see kernel.rs")]
+#![allow(unsafe_code, reason = "rows are read and written through pointers, see kernel.rs")]
 
 use std::marker::PhantomData;
 
 use super::code::{Code, Instruction};
 use super::kernel::{self, BLOCK, QUARTERS, Quarter, View};
 
-/// The rows that the instructions of a block read and write.
+/// Rows that the instructions of a block read and write.
 pub(crate) struct Workspace {
-    /// Constants, a quarter each, then whole rows: registers and inputs of blocks that cannot be read where they are.
+    /// Constants, one quarter each, then whole rows: registers, and copies of the inputs of blocks
+    /// that cannot be read in place.
     rows: Vec<Quarter>,
-    /// Where each operand of the code is in the present block: registers, inputs, constants.
+    /// View of each operand in the current block: registers, inputs, constants.
     views: Vec<View>,
 }
 
-/// Where a block stands in its set.
+/// Position of a block in its set.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) start: usize,
-    /// Samples; fewer than a block only at the end of the set.
+    /// Number of samples; less than a block only at the end of the set.
     pub(crate) length: usize,
 }
 
 impl Span {
-    /// The block that begins at `start` in a set of `samples`.
+    /// Returns the block that begins at `start` in a set of `samples`.
     pub(crate) fn of(start: usize, samples: usize) -> Self {
         Self { start, length: BLOCK.min(samples - start) }
     }
 }
 
-/// The results of a block before they are squared.
+/// The results of a block before squaring.
 pub(crate) struct Results<'a> {
     views: [View; 3],
     quarters: usize,
-    /// What the views look at lives as long as this and is not written to.
+    /// The rows that the views point to live as long as this and are not written to.
     _rows: PhantomData<&'a [Quarter]>,
 }
 
 impl Results<'_> {
-    /// g of red, green and blue.
+    /// Returns g of red, green and blue.
     ///
     /// # Panics
-    /// Where the block has no such quarter.
+    /// If the block has no such quarter.
     #[inline(always)]
     pub(crate) fn quarter(&self, index: usize) -> [&[f32; kernel::LANES]; 3] {
         assert!(index < self.quarters, "a block has {} quarters", self.quarters);
@@ -59,25 +60,26 @@ impl Workspace {
 }
 
 /// Code with a workspace prepared for it.
-pub(crate) struct Bound<'w> {
+pub(crate) struct BoundCode<'w> {
     code: &'w Code<'w>,
-    /// The first register.
+    /// Pointer to the first register.
     first: *mut Quarter,
-    /// Rows for the inputs.
+    /// Rows for copies of inputs.
     inputs: &'w mut [Quarter],
     views: &'w mut [View],
-    /// What the pointer and the views look at lives as long as this and is written to by this alone.
+    /// The rows that the pointer and the views point to live as long as this and are written to
+    /// only by this.
     _rows: PhantomData<&'w mut [Quarter]>,
 }
 
-impl<'w> Bound<'w> {
+impl<'w> BoundCode<'w> {
     #[inline(always)]
     pub(crate) fn new(code: &'w Code<'w>, workspace: &'w mut Workspace) -> Self {
         let Workspace { rows, views } = workspace;
         let (constants, inputs) = (code.program().constants(), code.inputs.len());
-        let wanted = constants.len() + (code.registers + inputs) * QUARTERS;
-        if rows.len() < wanted {
-            rows.resize(wanted, Quarter([0.0; kernel::LANES]));
+        let needed = constants.len() + (code.registers + inputs) * QUARTERS;
+        if rows.len() < needed {
+            rows.resize(needed, Quarter([0.0; kernel::LANES]));
         }
         let (constant_rows, rest) = rows.split_at_mut(constants.len());
         let (registers, rest) = rest.split_at_mut(code.registers * QUARTERS);
@@ -85,7 +87,7 @@ impl<'w> Bound<'w> {
         views.clear();
         // SAFETY: each begins within the registers.
         views.extend((0..code.registers).map(|row| View::at(unsafe { first.add(row * QUARTERS) })));
-        // Set by each block.
+        // Views of inputs are set for each block.
         views.extend((0..inputs).map(|_| View::at(first)));
         for (row, constant) in constant_rows.iter_mut().zip(constants) {
             row.0.fill(constant.canonical);
@@ -95,14 +97,14 @@ impl<'w> Bound<'w> {
         Self { code, first, inputs, views, _rows: PhantomData }
     }
 
-    /// Runs a block. Beyond the span's length the values are those of its last sample.
+    /// Runs a block. Lanes beyond the length of the span contain the values of its last sample.
     #[inline(always)]
     pub(crate) fn block(&mut self, span: Span) -> Results<'_> {
         let Self { code, first, inputs, views, .. } = self;
         let rows = inputs.chunks_exact_mut(QUARTERS);
         for ((input, row), view) in code.inputs.iter().zip(rows).zip(&mut views[code.registers..]) {
             let values = &code.set.input(input)[span.start..span.start + span.length];
-            // Whole blocks are read where they are, if they begin on the border of a cache line.
+            // Whole blocks are read in place if they begin on the border of a cache line.
             *view = View::row(match bytemuck::try_cast_slice(values) {
                 Ok(quarters) if span.length == BLOCK => quarters,
                 _ => fill(row, values),
@@ -111,8 +113,9 @@ impl<'w> Bound<'w> {
         let quarters = span.length.div_ceil(kernel::LANES);
         for Instruction { pass, dst, operands: [a, b, c] } in &code.instructions {
             let operands = [views[usize::from(*a)], views[usize::from(*b)], views[usize::from(*c)]];
-            // SAFETY: translation names only registers that there are, none as a destination that the same instruction
-            // reads, and loops of the level it was given; every view is a row of a block or one quarter for all of it.
+            // SAFETY: translation emits only existing registers, never a destination that the same
+            // instruction reads, and only loops of the level it was given; every view is a row of a
+            // block, or one quarter that stands for all of it.
             unsafe {
                 let out = first.add(usize::from(*dst) * QUARTERS);
                 pass(std::slice::from_raw_parts_mut(out, quarters), &operands);
@@ -124,7 +127,8 @@ impl<'w> Bound<'w> {
     }
 }
 
-/// Copies values and repeats the last, which stays in the range that clamps were left out for.
+/// Copies values and repeats the last one, which is within the input range for which clamps were
+/// left out.
 fn fill<'a>(row: &'a mut [Quarter], values: &[f32]) -> &'a [Quarter] {
     let places: &mut [f32] = bytemuck::cast_slice_mut(row);
     let (filled, rest) = places.split_at_mut(values.len());

@@ -1,7 +1,7 @@
-//! Translation: a program as instructions for blocks, bound to one sample set.
+//! Translation of a program to instructions for blocks, bound to one sample set.
 //!
-//! Three things happen here: clamps that cannot act on this set are left out, a value that is read once and at once is
-//! fused with what reads it, and values get registers by one scan over their lives.
+//! Translation leaves out clamps that cannot act on this set, fuses a value that is read once and
+//! by the next step with that step, and assigns registers by linear scan.
 
 use std::cell::RefCell;
 
@@ -13,16 +13,17 @@ use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::Level;
 use crate::layer::Layers;
 
-/// Slots from here on are inputs and constants, until the registers are counted.
+/// First slot of inputs and constants until the number of registers is known.
 const FIRST_INPUT: u16 = 1 << 15;
 
 /// One pass over a block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instruction {
     pub(super) pass: Pass,
-    /// The register written, which is none of the operands.
+    /// Register written, which is none of the operands.
     pub(super) dst: u16,
-    /// Slots: registers, then inputs, then constants. What the kernel does not read repeats the first.
+    /// Slots: registers, then inputs, then constants. Operands that the kernel does not read repeat
+    /// the first.
     pub(super) operands: [u16; 3],
 }
 
@@ -31,7 +32,7 @@ pub(super) struct Instruction {
 pub(crate) struct Code<'a> {
     program: &'a Program,
     pub(super) instructions: Vec<Instruction>,
-    /// Slots.
+    /// Slots of the results.
     pub(super) results: [u16; 3],
     pub(super) registers: usize,
     pub(super) inputs: InputMask,
@@ -49,7 +50,7 @@ impl<'a> Code<'a> {
         self.program
     }
 
-    /// The layers, which are evaluated apart.
+    /// Returns the layers, which are evaluated separately.
     pub(crate) fn layers(&self) -> Option<&Layers> {
         self.layers.as_ref()
     }
@@ -61,21 +62,23 @@ impl<'a> Code<'a> {
     }
 }
 
-/// What a translation writes to. Used again for the next program: asking for memory takes as long as translating.
+/// Buffers of a translation, reused for the next program because allocating them takes as long as
+/// translating.
 ///
-/// Values stand in tables by their number: inputs, constants, steps. So nothing depends on what kind of operand is read,
-/// which no processor could foretell.
+/// Values are in tables by number: inputs, constants, steps. So reading an operand does not branch
+/// on its kind, which is unpredictable.
 #[derive(Default)]
 struct Translation {
     instructions: Vec<Instruction>,
-    /// For each step its operation and the numbers of its operands.
+    /// Operation of each step and the numbers of its operands.
     steps: Vec<(Operation, [u32; 2])>,
     ranges: Vec<Range>,
-    /// For each step which clamps can act: of the result, of the argument.
+    /// Clamps of each step that can act: of the result, of the argument.
     clamps: Vec<[bool; 2]>,
-    /// For each value how often it is still to be read; [`KEPT`] and more for inputs and constants.
+    /// Number of remaining reads of each value; [`PINNED`] and more for inputs and constants.
     reads: Vec<u32>,
-    /// For each value its slot, inputs and constants counted from [`FIRST_INPUT`]; [`NOWHERE`] until it has been stored.
+    /// Slot of each value, inputs and constants counted from [`FIRST_INPUT`]; [`NO_SLOT`] until it
+    /// has been stored.
     slots: Vec<u16>,
     /// Number of the first step.
     first_step: u32,
@@ -83,10 +86,10 @@ struct Translation {
     registers: u16,
 }
 
-/// No slot.
-const NOWHERE: u16 = u16::MAX;
-/// More often than anything is read: what has as many reads left is never let go.
-const KEPT: u32 = 1 << 30;
+/// Slot of a value that is not stored yet.
+const NO_SLOT: u16 = u16::MAX;
+/// More reads than any value can have: the slot of such a value is never freed.
+const PINNED: u32 = 1 << 30;
 /// Number of the first constant.
 const FIRST_CONSTANT: usize = Input::ALL.len();
 
@@ -104,7 +107,7 @@ impl Translation {
                 }
             };
         }
-        // The registers are counted only now: what comes after them moves up.
+        // The number of registers is known only now: the slots after them are moved up.
         let registers = self.registers;
         let moved =
             |slot: u16| if slot < FIRST_INPUT { slot } else { slot - FIRST_INPUT + registers };
@@ -127,7 +130,8 @@ impl Translation {
         }
     }
 
-    /// Counts who reads what, gives inputs and constants their slots, and returns the inputs that are read.
+    /// Counts the reads of each value, assigns slots to inputs and constants, and returns the
+    /// inputs that are read.
     fn begin(&mut self, program: &Program) -> InputMask {
         let (constants, count) = (program.constants().len(), program.steps().len());
         let first_step = FIRST_CONSTANT + constants;
@@ -136,7 +140,7 @@ impl Translation {
         self.free.clear();
         self.registers = 0;
         self.reads.clear();
-        self.reads.resize(first_step, KEPT);
+        self.reads.resize(first_step, PINNED);
         self.reads.resize(first_step + count, 0);
         self.steps.clear();
         for step in program.steps() {
@@ -149,10 +153,10 @@ impl Translation {
             self.reads[number(*result, self.first_step) as usize] += 1;
         }
         self.slots.clear();
-        self.slots.resize(first_step + count, NOWHERE);
+        self.slots.resize(first_step + count, NO_SLOT);
         let (mut inputs, mut slot) = (InputMask::EMPTY, FIRST_INPUT);
         for input in Input::ALL {
-            if self.reads[input.index()] != KEPT {
+            if self.reads[input.index()] != PINNED {
                 inputs.insert(input);
                 self.slots[input.index()] = slot;
                 slot += 1;
@@ -182,15 +186,16 @@ impl Translation {
         }
     }
 
-    /// Two steps as one instruction, if the second reads the first, once, and nothing else does.
+    /// Emits two steps as one instruction if the second reads the first exactly once and no other
+    /// step does.
     fn fuse(&mut self, index: usize, level: Level) -> bool {
         let value = self.first_step as usize + index;
         let (Some((next, [left, right])), 1) = (self.steps.get(index + 1), self.reads[value])
         else {
             return false;
         };
-        let is_it = |number: u32| number as usize == value;
-        let (is_left, is_right) = (is_it(*left), is_it(*right));
+        let is_first = |number: u32| number as usize == value;
+        let (is_left, is_right) = (is_first(*left), is_first(*right));
         if is_left == is_right {
             return false;
         }
@@ -227,7 +232,7 @@ impl Translation {
     /// Adds an instruction and returns the register that it writes.
     fn emit(&mut self, pass: Pass, [a, b, c]: [u32; 3]) -> u16 {
         let operands = [self.slot(a), self.slot(b), self.slot(c)];
-        // Taken before the operands are released: a loop never writes what it reads.
+        // Allocated before the operands are released: a loop never writes a row that it reads.
         let dst = self.free.pop().unwrap_or_else(|| {
             self.registers += 1;
             self.registers - 1
@@ -236,7 +241,7 @@ impl Translation {
         dst
     }
 
-    /// One read less of a value; after the last its register is free.
+    /// Counts one read of a value; after the last one its register is free.
     #[inline(always)]
     fn release(&mut self, number: u32) {
         let reads = &mut self.reads[number as usize];
@@ -249,12 +254,12 @@ impl Translation {
     #[inline(always)]
     fn slot(&self, number: u32) -> u16 {
         let slot = self.slots[number as usize];
-        assert!(slot != NOWHERE, "steps read only what was stored before");
+        assert!(slot != NO_SLOT, "a step reads only values that were stored before");
         slot
     }
 }
 
-/// The number of a value where steps are counted from this one.
+/// Returns the number of a value, given the number of the first step.
 #[inline(always)]
 fn number(operand: Operand, first_step: u32) -> u32 {
     let (first, index) = match operand {
@@ -265,7 +270,8 @@ fn number(operand: Operand, first_step: u32) -> u32 {
     first + index
 }
 
-/// How an operation goes on from a value that is its left operand, or its right.
+/// Returns the second operation of a fused pair whose first value is its left operand, or its
+/// right.
 fn second(operation: Operation, is_left: bool) -> Option<Second> {
     match operation {
         Operation::Add => Some(Second::Add),

@@ -1,10 +1,14 @@
-//! Kernels: what one instruction does to a block of samples.
+//! Kernels: the loop of one instruction over a block of samples.
 //!
-//! Sums, differences and products come alone or as a fused pair, whose intermediate value never leaves the vector
-//! registers; both with and without each clamp, because most clamps can be proved never to act. Every rounding is the
-//! one of the machine: fused means one pass over the block, never one rounding for two operations.
+//! Sums, differences and products exist alone or as a fused pair, whose intermediate value stays in
+//! vector registers; both with and without each clamp, because most clamps provably never act.
+//! Every rounding is that of the machine: fused means one pass over the block, never one rounding
+//! for two operations.
 
-#![allow(unsafe_code, reason = "a table of rows that are read and written has no safe form")]
+#![allow(
+    unsafe_code,
+    reason = "instructions address rows of one table by index, one of them mutably"
+)]
 
 use brood_genome::{Arithmetic, Functions};
 use brood_program::Operation;
@@ -13,15 +17,15 @@ use crate::Level;
 use crate::level::Kind;
 use bytemuck::{Pod, Zeroable};
 
-/// Lanes that the loops below take at once.
+/// Number of lanes per iteration of the loops below.
 pub(crate) const LANES: usize = 64;
-/// Quarters in a block.
+/// Number of quarters in a block.
 pub(super) const QUARTERS: usize = 4;
-/// Samples in a block: long enough that decoding costs little, short enough that registers stay in the nearest cache.
+/// Number of samples in a block: long enough that decoding costs little, short enough that
+/// registers stay in the L1 cache.
 pub(crate) const BLOCK: usize = LANES * QUARTERS;
 
-/// As many lanes as the loops below take at once, on the border of a cache line: vectors that straddle two lines cost
-/// twice.
+/// The lanes of one iteration, aligned to a cache line: vectors that straddle two lines cost twice.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Quarter(pub(crate) [f32; LANES]);
@@ -30,28 +34,30 @@ pub(crate) struct Quarter(pub(crate) [f32; LANES]);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     first: *const Quarter,
-    /// 1 where each quarter has values of its own, 0 where the first stands for all.
+    /// 1 if each quarter has its own values, 0 if the first stands for all.
     step: usize,
 }
 
 impl View {
-    /// A row of its own.
+    /// Returns a view of a row.
     pub(super) fn row(quarters: &[Quarter]) -> Self {
         Self { first: quarters.as_ptr(), step: 1 }
     }
 
-    /// A row that is also written to, at other times.
+    /// Returns a view of a row that is also written to, at other times.
     pub(super) fn at(first: *const Quarter) -> Self {
         Self { first, step: 1 }
     }
 
-    /// One quarter for all.
+    /// Returns a view of one quarter that stands for all.
     pub(super) fn constant(quarter: &Quarter) -> Self {
         Self { first: quarter, step: 0 }
     }
 
+    /// Returns one quarter of the row.
+    ///
     /// # Safety
-    /// The row has such a quarter, it lives, and nothing writes to it meanwhile.
+    /// The row has such a quarter, it is alive, and nothing writes to it during `'a`.
     #[inline(always)]
     pub(crate) unsafe fn quarter<'a>(self, index: usize) -> &'a [f32; LANES] {
         // SAFETY: promised by the caller.
@@ -59,21 +65,23 @@ impl View {
     }
 }
 
-/// What an instruction does, as the number of its loop.
+/// Number of the loop of an instruction.
 ///
-/// 0 to 47: a fused pair, 16 * first + 4 * second + clamps; 48 to 53: sum, difference, product, each without and with
-/// clamp; from 54: the functions, two numbers each.
+/// 0 to 47: a fused pair, 16 * first + 4 * second + clamps; 48 to 53: sum, difference, product,
+/// each without and with clamp; from 54: the functions, two numbers each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Kernel(u8);
 
-/// Whether the clamps of a function can act.
+/// Clamps of a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clamping {
+    /// A clamp can act.
     Needed,
+    /// No clamp can act.
     Idle,
 }
 
-/// The second operation of a pair, t being the result of the first.
+/// Second operation of a pair, where t is the result of the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Second {
     Add,
@@ -110,15 +118,16 @@ fn first(operation: Operation) -> Option<u8> {
     }
 }
 
-/// The loop of a kernel: the rows written and the operands.
+/// The loop of a kernel: rows written and operands.
 ///
 /// # Safety
-/// The operands are rows of as many quarters as the destination, or constants; the destination overlaps none of them;
-/// the machine has the instructions that the loop was compiled for.
+/// The operands are rows of at least as many quarters as the destination, or constants; the
+/// destination overlaps none of them; the machine has the instructions that the loop was compiled
+/// for.
 pub(super) type Pass = unsafe fn(&mut [Quarter], &[View; 3]);
 
-/// The loops of one instruction set, each compiled as a function of its own: so the compiler knows that nothing overlaps
-/// the destination, and the loops stay small.
+/// The loops of one instruction set, each compiled as a separate function: the compiler then knows
+/// that nothing overlaps the destination, and the loops stay small.
 macro_rules! passes {
     ($name:ident, $f:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
@@ -144,7 +153,7 @@ passes!(AVX2, avx2, "avx2");
 passes!(AVX512, avx512, "avx512f,avx512dq,avx512vl,avx512bw");
 
 impl Kernel {
-    /// Its loop for an instruction set.
+    /// Returns the loop for an instruction set.
     pub(super) fn pass(self, level: Level) -> Pass {
         let passes = match level.kind() {
             Kind::Baseline => &BASELINE,
@@ -163,7 +172,8 @@ impl Kernel {
 unsafe fn pass<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
     let f = match KERNEL {
         0..54 => Functions::KNOWN,
-        // Unknown constants are broadcast before the loop, known ones again in each pass of it.
+        // Constants that the compiler cannot see are broadcast before the loop, known ones in each
+        // iteration of it.
         _ => std::hint::black_box(Functions::KNOWN),
     };
     // SAFETY: promised by the caller.
@@ -193,8 +203,8 @@ unsafe fn pass<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
     }
 }
 
-/// A pair of operations on one lane: bit 0 clamps the first, bit 1 the second, bits 2 and 3 are the [`Second`], the
-/// rest is the first.
+/// Computes a pair of operations on one lane: bit 0 clamps the first, bit 1 the second, bits 2 and
+/// 3 are the [`Second`], the rest is the first.
 #[inline(always)]
 fn fused<const CODE: u8>(a: f32, b: f32, c: f32) -> f32 {
     let clamps = (CODE & 1 != 0, CODE & 2 != 0);
@@ -218,7 +228,8 @@ fn fused<const CODE: u8>(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
-// The number of quarters is not known to the compiler: unrolled, the loops would not fit the instruction cache.
+// The number of quarters is not a compile-time constant: unrolled, the loops would not fit the
+// instruction cache.
 
 /// # Safety
 /// As [`Pass`].

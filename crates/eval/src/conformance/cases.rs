@@ -9,7 +9,7 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::{DVec2, DVec3};
 
-/// Programs of every dialect: `count` random ones of each, and hand-written corners.
+/// Returns programs of every dialect: `count` random ones of each, and hand-written corner cases.
 #[must_use]
 pub fn programs(count: u64) -> Vec<Program> {
     let paper = Dialect::default();
@@ -33,7 +33,7 @@ pub fn programs(count: u64) -> Vec<Program> {
     programs
 }
 
-/// A model of every kind alone, and some over programs and behind output stages.
+/// Returns a model of every kind alone, and some over programs and behind output stages.
 #[must_use]
 pub fn layered_programs() -> Vec<Program> {
     let mut programs: Vec<Program> = ModelKind::ALL
@@ -53,7 +53,8 @@ pub fn layered_programs() -> Vec<Program> {
     programs
 }
 
-/// A random program of a dialect that depends on the seed; every other one has constants up to the ends of the range.
+/// Returns a random program of a dialect that depends on the seed; half of the programs have
+/// constants up to the ends of the range.
 #[must_use]
 pub fn wild_program(seed: u64) -> Program {
     let paper = Dialect::default();
@@ -73,10 +74,12 @@ pub fn wild_program(seed: u64) -> Program {
     }
     let instructions = genome.instructions().to_vec();
     let genome = Genome::new(dialect, instructions, constants, Output::IDENTITY);
-    Program::lower(&genome.expect("constants of at most 2 times half the range are in it"))
+    Program::lower(
+        &genome.expect("constants of at most 2 times half the range are within the range"),
+    )
 }
 
-/// A random model of a kind; a quarter of its numbers are at the ends of their ranges.
+/// Returns a random model of a kind; a quarter of its numbers are at the ends of their ranges.
 #[must_use]
 pub fn wild_model(kind: ModelKind, seed: u64) -> Model {
     let key = BirthKey { seed, slot: u32::from(kind.number()), attempt: 0 };
@@ -98,7 +101,8 @@ pub fn wild_model(kind: ModelKind, seed: u64) -> Model {
     })
 }
 
-/// Nothing but a constant, nothing but an input, black, as bright as can be, everything clamped, an output stage.
+/// Corner cases: only a constant, only an input, black, as bright as possible, everything clamped,
+/// an output stage.
 fn corners() -> Vec<Program> {
     let texts = [
         "MOV R0, C0",
@@ -117,8 +121,8 @@ fn corners() -> Vec<Program> {
     texts.iter().map(lower).collect()
 }
 
-/// Sets of sizes around a block, of ordinary directions and of those that break formulas, with texture coordinates
-/// from tiny to the ends of the range.
+/// Returns sets of sizes around a block, of ordinary and of numerically difficult directions, with
+/// texture coordinates from tiny to the ends of the range.
 #[must_use]
 pub fn sample_sets() -> Vec<SampleSet> {
     [0, 1, 255, 256, 257, 5000].map(sample_set).into_iter().collect()
@@ -128,8 +132,9 @@ fn sample_set(size: usize) -> SampleSet {
     hard_samples(77, size)
 }
 
-/// Directions and texture coordinates that break formulas: half of the directions grazing or at the pole, a third of the
-/// pairs equal or antipodal in azimuth, coordinates from 1e-30 to the ends of the range.
+/// Returns numerically difficult directions and texture coordinates: half of the directions grazing
+/// or at the pole, a third of the pairs equal or opposite in azimuth, coordinates from 1e-30 to the
+/// ends of the range.
 #[must_use]
 pub fn hard_samples(seed: u64, size: usize) -> SampleSet {
     let key = BirthKey { seed, slot: size as u32, attempt: 0 };
@@ -149,7 +154,7 @@ pub fn hard_samples(seed: u64, size: usize) -> SampleSet {
     SampleSet::from_pairs(&pairs, &uvs)
 }
 
-/// A direction in the upper hemisphere: half grazing, some at the pole.
+/// Returns a direction in the upper hemisphere: half grazing, some at the pole.
 fn direction(stream: &mut Stream) -> DVec3 {
     let mut component = || f64::from(2.0 * stream.unit() - 1.0);
     let (x, y, z) = (component(), component(), component().abs());

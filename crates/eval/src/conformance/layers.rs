@@ -1,5 +1,5 @@
-//! Programs with layers: the canonical bits where an evaluator is exact, and f64 models within one rounding to f32 of their
-//! reference; or a plain refusal.
+//! Checks of programs with layers: canonical bits if the evaluator is exact, and f64 models within
+//! one rounding to f32 of their reference; or [`EvalError::Unsupported`].
 
 use brood_genome::{Genome, ModelKind};
 use brood_program::Program;
@@ -7,13 +7,17 @@ use brood_program::Program;
 use super::{check_bits, layered_programs, sample_sets, wild_model};
 use crate::{EvalError, Evaluator, ReferenceEvaluator};
 
-/// How far the reflectance of a model may be from the reference in f64, relative: half a unit of the last place of f32, and
-/// the error of the functions that blocks are made of. Below the least normal f32, it is relative to that.
+/// Largest relative difference of the reflectance of a model from the f64 reference: half a unit in
+/// the last place of f32, plus the error of the functions that blocks use. Values below the least
+/// normal f32 are compared relative to that.
 pub const LAYER_TOLERANCE: f64 = 5.961e-8;
 
-/// Random models of each kind, half of their parameters at the ends of the ranges.
-const WILD: u64 = 6;
+/// Number of random models of each kind; a quarter of their parameters are at the ends of the
+/// ranges.
+const RANDOM_MODELS: u64 = 6;
 
+/// Checks programs with layers.
+///
 /// # Panics
 /// At the first difference.
 pub(super) fn check(evaluator: &dyn Evaluator) {
@@ -21,11 +25,13 @@ pub(super) fn check(evaluator: &dyn Evaluator) {
     match evaluator.eval(&[&programs[0]], &sample_sets()[1], &mut Vec::new()) {
         Err(EvalError::Unsupported(_)) => return,
         Ok(()) => {}
-        Err(error) => panic!("{}: layers are refused as a failure: {error}", evaluator.name()),
+        Err(error) => {
+            panic!("{}: layers must be evaluated or unsupported, got: {error}", evaluator.name())
+        }
     }
     let wild = ModelKind::ALL.into_iter().flat_map(|kind| {
-        // Tables of some kinds take long to prepare.
-        let count = if kind == ModelKind::RoughPlastic { 1 } else { WILD };
+        // Some kinds compute tables, which takes long.
+        let count = if kind == ModelKind::RoughPlastic { 1 } else { RANDOM_MODELS };
         (0..count).map(move |seed| wild_model(kind, seed))
     });
     programs.extend(wild.map(|model| {
@@ -36,10 +42,11 @@ pub(super) fn check(evaluator: &dyn Evaluator) {
         check_bits(evaluator, &programs);
     }
     let worst = programs.iter().map(|program| difference(evaluator, program)).fold(0.0, f64::max);
-    println!("{}: layers are off the reference by {worst:.4e}", evaluator.name());
+    println!("{}: largest error of layers against the reference: {worst:.4e}", evaluator.name());
 }
 
-/// The largest one of a program that is nothing but layers; 0 of others, whose own operations are f32.
+/// Returns the largest difference of a program that is only layers; 0 for other programs, whose own
+/// operations are f32.
 fn difference(evaluator: &dyn Evaluator, program: &Program) -> f64 {
     if !program.inputs().is_empty() || !program.steps().is_empty() {
         return 0.0;
@@ -52,14 +59,14 @@ fn difference(evaluator: &dyn Evaluator, program: &Program) -> f64 {
         for (sample, exact) in exact.iter().enumerate() {
             for (channel, exact) in exact.iter().enumerate() {
                 let f = out[channel * set.len() + sample];
-                let off = (f64::from(f) - exact).abs() / exact.max(f64::from(f32::MIN_POSITIVE));
+                let error = (f64::from(f) - exact).abs() / exact.max(f64::from(f32::MIN_POSITIVE));
                 assert!(
-                    off <= LAYER_TOLERANCE,
-                    "{}: sample {sample} of {}: {f:e} instead of {exact:e}\n{program:#?}",
+                    error <= LAYER_TOLERANCE,
+                    "{}: sample {sample} of {}: {f:e}, expected {exact:e}\n{program:#?}",
                     evaluator.name(),
                     set.len(),
                 );
-                worst = worst.max(off);
+                worst = worst.max(error);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The tolerance table: how far f64 and canonical f32 may be apart after one operation.
+//! Tolerance table: largest difference between f64 and canonical f32 after one operation.
 
 use brood_genome::{Genome, Opcode};
 use brood_program::Program;
@@ -7,16 +7,17 @@ use brood_scene::SampleSet;
 use super::{canonical, sample_sets};
 use crate::Evaluator;
 
-/// How far an evaluator that is not exact may be off after one opcode.
+/// Tolerance of an evaluator that is not exact after one opcode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// The opcode, applied once to inputs in [-2, 2].
+    /// Opcode, applied once to inputs in [-2, 2].
     pub opcode: Opcode,
     /// Largest difference in g = sqrt(f), relative to max(1, |g|).
     pub bound: f64,
 }
 
-/// The table. Every opcode has an entry; a bound more than four times what is measured for the reference fails.
+/// The table. Every opcode has an entry. The test fails if a bound is more than four times the
+/// error measured for the reference.
 pub const TOLERANCES: [Tolerance; 17] = [
     Tolerance { opcode: Opcode::Add, bound: 1.2e-7 },
     Tolerance { opcode: Opcode::Sub, bound: 1.2e-7 },
@@ -37,7 +38,7 @@ pub const TOLERANCES: [Tolerance; 17] = [
     Tolerance { opcode: Opcode::Spl, bound: 2.4e-7 },
 ];
 
-/// The largest difference over the suite's samples, for one opcode.
+/// Returns the largest difference over the samples of the suite for one opcode.
 fn measure(evaluator: &dyn Evaluator, opcode: Opcode) -> f64 {
     let operands = match (opcode.operands(), opcode.is_scalar()) {
         (1, true) => "R2.y",
@@ -73,7 +74,7 @@ fn difference(program: &Program, set: &SampleSet, out: &[f32], sample: usize) ->
         .fold(0.0, f64::max)
 }
 
-/// Holds an evaluator against the table; exact ones must not differ at all.
+/// Checks an evaluator against the table; an exact one must not differ at all.
 pub(super) fn check(evaluator: &dyn Evaluator) {
     for opcode in Opcode::ALL {
         let entry = TOLERANCES.iter().find(|tolerance| tolerance.opcode == opcode);
@@ -84,7 +85,7 @@ pub(super) fn check(evaluator: &dyn Evaluator) {
         let name = evaluator.name();
         assert!(
             measured <= bound,
-            "{name}: {} is off by {measured:e}, allowed {bound:e}",
+            "{name}: {} has an error of {measured:e}, at most {bound:e} is allowed",
             opcode.name(),
         );
     }
@@ -96,7 +97,7 @@ mod tests {
     use crate::ReferenceEvaluator;
 
     #[test]
-    fn table_is_no_more_than_four_times_what_is_measured() {
+    fn bounds_are_at_most_four_times_the_measured_error() {
         for tolerance in TOLERANCES {
             let measured = measure(&ReferenceEvaluator, tolerance.opcode);
             let slack = tolerance.bound / measured.max(3e-8);

@@ -1,14 +1,14 @@
-//! The derivative of each operation with respect to its operands.
+//! Derivatives of each operation with respect to its operands.
 
 use brood_genome::{Arithmetic, RANGE};
 use brood_program::Operation;
 
-/// Keeps logarithm and reciprocals total in the machine: 2^-24.
+/// Constant that keeps logarithm and reciprocals of the machine finite at 0: 2^-24.
 const EPSILON: f32 = 1.0 / 16_777_216.0;
 const LN_2: f32 = std::f32::consts::LN_2;
 
-/// The derivatives of `value`, the result of an operation on `a` and `b`, with respect to them; the second is 0 where
-/// there is one operand. 0 where a clamp acts.
+/// Returns the derivatives of `value`, the result of an operation on `a` and `b`, with respect to
+/// them. The second is 0 for a unary operation; both are 0 where a clamp acts.
 #[inline(always)]
 pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32, f32) {
     let free = if value.abs() < RANGE { 1.0 } else { 0.0 };

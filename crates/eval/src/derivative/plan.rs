@@ -1,4 +1,5 @@
-//! What is the same for all samples of a program: where values stand, and which steps carry a derivative.
+//! Plan of the sweeps through a program, the same for all samples: rows of values, and steps that
+//! carry a derivative.
 
 use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
@@ -7,7 +8,7 @@ use brood_scene::SampleSet;
 use crate::Level;
 use crate::layer::{LayerValues, Layers};
 
-/// A program as its sweeps walk through it. Rows of values: constants, then the inputs read, then steps.
+/// A program prepared for sweeps. Rows of values: constants, then the inputs read, then steps.
 pub(super) struct Plan<'a> {
     pub(super) program: &'a Program,
     pub(super) constants: usize,
@@ -15,7 +16,7 @@ pub(super) struct Plan<'a> {
     pub(super) steps: Vec<PlannedStep>,
     /// Rows of g of red, green and blue.
     pub(super) results: [usize; 3],
-    /// `coefficients[channel][k]`: what the output stage takes of the square of g of channel k.
+    /// `coefficients[channel][k]`: coefficient of the square of g of channel k in the output stage.
     pub(super) coefficients: [[f32; 3]; 3],
     layers: Option<LayerValues>,
 }
@@ -25,11 +26,11 @@ pub(super) struct PlannedStep {
     pub(super) operation: Operation,
     pub(super) a: usize,
     pub(super) b: usize,
-    /// Whether a constant stands anywhere before it.
+    /// True if the step depends on a constant.
     pub(super) is_active: bool,
 }
 
-/// Where the tangent of an operand is found.
+/// Tangent of an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tangent {
     Zero,
@@ -37,27 +38,27 @@ pub(super) enum Tangent {
     Step(usize),
 }
 
-/// A step whose value changes with one constant.
+/// A step that depends on one constant.
 pub(super) struct TangentStep {
     pub(super) step: usize,
     pub(super) a: Tangent,
     pub(super) b: Tangent,
 }
 
-/// Where an adjoint goes.
+/// Destination of an adjoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Adjoint {
-    /// To what no constant changes.
+    /// The operand depends on no constant.
     Nowhere,
     Constant(usize),
-    /// To a step, as its first share or on top of others.
+    /// A step: `is_first` if this is its first contribution, which is stored instead of added.
     Step {
         step: usize,
         is_first: bool,
     },
 }
 
-/// A step that both changes with a constant and changes the result of one channel.
+/// A step that depends on a constant and that the result of one channel depends on.
 pub(super) struct AdjointStep {
     pub(super) step: usize,
     pub(super) a: Adjoint,
@@ -73,7 +74,7 @@ impl<'a> Plan<'a> {
             Operand::Constant(index) => usize::from(index),
             Operand::Input(input) => {
                 let place = inputs.iter().position(|read| *read == input);
-                constants + place.expect("the inputs are those that are read")
+                constants + place.expect("the mask contains every input that is read")
             }
             Operand::Step(index) => first_step + usize::from(index),
         };
@@ -89,7 +90,8 @@ impl<'a> Plan<'a> {
             steps.push(PlannedStep { operation: step.operation, a, b, is_active });
         }
         let output = program.output();
-        // The output stage is affine: a unit in, less the offset, is its coefficient.
+        // The output stage is affine: its result for a unit input, minus the offset, is the
+        // coefficient.
         let offset = output.apply([0.0; 3]);
         let coefficient = |channel: usize, k: usize| {
             let mut unit = [0.0; 3];
@@ -102,17 +104,17 @@ impl<'a> Plan<'a> {
         Self { program, constants, inputs, steps, results, coefficients, layers }
     }
 
-    /// What the layers add on the samples of a quarter, the first of them `start`.
+    /// Returns the values of the layers on the samples of a quarter that begins at `start`.
     pub(super) fn layers(&self, start: usize) -> Option<[&[f32]; 3]> {
         self.layers.as_ref().map(|layers| layers.quarter(start))
     }
 
-    /// The row of the first step.
+    /// Returns the row of the first step.
     pub(super) fn first_step(&self) -> usize {
         self.constants + self.inputs.len()
     }
 
-    /// For each constant the steps that change with it, and where the tangents of the results are.
+    /// Returns for each constant the steps that depend on it, and the tangents of the results.
     pub(super) fn tangents(&self) -> Vec<(Vec<TangentStep>, [Tangent; 3])> {
         (0..self.constants).map(|constant| self.tangents_of(constant)).collect()
     }
@@ -120,7 +122,7 @@ impl<'a> Plan<'a> {
     fn tangents_of(&self, constant: usize) -> (Vec<TangentStep>, [Tangent; 3]) {
         let first_step = self.first_step();
         let mut changes = vec![false; self.steps.len()];
-        let mut walk = Vec::new();
+        let mut visited = Vec::new();
         let tangent = |row: usize, changes: &[bool]| match row.checked_sub(first_step) {
             Some(step) if changes[step] => Tangent::Step(step),
             None if row == constant => Tangent::One,
@@ -128,24 +130,25 @@ impl<'a> Plan<'a> {
         };
         for (index, step) in self.steps.iter().enumerate() {
             let a = tangent(step.a, &changes);
-            // The second operand of what takes one repeats the first.
+            // The second operand of a unary operation repeats the first.
             let is_binary = step.operation.is_binary();
             let b = if is_binary { tangent(step.b, &changes) } else { Tangent::Zero };
             if a != Tangent::Zero || b != Tangent::Zero {
                 changes[index] = true;
-                walk.push(TangentStep { step: index, a, b });
+                visited.push(TangentStep { step: index, a, b });
             }
         }
         let results = self.results.map(|row| tangent(row, &changes));
-        (walk, results)
+        (visited, results)
     }
 
-    /// For each channel where the adjoint of its result goes, and the steps on the way to constants, last first.
+    /// Returns for each channel the destination of the adjoint of its result, and the steps on the
+    /// paths to constants, last first.
     pub(super) fn adjoints(&self) -> [(Adjoint, Vec<AdjointStep>); 3] {
         self.results.map(|row| {
             let mut is_reached = vec![false; self.steps.len()];
             let result = self.adjoint(row, &mut is_reached);
-            let mut walk = Vec::new();
+            let mut visited = Vec::new();
             for index in (0..self.steps.len()).rev().filter(|index| self.steps[*index].is_active) {
                 if !is_reached[index] {
                     continue;
@@ -156,9 +159,9 @@ impl<'a> Plan<'a> {
                     true => self.adjoint(step.b, &mut is_reached),
                     false => Adjoint::Nowhere,
                 };
-                walk.push(AdjointStep { step: index, a, b });
+                visited.push(AdjointStep { step: index, a, b });
             }
-            (result, walk)
+            (result, visited)
         })
     }
 

@@ -1,5 +1,6 @@
-//! One pass through a program over a block of samples: values forwards, derivatives in either direction, and what they
-//! add to the normal equations. Every loop is over the 64 lanes of a quarter, for one operation at a time.
+//! One pass through a program over a block of samples: values forwards, derivatives in either mode,
+//! and their sums in the normal equations. Every loop is over the 64 lanes of a quarter, for one
+//! operation at a time.
 
 use brood_genome::Functions;
 use brood_program::Operation;
@@ -12,27 +13,28 @@ use crate::{FitnessTarget, Loss};
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
 const ONE: Quarter = Quarter([1.0; LANES]);
-/// Quarters of a block.
+/// Number of quarters in a block.
 const QUARTERS: usize = BLOCK / LANES;
-/// Quarters of one constant in a block: one for each channel and quarter.
+/// Number of quarters of one constant in a block: one for each channel and quarter of the block.
 const COLUMN: usize = 3 * QUARTERS;
-/// Sums that take the products of a block in turn.
+/// Number of partial sums of a dot product, which take its terms in turn.
 const PARTIAL_SUMS: usize = 32;
 
-/// The walks of one direction.
+/// Steps that derivatives visit, by mode.
 pub(super) enum Walks {
     Forward(Vec<(Vec<TangentStep>, [Tangent; 3])>),
     Reverse([(Adjoint, Vec<AdjointStep>); 3]),
 }
 
-/// Room for the blocks of one program, used for one after the other.
-pub(super) struct Room {
-    /// Values by the rows of the plan.
+/// Buffers of a sweep, reused for all blocks of a program.
+pub(super) struct SweepWorkspace {
+    /// Values, by the rows of the plan.
     values: Vec<Quarter>,
-    /// Of every step: its derivatives by its operands.
+    /// Derivative of every step with respect to its first operand.
     by_a: Vec<Quarter>,
+    /// Derivative of every step with respect to its second operand.
     by_b: Vec<Quarter>,
-    /// Of every step: adjoints of one channel, or tangents of one constant.
+    /// For every step its adjoint of one channel, or its tangent of one constant.
     carried: Vec<Quarter>,
     /// [channel][constant]: derivatives of the result g of a channel.
     jacobian: Vec<Quarter>,
@@ -41,7 +43,7 @@ pub(super) struct Room {
     residuals: [Quarter; COLUMN],
 }
 
-impl Room {
+impl SweepWorkspace {
     pub(super) fn new(plan: &Plan<'_>) -> Self {
         let (constants, steps) = (plan.constants, plan.steps.len());
         let mut values = vec![ZERO; plan.first_step() + steps];
@@ -60,13 +62,13 @@ impl Room {
     }
 }
 
-/// What one block of samples contributes.
+/// Sweep over one block of samples.
 pub(super) struct Sweep<'a> {
     pub(super) plan: &'a Plan<'a>,
     pub(super) walks: &'a Walks,
     pub(super) target: &'a FitnessTarget,
     pub(super) block: usize,
-    pub(super) room: &'a mut Room,
+    pub(super) workspace: &'a mut SweepWorkspace,
 }
 
 impl Work for Sweep<'_> {
@@ -92,27 +94,32 @@ impl Work for Sweep<'_> {
 impl Sweep<'_> {
     #[inline(always)]
     fn read(&mut self, start: usize) {
-        let rows = &mut self.room.values[self.plan.constants..];
+        let rows = &mut self.workspace.values[self.plan.constants..];
         for (input, row) in self.plan.inputs.iter().zip(rows) {
             let values = &self.target.set().input(*input)[start..];
             let count = values.len().min(LANES);
             row.0[..count].copy_from_slice(&values[..count]);
-            // The weight of what is beyond the last sample is 0; any value will do.
+            // Lanes beyond the last sample have weight 0, so any value will do.
             row.0[count..].fill(values[count - 1]);
         }
     }
 
-    /// Values of all steps, and derivatives of those that change with a constant.
+    /// Computes the values of all steps, and the derivatives of those that depend on a constant.
     #[inline(always)]
     fn forwards(&mut self) {
         let first_step = self.plan.first_step();
-        let Room { values, by_a, by_b, .. } = &mut *self.room;
+        let SweepWorkspace { values, by_a, by_b, .. } = &mut *self.workspace;
         for (index, step) in self.plan.steps.iter().enumerate() {
             let (before, rest) = values.split_at_mut(first_step + index);
             let (a, b) = (&before[step.a], &before[step.b]);
             value(step, a, b, &mut rest[0]);
             if step.is_active {
-                slopes(step.operation, [a, b, &rest[0]], &mut by_a[index], &mut by_b[index]);
+                partial_derivatives(
+                    step.operation,
+                    [a, b, &rest[0]],
+                    &mut by_a[index],
+                    &mut by_b[index],
+                );
             }
         }
     }
@@ -120,7 +127,7 @@ impl Sweep<'_> {
     #[inline(always)]
     fn tangents(&mut self, walks: &[(Vec<TangentStep>, [Tangent; 3])]) {
         let constants = self.plan.constants;
-        let Room { by_a, by_b, carried, jacobian, .. } = &mut *self.room;
+        let SweepWorkspace { by_a, by_b, carried, jacobian, .. } = &mut *self.workspace;
         for (constant, (walk, results)) in walks.iter().enumerate() {
             for step in walk {
                 let (before, rest) = carried.split_at_mut(step.step);
@@ -147,25 +154,25 @@ impl Sweep<'_> {
     #[inline(always)]
     fn adjoints(&mut self, walks: &[(Adjoint, Vec<AdjointStep>); 3]) {
         let constants = self.plan.constants;
-        let Room { by_a, by_b, carried, jacobian, .. } = &mut *self.room;
+        let SweepWorkspace { by_a, by_b, carried, jacobian, .. } = &mut *self.workspace;
         jacobian.fill(ZERO);
         for (channel, (result, walk)) in walks.iter().enumerate() {
             let jacobian = &mut jacobian[channel * constants..(channel + 1) * constants];
-            spread(*result, [&ONE, &ONE], carried, jacobian);
+            propagate(*result, [&ONE, &ONE], carried, jacobian);
             for step in walk {
                 let (before, rest) = carried.split_at_mut(step.step);
                 let adjoint = &rest[0];
-                spread(step.a, [adjoint, &by_a[step.step]], before, jacobian);
-                spread(step.b, [adjoint, &by_b[step.step]], before, jacobian);
+                propagate(step.a, [adjoint, &by_a[step.step]], before, jacobian);
+                propagate(step.b, [adjoint, &by_b[step.step]], before, jacobian);
             }
         }
     }
 
-    /// Residuals of a quarter, and from derivatives of g to theirs.
+    /// Computes the residuals of a quarter, and their derivatives from those of g.
     #[inline(always)]
     fn residuals(&mut self, quarter: usize) {
-        let Self { plan, target, block, room, .. } = self;
-        let Room { values, jacobian, columns, residuals, .. } = &mut **room;
+        let Self { plan, target, block, workspace, .. } = self;
+        let SweepWorkspace { values, jacobian, columns, residuals, .. } = &mut **workspace;
         let functions = std::hint::black_box(Functions::KNOWN);
         let rows = target.quarter(*block * QUARTERS + quarter);
         let g = plan.results.map(|row| &values[row]);
@@ -173,21 +180,21 @@ impl Sweep<'_> {
         let layers = plan.layers(*block * BLOCK + quarter * LANES);
         reflectance(plan.program, g.map(|g| &g.0), layers, &mut f);
         for channel in 0..3 {
-            let (f, wanted, weight) = (&f[channel].0, &rows[channel].0, &rows[3 + channel].0);
+            let (f, value, weight) = (&f[channel].0, &rows[channel].0, &rows[3 + channel].0);
             let residual = &mut residuals[3 * quarter + channel].0;
-            let mut slope = ZERO;
+            let mut loss_derivative = ZERO;
             match target.loss() {
                 Loss::Logarithmic => {
                     for lane in 0..LANES {
                         let t = 1.0 + f[lane] * weight[lane];
-                        residual[lane] = functions.log2(t) - wanted[lane];
-                        slope.0[lane] = weight[lane] / (std::f32::consts::LN_2 * t);
+                        residual[lane] = functions.log2(t) - value[lane];
+                        loss_derivative.0[lane] = weight[lane] / (std::f32::consts::LN_2 * t);
                     }
                 }
                 Loss::Squared => {
                     for lane in 0..LANES {
-                        residual[lane] = f[lane] * weight[lane] - wanted[lane];
-                        slope.0[lane] = weight[lane];
+                        residual[lane] = f[lane] * weight[lane] - value[lane];
+                        loss_derivative.0[lane] = weight[lane];
                     }
                 }
             }
@@ -198,7 +205,7 @@ impl Sweep<'_> {
                 }
                 let mut by_g = ZERO;
                 for lane in 0..LANES {
-                    by_g.0[lane] = slope.0[lane] * (2.0 * coefficient) * g[k].0[lane];
+                    by_g.0[lane] = loss_derivative.0[lane] * (2.0 * coefficient) * g[k].0[lane];
                 }
                 for constant in 0..plan.constants {
                     let column = &mut columns[constant * COLUMN + 3 * quarter + channel];
@@ -222,8 +229,8 @@ impl Sweep<'_> {
     fn accumulate(&self, quarters: usize) -> NormalEquations {
         let constants = self.plan.constants;
         let mut equations = NormalEquations::zero(constants);
-        let residuals = &self.room.residuals[..3 * quarters];
-        let column = |index: usize| &self.room.columns[index * COLUMN..][..3 * quarters];
+        let residuals = &self.workspace.residuals[..3 * quarters];
+        let column = |index: usize| &self.workspace.columns[index * COLUMN..][..3 * quarters];
         equations.sum = dot(residuals, residuals);
         for first in 0..constants {
             let a = column(first);
@@ -247,19 +254,21 @@ fn tangent(carried: &[Quarter], tangent: Tangent) -> Option<&Quarter> {
     }
 }
 
-/// Hands the product of an adjoint and a derivative on.
+/// Propagates the product of an adjoint and a derivative to an operand.
 #[inline(always)]
-fn spread(
+fn propagate(
     to: Adjoint,
-    [adjoint, slope]: [&Quarter; 2],
+    [adjoint, derivative]: [&Quarter; 2],
     carried: &mut [Quarter],
     jacobian: &mut [Quarter],
 ) {
     match to {
         Adjoint::Nowhere => {}
-        Adjoint::Constant(constant) => add_product(&mut jacobian[constant], adjoint, slope),
-        Adjoint::Step { step, is_first: true } => multiply(&mut carried[step], adjoint, slope),
-        Adjoint::Step { step, is_first: false } => add_product(&mut carried[step], adjoint, slope),
+        Adjoint::Constant(constant) => add_product(&mut jacobian[constant], adjoint, derivative),
+        Adjoint::Step { step, is_first: true } => multiply(&mut carried[step], adjoint, derivative),
+        Adjoint::Step { step, is_first: false } => {
+            add_product(&mut carried[step], adjoint, derivative)
+        }
     }
 }
 
@@ -277,8 +286,8 @@ fn add_product(out: &mut Quarter, a: &Quarter, b: &Quarter) {
     }
 }
 
-/// Takes one way for each operation, so that the loop on it is compiled with the operation known and nothing is decided in
-/// each lane.
+/// Branches once per operation, so that the loop in `$do` is compiled with the operation known and
+/// does not branch per lane.
 macro_rules! for_known {
     ($operation:expr, $known:ident => $do:expr) => {
         for_known!(@arms $operation, $known => $do;
@@ -306,14 +315,19 @@ fn apply(operation: Operation, a: &Quarter, b: &Quarter, out: &mut Quarter) {
     }
 }
 
-/// The derivatives of a step by its operands, given these and its value.
+/// Computes the derivatives of a step with respect to its operands, given these and its value.
 #[inline(always)]
-fn slopes(operation: Operation, known: [&Quarter; 3], by_a: &mut Quarter, by_b: &mut Quarter) {
-    for_known!(operation, operation => slope_rows(operation, known, by_a, by_b));
+fn partial_derivatives(
+    operation: Operation,
+    known: [&Quarter; 3],
+    by_a: &mut Quarter,
+    by_b: &mut Quarter,
+) {
+    for_known!(operation, operation => partial_rows(operation, known, by_a, by_b));
 }
 
 #[inline(always)]
-fn slope_rows(
+fn partial_rows(
     operation: Operation,
     [a, b, value]: [&Quarter; 3],
     by_a: &mut Quarter,
@@ -324,7 +338,7 @@ fn slope_rows(
     }
 }
 
-/// In 32 sums of f32, which are added in halves in f64.
+/// Returns the dot product: 32 partial sums in f32, which are added pairwise in f64.
 #[inline(always)]
 fn dot(a: &[Quarter], b: &[Quarter]) -> f64 {
     let mut sums = [0.0f32; PARTIAL_SUMS];

@@ -6,7 +6,7 @@ use super::*;
 use crate::conformance::{hard_samples, programs};
 use crate::{CanonicalEvaluator, Evaluator, Loss};
 
-/// A target that a program nearly meets: what it makes itself, times 1.3.
+/// Returns a target that a program nearly meets: 1.3 times its own reflectance.
 fn target(program: &Program, set: &SampleSet, loss: Loss) -> FitnessTarget {
     let mut f = Vec::new();
     CanonicalEvaluator::default().eval(&[program], set, &mut f).unwrap();
@@ -15,7 +15,7 @@ fn target(program: &Program, set: &SampleSet, loss: Loss) -> FitnessTarget {
     FitnessTarget::new(set, rows, [&vec![0.7; set.len()]; 3], loss, 1).unwrap()
 }
 
-/// Residuals of one sample in f64 for constants that were moved.
+/// Returns the residuals of one sample in f64 for modified constants.
 fn residuals(program: &Program, target: &FitnessTarget, sample: usize, c: &[f64]) -> [f64; 3] {
     let mut values: Vec<f64> = Vec::new();
     for step in program.steps() {
@@ -43,7 +43,7 @@ fn read(operand: Operand, values: &[f64], target: &FitnessTarget, sample: usize,
     }
 }
 
-/// J^T J and J^T r by central differences in f64.
+/// Computes J^T J and J^T r by central differences in f64.
 fn by_differences(program: &Program, target: &FitnessTarget) -> NormalEquations {
     let c: Vec<f64> =
         program.constants().iter().map(|constant| f64::from(constant.canonical)).collect();
@@ -83,11 +83,11 @@ fn assert_close(got: &[f64], expected: &[f64], bound: f64, what: &str) {
     let scale = largest(expected).max(1e-9);
     for (k, (got, expected)) in got.iter().zip(expected).enumerate() {
         let error = (got - expected).abs() / scale;
-        assert!(error <= bound, "{what} {k}: {got} instead of {expected}, off by {error:e}");
+        assert!(error <= bound, "{what} {k}: {got}, expected {expected}, error {error:e}");
     }
 }
 
-/// Smooth programs of every operation, far from clamps.
+/// Returns smooth programs that cover every operation, far from clamps.
 fn smooth() -> Vec<Program> {
     let head = "brood 1\n.dialect extended smooth registers 10\n.const C0 0.5 -0.25 0.7 0.3\n\
                 .const C1 0.2 0.4 -0.6 0.8\n";
@@ -106,7 +106,7 @@ fn smooth() -> Vec<Program> {
     bodies.iter().map(lower).collect()
 }
 
-/// Ordinary directions, 300 of them, so that the last block is not full.
+/// Returns 300 ordinary directions, so that the last block is not full.
 fn ordinary() -> SampleSet {
     let all = hard_samples(8, 2000);
     let ordinary = |k: &u32| {
@@ -114,7 +114,7 @@ fn ordinary() -> SampleSet {
         pair.cos_i() > 0.05 && pair.cos_o() > 0.05 && uv.abs().max_element() < 2.0
     };
     let picked: Vec<u32> = (0..2000).filter(ordinary).take(300).collect();
-    assert_eq!(picked.len(), 300, "enough ordinary ones");
+    assert_eq!(picked.len(), 300, "there are enough ordinary directions");
     all.select(&picked)
 }
 
@@ -137,7 +137,7 @@ fn derivatives_agree_with_those_in_f64() {
 }
 
 #[test]
-fn both_directions_agree_on_random_programs() {
+fn forward_and_reverse_agree_on_random_programs() {
     let set = ordinary();
     for (index, program) in programs(6).iter().enumerate() {
         let target = target(program, &set, Loss::Logarithmic);
@@ -149,7 +149,7 @@ fn both_directions_agree_on_random_programs() {
 }
 
 #[test]
-fn equations_are_the_same_to_the_bit_when_the_number_of_threads_differs() {
+fn equations_have_the_same_bits_when_the_number_of_threads_differs() {
     let set = hard_samples(2, 1500);
     let program = &programs(4)[12];
     let target = target(program, &set, Loss::Logarithmic);

@@ -1,30 +1,33 @@
-//! Directions of the hemisphere: quadrature of integrals over it, and the incident directions that are looked at.
+//! Quadrature over the hemisphere, and construction of directions and direction pairs.
 
 use std::f64::consts::{PI, TAU};
 
 use brood_brdf::DirectionPair;
 use glam::DVec3;
 
-/// A product rule for integrals of f cos_o over the hemisphere: Gauss-Legendre in cos_o, equal steps in azimuth.
+/// A product rule for integrals of f cos_o over the hemisphere: Gauss-Legendre in cos_o, equal
+/// steps in azimuth.
 ///
-/// Exact where f is a polynomial of the directions of a degree below twice the number of rings, and converging faster than
-/// any power where it is analytic; clamps make kinks, which it meets as any other rule does.
+/// Exact if f is a polynomial of the directions of a degree below twice the number of rings;
+/// converges faster than any power if f is analytic. Clamps cause kinks, which reduce the order of
+/// convergence as for any other rule.
 ///
 /// # Source
-/// Atkinson and Han, *Spherical Harmonics and Approximations on the Unit Sphere* (2012), section 5.1.
+/// Atkinson and Han, *Spherical Harmonics and Approximations on the Unit Sphere* (2012), section
+/// 5.1.
 #[derive(Debug, Clone)]
 pub struct Quadrature {
-    /// Ring by ring from grazing to the normal, in each the azimuths.
+    /// Directions ring by ring from grazing to the normal, each ring by azimuth.
     directions: Vec<DVec3>,
-    /// Of one direction of each ring.
+    /// Weight of one direction of each ring.
     weights: Vec<f64>,
 }
 
 impl Quadrature {
-    /// `order` rings of twice as many azimuths.
+    /// Creates a rule of `order` rings with `2 * order` azimuths each.
     ///
     /// # Panics
-    /// Where the order is 0.
+    /// If the order is 0.
     #[must_use]
     pub fn new(order: usize) -> Self {
         let azimuths = 2 * order;
@@ -42,18 +45,18 @@ impl Quadrature {
         Self { directions, weights }
     }
 
-    /// The directions, in the order of the values that are integrated.
+    /// Returns the directions, in the order in which [`Quadrature::integrate`] takes values.
     #[must_use]
     pub fn directions(&self) -> &[DVec3] {
         &self.directions
     }
 
-    /// Its number of rings.
+    /// Returns the number of rings.
     pub(super) fn order(&self) -> usize {
         self.weights.len()
     }
 
-    /// The directions, and what f counts in each.
+    /// Returns the directions with their weights of f.
     pub(super) fn weighted(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let azimuths = self.directions.len() / self.weights.len();
         let weights =
@@ -61,10 +64,10 @@ impl Quadrature {
         self.directions.iter().copied().zip(weights)
     }
 
-    /// The integral of f cos_o from f at the directions. Sums are f64 in one order.
+    /// Returns the integral of f cos_o, given f at the directions. Sums are f64 in a fixed order.
     ///
     /// # Panics
-    /// Where there are not as many values as directions.
+    /// If the number of values is not that of directions.
     pub fn integrate(&self, f: impl ExactSizeIterator<Item = f64>) -> f64 {
         assert_eq!(f.len(), self.directions.len(), "there is a value for each direction");
         let azimuths = self.directions.len() / self.weights.len();
@@ -74,45 +77,47 @@ impl Quadrature {
     }
 }
 
-/// Nodes and weights of the rule of that order on [0, 1], nodes ascending.
+/// Returns nodes and weights of the Gauss-Legendre rule of that order on [0, 1], nodes ascending.
 ///
 /// # Error
-/// Below 1e-14 for orders up to 1024: Newton's method on the recurrence of the Legendre polynomials.
+/// Below 1e-14 for orders up to 1024: Newton's method on the recurrence of the Legendre
+/// polynomials.
 pub(super) fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
-    assert!(order > 0, "a rule has a node");
+    assert!(order > 0, "the order of a rule is at least 1");
     let n = order as f64;
     let node = |index: usize| {
         let mut x = -libm::cos(PI * (index as f64 + 0.75) / (n + 0.5));
-        let mut slope = 1.0;
+        let mut derivative = 1.0;
         for _ in 0..6 {
             let (mut last, mut value) = (1.0, x);
             for k in 2..=order {
                 let k = k as f64;
                 (last, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * last) / k);
             }
-            slope = n * (x * value - last) / (x * x - 1.0);
-            x -= value / slope;
+            derivative = n * (x * value - last) / (x * x - 1.0);
+            x -= value / derivative;
         }
         // The weight on [-1, 1] is twice that on [0, 1].
-        (0.5 * (x + 1.0), 1.0 / ((1.0 - x * x) * slope * slope))
+        (0.5 * (x + 1.0), 1.0 / ((1.0 - x * x) * derivative * derivative))
     };
     (0..order).map(node).collect()
 }
 
-/// The direction with that sine and cosine from the normal, at that share of a turn from x.
+/// Returns the direction with that sine and cosine of the angle from the normal, turned from x by
+/// `turn` of a full turn.
 #[must_use]
 pub fn around(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(turn * TAU);
     DVec3::new(sin_theta * cos, sin_theta * sin, cos_theta)
 }
 
-/// A pair of directions built from sines and cosines.
+/// Returns a pair of directions built from sines and cosines.
 ///
 /// # Panics
-/// Where one is not of length 1.
+/// If a direction is not of length 1.
 #[must_use]
 pub fn pair(wi: DVec3, wo: DVec3) -> DirectionPair {
-    DirectionPair::new(wi, wo).expect("built from sines and cosines")
+    DirectionPair::new(wi, wo).expect("directions from sines and cosines have length 1")
 }
 
 #[cfg(test)]

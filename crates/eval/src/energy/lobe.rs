@@ -1,8 +1,9 @@
-//! Quadrature for layers: directional albedos of models whose lobes may be narrower than any even rule resolves.
+//! Quadrature of directional albedos of models, whose lobes may be narrower than any uniform rule
+//! resolves.
 //!
-//! The integral is split by a smooth weight of theta_h. Where half vectors are far from the normal, the even rule of
-//! [`Quadrature`] takes it; where they are near, nodes stand around the half vector, evenly in ln tan theta_h: a lobe of any
-//! width is a bump of about the same shape there.
+//! The integral is split by a smooth weight of theta_h. Where half vectors are far from the normal,
+//! the uniform rule of [`Quadrature`] is used. Where they are near, nodes are spaced evenly in ln
+//! tan theta_h around the half vector: there a lobe of any width is a bump of about the same shape.
 
 use brood_brdf::DirectionPair;
 use glam::DVec3;
@@ -11,27 +12,29 @@ use super::hemisphere::gauss_legendre;
 use super::{Quadrature, around};
 use crate::layer::Layers;
 
-/// ln tan theta_h of the narrowest lobe looked at, and of where the even rule has all but taken over.
+/// Range of ln tan theta_h: from the narrowest lobe considered to where the uniform rule has almost
+/// all of the weight.
 const SPAN: (f64, f64) = (-14.0, 1.0);
-/// tan theta_h where either rule has half of the weight.
+/// tan theta_h where each rule has half of the weight.
 const BORDER: f64 = 0.25;
 
 /// A rule for integrals of f cos_o over wo.
 #[derive(Debug, Clone)]
 pub struct LobeRule {
-    even: Quadrature,
-    /// Half vectors, the solid angle that each stands for, times its share of the weight.
+    uniform: Quadrature,
+    /// Half vectors with their solid angle times the weight of this part of the integral.
     nodes: Vec<(DVec3, f64)>,
 }
 
-/// The share that the nodes around the half vector have, by tan^2 theta_h.
+/// Returns the weight of the nodes around the half vector, by tan^2 theta_h.
 fn near(tan2: f64) -> f64 {
     let ratio = tan2 / (BORDER * BORDER);
     1.0 / (1.0 + ratio * ratio)
 }
 
 impl LobeRule {
-    /// The even rule of that order; twice as many widths of lobes, each with twice as many azimuths.
+    /// Creates the uniform rule of that order, and `2 * order` lobe widths with `2 * order`
+    /// azimuths each.
     #[must_use]
     pub fn new(order: usize) -> Self {
         let turns = 2 * order;
@@ -48,15 +51,16 @@ impl LobeRule {
                 |turn: usize| (around(sin, cos, (turn as f64 + 0.5) / turns as f64), ring * step);
             nodes.extend((0..turns).map(node));
         }
-        Self { even: Quadrature::new(order), nodes }
+        Self { uniform: Quadrature::new(order), nodes }
     }
 
-    /// How many values an albedo takes.
+    /// Number of values per albedo.
     pub(super) fn len(&self) -> usize {
-        self.nodes.len() + self.even.directions().len()
+        self.nodes.len() + self.uniform.directions().len()
     }
 
-    /// Where f is looked at above the horizon, and what it counts there: the integral of f cos_o is the sum of f times these.
+    /// Returns the direction pairs above the horizon and their weights: the integral of f cos_o is
+    /// the sum of f times weight.
     #[must_use]
     pub fn nodes(&self, wi: DVec3) -> Vec<(DirectionPair, f64)> {
         let around_half = self.nodes.iter().filter_map(|(half, weight)| {
@@ -64,13 +68,13 @@ impl LobeRule {
             let wo = 2.0 * cos_d * *half - wi;
             (cos_d > 0.0 && wo.z > 0.0).then_some((wo.normalize(), 4.0 * cos_d * wo.z * weight))
         });
-        let even =
-            self.even.weighted().map(|(wo, weight)| (wo, weight * (1.0 - near(tan2(wi, wo)))));
+        let uniform =
+            self.uniform.weighted().map(|(wo, weight)| (wo, weight * (1.0 - near(tan2(wi, wo)))));
         let pair = |(wo, weight)| DirectionPair::new(wi, wo).ok().map(|pair| (pair, weight));
-        around_half.chain(even).filter_map(pair).collect()
+        around_half.chain(uniform).filter_map(pair).collect()
     }
 
-    /// The directional albedo of each channel. Sums are f64 in one order.
+    /// Returns the directional albedo of each channel. Sums are f64 in a fixed order.
     pub(super) fn albedo(&self, layers: &Layers, wi: DVec3) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for (half, weight) in &self.nodes {
@@ -83,12 +87,12 @@ impl LobeRule {
             sum += f(layers, wi, wo) * (4.0 * cos_d * wo.z * weight);
         }
         let far: Vec<DVec3> = self
-            .even
+            .uniform
             .directions()
             .iter()
             .map(|wo| f(layers, wi, *wo) * (1.0 - near(tan2(wi, *wo))))
             .collect();
-        let channel = |channel: usize| self.even.integrate(far.iter().map(|f| f[channel]));
+        let channel = |channel: usize| self.uniform.integrate(far.iter().map(|f| f[channel]));
         sum + DVec3::new(channel(0), channel(1), channel(2))
     }
 }
@@ -99,7 +103,7 @@ fn tan2(wi: DVec3, wo: DVec3) -> f64 {
     (half.x * half.x + half.y * half.y) / (half.z * half.z)
 }
 
-/// f of two directions; 0 where rounding has left one that is none.
+/// Returns f of two directions; 0 if rounding left no valid direction.
 fn f(layers: &Layers, wi: DVec3, wo: DVec3) -> DVec3 {
     DirectionPair::new(wi, wo.normalize_or_zero()).map_or(DVec3::ZERO, |pair| layers.f(&pair))
 }
@@ -135,11 +139,12 @@ mod tests {
     }
 
     #[test]
-    fn wide_lobes_are_those_of_the_even_rule() {
-        let even = Quadrature::new(300);
+    fn wide_lobes_agree_with_the_uniform_rule() {
+        let uniform = Quadrature::new(300);
         for (roughness, theta) in [(0.1, 0.6), (0.1, 1.4), (0.3, 0.1), (0.6, 1.2), (1.0, 0.8)] {
             let (layers, wi) = (metal(roughness), around(libm::sin(theta), libm::cos(theta), 0.3));
-            let expected = even.integrate(even.directions().iter().map(|wo| f(&layers, wi, *wo).x));
+            let expected =
+                uniform.integrate(uniform.directions().iter().map(|wo| f(&layers, wi, *wo).x));
             let found = LobeRule::new(32).albedo(&layers, wi).x;
             assert!(
                 (found - expected).abs() < 2e-3 * expected,
@@ -149,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_are_those_of_the_albedo() {
+    fn weighted_nodes_sum_to_the_albedo() {
         let (layers, rule) = (metal(0.2), LobeRule::new(16));
         for theta in [0.0, 0.9, 1.5] {
             let wi = around(libm::sin(theta), libm::cos(theta), 0.2);

@@ -1,4 +1,4 @@
-//! The search for the largest directional albedo of a program.
+//! Search for the largest directional albedo of a program.
 
 use std::sync::OnceLock;
 
@@ -10,40 +10,40 @@ use glam::DVec2;
 use super::subject::{self, Subject};
 use super::{EnergyLimit, Place, Quadrature};
 
-/// Inputs that turn with the surface; without them a program is isotropic.
+/// Inputs that change when the surface turns about its normal; a program without them is isotropic.
 const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
-/// The last angle before grazing incidence, where the integral loses its meaning, in degrees.
+/// Largest angle of incidence in degrees; the integral is ill-defined at grazing incidence.
 const THETA_MAX_DEG: f64 = 89.5;
-/// The highest order of the measurement.
+/// Highest order of the measurement.
 pub const ALBEDO_ORDER: usize = 128;
 /// Orders of the measurement, each twice the one before.
 const ORDERS: [usize; 4] = [16, 32, 64, ALBEDO_ORDER];
-/// Relative error that f32 adds, of the values and of the divided output stage.
+/// Relative error of f32 values and of the divided output stage.
 const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
-/// The measurement ends where doubling the order changed the albedo by a smaller share.
+/// Relative change at which the measurement ends, from one order to twice that order.
 const SETTLED: f64 = 1e-4;
 
-/// How much is looked at before the albedo is measured.
+/// Number of directions, positions and steps of the search before the albedo is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Incident directions of the grid: angles from the normal ...
+    /// Number of angles from the normal on the grid.
     pub thetas: usize,
-    /// ... and azimuths over half a turn: another half changes no input.
+    /// Number of azimuths on the grid, over half a turn: the other half changes no input.
     pub azimuths: usize,
-    /// Texture positions along a side of [0, 1]^2.
+    /// Number of texture positions along a side of [0, 1]^2.
     pub uv_side: usize,
     /// Order of the quadrature on the grid.
     pub grid_order: usize,
-    /// Places of the grid that the search starts from.
+    /// Number of places of the grid that the pattern search starts from.
     pub starts: usize,
-    /// Halvings of the search's steps.
+    /// Number of halvings of the step of the pattern search.
     pub halvings: u32,
-    /// Order of the search's quadrature.
+    /// Order of the quadrature of the pattern search.
     pub search_order: usize,
 }
 
 impl Effort {
-    /// What programs are limited by: chosen by `brood bench pareto --sweep albedo`.
+    /// Effort of the energy limit, chosen by `brood bench pareto --sweep albedo`.
     pub const USUAL: Self = Self {
         thetas: 16,
         azimuths: 8,
@@ -58,7 +58,7 @@ impl Effort {
 /// The places of the grid at one texture position, and their samples: the same for all programs.
 type Tile = (Vec<Place>, SampleSet);
 
-/// The search for the largest albedo, with what all programs share.
+/// Search for the largest albedo, with the data that all programs share.
 #[derive(Debug)]
 pub struct LimitSearch {
     effort: Effort,
@@ -70,8 +70,10 @@ pub struct LimitSearch {
 }
 
 impl LimitSearch {
+    /// Prepares a search.
+    ///
     /// # Panics
-    /// Where the effort has no directions or starts.
+    /// If the effort has no directions or starts.
     #[must_use]
     pub fn new(effort: Effort) -> Self {
         assert!(effort.thetas > 1 && effort.uv_side > 1 && effort.starts > 0, "{effort:?}");
@@ -85,7 +87,7 @@ impl LimitSearch {
         }
     }
 
-    /// The limit, and the place where the albedo is largest.
+    /// Returns the limit and the place where the albedo is largest.
     #[must_use]
     pub fn run(&self, program: &Program) -> (EnergyLimit, Place) {
         let axes = Axes::of(program);
@@ -94,7 +96,7 @@ impl LimitSearch {
         let starts = self.best_of_grid(&subject, axes, &mut samples);
         let (place, gain) = self.climb(&subject, starts, axes, &mut samples);
         let (albedo, change) = self.measure(&subject, place, &mut samples);
-        // What the last step still gained is as much as the next ones may.
+        // The gain of the last step bounds that of further steps.
         let error_bound = if albedo > 0.0 { (change + gain) / albedo + ROUNDING } else { 0.0 };
         let divisor = (albedo * (1.0 + error_bound)).max(1.0);
         let theta_deg = place.theta_deg;
@@ -108,12 +110,13 @@ impl LimitSearch {
             let found = subject.albedos(places, set, &self.grid_rule);
             ranked.extend(places.iter().copied().zip(found));
         }
-        // A stable sort: of equals the first one stays first.
+        // A stable sort keeps the first of equal places first.
         ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
         ranked.into_iter().take(self.effort.starts).map(|(place, _)| place).collect()
     }
 
-    /// A pattern search from each start; the best place, and what the last step still gained.
+    /// Runs a pattern search from each start and returns the best place and the gain of the last
+    /// step.
     fn climb(
         &self,
         subject: &Subject<'_>,
@@ -121,22 +124,22 @@ impl LimitSearch {
         axes: Axes,
         samples: &mut usize,
     ) -> (Place, f64) {
-        let mut look = |places: &[Place]| {
+        let mut measure = |places: &[Place]| {
             *samples += places.len() * subject.samples(&self.search_rule);
             subject.albedos_at(places, &self.search_rule)
         };
-        let at_start = look(&starts);
+        let at_start = measure(&starts);
         let mut ranked: Vec<(Place, f64)> = starts.into_iter().zip(at_start).collect();
         let mut step = self.first_step();
         let mut gain = 0.0;
         for _ in 0..self.effort.halvings {
             let before = best(&ranked).1;
-            let around: Vec<Vec<Place>> =
+            let candidates: Vec<Vec<Place>> =
                 ranked.iter().map(|(place, _)| neighbours(place, &step, axes)).collect();
-            let all = around.concat();
-            let mut found = all.iter().copied().zip(look(&all));
-            for ((place, albedo), around) in ranked.iter_mut().zip(&around) {
-                for (other, value) in found.by_ref().take(around.len()) {
+            let all = candidates.concat();
+            let mut found = all.iter().copied().zip(measure(&all));
+            for ((place, albedo), candidates) in ranked.iter_mut().zip(&candidates) {
+                for (other, value) in found.by_ref().take(candidates.len()) {
                     if value > *albedo {
                         (*place, *albedo) = (other, value);
                     }
@@ -150,29 +153,30 @@ impl LimitSearch {
         (best(&ranked).0, gain)
     }
 
-    /// The albedo at a place by growing orders, and by how much it may still be off.
+    /// Measures the albedo at a place with growing orders and returns it with an error estimate.
     fn measure(&self, subject: &Subject<'_>, place: Place, samples: &mut usize) -> (f64, f64) {
-        let mut look = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
+        let mut measure = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
             let rule = rule.get_or_init(|| Quadrature::new(*order));
             *samples += subject.samples(rule);
             subject.albedos_at(&[place], rule)[0]
         };
         let mut rules = ORDERS.iter().zip(&self.measuring);
-        let mut albedo = rules.next().map_or(0.0, &mut look);
+        let mut albedo = rules.next().map_or(0.0, &mut measure);
         let mut changes = [0.0; 2];
         for rule in rules {
-            let finer = look(rule);
+            let finer = measure(rule);
             changes = [changes[1], (finer - albedo).abs()];
             albedo = finer;
             if changes[1] <= SETTLED * albedo {
                 break;
             }
         }
-        // Where clamps put kinks into f, errors do not fall evenly, and one small change proves little.
+        // Clamps cause kinks in f, where errors do not fall evenly, so one small change is not
+        // enough evidence.
         (albedo, f64::max(changes[1], 0.25 * changes[0]))
     }
 
-    /// Half of the grid's.
+    /// Returns half of the spacing of the grid.
     fn first_step(&self) -> Place {
         let Effort { thetas, azimuths, uv_side, .. } = self.effort;
         Place {
@@ -182,7 +186,7 @@ impl LimitSearch {
         }
     }
 
-    /// The tiles that can matter.
+    /// Returns the tiles that can matter.
     fn grid(&self, axes: Axes) -> impl Iterator<Item = &Tile> {
         let tiles = &self.tiles[usize::from(axes.azimuth)];
         let side = self.effort.uv_side;
@@ -213,7 +217,8 @@ impl LimitSearch {
     }
 }
 
-/// Whether anything that the program reads changes when the surface turns about its normal; another one is isotropic.
+/// True if anything that the program reads changes when the surface turns about its normal;
+/// otherwise the program is isotropic.
 #[must_use]
 pub fn turns_with_surface(program: &Program) -> bool {
     let inputs = program.inputs();
@@ -221,7 +226,7 @@ pub fn turns_with_surface(program: &Program) -> bool {
         || program.layers().iter().any(|model| *model != model.isotropic())
 }
 
-/// Which coordinates of a place can matter to a program.
+/// Coordinates of a place that can change the result of a program.
 #[derive(Debug, Clone, Copy)]
 struct Axes {
     azimuth: bool,
@@ -255,7 +260,7 @@ fn neighbours(place: &Place, step: &Place, axes: Axes) -> Vec<Place> {
 }
 
 fn best(found: &[(Place, f64)]) -> (Place, f64) {
-    // Of equals the first one, whatever the number of places.
+    // The first of equal places, for any number of places.
     let best = found.iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
-    *best.expect("there is always a place to look at")
+    *best.expect("a search has at least one start")
 }

@@ -1,6 +1,8 @@
-//! What an albedo is measured of: a program by its samples, its layers by a rule made for lobes.
+//! Albedos of a program: that of the program code by samples, that of its layers by a quadrature
+//! made for lobes.
 //!
-//! The output stage is affine, so the albedos of g^2 and of the layers are found apart and put together behind it.
+//! The output stage is affine, so the albedos of g^2 and of the layers are measured separately and
+//! added before the output stage.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,13 +18,13 @@ use super::{Place, Quadrature, pair};
 use crate::layer::Layers;
 use crate::{CanonicalEvaluator, Evaluator};
 
-/// A program, ready to be measured.
+/// A program prepared for measuring albedos.
 pub(super) enum Subject<'a> {
-    /// One without layers, as it is.
+    /// A program without layers.
     Plain(&'a Program),
-    /// One with layers.
+    /// A program with layers.
     Layered {
-        /// The square of its results; none where there is no program.
+        /// The program code without layers and output stage; `None` if the results are 0.
         squares: Option<Program>,
         layers: Layers,
         output: &'a Output,
@@ -41,7 +43,7 @@ impl<'a> Subject<'a> {
         Self::Layered { squares, layers, output: program.output(), rules: Mutex::default() }
     }
 
-    /// Reflectances that an albedo at one place takes.
+    /// Number of reflectances per albedo.
     pub(super) fn samples(&self, rule: &Quadrature) -> usize {
         let directions = rule.directions().len();
         match self {
@@ -53,17 +55,17 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The largest albedo of the channels at each place.
+    /// Returns the largest albedo of the channels at each place.
     pub(super) fn albedos_at(&self, places: &[Place], rule: &Quadrature) -> Vec<f64> {
         self.channels_at(places, rule).into_iter().map(largest).collect()
     }
 
-    /// The same where the places' samples are there already.
+    /// Does the same as [`Subject::albedos_at`], given the samples of the places.
     pub(super) fn albedos(&self, places: &[Place], set: &SampleSet, rule: &Quadrature) -> Vec<f64> {
         self.channels(places, set, rule).into_iter().map(largest).collect()
     }
 
-    /// The albedo of each channel at each place.
+    /// Returns the albedo of each channel at each place.
     pub(super) fn channels_at(&self, places: &[Place], rule: &Quadrature) -> Vec<[f64; 3]> {
         let set = match self {
             // Layers are not measured by samples.
@@ -100,7 +102,7 @@ fn largest(albedo: [f64; 3]) -> f64 {
     albedo.into_iter().fold(0.0, f64::max)
 }
 
-/// Every direction of the rule for every place.
+/// Returns the samples of every direction of the rule for every place.
 pub(super) fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
     let mut pairs = Vec::with_capacity(places.len() * rule.directions().len());
     let mut uvs = Vec::with_capacity(pairs.capacity());
@@ -112,7 +114,7 @@ pub(super) fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
     SampleSet::from_pairs(&pairs, &uvs)
 }
 
-/// The albedo of each channel at each place of such samples.
+/// Returns the albedo of each channel at each place of such samples.
 fn integrals(program: &Program, set: &SampleSet, rule: &Quadrature) -> Vec<[f64; 3]> {
     let mut f = Vec::new();
     CanonicalEvaluator::default()
@@ -128,7 +130,7 @@ fn integrals(program: &Program, set: &SampleSet, rule: &Quadrature) -> Vec<[f64;
     (0..set.len() / count).map(albedo).collect()
 }
 
-/// The output stage for albedos: what is added to f reflects pi times as much.
+/// Applies the output stage to albedos: a constant added to f adds pi times that to the albedo.
 fn stage(output: &Output, albedo: DVec3) -> [f64; 3] {
     [0, 1, 2].map(|channel| {
         let mixed = DVec3::from(output.matrix()[channel].map(f64::from)).dot(albedo);

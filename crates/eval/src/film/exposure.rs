@@ -1,4 +1,4 @@
-//! Exposure: what radiance is multiplied by, given or measured; and the tone curve that follows.
+//! Exposure: the factor of radiance, given or measured, and the tone curve after it.
 
 use brood_program::Program;
 use brood_scene::{Exposure, Film, SampleSet, Tone};
@@ -6,24 +6,24 @@ use brood_scene::{Exposure, Film, SampleSet, Tone};
 use crate::radiance::ReflectedLight;
 use crate::{CanonicalEvaluator, Evaluator};
 
-/// What automatic exposure maps its percentile to.
+/// Linear value that automatic exposure maps its percentile to.
 const AUTO_TARGET: f32 = 0.9;
-/// Below this there is nothing to expose for.
+/// Percentiles below this are black pictures, which get no exposure.
 const AUTO_FLOOR: f32 = 1e-8;
 
-/// What radiance is multiplied by, and the tone curve after it.
+/// Factor of radiance and the tone curve after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
-    /// The factor, 2^`ev`.
+    /// Factor, 2^`ev`.
     pub(crate) factor: f32,
-    /// The same as an exposure.
+    /// Exposure in stops.
     pub ev: f64,
-    /// The curve between exposed radiance and what is shown.
+    /// Tone curve from exposed radiance to display values.
     pub tone: Tone,
 }
 
 impl Gain {
-    /// The gain that a film has for a picture. An exposure is a film without a tone curve.
+    /// Returns the gain of a film for a picture. An exposure is a film without a tone curve.
     ///
     /// # Shapes
     /// As [`crate::shade`].
@@ -32,8 +32,8 @@ impl Gain {
         Self::of(film.into(), || ReflectedLight::new(set, f).centres())
     }
 
-    /// The automatic gain of a program for several pictures at once, as of places of a moving light: the percentile is taken over
-    /// the values of all of them.
+    /// Returns the automatic gain of a program for several pictures, such as those of a moving
+    /// light: the percentile is taken over the values of all of them.
     #[must_use]
     pub fn common(program: &Program, sets: &[SampleSet]) -> Self {
         let mut values = Vec::new();
@@ -47,13 +47,13 @@ impl Gain {
         Self::automatic(values)
     }
 
-    /// The gain of a given exposure.
+    /// Returns the gain of a given exposure.
     #[must_use]
     pub fn fixed(ev: f64) -> Self {
         Self { factor: nearest(libm::exp2(ev)), ev, tone: Tone::None }
     }
 
-    /// The same with a tone curve.
+    /// Returns the same gain with a tone curve.
     #[must_use]
     pub fn with_tone(self, tone: Tone) -> Self {
         Self { tone, ..self }
@@ -67,7 +67,8 @@ impl Gain {
         gain.with_tone(film.tone)
     }
 
-    /// The automatic gain of a picture whose covered pixels have these largest channels.
+    /// Returns the automatic gain of a picture; `values` are the largest channels of its covered
+    /// pixels.
     #[must_use]
     pub fn automatic(values: Vec<f32>) -> Self {
         let none = Self { factor: 1.0, ev: 0.0, tone: Tone::None };
@@ -84,16 +85,17 @@ impl Gain {
     }
 }
 
-/// Every so many values, one is looked at to guess where the wanted one lies.
+/// Stride of the values that the guess of the percentile is taken from.
 const STRIDE: usize = 32;
 
-/// The value that sorting would put at `rank`.
+/// Returns the value that sorting would put at `rank`.
 ///
-/// The rank is near the end, so the few values above a guess are all that has to be put in order.
+/// The rank is near the end, so only the few values above a guess need to be partitioned.
 fn ranked(mut values: Vec<f32>, rank: usize) -> f32 {
     let above = values.len() - rank;
     let mut few: Vec<f32> = values.iter().copied().step_by(STRIDE).collect();
-    // Twice as far from the end as the rank is: nearly always below the value, by how much does not matter.
+    // Twice as far from the end as the rank: nearly always below the value; the distance does not
+    // matter.
     let guess = few.len().saturating_sub(1 + 2 * above / STRIDE);
     let (_, guess, _) = few.select_nth_unstable_by(guess, f32::total_cmp);
     let guess = *guess;
@@ -130,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn ranked_value_is_that_of_sorting_whatever_the_order() {
+    fn ranked_value_equals_that_of_sorting_in_every_order() {
         let mut state = 1u32;
         let mut next = move || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -142,7 +144,7 @@ mod tests {
             sorted.sort_by(f32::total_cmp);
             let mut turned = sorted.clone();
             turned.reverse();
-            // The values that are looked at for the guess are all larger than the others.
+            // The values that the guess is taken from are all larger than the others.
             let unlucky =
                 (0..count).map(|k| if k % STRIDE == 0 { 1e9 } else { k as f32 }).collect();
             for values in [random, sorted, turned, vec![3.0; count], unlucky] {

@@ -1,8 +1,10 @@
-//! Pixels of a material that one sample does not do justice: textures and highlights finer than a pixel.
+//! Rough pixels: pixels that one sample per pixel cannot represent, because textures or highlights
+//! are finer than a pixel.
 //!
-//! Which they are is seen in the developed picture: where colours do not go on evenly from the one neighbour to the other.
-//! An even slope, however steep, has its mean in the middle, so one sample is right there. What is rough depends on the
-//! picture alone: it is the same whatever else is rendered, on every machine and by every exact evaluator.
+//! They are found in the developed picture: a pixel is rough if it differs from the mean of two
+//! opposite neighbours. A linear gradient, however steep, has its mean in the middle and needs only
+//! one sample. Which pixels are rough depends on the picture single, so it is the same on every
+//! machine and for every exact evaluator, whatever else is rendered.
 
 use brood_brdf::InputMask;
 use brood_program::Program;
@@ -13,51 +15,56 @@ use crate::Level;
 use crate::canonical::Work;
 use crate::radiance::shade_each;
 
-/// A pixel that is off the mean of two opposite neighbours by more codes than this, in any channel, is rough.
+/// Largest difference in codes of a pixel from the mean of two opposite neighbours, in any channel,
+/// that is not rough.
 const ROUGH_CODES: u8 = 12;
-/// Samples of a rough pixel: with 8 the error of 60 random materials is 1 % less in the mean, for half as much work again.
+/// Samples of a rough pixel: with 8 the mean error of 60 random materials is 1 % less, for half as
+/// much work again.
 const ROUGH_SAMPLING: Sampling = Sampling::Fixed(5);
-/// Side of a tile in pixels: small enough that one rough spot costs little, large enough to be kept with little overhead.
+/// Side of a tile in pixels: small enough that one rough spot costs little, large enough to be
+/// cached with little overhead.
 const TILE_PX: u32 = 32;
-/// Rough pixels that are evaluated together at least, where there are as many.
+/// Smallest number of rough pixels that are evaluated together, except in the last batch.
 const BATCH_PIXELS: usize = 512;
-/// Bytes that are looked at together, without branches: most pictures have nothing to find in most places.
+/// Number of bytes that are tested together without branches; most pictures have no rough pixels in
+/// most places.
 const CHUNK: usize = 64;
 
 /// The rough pixels of a tile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RoughTile {
-    /// Which of the [`rough_tile_count`] tiles of the picture it is, row by row.
+    /// Index among the [`rough_tile_count`] tiles of the picture, row by row.
     pub number: usize,
-    /// Where it is in the whole picture: what its fine samples depend on besides the scene.
+    /// Area of the tile in the whole picture; besides the scene, its fine samples depend only on
+    /// this.
     pub tile: PixelArea,
-    /// Its rough pixels, in ascending order: the number in the set's image, and the number in the tile.
+    /// Rough pixels in ascending order: index in the image of the set, and index in the tile.
     pub pixels: Vec<(u32, u32)>,
 }
 
 impl RoughTile {
-    /// How its pixels are sampled again.
+    /// Sampling of rough pixels.
     pub const SAMPLING: Sampling = ROUGH_SAMPLING;
 }
 
-/// Tiles of a square picture of that side.
+/// Returns the number of tiles of a square picture with that side.
 #[must_use]
 pub fn rough_tile_count(size_px: u32) -> usize {
     (size_px.div_ceil(TILE_PX) as usize).pow(2)
 }
 
-/// The fine samples of a program's rough pixels, evaluated together.
+/// The fine samples of the rough pixels of a program, evaluated together.
 #[derive(Debug)]
 pub struct FineSamples {
-    /// What is to be evaluated.
+    /// Samples to evaluate.
     pub set: SampleSet,
-    /// The picture's pixels, in the order of the set's.
+    /// Pixels of the picture, in the order of the set's pixels.
     pixels: Vec<u32>,
 }
 
 impl FineSamples {
-    /// Takes the samples of rough pixels out of the sets of whole tiles, with what the program reads of them. There are as
-    /// many batches as keep what is copied in a near cache.
+    /// Picks the samples of rough pixels from the sets of whole tiles, with the inputs that the
+    /// program reads. The batches are small enough that the copied samples stay in cache.
     pub fn batches<'a>(
         rough: &'a [(&'a RoughTile, &'a SampleSet)],
         program: &Program,
@@ -72,29 +79,30 @@ impl FineSamples {
     }
 
     fn pick(rough: &[(&RoughTile, &SampleSet)], inputs: InputMask, directions: bool) -> Self {
-        let of_tile = |tile: &RoughTile| tile.pixels.iter().map(|pixel| pixel.1).collect();
-        let wanted: Vec<Vec<u32>> = rough.iter().map(|(tile, _)| of_tile(tile)).collect();
-        let parts = rough.iter().zip(&wanted);
+        let indices = |tile: &RoughTile| tile.pixels.iter().map(|pixel| pixel.1).collect();
+        let picked: Vec<Vec<u32>> = rough.iter().map(|(tile, _)| indices(tile)).collect();
+        let parts = rough.iter().zip(&picked);
         let parts: Vec<(&SampleSet, &[u32])> =
-            parts.map(|((_, set), wanted)| (*set, wanted.as_slice())).collect();
+            parts.map(|((_, set), picked)| (*set, picked.as_slice())).collect();
         let pixels = rough.iter().flat_map(|(tile, _)| &tile.pixels).map(|pixel| pixel.0);
         Self { set: SampleSet::pick(&parts, inputs, directions), pixels: pixels.collect() }
     }
 
-    /// How many pixels.
+    /// Returns the number of pixels.
     #[must_use]
     pub fn pixels(&self) -> u64 {
         self.pixels.len() as u64
     }
 
-    /// Calls back with each pixel and its radiance, from the reflectance of the set's samples.
+    /// Calls `put` with each pixel and its radiance, given the reflectance of the samples of the
+    /// set.
     pub fn radiance(&self, f: &[f32], mut put: impl FnMut(usize, [f32; 3])) {
         let coverage = &self.set.image().expect("pixels were picked").coverage;
-        // Who has no samples is in the dark.
+        // Pixels without samples are black.
         let mut fine = vec![[0.0; 3]; self.pixels.len()];
         shade_each(&self.set, f, |k, radiance| fine[k] = radiance);
         for ((pixel, radiance), coverage) in self.pixels.iter().zip(fine).zip(coverage.iter()) {
-            // Its centre hit, so this is 0 for nothing but the finest of slits.
+            // The centre of the pixel was hit, so coverage is 0 only in the finest of slits.
             if *coverage > 0.0 {
                 put(*pixel as usize, radiance.map(|channel| channel / coverage));
             }
@@ -102,12 +110,14 @@ impl FineSamples {
     }
 }
 
-/// The pixels that should get more samples, by tile; none where the picture is smooth or not sampled adaptively.
+/// Returns the pixels that need more samples, by tile; empty if the picture is smooth or not
+/// sampled adaptively.
 ///
-/// Only pixels that are covered whole and have one ray are looked at: edges have been taken care of.
+/// Only fully covered pixels with one ray are considered: adaptive sampling has refined the edges
+/// already.
 ///
 /// # Panics
-/// Where the picture is not one of the set.
+/// If the picture is not one of the set.
 #[must_use]
 pub fn rough_tiles(set: &SampleSet, developed: &Developed) -> Vec<RoughTile> {
     let layout = set.image().expect("the samples are those of a picture");
@@ -120,7 +130,7 @@ pub fn rough_tiles(set: &SampleSet, developed: &Developed) -> Vec<RoughTile> {
     tiles(set, &rough)
 }
 
-/// A picture whose rough pixels are wanted, in ascending order, edges and all.
+/// Kernel that finds all rough pixels of a picture in ascending order, including those at edges.
 struct Search<'a> {
     width: usize,
     height: usize,
@@ -140,13 +150,13 @@ impl Work for Search<'_> {
             let before = rough.len();
             if width > 2 {
                 let inner = 4 * (width - 2);
-                let beside = [&row(y)[..inner], &row(y)[4..4 + inner], &row(y)[8..]];
-                find(beside, |x| rough.push(number(x + 1)));
+                let rows = [&row(y)[..inner], &row(y)[4..4 + inner], &row(y)[8..]];
+                find(rows, |x| rough.push(number(x + 1)));
             }
             if y > 0 && y + 1 < height {
                 find([row(y - 1), row(y), row(y + 1)], |x| rough.push(number(x)));
             }
-            // Two ascending runs, which a stable sort merges.
+            // The part holds two ascending runs, which a stable sort merges.
             rough[before..].sort();
         }
         rough.dedup();
@@ -154,7 +164,8 @@ impl Work for Search<'_> {
     }
 }
 
-/// Calls back with the pixels of the middle row that are off the mean of those before and after them, all three opaque.
+/// Calls `found` with the pixels of the middle row that differ from the mean of those before and
+/// after them, all three opaque.
 #[inline(always)]
 fn find([before, middle, after]: [&[u8]; 3], mut found: impl FnMut(usize)) {
     let length = middle.len();
@@ -162,14 +173,14 @@ fn find([before, middle, after]: [&[u8]; 3], mut found: impl FnMut(usize)) {
         let end = length.min(start + CHUNK);
         let chunks = [&before[start..end], &middle[start..end], &after[start..end]];
         let hits = match chunks.map(|chunk| chunk.first_chunk::<CHUNK>()) {
-            [Some(before), Some(middle), Some(after)] => off_mean(before, middle, after),
+            [Some(before), Some(middle), Some(after)] => far_from_mean(before, middle, after),
             _ => {
-                // The end of a row: what is not there is even.
+                // At the end of a row the missing bytes are equal and so never rough.
                 let mut rest = [[0; CHUNK]; 3];
                 for (rest, chunk) in rest.iter_mut().zip(chunks) {
                     rest[..chunk.len()].copy_from_slice(chunk);
                 }
-                off_mean(&rest[0], &rest[1], &rest[2])
+                far_from_mean(&rest[0], &rest[1], &rest[2])
             }
         };
         if hits.iter().fold(0, |any, hit| any | hit) != 0 {
@@ -180,15 +191,20 @@ fn find([before, middle, after]: [&[u8]; 3], mut found: impl FnMut(usize)) {
     }
 }
 
-/// For each pixel: 0 where it is near the mean of those before and after it in every channel, or one of them is not opaque.
+/// Returns for each pixel 0 if it is near the mean of those before and after it in every channel,
+/// or one of the three is not opaque.
 #[inline(always)]
-fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> [u32; CHUNK / 4] {
-    let mut off = [0; CHUNK];
+fn far_from_mean(
+    before: &[u8; CHUNK],
+    middle: &[u8; CHUNK],
+    after: &[u8; CHUNK],
+) -> [u32; CHUNK / 4] {
+    let mut excess = [0; CHUNK];
     for k in 0..CHUNK {
         let mean = ((u16::from(before[k]) + u16::from(after[k]) + 1) >> 1) as u8;
-        // The two differences, one of them 0: saturating bytes stay bytes in vector registers.
-        let apart = mean.saturating_sub(middle[k]) | middle[k].saturating_sub(mean);
-        off[k] = apart.saturating_sub(ROUGH_CODES);
+        // One of the two differences is 0; saturating bytes stay bytes in vector registers.
+        let difference = mean.saturating_sub(middle[k]) | middle[k].saturating_sub(mean);
+        excess[k] = difference.saturating_sub(ROUGH_CODES);
     }
     let words = |bytes: &[u8; CHUNK]| {
         let mut words = [0; CHUNK / 4];
@@ -198,7 +214,7 @@ fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> 
         words
     };
     let (mut hits, before, middle, after) =
-        (words(&off), words(before), words(middle), words(after));
+        (words(&excess), words(before), words(middle), words(after));
     for (x, hit) in hits.iter_mut().enumerate() {
         let opaque = before[x] & middle[x] & after[x] >= 0xff00_0000;
         *hit = if opaque { *hit } else { 0 };
@@ -206,7 +222,7 @@ fn off_mean(before: &[u8; CHUNK], middle: &[u8; CHUNK], after: &[u8; CHUNK]) -> 
     hits
 }
 
-/// Those of the ascending pixels that are covered whole and have one ray, by tile.
+/// Groups those of the ascending pixels that are fully covered and have one ray by tile.
 fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
     let layout = set.image().expect("the samples are those of a picture");
     let columns = layout.size_px.div_ceil(TILE_PX);
@@ -215,10 +231,10 @@ fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
     let mut runs = layout.runs.iter().peekable();
     for pixel in rough {
         while runs.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
-        let alone = runs
+        let single = runs
             .peek()
             .is_some_and(|run| run.pixel <= *pixel && run.centre > 0 && run.samples == run.centre);
-        if !alone {
+        if !single {
             continue;
         }
         let x = layout.area.x + pixel % layout.width;
@@ -245,7 +261,7 @@ mod tests {
 
     use super::*;
 
-    /// A picture of a sphere with these codes, and the rough pixels as columns and rows.
+    /// Returns the rough pixels of a picture of a sphere with these codes, as columns and rows.
     fn rough(size_px: u32, code: impl Fn(u32, u32) -> u8) -> Vec<(u32, u32)> {
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let set = SampleSet::render(&mesh, &Scene::default(), size_px, Sampling::Adaptive);
@@ -271,13 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn even_slopes_are_not_rough_however_steep() {
+    fn linear_gradients_are_not_rough_however_steep() {
         assert_eq!(rough(80, |x, _| (x * 3) as u8), []);
         assert_eq!(rough(80, |x, y| (x + 2 * y) as u8), []);
     }
 
     #[test]
-    fn line_is_rough_with_what_is_beside_it_as_far_as_it_is_off() {
+    fn line_and_its_neighbours_are_rough_when_the_difference_is_large() {
         let line = |height: u8| rough(80, move |x, _| if x == 40 { 100 + height } else { 100 });
         assert_eq!(line(12), []);
         let columns: Vec<u32> = line(14).iter().map(|(x, _)| *x).collect();
@@ -290,14 +306,14 @@ mod tests {
     }
 
     #[test]
-    fn rough_pixels_are_those_of_the_definition_up_to_the_edges() {
+    fn rough_pixels_match_the_definition_up_to_the_edges() {
         let size_px = 77;
         let code = |x: u32, y: u32| ((x * x * 7 + y * 31 + x * y) % 97) as u8 * 2;
         let found = rough(size_px, code);
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let set = SampleSet::render(&mesh, &Scene::default(), size_px, Sampling::Adaptive);
         let layout = set.image().unwrap();
-        let alone: Vec<u32> = layout
+        let single: Vec<u32> = layout
             .runs
             .iter()
             .filter(|run| run.centre > 0 && run.samples == run.centre)
@@ -311,7 +327,7 @@ mod tests {
             };
             [a, b, c].iter().all(|(x, y)| opaque(*x, *y)) && (channel(1) || channel(2))
         };
-        let expected: Vec<(u32, u32)> = alone
+        let expected: Vec<(u32, u32)> = single
             .into_iter()
             .map(|pixel| (pixel % size_px, pixel / size_px))
             .filter(|(x, y)| {
@@ -325,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn fine_samples_are_those_of_the_tiles_however_they_are_batched_and_dark_pixels_stay_dark() {
+    fn fine_samples_match_those_of_whole_tiles_in_any_batching_and_dark_pixels_stay_dark() {
         let (mesh, size_px) = (Mesh::builtin(BuiltinMesh::Sphere), 77);
         let lights = vec![Light::point_at([5.0, 0.0, 0.0])];
         let scene = Scene { lights, ..Scene::default() };

@@ -1,22 +1,25 @@
-//! The sRGB transfer curve to 8 bits, by thresholds: exact rounding without a power function at run time.
+//! sRGB transfer curve to 8 bits by a table of thresholds: exact rounding without a power function
+//! at run time.
 
 use std::sync::LazyLock;
 
-/// Table entries per octave: so many that no entry holds two thresholds (the octave below 1 has 67 of them).
+/// Table entries per octave: enough that no entry contains two thresholds (the octave below 1 has
+/// 67 of them).
 const PER_OCTAVE: u32 = 256;
-/// Octaves below 1 that the table covers: it begins below the first threshold, 1.5e-4.
+/// Octaves below 1 that the table covers; it begins below the first threshold, 1.5e-4.
 const OCTAVES: u32 = 13;
 const TABLE_START: f32 = 1.0 / (1u32 << OCTAVES) as f32;
 const MANTISSA_SHIFT: u32 = 23 - PER_OCTAVE.trailing_zeros();
 
 const LOW_MASK: u32 = (1 << MANTISSA_SHIFT) - 1;
-/// Entries, those that only make an index of a few bits always valid included.
+/// Number of entries. Those beyond the octaves only make every index of 12 bits valid.
 const ENTRIES: usize = 4096;
 const CODE_SHIFT: u32 = 16;
 
 pub(super) struct Curve {
-    /// For each entry the code at its start, `CODE_SHIFT` bits up, plus what makes the low bits of a value carry into the
-    /// code from the entry's threshold on: no comparison, and one load.
+    /// For each entry the code at its start, shifted by `CODE_SHIFT`, plus an addend that makes the
+    /// low bits of a value carry into the code from the threshold of the entry on: no comparison,
+    /// and one load.
     steps: Box<[u32; ENTRIES]>,
 }
 
@@ -39,23 +42,26 @@ impl Curve {
     }
 }
 
-/// `[k]` is the least linear value that encodes to k; the last is infinite.
+/// Returns the thresholds: `[k]` is the least linear value that encodes to k; the last is infinite.
 fn thresholds() -> [f32; 257] {
     let mut thresholds = [f32::INFINITY; 257];
     for code in 0..=255u8 {
         let encoded = (f64::from(code) - 0.5) / 255.0;
-        thresholds[usize::from(code)] = at_least(linear(encoded.max(0.0)));
+        thresholds[usize::from(code)] = at_least(decode_srgb(encoded.max(0.0)));
     }
     thresholds[0] = f32::NEG_INFINITY;
     thresholds
 }
 
-/// The sRGB electro-optical transfer function (IEC 61966-2-1, piecewise).
-fn linear(encoded: f64) -> f64 {
+/// Decodes an sRGB value to linear light.
+///
+/// # Source
+/// IEC 61966-2-1, the piecewise electro-optical transfer function.
+pub(crate) fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
-/// The least f32 that is not below the value.
+/// Returns the least f32 that is not below the value.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "corrected to the next f32 where it rounded down"
@@ -74,20 +80,20 @@ fn slow(thresholds: &[f32; 257], value: f32) -> u8 {
     u8::try_from(code).expect("256 thresholds")
 }
 
-/// The curve, for those who encode many values.
+/// Returns the curve, for encoding many values.
 pub(super) fn curve() -> &'static Curve {
     &CURVE
 }
 
 impl Curve {
-    /// See [`encode_srgb`].
+    /// As [`encode_srgb`].
     #[inline(always)]
     pub(super) fn encode(&self, value: f32) -> u8 {
         let bits = place(value);
         ((self.step(bits) + (bits & LOW_MASK)) >> CODE_SHIFT) as u8
     }
 
-    /// The codes of many values. Everything but the look-up runs on vectors.
+    /// Encodes many values. Everything but the table look-up is vectorised.
     #[inline(always)]
     pub(super) fn encode_each<const N: usize>(&self, values: &[f32; N]) -> [u32; N] {
         let (mut bits, mut codes) = ([0; N], [0; N]);
@@ -110,22 +116,24 @@ impl Curve {
     }
 }
 
-/// Where a value is in the table, in steps of f32.
+/// Returns the position of a value in the table, in steps of f32.
 #[inline(always)]
 fn place(value: f32) -> u32 {
-    // The table begins below the first threshold: what is darker, negative or NaN is code 0.
+    // The table begins below the first threshold: values below it, negative values and NaN get code
+    // 0.
     let value = if value > TABLE_START { value } else { TABLE_START };
     let value = if value < 1.0 { value } else { 1.0 };
     value.to_bits() - TABLE_START.to_bits()
 }
 
-/// The 8-bit sRGB code of a linear value: the curve, times 255, rounded half up.
+/// Returns the 8-bit sRGB code of a linear value: the curve, times 255, rounded half up.
 ///
 /// # Domain
 /// Any number: below 0 and NaN give 0, above 1 gives 255.
 ///
 /// # Error
-/// None: the code is the one whose interval holds the value (`every_threshold_is_met_from_both_sides`).
+/// None: the code is the one whose interval contains the value
+/// (`every_threshold_is_met_from_both_sides`).
 #[must_use]
 pub fn encode_srgb(value: f32) -> u8 {
     CURVE.encode(value)
@@ -136,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_table_entry_holds_two_thresholds() {
+    fn no_table_entry_contains_two_thresholds() {
         let thresholds = thresholds();
         assert!(thresholds[1] > TABLE_START);
         for entry in 0..PER_OCTAVE * OCTAVES {
@@ -157,9 +165,10 @@ mod tests {
     }
 
     #[test]
-    fn code_is_that_of_a_search_for_every_linear_value() {
+    fn code_equals_that_of_a_search_for_every_linear_value() {
         let thresholds = thresholds();
-        // Every 61st number of the table's range and beyond: each entry is met in many places.
+        // Every 61st number of the range of the table and beyond: each entry is tested in many
+        // places.
         let ends = [TABLE_START * 0.5, 1.5].map(f32::to_bits);
         for bits in (ends[0]..ends[1]).step_by(61) {
             let value = f32::from_bits(bits);
@@ -168,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn curve_is_the_rounded_transfer_function() {
+    fn code_is_the_rounded_transfer_function() {
         for step in 0..=20_000u16 {
             let value = f32::from(step) / 20_000.0;
             let v = f64::from(value);

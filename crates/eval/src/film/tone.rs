@@ -1,26 +1,28 @@
-//! Tone curves: from exposed radiance to what is shown, channel by channel, before the transfer curve.
+//! Tone curves: from exposed radiance to display values, channel by channel, before the transfer
+//! curve.
 //!
-//! Each is a type of its own, so that loops over pixels know theirs and no pixel asks which one it is. All arithmetic is in
-//! f32 and in one order: every way to develop a picture gives the same bits.
+//! Each curve is a type, so that loops over pixels are compiled per curve and do not branch per
+//! pixel. All arithmetic is f32 in a fixed order, so every way to develop a picture gives the same
+//! bits.
 
 use brood_scene::Tone;
 
 /// A tone curve.
 pub(super) trait Curve: Copy {
-    /// The value that is shown for an exposed one.
+    /// Returns the display value of an exposed value.
     fn apply(self, exposed: f32) -> f32;
 }
 
-/// What uses a tone curve that is only known at run time.
+/// A computation generic over the tone curve, which is only known at run time.
 pub(super) trait WithCurve {
-    /// What comes of it.
+    /// Result of the computation.
     type Done;
 
-    /// Does it.
+    /// Runs the computation with a curve.
     fn with<T: Curve>(self, tone: T) -> Self::Done;
 }
 
-/// Does something with the curve of that name.
+/// Runs a computation with the curve of that name.
 #[inline(always)]
 pub(super) fn with_curve<W: WithCurve>(tone: Tone, work: W) -> W::Done {
     match tone {
@@ -30,7 +32,7 @@ pub(super) fn with_curve<W: WithCurve>(tone: Tone, work: W) -> W::Done {
     }
 }
 
-/// One value.
+/// Applies a curve to one value.
 pub(super) fn apply(tone: Tone, exposed: f32) -> f32 {
     match tone {
         Tone::None => Plain.apply(exposed),
@@ -39,19 +41,20 @@ pub(super) fn apply(tone: Tone, exposed: f32) -> f32 {
     }
 }
 
-/// Nothing; what is above 1 is clipped by the transfer curve.
+/// The identity; the transfer curve clips values above 1.
 #[derive(Clone, Copy)]
 pub(super) struct Plain;
 
-/// x / (1 + x): 1 is reached nowhere.
+/// x / (1 + x), which stays below 1.
 ///
 /// # Source
-/// Reinhard, Stark, Shirley and Ferwerda 2002, *Photographic Tone Reproduction for Digital Images*, equation 3, for each
-/// channel.
+/// Reinhard, Stark, Shirley and Ferwerda 2002, *Photographic Tone Reproduction for Digital Images*,
+/// equation 3, applied per channel.
 #[derive(Clone, Copy)]
 pub(super) struct Reinhard;
 
-/// A rational fit of the ACES reference transforms: dark values a little darker, highlights rolled off; 1 is reached at 7.2.
+/// A rational fit of the ACES reference transforms: dark values a little darker, highlights rolled
+/// off; reaches 1 at 7.2.
 ///
 /// # Source
 /// Narkowicz 2015, *ACES Filmic Tone Mapping Curve*.
@@ -68,7 +71,7 @@ impl Curve for Plain {
 impl Curve for Reinhard {
     #[inline(always)]
     fn apply(self, exposed: f32) -> f32 {
-        let x = held(exposed);
+        let x = clamped(exposed);
         x / (1.0 + x)
     }
 }
@@ -76,14 +79,15 @@ impl Curve for Reinhard {
 impl Curve for Filmic {
     #[inline(always)]
     fn apply(self, exposed: f32) -> f32 {
-        let x = held(exposed);
+        let x = clamped(exposed);
         (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
     }
 }
 
-/// From 0, which NaN becomes too, to a number whose square is finite and which every curve shows as white.
+/// Clamps to 0 and 1e9; NaN becomes 0. The square of 1e9 is finite, and every curve maps it to
+/// white.
 #[inline(always)]
-fn held(exposed: f32) -> f32 {
+fn clamped(exposed: f32) -> f32 {
     let x = if exposed > 0.0 { exposed } else { 0.0 };
     if x < 1e9 { x } else { 1e9 }
 }
@@ -110,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_rise_and_show_what_is_out_of_range_as_black_or_white() {
+    fn curves_rise_and_clip_values_out_of_range_to_black_or_white() {
         for tone in [Tone::None, Tone::Reinhard, Tone::Filmic] {
             let codes: Vec<u8> =
                 (-200..200).map(|k| encode_srgb(apply(tone, (k as f32 * 0.1).exp2()))).collect();

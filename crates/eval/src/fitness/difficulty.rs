@@ -1,4 +1,4 @@
-//! How hard each sample of a target is to meet, by programs that know nothing of it.
+//! Difficulty of each sample of a target, measured with programs that do not depend on the target.
 
 use brood_genome::{BirthKey, Dialect, Functions, Variation};
 use brood_program::Program;
@@ -7,16 +7,17 @@ use rayon::prelude::*;
 use super::{FitnessTarget, Loss};
 use crate::{CanonicalEvaluator, Evaluator};
 
-/// Programs that are tried.
-const PILOT: u32 = 64;
-/// Any other would do.
+/// Number of random programs.
+const PILOT_PROGRAMS: u32 = 64;
+/// Arbitrary seed of these programs.
 const PILOT_SEED: u64 = 0x70_69_6c_6f_74;
 
-/// For each sample the sum over the pilot of its share in what a program misses. The same on every machine.
+/// Returns for each sample the sum over the pilot programs of its share of the error of the
+/// program. The same on every machine.
 pub(super) fn difficulty(target: &FitnessTarget) -> Vec<f64> {
     let random = Variation::random(Dialect::default());
     let key = |slot| BirthKey { seed: PILOT_SEED, slot, attempt: 0 };
-    let programs = (0..PILOT).map(|slot| Program::lower(&random.birth(key(slot))));
+    let programs = (0..PILOT_PROGRAMS).map(|slot| Program::lower(&random.birth(key(slot))));
     let programs: Vec<Program> = programs.collect();
     let errors: Vec<Vec<f32>> =
         programs.par_iter().map(|program| errors(program, target)).collect();
@@ -25,7 +26,7 @@ pub(super) fn difficulty(target: &FitnessTarget) -> Vec<f64> {
     let least = sums.iter().copied().fold(f64::INFINITY, f64::min);
     let mut difficulty = vec![0.0; target.samples()];
     for (errors, sum) in errors.iter().zip(&sums) {
-        // A program that leaves f32 has no shares, one that misses nothing has none to give.
+        // A program whose error is infinite or 0 has no shares.
         if sum.is_finite() && *sum > 0.0 {
             for (difficulty, error) in difficulty.iter_mut().zip(errors) {
                 *difficulty += f64::from(*error) / (sum + least);
@@ -35,11 +36,11 @@ pub(super) fn difficulty(target: &FitnessTarget) -> Vec<f64> {
     difficulty
 }
 
-/// What a program misses each sample by: the e of the sum.
+/// Returns the error of a program on each sample: the e of the sum.
 fn errors(program: &Program, target: &FitnessTarget) -> Vec<f32> {
     let (samples, mut f) = (target.samples(), Vec::new());
     let evaluated = CanonicalEvaluator::default().eval(&[program], target.set(), &mut f);
-    evaluated.expect("the CPU evaluates whatever is a program");
+    evaluated.expect("the CPU evaluates every program");
     let mut errors = vec![0.0; samples];
     let (values, weights) = (target.values(), target.weights());
     for (channel, f) in f.chunks_exact(samples).enumerate() {

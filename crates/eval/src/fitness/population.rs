@@ -1,4 +1,4 @@
-//! Programs on the CPU, translated once, summed block by block.
+//! Population on the CPU: programs translated once, errors summed block by block.
 
 use std::ops::Range;
 
@@ -6,29 +6,29 @@ use brood_genome::Functions;
 use brood_program::Program;
 use rayon::prelude::*;
 
-use super::{Fitness, FitnessTarget, Loss, Population};
+use super::{Fitness, FitnessPopulation, FitnessTarget, Loss};
 use crate::canonical::{
-    BLOCK, Bound, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
+    BLOCK, BoundCode, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
 };
 use crate::layer::SharedBlocks;
 use crate::{EvalError, Level};
 
-/// Sums that take the errors of a block in turn.
+/// Number of partial sums of a block, which take its errors in turn.
 const PARTIAL_SUMS: usize = 16;
 
-/// Programs bound to a target.
+/// Programs bound to a target on the CPU.
 #[derive(Debug)]
 pub struct CanonicalPopulation<'a> {
     codes: Vec<Code<'a>>,
     target: &'a FitnessTarget,
-    /// What the layers of all programs read of the samples.
+    /// Inputs of the layers of all programs.
     blocks: SharedBlocks<'a>,
     level: Level,
     fitness: Vec<Fitness>,
 }
 
 impl<'a> CanonicalPopulation<'a> {
-    /// Translates the programs for the target's samples.
+    /// Translates the programs for the samples of the target.
     #[must_use]
     pub fn new(programs: &[&'a Program], target: &'a FitnessTarget, level: Level) -> Self {
         let codes =
@@ -37,14 +37,14 @@ impl<'a> CanonicalPopulation<'a> {
         Self { codes, target, blocks, level, fitness: vec![Fitness::default(); programs.len()] }
     }
 
-    /// Quarters of blocks that layers have been evaluated on.
+    /// Returns the number of quarters of blocks that layers have been evaluated on.
     #[cfg(test)]
     pub(super) fn shared_quarters(&self) -> usize {
         self.blocks.computed()
     }
 }
 
-impl Population for CanonicalPopulation<'_> {
+impl FitnessPopulation for CanonicalPopulation<'_> {
     fn fitness(&self) -> &[Fitness] {
         &self.fitness
     }
@@ -62,7 +62,10 @@ impl Population for CanonicalPopulation<'_> {
             .par_iter()
             .map(|program| {
                 let (code, fitness) = (&codes[*program], known[*program]);
-                debug_assert_eq!(fitness.blocks, range.start, "blocks follow one another");
+                debug_assert_eq!(
+                    fitness.blocks, range.start,
+                    "the range begins at the next block of every program"
+                );
                 with_workspace(|workspace| {
                     let range = range.clone();
                     level.run(Sum { code, target, blocks, level, range, bound, fitness, workspace })
@@ -76,7 +79,7 @@ impl Population for CanonicalPopulation<'_> {
     }
 }
 
-/// Blocks of one program, until the bound is passed.
+/// Sums the blocks of one program until the bound is exceeded.
 struct Sum<'a> {
     code: &'a Code<'a>,
     target: &'a FitnessTarget,
@@ -96,14 +99,15 @@ impl Work for Sum<'_> {
         let Self { code, target, blocks, level, range, bound, mut fitness, workspace } = self;
         let functions = std::hint::black_box(Functions::KNOWN);
         let mut f = [Quarter([0.0; LANES]); 3];
-        let mut instructions = Bound::new(code, workspace);
+        let mut instructions = BoundCode::new(code, workspace);
         for block in range {
             let span = Span::of(block * BLOCK, target.samples());
             let results = instructions.block(span);
             let mut sums = [0.0f32; PARTIAL_SUMS];
-            // Quarters without samples would add zeros.
+            // Quarters without samples would add only zeros.
             for quarter in 0..span.length.div_ceil(LANES) {
-                // As late as this, so that what ends early has not been evaluated further.
+                // Layers are evaluated per quarter, so that a program that ends early has not
+                // evaluated more of them.
                 let start = span.start + quarter * LANES;
                 let layers = code.layers();
                 let layers = layers.map(|layers| layers.on_block(level, blocks.quarter(start)));
@@ -115,7 +119,7 @@ impl Work for Sum<'_> {
                     Loss::Squared => add(&mut sums, &f, rows, |x| x),
                 }
             }
-            fitness.sum += f64::from(in_halves(sums));
+            fitness.sum += f64::from(pairwise_sum(sums));
             fitness.blocks += 1;
             if fitness.sum > bound {
                 break;
@@ -125,7 +129,7 @@ impl Work for Sum<'_> {
     }
 }
 
-/// Adds the errors of a quarter to the sums that take them.
+/// Adds the errors of a quarter to the partial sums.
 #[inline(always)]
 fn add(
     sums: &mut [f32; PARTIAL_SUMS],
@@ -162,7 +166,7 @@ fn deviations(
 }
 
 #[inline(always)]
-fn in_halves(mut sums: [f32; PARTIAL_SUMS]) -> f32 {
+fn pairwise_sum(mut sums: [f32; PARTIAL_SUMS]) -> f32 {
     let mut half = PARTIAL_SUMS / 2;
     while half > 0 {
         for at in 0..half {

@@ -1,55 +1,60 @@
-//! The best of a population, evaluating as little as decides it.
+//! Selection of the best of a population with as few evaluations as possible.
 
 use brood_program::Program;
 
 use super::{Fitness, FitnessEvaluator, FitnessTarget};
 use crate::EvalError;
 
-/// What is left out of a selection.
+/// Evaluations that a selection skips.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Screening {
-    /// Nothing: every program is evaluated on every sample.
+    /// Skips nothing: every program is evaluated on every sample.
     None,
-    /// What can no longer be among the best; the selection is the same.
+    /// Skips programs that can no longer be among the best; the selection is the same.
     Exact,
-    /// As exact, after only this share of the programs, those with the least error on the fair samples that a target
-    /// begins with ([`FitnessTarget::fair_blocks`]), was let through: the selection may differ.
+    /// As `Exact`, but first keeps only this share of the programs: those with the least error on
+    /// the representative samples at the beginning of the target ([`FitnessTarget::fair_blocks`]).
+    /// The selection may differ.
     Race {
-        /// Of 0 to 1; never fewer than are to be selected.
+        /// Share from 0 to 1; at least as many programs as are to be selected are kept.
         share: f64,
     },
 }
 
-/// A program that was selected.
+/// A selected program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranked {
-    /// Its index in the population.
+    /// Index in the population.
     pub program: usize,
-    /// Its sum over the whole target.
+    /// Sum over the whole target.
     pub sum: f64,
 }
 
-/// The best, least error first, equal ones in the order of the population; and what it took.
+/// The best programs, least error first, ties in the order of the population; and the cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selected {
-    /// At most as many as were asked for.
+    /// The selected programs, at most as many as requested.
     pub best: Vec<Ranked>,
-    /// Blocks evaluated, the same whatever the number of threads.
+    /// Number of blocks evaluated; does not depend on the number of threads.
     pub blocks_evaluated: u64,
-    /// Blocks of all programs.
+    /// Number of blocks of all programs.
     pub blocks: u64,
 }
 
-/// Programs of the first wave; each later wave has twice as many, bounded by what the ones before left as the worst of
-/// the best.
+/// Number of programs of the first wave. Each later wave has twice as many, and its bound is the
+/// worst of the best so far.
 const FIRST_WAVE: usize = 16;
 
 /// Selects the `count` programs with the least error.
 ///
-/// Every program is evaluated on the first block. In the order of what that gives, waves of programs go on to the end; the
-/// best found so far bound the next wave, so that most programs end after a few blocks, and those whose first block
-/// alone passes the bound are not gone on with at all. Waves do not depend on threads: neither the selection nor the
-/// number of blocks does.
+/// Every program is evaluated on the first block. In the order of the resulting errors, waves of
+/// programs are evaluated to the end. The best found so far bound the next wave, so that most
+/// programs end after a few blocks, and programs whose first block alone exceeds the bound are not
+/// evaluated further. Waves do not depend on threads, so neither the selection nor the number of
+/// blocks does.
+///
+/// # Errors
+/// As [`crate::Evaluator::eval`].
 pub fn select_best(
     evaluator: &dyn FitnessEvaluator,
     programs: &[&Program],
@@ -69,7 +74,7 @@ pub fn select_best(
     let first: Vec<f64> = population.fitness().iter().map(|fitness| fitness.sum).collect();
     order.sort_unstable_by(|a, b| first[*a].total_cmp(&first[*b]).then(a.cmp(b)));
     if let Screening::Race { share } = screening {
-        order.truncate(through(programs.len(), share).max(count));
+        order.truncate(kept_by_race(programs.len(), share).max(count));
     }
     let (mut best, mut wave) = (Vec::new(), FIRST_WAVE.max(count));
     let mut rest = &order[..];
@@ -78,7 +83,7 @@ pub fn select_best(
             Screening::Exact | Screening::Race { .. } => bound(&best, count),
             Screening::None => f64::INFINITY,
         };
-        // The rest is in the order of what is known of it.
+        // The rest is sorted by the known part of the error.
         rest = &rest[..rest.partition_point(|program| first[*program] <= bound)];
         let (now, later) = rest.split_at(wave.min(rest.len()));
         population.extend(now, prefix..blocks, bound)?;
@@ -93,7 +98,7 @@ pub fn select_best(
     Ok(Selected { best, blocks_evaluated: evaluated, blocks })
 }
 
-/// The worst of the best, once there are enough of them.
+/// Returns the error of the worst of the best, once there are `count` of them.
 fn bound(best: &[Ranked], count: usize) -> f64 {
     match best.last() {
         Some(worst) if best.len() == count => worst.sum,
@@ -108,8 +113,8 @@ fn whole(program: usize, fitness: Fitness, blocks: usize) -> Option<Ranked> {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "a share of a count is one, whatever the share"
+    reason = "a share of a count is a count; saturates for other shares"
 )]
-fn through(programs: usize, share: f64) -> usize {
+fn kept_by_race(programs: usize, share: f64) -> usize {
     (programs as f64 * share).ceil() as usize
 }

@@ -1,4 +1,4 @@
-//! What programs are compared with: values for each sample, and how they are compared.
+//! Target of a fit: values and weights of each sample, and the loss that compares them.
 
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_scene::SampleSet;
@@ -6,7 +6,7 @@ use brood_scene::SampleSet;
 use super::difficulty::difficulty;
 use crate::canonical::{BLOCK, LANES, Quarter};
 
-/// How a reflectance and its target are compared.
+/// Loss of a reflectance against its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Loss {
     /// log2(1 + f w) - log2(1 + f* w): ln 2 times the root of its mean square is E_log.
@@ -15,69 +15,80 @@ pub enum Loss {
     Squared,
 }
 
-/// Why something is no target.
+/// Error of an invalid target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TargetError {
-    /// There is nothing to compare.
+    /// The target has no samples.
     #[error("a target needs at least one sample")]
     Empty,
-    /// Values or weights are not as many as samples.
-    #[error("{found} {what} for {samples} samples")]
+    /// The number of values or weights is not that of samples.
+    #[error("the target has {found} {what} for {samples} samples")]
     Length {
         /// `values` or `weights`.
         what: &'static str,
-        /// How many there are.
+        /// Number given.
         found: usize,
-        /// How many there should be.
+        /// Number of samples, which is required.
         samples: usize,
     },
-    /// A value that is no reflectance.
-    #[error("the value {value} of sample {sample} is not a finite number of 0 to 1e17")]
+    /// The value is not a valid reflectance.
+    #[error(
+        "the value {value} of sample {sample} must be between 0 and 1e17, and times its weight at most 1e17"
+    )]
     Value {
-        /// Where it is.
+        /// Index of the sample.
         sample: usize,
-        /// What it is.
+        /// Value given.
         value: f32,
     },
-    /// A weight that cannot be multiplied by.
-    #[error("the weight {weight} of sample {sample} is not a finite number of 0 to 1e8")]
+    /// The weight is out of range.
+    #[error("the weight {weight} of sample {sample} must be between 0 and 1e8")]
     Weight {
-        /// Where it is.
+        /// Index of the sample.
         sample: usize,
-        /// What it is.
+        /// Weight given.
         weight: f32,
     },
 }
 
-/// Beyond these, squares and sums of what programs of the plain output stage make would leave f32.
+/// Largest value and weight: beyond them squares and sums of programs with a plain output stage
+/// exceed f32.
 const LARGEST_VALUE: f32 = 1e17;
 const LARGEST_WEIGHT: f32 = 1e8;
 
-/// Samples, the reflectance wanted on each, and weights; shuffled once, so that the first samples are a fair part of all.
+/// Samples, the target reflectance of each, and weights; shuffled once, so that the first samples
+/// represent all.
 ///
-/// A selection ends the evaluation of a program as soon as its sum passes a bound, and that is the sooner the larger the
-/// errors that come first. [`FitnessTarget::hardest_first`] puts them there: which samples random programs miss most is
-/// much the same for all of them. The first tenth stays a fair part, by which programs are ranked.
+/// A selection ends the evaluation of a program as soon as its sum exceeds a bound, which happens
+/// sooner if large errors come first. [`FitnessTarget::hardest_first`] sorts the samples for that:
+/// the samples with large errors are much the same for all random programs. The first tenth stays
+/// representative, because programs are ranked by it.
 #[derive(Debug)]
 pub struct FitnessTarget {
     set: SampleSet,
     loss: Loss,
-    /// For red, green and blue in whole blocks: values to reach, then weights; 0 beyond the last sample.
+    /// Values to reach, then weights, each for red, green and blue in whole blocks; 0 beyond the
+    /// last sample.
     rows: [Vec<Quarter>; 6],
 }
 
 impl FitnessTarget {
-    /// A target of reflectances.
+    /// Creates a target.
     ///
     /// # Shapes
-    /// `reflectance` and `weight` for red, green and blue, one number for each sample of `set`. A weight is what the
-    /// reflectance counts times, such as cos_i; a sample of weight 0 counts nothing.
+    /// `reflectance` and `weight` for red, green and blue, one number per sample of `set`.
+    /// Reflectances are multiplied by their weight, such as cos_i, before the comparison; a sample
+    /// of weight 0 has no effect.
     ///
     /// # Domain
     /// Reflectances of 0 to 1e17, weights of 0 to 1e8, their products of 0 to 1e17.
     ///
     /// # Error
     /// Values to reach are computed in f64 and rounded once.
+    ///
+    /// # Errors
+    /// Returns a [`TargetError`] if there are no samples, a row has another length, or a number is
+    /// out of its domain.
     pub fn new(
         set: &SampleSet,
         reflectance: [&[f32]; 3],
@@ -110,11 +121,13 @@ impl FitnessTarget {
         Ok(Self { set: set.select(&order), loss, rows })
     }
 
-    /// The same samples in another order: after the [`FitnessTarget::fair_blocks`] those first that a pilot misses most.
+    /// Sorts the samples after the [`FitnessTarget::fair_blocks`] by difficulty, hardest first.
     ///
-    /// The pilot are 64 random programs, always the same. What one of them misses by is divided by its sum over all
-    /// samples plus the least of these sums, so that each has the same say but those that could be selected more.
-    /// It takes about 8 ms for 4096 samples on a Zen 3, once for a target: inputs, lowering and evaluation of the pilot.
+    /// The difficulty is measured with a pilot of 64 random programs, always the same. The error of
+    /// a pilot program on a sample is divided by the sum over all samples plus the least of these
+    /// sums, so that programs count equally, except that those with the smallest errors count less.
+    /// This takes about 8 ms for 4096 samples on a Zen 3, once per target: inputs, lowering and
+    /// evaluation of the pilot.
     #[must_use]
     pub fn hardest_first(self) -> Self {
         let fair = self.samples().min(self.fair_blocks() * BLOCK);
@@ -130,44 +143,45 @@ impl FitnessTarget {
         Self { set: self.set.select(&order), loss: self.loss, rows }
     }
 
-    /// The samples, in the order in which they are evaluated.
+    /// Returns the samples, in the order of evaluation.
     #[must_use]
     pub fn set(&self) -> &SampleSet {
         &self.set
     }
 
-    /// How many there are.
+    /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.set.len()
     }
 
-    /// Blocks of 256 samples, the last perhaps not full.
+    /// Returns the number of blocks of 256 samples; the last may not be full.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.samples().div_ceil(BLOCK)
     }
 
-    /// Blocks at the beginning whose samples are a fair part of all, whatever the order of the others: a tenth, at least
-    /// one.
+    /// Returns the number of blocks at the beginning whose samples represent all, in any order of
+    /// the others: a tenth, at least one.
     #[must_use]
     pub fn fair_blocks(&self) -> usize {
         (self.blocks() / 10).max(1)
     }
 
-    /// How values are compared.
+    /// Returns the loss.
     #[must_use]
     pub fn loss(&self) -> Loss {
         self.loss
     }
 
-    /// For red, green and blue the values to reach: log2(1 + f* w) or f* w, in the order of [`FitnessTarget::set`].
+    /// Returns the values to reach of red, green and blue: log2(1 + f* w) or f* w, in the order of
+    /// [`FitnessTarget::set`].
     #[must_use]
     pub fn values(&self) -> [&[f32]; 3] {
         [0, 1, 2].map(|channel| self.row(channel))
     }
 
-    /// For red, green and blue the weights, in the same order.
+    /// Returns the weights of red, green and blue, in the same order.
     #[must_use]
     pub fn weights(&self) -> [&[f32]; 3] {
         [3, 4, 5].map(|row| self.row(row))
@@ -177,7 +191,7 @@ impl FitnessTarget {
         &bytemuck::cast_slice(&self.rows[row])[..self.samples()]
     }
 
-    /// Values and weights of one quarter, counted from the first sample.
+    /// Returns values and weights of one quarter, counted from the first sample.
     #[inline(always)]
     pub(crate) fn quarter(&self, index: usize) -> [&Quarter; 6] {
         let [a, b, c, d, e, f] = &self.rows;
@@ -201,7 +215,7 @@ fn check(reflectance: [&[f32]; 3], weight: [&[f32]; 3]) -> Result<(), TargetErro
     Ok(())
 }
 
-/// The indices in a random order (Fisher and Yates).
+/// Returns the indices in a random order (Fisher and Yates).
 fn shuffled(samples: usize, seed: u64) -> Vec<u32> {
     let count = u32::try_from(samples).expect("a set has fewer than 2^32 samples");
     let mut order: Vec<u32> = (0..count).collect();
@@ -212,7 +226,7 @@ fn shuffled(samples: usize, seed: u64) -> Vec<u32> {
     order
 }
 
-/// Values in this order, and zeros to the end of the last block.
+/// Returns the values in this order, padded with zeros to the end of the last block.
 fn blocks(order: &[u32], value: impl Fn(usize) -> f32) -> Vec<Quarter> {
     let quarters = order.len().div_ceil(BLOCK) * (BLOCK / LANES);
     let mut rows = vec![Quarter([0.0; LANES]); quarters];

@@ -7,17 +7,17 @@ use super::*;
 use crate::conformance::{hard_samples, layered_programs, programs};
 use crate::{Evaluator, Level};
 
-/// A target that one of the suite's programs meets exactly.
-fn target(set: &SampleSet, wanted: &Program, loss: Loss) -> FitnessTarget {
+/// Returns a target that one of the programs meets exactly.
+fn target(set: &SampleSet, source: &Program, loss: Loss) -> FitnessTarget {
     let mut f = Vec::new();
-    CanonicalEvaluator::default().eval(&[wanted], set, &mut f).unwrap();
+    CanonicalEvaluator::default().eval(&[source], set, &mut f).unwrap();
     let f: Vec<f32> = f.iter().map(|f| f.min(1e9)).collect();
     let rows = [0, 1, 2].map(|channel| &f[channel * set.len()..(channel + 1) * set.len()]);
     let weight: Vec<f32> = (0..set.len()).map(|sample| set.pair(sample).0.cos_i() as f32).collect();
     FitnessTarget::new(set, rows, [&weight; 3], loss, 5).unwrap()
 }
 
-/// The sum by its definition, one sample after the other.
+/// Computes the sum by its definition, sample by sample.
 fn plain(program: &Program, target: &FitnessTarget) -> f64 {
     let mut f = Vec::new();
     CanonicalEvaluator::default().eval(&[program], target.set(), &mut f).unwrap();
@@ -67,7 +67,7 @@ fn sum_has_the_bits_of_its_definition_at_every_level() {
                     assert_eq!(
                         sum.to_bits(),
                         expected.to_bits(),
-                        "program {index}, {size} samples, {loss:?}, {}: {sum} instead of {expected}",
+                        "program {index}, {size} samples, {loss:?}, {}: {sum}, expected {expected}",
                         level.name(),
                     );
                 }
@@ -77,19 +77,19 @@ fn sum_has_the_bits_of_its_definition_at_every_level() {
 }
 
 #[test]
-fn program_that_made_the_target_has_next_to_no_error() {
+fn program_has_nearly_no_error_when_it_made_the_target() {
     let programs = programs(6);
     let set = hard_samples(4, 700);
-    for wanted in [7, 12, 20] {
-        let target = target(&set, &programs[wanted], Loss::Logarithmic);
-        let sums = CanonicalEvaluator::default().sums(&[&programs[wanted]], &target).unwrap();
-        // The value is rounded from f64, the program's own logarithm is right to 2e-7 of it.
-        assert!(sums[0] < 700.0 * 3.0 * 1e-10, "{wanted}: {}", sums[0]);
+    for source in [7, 12, 20] {
+        let target = target(&set, &programs[source], Loss::Logarithmic);
+        let sums = CanonicalEvaluator::default().sums(&[&programs[source]], &target).unwrap();
+        // The value is rounded from f64; the logarithm of the program has a relative error of 2e-7.
+        assert!(sums[0] < 700.0 * 3.0 * 1e-10, "{source}: {}", sums[0]);
     }
 }
 
 #[test]
-fn selection_is_the_same_when_evaluation_ends_early_and_takes_fewer_blocks() {
+fn selection_is_the_same_with_fewer_blocks_when_evaluation_ends_early() {
     let programs = programs(60);
     let all: Vec<&Program> = programs.iter().collect();
     let target = target(&hard_samples(5, 4096), &programs[40], Loss::Logarithmic).hardest_first();
@@ -108,7 +108,7 @@ fn selection_is_the_same_when_evaluation_ends_early_and_takes_fewer_blocks() {
 }
 
 #[test]
-fn layers_are_evaluated_no_further_than_the_bound_allows() {
+fn layers_are_not_evaluated_beyond_the_bound() {
     let programs = layered_programs();
     let all: Vec<&Program> = programs.iter().collect();
     let target = target(&hard_samples(8, 1500), &programs[0], Loss::Squared);
@@ -117,13 +117,17 @@ fn layers_are_evaluated_no_further_than_the_bound_allows() {
     population.extend(&every, 0..1, f64::INFINITY).unwrap();
     assert_eq!(population.shared_quarters(), 4, "a block has four quarters");
     population.extend(&every[1..2], 1..target.blocks(), -1.0).unwrap();
-    assert_eq!(population.shared_quarters(), 8, "one block more is past the bound");
+    assert_eq!(
+        population.shared_quarters(),
+        8,
+        "every program exceeds the bound after one more block"
+    );
     population.extend(&every[..1], 1..target.blocks(), f64::INFINITY).unwrap();
     assert_eq!(population.shared_quarters(), 1500_usize.div_ceil(64));
 }
 
 #[test]
-fn target_is_refused_when_its_numbers_are_none() {
+fn target_is_rejected_when_its_numbers_are_invalid() {
     let set = hard_samples(1, 3);
     let good = [1.0f32, 0.5, 2.0];
     let make = |values: &[f32], weights: &[f32]| {
@@ -143,14 +147,14 @@ fn target_is_refused_when_its_numbers_are_none() {
 }
 
 #[test]
-fn hardest_samples_come_first_when_the_fair_ones_are_through() {
+fn hardest_samples_follow_the_representative_ones() {
     let programs = programs(6);
     let set = hard_samples(7, 5200);
     let shuffled = target(&set, &programs[9], Loss::Logarithmic);
     let ordered = target(&set, &programs[9], Loss::Logarithmic).hardest_first();
-    let fair = 2 * 256;
+    let representative = 2 * 256;
     assert_eq!(ordered.fair_blocks(), 2);
-    assert_eq!(ordered.values()[1][..fair], shuffled.values()[1][..fair]);
+    assert_eq!(ordered.values()[1][..representative], shuffled.values()[1][..representative]);
     let bits = |target: &FitnessTarget| {
         let place = |k: usize| {
             let numbers = [target.values(), target.weights()].map(|rows| rows.map(|row| row[k]));
@@ -161,7 +165,8 @@ fn hardest_samples_come_first_when_the_fair_ones_are_through() {
         all
     };
     assert_eq!(bits(&ordered), bits(&shuffled), "the same samples");
-    // Programs that are not of the pilot find most of their error in the first half of what is ordered.
+    // Programs that are not of the pilot have most of their error in the first half of the ordered
+    // samples.
     let all: Vec<&Program> = programs.iter().collect();
     let mut population = CanonicalPopulation::new(&all, &ordered, Level::best());
     let every: Vec<usize> = (0..all.len()).collect();
@@ -174,7 +179,7 @@ fn hardest_samples_come_first_when_the_fair_ones_are_through() {
 
 proptest! {
     #[test]
-    fn shuffling_changes_the_order_and_nothing_else(seed: u64, size in 2usize..600) {
+    fn shuffling_changes_only_the_order(seed: u64, size in 2usize..600) {
         let set = hard_samples(6, size);
         let values: Vec<f32> = (0..size).map(|k| k as f32).collect();
         let target = FitnessTarget::new(&set, [&values; 3], [&vec![1.0; size]; 3], Loss::Squared, seed);

@@ -1,4 +1,5 @@
-//! What models read of the samples of a set, block by block: computed when the first of many programs asks for a block.
+//! Inputs of models for the samples of a set, computed once per block at the first use and shared
+//! by all programs.
 
 use std::sync::OnceLock;
 
@@ -8,7 +9,7 @@ use brood_scene::SampleSet;
 use crate::Level;
 use crate::canonical::LANES;
 
-/// The quarters of a set. They take 88 bytes a sample that was asked for.
+/// The quarters of a set, 88 bytes per sample of a computed quarter.
 #[derive(Debug)]
 pub(crate) struct SharedBlocks<'a> {
     set: &'a SampleSet,
@@ -17,17 +18,17 @@ pub(crate) struct SharedBlocks<'a> {
 }
 
 impl<'a> SharedBlocks<'a> {
-    /// Nothing is computed yet.
+    /// Creates the table; no quarter is computed yet.
     pub(crate) fn new(set: &'a SampleSet, level: Level) -> Self {
         let mut quarters = Vec::new();
         quarters.resize_with(set.len().div_ceil(LANES), OnceLock::new);
         Self { set, level, quarters }
     }
 
-    /// The quarter that begins at the sample `start`.
+    /// Returns the quarter that begins at the sample `start`.
     ///
     /// # Panics
-    /// Where the set has no such sample, or was picked without directions.
+    /// If the set has no such sample, or was picked without directions.
     pub(crate) fn quarter(&self, start: usize) -> &Block<LANES> {
         self.quarters[start / LANES].get_or_init(|| {
             let mut block = Box::new(Block::new());
@@ -36,7 +37,7 @@ impl<'a> SharedBlocks<'a> {
         })
     }
 
-    /// How many have been computed.
+    /// Number of computed quarters.
     #[cfg(test)]
     pub(crate) fn computed(&self) -> usize {
         self.quarters.iter().filter(|quarter| quarter.get().is_some()).count()

@@ -1,4 +1,4 @@
-//! PNG and EXR as bytes; pictures of environments from them.
+//! PNG and EXR codecs, and decoding of environment maps.
 
 use std::io::Cursor;
 
@@ -7,44 +7,45 @@ use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Rgba};
 
 use crate::RadianceImage;
 
-/// Why a picture could not be written or read.
+/// Error of a picture that cannot be encoded or decoded.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// Not a PNG, or broken.
-    #[error("not a readable PNG: {0}")]
+    /// The bytes are not a PNG, or a broken one.
+    #[error("the PNG cannot be read: {0}")]
     Png(#[from] png::DecodingError),
-    /// Of a kind that this program does not write.
-    #[error("not an 8-bit RGBA PNG")]
+    /// The PNG is not of the kind that [`encode_png`] writes.
+    #[error("the PNG must have 8-bit RGBA pixels")]
     Kind,
-    /// The EXR writer failed.
-    #[error("the picture could not be written as EXR: {0}")]
+    /// The EXR encoder failed.
+    #[error("the picture cannot be encoded as EXR: {0}")]
     Exr(#[from] image::ImageError),
 }
 
-/// Why bytes are no picture of an environment.
+/// Error of bytes that cannot be read as an environment map.
 #[derive(Debug, thiserror::Error)]
 pub enum EnvironmentFileError {
-    /// Neither a Radiance HDR nor an EXR file.
-    #[error("a picture of an environment is a Radiance HDR or an EXR file")]
+    /// The file is neither a Radiance HDR nor an EXR file.
+    #[error("the picture of an environment must be a Radiance HDR or EXR file")]
     Kind,
-    /// Broken, or too large.
-    #[error("the picture cannot be read: {0}")]
+    /// The file is broken or too large.
+    #[error("the picture of the environment cannot be read: {0}")]
     Image(#[from] image::ImageError),
-    /// Its pixels are no environment.
+    /// The pixels are not a valid environment.
     #[error(transparent)]
     Environment(#[from] EnvironmentError),
 }
 
-/// The environment in the bytes of a Radiance HDR or an EXR file.
+/// Decodes an environment map from the bytes of a Radiance HDR or EXR file.
 ///
 /// # Units
-/// The file's own: linear red, green and blue with the primaries of sRGB.
+/// Those of the file: linear red, green and blue with the primaries of sRGB.
 ///
 /// # Domain
-/// At most 8192 x 8192 pixels; what is negative or not a number becomes 0, what is infinite the largest number.
+/// At most 8192 x 8192 pixels. Negative numbers and NaN become 0, infinity becomes the largest
+/// number.
 ///
-/// # Error
-/// Other formats and broken files.
+/// # Errors
+/// Returns an [`EnvironmentFileError`] for other formats, broken files and invalid environments.
 pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, EnvironmentFileError> {
     let format = image::guess_format(bytes).map_err(|_| EnvironmentFileError::Kind)?;
     if !matches!(format, ImageFormat::Hdr | ImageFormat::OpenExr) {
@@ -62,10 +63,10 @@ pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, EnvironmentFil
     Ok(EnvironmentMap::new(width, height, pixels)?)
 }
 
-/// An 8-bit sRGB PNG with alpha. The same pixels give the same bytes.
+/// Encodes an 8-bit sRGB PNG with alpha. The same pixels give the same bytes.
 ///
 /// # Panics
-/// Where `rgba` is not `4 * width * height` long.
+/// If `rgba` is not `4 * width * height` long.
 #[must_use]
 pub fn encode_png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(rgba.len() / 2);
@@ -73,19 +74,21 @@ pub fn encode_png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    // Fast with the Up filter: 10 to 30 times the speed of the balanced setting at half as many bytes again.
+    // Fast with the Up filter: 10 to 30 times the speed of the balanced setting at 1.5 times the
+    // bytes.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Up);
     let mut writer = encoder.write_header().expect("writing to memory does not fail");
-    writer.write_image_data(rgba).expect("the pixels are as many as the size says");
+    writer.write_image_data(rgba).expect("rgba is 4 * width * height long");
     writer.finish().expect("writing to memory does not fail");
     bytes
 }
 
-/// An animated PNG of 8-bit sRGB frames that repeats for ever, each shown for `delay_ms`. The same pixels give the same bytes.
+/// Encodes an endless animated PNG of 8-bit sRGB frames, each shown for `delay_ms`. The same pixels
+/// give the same bytes.
 ///
 /// # Panics
-/// Where there is no frame, or one is not `4 * width * height` long.
+/// If there is no frame, or one is not `4 * width * height` long.
 #[must_use]
 pub fn encode_apng(width: u32, height: u32, frames: &[Vec<u8>], delay_ms: u16) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -98,17 +101,21 @@ pub fn encode_apng(width: u32, height: u32, frames: &[Vec<u8>], delay_ms: u16) -
     let count = u32::try_from(frames.len()).expect("an animation has few frames");
     encoder.set_animated(count, 0).expect("there is a frame");
     encoder.set_frame_delay(delay_ms, 1000).expect("it is animated");
-    // Each frame takes the place of the one before, alpha included.
+    // Each frame replaces the one before, alpha included.
     encoder.set_blend_op(png::BlendOp::Source).expect("it is animated");
     let mut writer = encoder.write_header().expect("writing to memory does not fail");
     for frame in frames {
-        writer.write_image_data(frame).expect("the pixels are as many as the size says");
+        writer.write_image_data(frame).expect("rgba is 4 * width * height long");
     }
     writer.finish().expect("writing to memory does not fail");
     bytes
 }
 
-/// The pixels of a PNG that [`encode_png`] wrote: width, height, RGBA.
+/// Decodes a PNG that [`encode_png`] wrote and returns width, height and RGBA.
+///
+/// # Errors
+/// Returns [`PictureError::Png`] if the PNG cannot be read, [`PictureError::Kind`] if it is not
+/// 8-bit RGBA.
 pub fn decode_png(bytes: &[u8]) -> Result<(u32, u32, Vec<u8>), PictureError> {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info()?;
     let (color, depth) = reader.output_color_type();
@@ -121,7 +128,11 @@ pub fn decode_png(bytes: &[u8]) -> Result<(u32, u32, Vec<u8>), PictureError> {
     Ok((info.width, info.height, rgba))
 }
 
-/// Linear radiance as 32-bit float EXR, colour multiplied by alpha as the format has it.
+/// Encodes linear radiance as 32-bit float EXR, colour premultiplied by alpha as the format
+/// requires.
+///
+/// # Errors
+/// Returns [`PictureError::Exr`] if the encoder fails.
 pub fn encode_exr(image: &RadianceImage) -> Result<Vec<u8>, PictureError> {
     let pixels = image.premultiplied().iter().zip(image.coverage());
     let samples: Vec<f32> =
@@ -138,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn png_reads_back_to_the_same_pixels() {
+    fn png_round_trips_to_the_same_pixels() {
         let rgba: Vec<u8> = (0..4 * 7 * 5).map(|k| (k * 37 % 256) as u8).collect();
         let bytes = encode_png(7, 5, &rgba);
         assert_eq!(decode_png(&bytes).unwrap(), (7, 5, rgba));
@@ -146,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn animated_png_holds_its_frames_and_their_delay() {
+    fn animated_png_stores_its_frames_and_their_delay() {
         let frames: Vec<Vec<u8>> = (0..3u32)
             .map(|k| (0..4 * 6 * 2).map(|at| ((at * 37 + k * 91) % 256) as u8).collect())
             .collect();
@@ -164,14 +175,14 @@ mod tests {
     }
 
     #[test]
-    fn environment_is_read_from_exr_and_hdr_and_from_nothing_else() {
+    fn environment_is_decoded_from_exr_and_hdr_only() {
         let pixels = vec![0.5f32, 1.0, 2.0, 4.0, 8.0, 16.0];
         let picture = image::Rgb32FImage::from_raw(2, 1, pixels).unwrap();
         for format in [ImageFormat::OpenExr, ImageFormat::Hdr] {
             let mut bytes = Vec::new();
             picture.write_to(&mut Cursor::new(&mut bytes), format).unwrap();
             let map = decode_environment(&bytes).unwrap();
-            // The left half of the picture is on the left of who looks along -z.
+            // The left half of the picture is to the left when looking along -z.
             assert_eq!(map.radiance(glam::DVec3::NEG_X), [0.5, 1.0, 2.0]);
             assert_eq!(map.radiance(glam::DVec3::X), [4.0, 8.0, 16.0]);
             assert!(decode_environment(&bytes[..bytes.len() / 2]).is_err());

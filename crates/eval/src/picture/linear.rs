@@ -1,43 +1,51 @@
-//! Pictures of others as linear light: EXR and Radiance HDR as they are, PNG and JPEG through sRGB's curve.
+//! Decoding of pictures to linear light: EXR and Radiance HDR unchanged, PNG and JPEG through the
+//! sRGB curve.
 
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
+use crate::film::decode_srgb;
+
 /// A picture as linear red, green and blue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearPicture {
-    /// Columns.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
-    /// Row by row from the top; times alpha where the picture has one.
+    /// Pixels row by row from the top, multiplied by alpha if the picture has one.
     pub pixels: Vec<[f32; 3]>,
-    /// Whether a channel is as bright as the picture can show it, so that it may have been brighter. Never so where the picture
-    /// holds linear light.
+    /// True for pixels with a channel at the largest code, which may have been brighter. Always
+    /// false for files of linear light.
     pub clipped: Vec<bool>,
-    /// Whether the file holds linear light, and not codes of a curve.
+    /// True if the file stores linear light instead of codes of a curve.
     pub is_linear: bool,
 }
 
-/// Why bytes are no picture.
+/// Error of a picture that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LinearPictureError {
-    /// Another format.
-    #[error("a picture is an EXR, a Radiance HDR, a PNG or a JPEG file")]
+    /// The format is not supported.
+    #[error("the picture must be an EXR, Radiance HDR, PNG or JPEG file")]
     Kind,
-    /// Broken, or too large.
+    /// The file is broken or too large.
     #[error("the picture cannot be read: {0}")]
     Image(#[from] image::ImageError),
 }
 
-/// Reads a picture.
+/// Decodes a picture.
 ///
 /// # Units
-/// EXR and HDR: the file's own, with the primaries of sRGB. PNG and JPEG: 1 is the brightest that they show.
+/// EXR and HDR: the units of the file, with the primaries of sRGB. PNG and JPEG: 1 is the largest
+/// code.
 ///
 /// # Domain
-/// At most `side` pixels in each direction. Values of EXR files that are not finite are handed on.
+/// At most `side` pixels in each direction. EXR values that are not finite are returned unchanged.
+///
+/// # Errors
+/// Returns [`LinearPictureError::Kind`] for other formats, [`LinearPictureError::Image`] if the
+/// file is broken or too large.
 pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
     let is_linear = match format {
@@ -53,7 +61,12 @@ pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPic
     Ok(if is_linear { linear(&decoded) } else { encoded(&decoded) })
 }
 
-/// Width and height of a picture as its head tells them, so that a large one need not be decoded to be refused.
+/// Reads width and height from the header, so that a large picture can be rejected without decoding
+/// it.
+///
+/// # Errors
+/// Returns [`LinearPictureError::Kind`] for an unknown format, [`LinearPictureError::Image`] if the
+/// header is broken.
 pub fn picture_size(bytes: &[u8]) -> Result<(u32, u32), LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
     Ok(ImageReader::with_format(Cursor::new(bytes), format).into_dimensions()?)
@@ -73,7 +86,7 @@ fn encoded(decoded: &DynamicImage) -> LinearPicture {
     let pixel = |pixel: &image::Rgba<u16>| {
         let [r, g, b, alpha] = pixel.0;
         #[expect(clippy::cast_possible_truncation, reason = "a code has at most 16 bits")]
-        [r, g, b].map(|value| (from_srgb(unit(value)) * unit(alpha)) as f32)
+        [r, g, b].map(|value| (decode_srgb(unit(value)) * unit(alpha)) as f32)
     };
     let is_clipped = |pixel: &image::Rgba<u16>| pixel.0[..3].contains(&u16::MAX);
     LinearPicture {
@@ -83,14 +96,6 @@ fn encoded(decoded: &DynamicImage) -> LinearPicture {
         clipped: decoded.pixels().map(is_clipped).collect(),
         is_linear: false,
     }
-}
-
-/// sRGB's transfer curve, from encoded to linear.
-///
-/// # Source
-/// IEC 61966-2-1.
-fn from_srgb(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]
@@ -104,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_become_light_and_what_is_brightest_may_be_clipped() {
+    fn codes_are_decoded_to_light_and_the_largest_code_counts_as_clipped() {
         let mut image = image::RgbaImage::new(2, 1);
         image.put_pixel(0, 0, image::Rgba([254, 188, 0, 255]));
         image.put_pixel(1, 0, image::Rgba([255, 10, 10, 255]));
@@ -117,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn linear_light_is_taken_as_it_is() {
+    fn linear_light_is_returned_unchanged() {
         let image = image::Rgb32FImage::from_raw(1, 1, vec![0.25, 7.5, -0.5]).unwrap();
         let bytes = written(&DynamicImage::ImageRgb32F(image), ImageFormat::OpenExr);
         let picture = decode_linear(&bytes, 64).unwrap();
@@ -133,10 +138,10 @@ mod tests {
     }
 
     #[test]
-    fn every_code_survives_decoding_and_encoding() {
+    fn every_code_round_trips_through_decoding_and_encoding() {
         for value in 0..=255u8 {
-            #[expect(clippy::cast_possible_truncation, reason = "as the film has it")]
-            let linear = from_srgb(f64::from(value) / 255.0) as f32;
+            #[expect(clippy::cast_possible_truncation, reason = "the film works in f32")]
+            let linear = decode_srgb(f64::from(value) / 255.0) as f32;
             assert_eq!(crate::encode_srgb(linear), value);
         }
     }

@@ -1,32 +1,32 @@
-//! Contact sheets: twenty frames around one, or a near-square grid.
+//! Contact sheets: twenty pictures around a centre, or a near-square grid.
 
-/// A picture to be put on a sheet: RGBA, row by row from the top.
+/// A picture of a sheet: RGBA, row by row from the top.
 #[derive(Debug, Clone, Copy)]
 pub struct SheetCell<'a> {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Four bytes a pixel.
+    /// Four bytes per pixel.
     pub rgba: &'a [u8],
 }
 
 /// The neutral dark surround of the page.
 const SURROUND: [u8; 3] = [0x1e, 0x1e, 0x1e];
-/// Cells along a side where there is a centre, and those that the centre spans.
+/// Cells along a side of a sheet with a centre, and cells along a side of the centre.
 const RING: u32 = 6;
 const SPAN: u32 = 4;
 
-/// Side of the centre in pixels where cells have the side `cell_px` and are `gap_px` apart.
+/// Returns the side of the centre in pixels for cells of side `cell_px` with gaps of `gap_px`.
 #[must_use]
 pub fn centre_px(cell_px: u32, gap_px: u32) -> u32 {
     SPAN * cell_px + (SPAN - 1) * gap_px
 }
 
-/// Composes a sheet: width, height, opaque RGBA.
+/// Composes a sheet and returns width, height and opaque RGBA.
 ///
-/// With a centre and twenty cells: 6 x 6, slots row by row around the 4 x 4 centre. Otherwise near-square, no centre.
-/// Pictures of another size than their place are resampled.
+/// With a centre and twenty cells: 6 x 6, slots row by row around the 4 x 4 centre. Otherwise
+/// near-square without the centre. Pictures that do not have the size of their cell are resampled.
 #[must_use]
 pub fn sheet(
     cells: &[SheetCell<'_>],
@@ -81,7 +81,8 @@ impl Canvas {
     }
 }
 
-/// The mean over the pixels that a target pixel covers (at least the nearest one), over the surround.
+/// Returns the mean over the pixels that a target pixel covers (at least the nearest one),
+/// composited over the surround.
 fn area(cell: SheetCell<'_>, column: u32, row: u32, side: u32) -> [u8; 3] {
     let range = |index: u32, length: u32| {
         let start = index * length / side;
@@ -108,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sheet_has_twenty_around_one_row_by_row() {
+    fn sheet_has_twenty_cells_around_the_centre_row_by_row() {
         let pictures: Vec<Vec<u8>> = (0..21u8).map(|k| [k * 10, 0, 0, 255].repeat(16)).collect();
         let cell = |k: usize| SheetCell { width: 4, height: 4, rgba: &pictures[k] };
         let cells: Vec<_> = (0..20).map(cell).collect();
