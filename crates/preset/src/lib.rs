@@ -1,23 +1,33 @@
-//! Presets: hand-written materials, readable examples of what a genome is and starting points for breeding; programs first,
-//! then models.
+//! Presets: hand-written materials that serve as readable examples of genomes and as starting
+//! points for breeding. Programs come first, then models.
 //!
-//! Owns the texts and their order. Refuses to know what is done with them; that they look as they say is seen in the
-//! pictures of the page, which `preset` among the tests renders anew.
+//! The crate owns the texts of the presets and their order, in [`PRESETS`]. How they look is
+//! checked by the pictures that the `preset` test renders.
+//!
+//! # Example
+//! ```
+//! use brood_preset::{PRESETS, Preset};
+//!
+//! let gold = Preset::find("gold").unwrap();
+//! assert_eq!(gold.title, "Gold");
+//! assert_eq!(PRESETS[0].name, "matt-clay");
+//! println!("{}", gold.genome());
+//! ```
 
 use std::sync::LazyLock;
 
 use brood_genome::{Dialect, Genome};
 
-/// A material to start from.
+/// A hand-written material.
 #[derive(Debug)]
 pub struct Preset {
-    /// As requests and the command line name it.
+    /// Name in requests and on the command line.
     pub name: &'static str,
-    /// As people do.
+    /// Title on the page.
     pub title: &'static str,
-    /// What it looks like, in one sentence.
+    /// Description of its look, in one sentence.
     pub words: &'static str,
-    /// The genome as it was written, comments and all.
+    /// Source text of the genome, with its comments.
     pub text: &'static str,
     genome: LazyLock<Genome>,
 }
@@ -36,7 +46,7 @@ macro_rules! preset {
     }};
 }
 
-/// All of them, the simplest first.
+/// All presets, the simplest first.
 pub static PRESETS: [Preset; 22] = [
     preset!("matt-clay", "Matt clay", "Unglazed terracotta, nearly the same from everywhere."),
     preset!(
@@ -127,20 +137,20 @@ pub static PRESETS: [Preset; 22] = [
 ];
 
 impl Preset {
-    /// The one of that name.
+    /// Returns the preset of that name.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }
 
-    /// The genome as it was written: a few dozen instructions.
+    /// Genome as written, a few dozen instructions long.
     #[must_use]
     pub fn genome(&self) -> &Genome {
         &self.genome
     }
 
-    /// The dialect of a lineage that is to breed it: its own, of a program at the length that lineages have unless asked
-    /// otherwise.
+    /// Dialect for a lineage that breeds it: its own dialect, with the default length of lineages
+    /// if it has a program.
     #[must_use]
     pub fn dialect(&self) -> Dialect {
         let own = *self.genome.dialect();
@@ -154,12 +164,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn presets_are_genomes_with_names_of_their_own_that_fit_a_lineage() {
+    fn presets_are_valid_genomes_with_unique_names() {
         let mut names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
         assert!(names.len() >= 12);
         for preset in &PRESETS {
             let genome = preset.genome();
-            assert!(preset.text.starts_with("brood 1\n# "), "{} says what it is", preset.name);
+            assert!(
+                preset.text.starts_with("brood 1\n# "),
+                "{} begins with a comment",
+                preset.name
+            );
             assert!(preset.words.ends_with('.') && !preset.title.is_empty());
             let padded = genome.clone().padded(preset.dialect().length).unwrap();
             assert_eq!(padded.dialect(), &preset.dialect());

@@ -1,9 +1,12 @@
-//! The numbers of [`Population`] varied one by one on measured materials: what genetic programs from nothing come to in the same
-//! processor time, over what the usual ones come to.
+//! Ablation of the parameters of [`Population`]: E_log of genetic programs on measured materials,
+//! for each variant, as a ratio to the default at equal processor time.
 //!
-//! `cargo run --release -p brood-search --example population -- DATA SECONDS SEEDS VARIANTS MATERIAL...`, DATA/nbrdf/merl.json being weights
-//! of neural materials, and VARIANTS names with commas between them, or `all`. Each run has one thread, and its seconds are those of that thread, so that a busy machine changes nothing but
-//! the waiting.
+//! `cargo run --release -p brood-search --example population -- DATA SECONDS SEEDS VARIANTS
+//! MATERIAL...`
+//!
+//! DATA/nbrdf/merl.json holds the weights of neural materials; VARIANTS are names separated by
+//! commas, or `all`. Each run has one thread, and its seconds are processor seconds of that thread,
+//! so that other load on the machine does not change the results.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -30,7 +33,7 @@ fn main() -> Result<()> {
     };
     let targets = arguments.map(target).collect::<Result<Vec<_>>>()?;
     let is_asked = |(what, _): &(String, Population)| {
-        names == "all" || what == "usual" || names.split(',').any(|name| name == what)
+        names == "all" || what == "default" || names.split(',').any(|name| name == what)
     };
     let variants: Vec<_> = variants().into_iter().filter(is_asked).collect();
     let mut runs = Vec::new();
@@ -53,7 +56,7 @@ fn main() -> Result<()> {
                     let (e_log, generations, evaluations) = run.expect("the run ends");
                     println!("{what},{name},{seed},{e_log},{generations},{evaluations}");
                     let key = ((*what).clone(), (*name).clone(), *seed);
-                    found.lock().expect("nobody failed").insert(key, e_log);
+                    found.lock().expect("no run panicked").insert(key, e_log);
                 }
             });
         }
@@ -61,18 +64,22 @@ fn main() -> Result<()> {
     let found = found.into_inner()?;
     for (what, _) in &variants {
         let ratio = |((_, name, seed), e_log): (&(String, String, u64), &f64)| {
-            (e_log / found[&("usual".to_owned(), name.clone(), *seed)]).ln()
+            (e_log / found[&("default".to_owned(), name.clone(), *seed)]).ln()
         };
         let own: Vec<f64> = found.iter().filter(|((of, _, _), _)| of == what).map(ratio).collect();
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         let square = own.iter().map(|log| (log - mean).powi(2)).sum::<f64>();
         let error = (square / (own.len() * (own.len() - 1).max(1)) as f64).sqrt();
-        println!("{what}: {:.3} of the usual E_log, times or over {:.3}", mean.exp(), error.exp());
+        println!(
+            "{what}: {:.3} of the default E_log, within a factor of {:.3}",
+            mean.exp(),
+            error.exp()
+        );
     }
     Ok(())
 }
 
-/// Held-out E_log of the best after that time, generations, evaluations.
+/// Returns held-out E_log of the best, generations and evaluations.
 fn run(
     target: &MeasuredTarget,
     seed: u64,
@@ -84,7 +91,7 @@ fn run(
     pool.install(|| {
         let begun = Instant::now();
         let spent = || processor_seconds().unwrap_or_else(|| begun.elapsed().as_secs_f64());
-        let mut search = Search::of_population(&target.fitted, &options, population);
+        let mut search = Search::with_population(&target.fitted, &options, population);
         let mut progress = search.step();
         while spent() < seconds {
             progress = search.step();
@@ -97,7 +104,7 @@ fn run(
     })
 }
 
-/// Of this thread, where the system tells.
+/// Processor seconds of this thread, if the system reports them.
 fn processor_seconds() -> Option<f64> {
     #[cfg(unix)]
     {
@@ -109,32 +116,32 @@ fn processor_seconds() -> Option<f64> {
 }
 
 fn variants() -> Vec<(String, Population)> {
-    let usual = Population::USUAL;
-    let mut all = vec![("usual".to_owned(), usual)];
+    let default = Population::DEFAULT;
+    let mut all = vec![("default".to_owned(), default)];
     let mut add = |name: &str, population| all.push((name.to_owned(), population));
-    add("islands 2", Population { islands: 2, ..usual });
-    add("islands 8", Population { islands: 8, ..usual });
-    add("kept 32", Population { kept: 32, ..usual });
-    add("kept 128", Population { kept: 128, ..usual });
-    add("children 96", Population { children: 96, ..usual });
-    add("children 384", Population { children: 384, ..usual });
-    add("first 2048", Population { first: 2048, ..usual });
-    add("tuned 2", Population { tuned: 2, ..usual });
-    add("tuned 16", Population { tuned: 16, ..usual });
-    add("steps 3", Population { steps: 3, ..usual });
-    add("steps 12", Population { steps: 12, ..usual });
-    add("tournament 2", Population { tournament: 2, ..usual });
-    add("tournament 6", Population { tournament: 6, ..usual });
-    add("lexicase 0", Population { lexicase: 0.0, ..usual });
-    add("lexicase 1", Population { lexicase: 1.0, ..usual });
-    add("crossed 0.1", Population { crossed: 0.1, ..usual });
-    add("crossed 0.7", Population { crossed: 0.7, ..usual });
-    add("migration 4", Population { migration: 4, ..usual });
-    add("migration 64", Population { migration: 64, ..usual });
-    add("stale 20", Population { stale: 20, ..usual });
-    add("stale 160", Population { stale: 160, ..usual });
-    // What looked better alone.
-    let together = Population { islands: 8, tuned: 2, crossed: 0.7, lexicase: 1.0, ..usual };
+    add("islands 2", Population { islands: 2, ..default });
+    add("islands 8", Population { islands: 8, ..default });
+    add("kept 32", Population { kept: 32, ..default });
+    add("kept 128", Population { kept: 128, ..default });
+    add("children 96", Population { children: 96, ..default });
+    add("children 384", Population { children: 384, ..default });
+    add("first 2048", Population { first: 2048, ..default });
+    add("tuned 2", Population { tuned: 2, ..default });
+    add("tuned 16", Population { tuned: 16, ..default });
+    add("steps 3", Population { steps: 3, ..default });
+    add("steps 12", Population { steps: 12, ..default });
+    add("tournament 2", Population { tournament: 2, ..default });
+    add("tournament 6", Population { tournament: 6, ..default });
+    add("lexicase 0", Population { lexicase: 0.0, ..default });
+    add("lexicase 1", Population { lexicase: 1.0, ..default });
+    add("crossed 0.1", Population { crossed: 0.1, ..default });
+    add("crossed 0.7", Population { crossed: 0.7, ..default });
+    add("migration 4", Population { migration: 4, ..default });
+    add("migration 64", Population { migration: 64, ..default });
+    add("stale 20", Population { stale: 20, ..default });
+    add("stale 160", Population { stale: 160, ..default });
+    // Combination of the variants that were better alone.
+    let together = Population { islands: 8, tuned: 2, crossed: 0.7, lexicase: 1.0, ..default };
     add("together", together);
     add("together, stale 160", Population { stale: 160, ..together });
     all

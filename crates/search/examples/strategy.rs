@@ -1,7 +1,8 @@
-//! A strategy on measured materials: E_log on held-out samples after some generations, then the front.
+//! Runs a strategy on measured materials: prints E_log on held-out samples after some generations,
+//! then the front.
 //!
-//! `cargo run --release -p brood-search --example strategy -- DATA STRATEGY GENERATIONS [MATERIAL ...]`, DATA/nbrdf/merl.json being
-//! weights of neural materials.
+//! `cargo run --release -p brood-search --example strategy -- DATA STRATEGY GENERATIONS [MATERIAL
+//! ...]`, where DATA/nbrdf/merl.json holds the weights of neural materials.
 
 use std::error::Error;
 use std::time::Instant;
@@ -12,7 +13,7 @@ use brood_search::{
     Candidate, MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs,
 };
 
-/// Pairs at which spikes are looked for.
+/// Number of pairs at which spikes are looked for.
 const NARROW: usize = 1 << 16;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 (e_log(&program, &target.fitted)?, e_log(&program, &target.held)?);
             let largest = Samples::of_program(&program, narrow_pairs(NARROW, 3))?.largest();
             println!(
-                "{name} {:6.2} s, {what}: E_log {on_train:.5} train, {on_test:.5} test; {} numbers, {} operations, largest f {:.2} of the target's",
+                "{name} {:6.2} s, {what}: E_log {on_train:.5} train, {on_test:.5} test; {} parameters, {} operations, largest f {:.2} of the target's",
                 begun.elapsed().as_secs_f64(),
                 candidate.numbers,
                 program.operations(),

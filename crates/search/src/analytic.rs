@@ -1,16 +1,17 @@
-//! Fits of the models of reflectance that everybody knows: one of them, or the sum of two, by their own parameters.
+//! Fits of well-known reflectance models, one or the sum of two, by their own parameters.
 //!
-//! Which models there are, and which words their parameters have, is a [`Form`]; the numbers that are free in it are coordinates
-//! in a box, by differences or by ratios as the parameter is spread. Levenberg's and Marquardt's method finds them from many
-//! starts, an evolution strategy goes on where it sticks. docs/maths/fit.md says why.
+//! A [`Form`] says which models are summed and which choices their parameters have. Its free
+//! parameters are coordinates in a box, linear or logarithmic according to the parameter's scale.
+//! The Levenberg-Marquardt method optimises them from many starts; an evolution strategy takes over
+//! where it gets stuck. docs/maths/fit.md explains the design.
 
 mod albedo;
 mod batch;
 mod checkpoint;
-mod climb;
 mod coordinate;
 mod evolve;
 mod form;
+mod levenberg_marquardt;
 mod recover;
 mod residual;
 mod schedule;
@@ -18,4 +19,4 @@ mod vary;
 
 pub use form::{Form, LobeForm};
 pub use recover::{Recovered, Recovery};
-pub use schedule::{Analytic, usual_kinds};
+pub use schedule::{Analytic, default_kinds};

@@ -1,7 +1,9 @@
-//! A genetic search whose errors come from outside: it is asked for genomes, and told how good each of them is. What is measured,
-//! and by whom, it does not know: a render, a person, a laboratory.
+//! Ask-tell interface: a genetic search whose errors are measured by the caller. [`AskTell::ask`]
+//! returns genomes and [`AskTell::tell`] takes an error for each of them, from any source: a
+//! render, a person, a laboratory.
 //!
-//! The same genetic operators as in [`crate::Strategy::Gp`], one population, tournaments; no program is asked about twice.
+//! It uses the genetic operators of [`crate::Strategy::Gp`], one population and tournament
+//! selection. No program is asked for twice.
 
 use std::collections::HashSet;
 
@@ -9,69 +11,69 @@ use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream};
 use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
-use crate::gp::breed::{child_of, random, started};
+use crate::gp::breed::{child_of, random, start_mutant};
 use crate::{Population, Probe, Progress, SearchError};
 
-/// Draws for a child until its program is new; then the last one is asked about, whatever it is.
+/// Largest number of draws for a child with a new program; the last draw is used in any case.
 const DRAWS: u32 = 16;
-/// What the first byte of a checkpoint says. Counted up whenever the same answers would lead to other questions.
+/// First byte of a checkpoint. Increase it whenever the same errors would lead to other genomes.
 const VERSION: u8 = 1;
 
-/// What an [`AskTell`] depends on besides what it is told.
+/// Inputs of an [`AskTell`] besides the errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AskOptions {
-    /// Of genomes that are drawn from nothing.
+    /// Dialect of randomly drawn genomes.
     pub dialect: Dialect,
-    /// Genomes to begin with; from nothing where there is none.
+    /// Genomes to start from; if empty, genomes are drawn at random.
     pub start: Vec<Genome>,
-    /// What it draws from.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// How many genomes are asked about at once, at least 1.
+    /// Number of genomes per generation, at least 1.
     pub count: u32,
-    /// How many are kept to breed from, at least 2.
+    /// Number of genomes kept as parents, at least 2.
     pub kept: usize,
 }
 
-/// A genome and what was told of it.
+/// A genome and its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Told {
     /// The genome.
     pub genome: Genome,
-    /// How far off it is; the less the better.
+    /// Error; smaller is better.
     pub error: f64,
-    /// Scalar operations a sample.
+    /// Number of scalar operations per sample.
     pub operations: u32,
     hash: ProgramHash,
 }
 
-/// Why errors were not taken.
+/// Error of [`AskTell::tell`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum TellError {
-    /// More or fewer than genomes.
-    #[error("{asked} genomes were asked about, and {told} errors told")]
+    /// The number of errors differs from the number of genomes.
+    #[error("expected {expected} errors, one for each genome, got {actual}")]
     Count {
-        /// Genomes.
-        asked: usize,
-        /// Errors.
-        told: usize,
+        /// Number of genomes that were asked for.
+        expected: usize,
+        /// Number of errors that were passed.
+        actual: usize,
     },
-    /// No number.
-    #[error("the error of genome {0} is not a number; infinity says that it is of no use")]
+    /// An error is NaN; contains its index.
+    #[error("the error of genome {0} is NaN; use infinity for a genome that is of no use")]
     NotANumber(usize),
 }
 
-/// The search.
+/// Ask-tell search.
 #[derive(Debug, Clone)]
 pub struct AskTell {
     options: AskOptions,
     generation: u32,
     evaluations: u64,
     repeats: u64,
-    /// Of them those before what is asked about now.
-    repeats_told: u64,
-    /// The least error first, no two of the same program.
+    /// `repeats` before the genomes of the current generation were drawn.
+    repeats_before: u64,
+    /// Parents, the least error first; no two have the same program.
     kept: Vec<Told>,
-    /// From the shortest to the longest, each better than all shorter ones.
+    /// From the shortest to the longest; each has a smaller error than all shorter ones.
     front: Vec<Told>,
     seen: HashSet<ProgramHash>,
     asked: Vec<Genome>,
@@ -88,7 +90,7 @@ struct State {
 }
 
 impl AskTell {
-    /// Begins one.
+    /// Creates a search and draws the first generation.
     #[must_use]
     pub fn new(options: AskOptions) -> Self {
         let mut new = Self {
@@ -96,7 +98,7 @@ impl AskTell {
             generation: 0,
             evaluations: 0,
             repeats: 0,
-            repeats_told: 0,
+            repeats_before: 0,
             kept: Vec::new(),
             front: Vec::new(),
             seen: HashSet::new(),
@@ -106,14 +108,18 @@ impl AskTell {
         new
     }
 
-    /// Goes on with one that was kept, with the same options.
+    /// Restores a search from a checkpoint, with the same options.
+    ///
+    /// # Errors
+    /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
+    /// [`SearchError::Damaged`] if it cannot be decoded.
     pub fn resume(options: AskOptions, checkpoint: &[u8]) -> Result<Self, SearchError> {
         let (version, state) = checkpoint.split_first().ok_or(SearchError::Damaged)?;
         if *version != VERSION {
             return Err(SearchError::Version);
         }
         let state: State = postcard::from_bytes(state).map_err(|_| SearchError::Damaged)?;
-        let told = |all: Vec<(Vec<u8>, f64)>| -> Option<Vec<Told>> {
+        let evaluated = |all: Vec<(Vec<u8>, f64)>| -> Option<Vec<Told>> {
             let one = |(bytes, error): (Vec<u8>, f64)| {
                 Some(Told::new(Genome::from_canonical_bytes(&bytes).ok()?, error))
             };
@@ -124,9 +130,9 @@ impl AskTell {
             generation: state.generation,
             evaluations: state.evaluations,
             repeats: state.repeats,
-            repeats_told: state.repeats,
-            kept: told(state.kept).ok_or(SearchError::Damaged)?,
-            front: told(state.front).ok_or(SearchError::Damaged)?,
+            repeats_before: state.repeats,
+            kept: evaluated(state.kept).ok_or(SearchError::Damaged)?,
+            front: evaluated(state.front).ok_or(SearchError::Damaged)?,
             seen: state.seen.into_iter().map(ProgramHash::from_bytes).collect(),
             asked: Vec::new(),
         };
@@ -134,50 +140,58 @@ impl AskTell {
         Ok(resumed)
     }
 
-    /// The state: what [`AskTell::resume`] reads.
+    /// State for [`AskTell::resume`].
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
-        let told = |all: &[Told]| {
-            all.iter().map(|told| (told.genome.canonical_bytes(), told.error)).collect()
+        let evaluated = |all: &[Told]| {
+            all.iter()
+                .map(|evaluated| (evaluated.genome.canonical_bytes(), evaluated.error))
+                .collect()
         };
-        // What is asked about now is bred again.
+        // The current generation is not stored: `resume` draws it again.
         let mut seen: Vec<[u8; 32]> = self.seen.iter().map(|hash| *hash.as_bytes()).collect();
         seen.sort_unstable();
         let state = State {
             generation: self.generation,
             evaluations: self.evaluations,
-            repeats: self.repeats_told,
-            kept: told(&self.kept),
-            front: told(&self.front),
+            repeats: self.repeats_before,
+            kept: evaluated(&self.kept),
+            front: evaluated(&self.front),
             seen,
         };
         let mut bytes = vec![VERSION];
-        bytes.extend(postcard::to_stdvec(&state).expect("numbers and bytes can be written"));
+        bytes.extend(postcard::to_stdvec(&state).expect("plain data serialises"));
         bytes
     }
 
-    /// What is to be measured: the same until it is told.
+    /// Genomes of the current generation, whose errors [`AskTell::tell`] expects; unchanged until
+    /// then.
     #[must_use]
     pub fn ask(&self) -> &[Genome] {
         &self.asked
     }
 
-    /// Takes how far off each of the genomes asked about is, in their order, and breeds the next ones.
+    /// Takes the error of each genome of [`AskTell::ask`], in their order, and breeds the next
+    /// generation. An infinite error discards the genome.
+    ///
+    /// # Errors
+    /// Returns [`TellError::Count`] if there are not as many errors as genomes, and
+    /// [`TellError::NotANumber`] if one is NaN. The search is then unchanged.
     pub fn tell(&mut self, errors: &[f64]) -> Result<Progress, TellError> {
-        let (asked, told) = (self.asked.len(), errors.len());
-        if asked != told {
-            return Err(TellError::Count { asked, told });
+        let (expected, actual) = (self.asked.len(), errors.len());
+        if expected != actual {
+            return Err(TellError::Count { expected, actual });
         }
         if let Some(at) = errors.iter().position(|error| error.is_nan()) {
             return Err(TellError::NotANumber(at));
         }
-        self.evaluations += told as u64;
+        self.evaluations += actual as u64;
         for (genome, error) in std::mem::take(&mut self.asked).into_iter().zip(errors) {
             self.seen.insert(hash_of(&genome));
             if *error < f64::INFINITY {
-                let told = Told::new(genome, *error);
-                self.offer(&told);
-                self.kept.push(told);
+                let evaluated = Told::new(genome, *error);
+                self.offer(&evaluated);
+                self.kept.push(evaluated);
             }
         }
         self.kept.sort_by(|a, b| {
@@ -186,47 +200,47 @@ impl AskTell {
         self.kept.dedup_by(|a, b| a.hash == b.hash);
         self.kept.truncate(self.options.kept);
         self.generation += 1;
-        self.repeats_told = self.repeats;
+        self.repeats_before = self.repeats;
         self.breed();
         Ok(self.progress())
     }
 
-    /// What has come of it: both errors are the one that was told.
+    /// Result of the last generation; `fitted` and `held` are both the least error.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let least = self.kept.first().map_or(f64::INFINITY, |told| told.error);
+        let least = self.kept.first().map_or(f64::INFINITY, |evaluated| evaluated.error);
         let (generation, evaluations) = (self.generation, self.evaluations);
         Progress { generation, evaluations, fitted: least, held: least }
     }
 
-    /// How the population stands.
+    /// Statistics of the population.
     #[must_use]
     pub fn probe(&self) -> Probe {
-        let members = self.kept.iter().map(|told| (told.error, &told.genome));
+        let members = self.kept.iter().map(|evaluated| (evaluated.error, &evaluated.genome));
         Probe::of_genomes(members, self.repeats)
     }
 
-    /// The best; nothing as long as nothing was of use.
+    /// Best genome; `None` while no genome has a finite error.
     #[must_use]
     pub fn best(&self) -> Option<&Told> {
         self.kept.first()
     }
 
-    /// From the shortest to the longest, each better than all shorter ones.
+    /// Front, from the shortest to the longest; each has a smaller error than all shorter ones.
     #[must_use]
     pub fn front(&self) -> &[Told] {
         &self.front
     }
 
-    fn offer(&mut self, told: &Told) {
+    fn offer(&mut self, evaluated: &Told) {
         let is_beaten =
             |by: &Told, it: &Told| by.operations <= it.operations && by.error <= it.error;
-        if self.front.iter().any(|own| is_beaten(own, told)) {
+        if self.front.iter().any(|own| is_beaten(own, evaluated)) {
             return;
         }
-        self.front.retain(|own| !is_beaten(told, own));
-        let place = self.front.partition_point(|own| own.operations < told.operations);
-        self.front.insert(place, told.clone());
+        self.front.retain(|own| !is_beaten(evaluated, own));
+        let place = self.front.partition_point(|own| own.operations < evaluated.operations);
+        self.front.insert(place, evaluated.clone());
     }
 
     fn breed(&mut self) {
@@ -236,15 +250,15 @@ impl AskTell {
         for slot in 0..self.options.count {
             let genome = match first.get(slot as usize) {
                 Some(genome) => genome.clone(),
-                None => self.drawn(slot, &asked),
+                None => self.draw_new(slot, &asked),
             };
             asked.insert(hash_of(&genome));
             self.asked.push(genome);
         }
     }
 
-    /// One whose program is new, if one comes.
-    fn drawn(&mut self, slot: u32, asked: &HashSet<ProgramHash>) -> Genome {
+    /// Draws a genome whose program is new, within [`DRAWS`] draws.
+    fn draw_new(&mut self, slot: u32, asked: &HashSet<ProgramHash>) -> Genome {
         let mut draw = 0;
         loop {
             let attempt = self.generation.wrapping_mul(DRAWS).wrapping_add(draw);
@@ -262,12 +276,12 @@ impl AskTell {
         if self.kept.is_empty() {
             return match self.options.start.as_slice() {
                 [] => random(self.options.dialect, key),
-                start => started(start, key),
+                start => start_mutant(start, key),
             };
         }
         let mut stream = Stream::new(key, Operator::Genetic);
         let count = u32::try_from(self.kept.len()).expect("populations are small");
-        let Population { tournament, crossed, .. } = Population::USUAL;
+        let Population { tournament, crossed, .. } = Population::DEFAULT;
         let mut parent =
             || (0..tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize;
         let (first, second) = (parent(), parent());

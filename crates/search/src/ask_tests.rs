@@ -1,4 +1,4 @@
-//! That genomes asked about come closer to what they are told about, and that a break changes nothing.
+//! Tests that asked genomes approach the target, and that a resume changes nothing.
 
 use super::*;
 use crate::{DIALECT, Samples, draw_pairs, metric};
@@ -10,7 +10,7 @@ fn options() -> AskOptions {
     AskOptions { dialect: DIALECT, start: Vec::new(), seed: 3, count: 24, kept: 16 }
 }
 
-/// E_log of a Lambertian's samples.
+/// E_log on samples of a Lambertian material.
 fn measured(genomes: &[Genome]) -> Vec<f64> {
     let pairs = draw_pairs(64, 1);
     let samples = Samples::of(&*Model::new(ModelKind::Lambert).brdf(), pairs.clone());
@@ -22,15 +22,15 @@ fn measured(genomes: &[Genome]) -> Vec<f64> {
         let weighted = |at: usize, of: [f64; 3]| of.map(|f| f * pairs[at].cos_i());
         let found = |at: usize| [0, 1, 2].map(|c| f64::from(out[c * pairs.len() + at]));
         let found: Vec<[f64; 3]> = (0..pairs.len()).map(|at| weighted(at, found(at))).collect();
-        let wanted = samples.values().iter().enumerate();
-        let wanted: Vec<[f64; 3]> = wanted.map(|(at, f)| weighted(at, *f)).collect();
-        metric::e_log(&wanted, &found)
+        let expected = samples.values().iter().enumerate();
+        let expected: Vec<[f64; 3]> = expected.map(|(at, f)| weighted(at, *f)).collect();
+        metric::e_log(&expected, &found)
     };
     genomes.iter().map(error).collect()
 }
 
 #[test]
-fn it_comes_closer_to_what_it_is_told() {
+fn ask_tell_reduces_the_error() {
     let mut search = AskTell::new(options());
     let mut first = None;
     for _ in 0..12 {
@@ -46,7 +46,7 @@ fn it_comes_closer_to_what_it_is_told() {
 }
 
 #[test]
-fn breaks_change_nothing() {
+fn resume_changes_nothing() {
     let mut whole = AskTell::new(options());
     let mut broken = AskTell::new(options());
     for _ in 0..5 {
@@ -61,21 +61,21 @@ fn breaks_change_nothing() {
 }
 
 #[test]
-fn errors_that_are_none_are_refused_and_nothing_is_lost() {
+fn tell_rejects_bad_errors_and_keeps_the_generation() {
     let mut search = AskTell::new(options());
     let asked = search.ask().to_vec();
-    assert_eq!(search.tell(&[1.0]), Err(TellError::Count { asked: 24, told: 1 }));
+    assert_eq!(search.tell(&[1.0]), Err(TellError::Count { expected: 24, actual: 1 }));
     let mut errors = vec![1.0; 24];
     errors[3] = f64::NAN;
     assert_eq!(search.tell(&errors), Err(TellError::NotANumber(3)));
     assert_eq!(search.ask(), asked);
-    // Nothing was of use: it draws again.
+    // All genomes are discarded: it draws new ones.
     search.tell(&[f64::INFINITY; 24]).unwrap();
     assert!(search.best().is_none() && search.ask() != asked);
 }
 
 #[test]
-fn it_begins_with_what_is_given() {
+fn ask_begins_with_the_given_genomes() {
     let mut first = AskTell::new(options());
     first.tell(&measured(first.ask())).unwrap();
     let start = vec![first.best().unwrap().genome.clone()];

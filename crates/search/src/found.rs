@@ -1,4 +1,4 @@
-//! A material that was found, held against its target.
+//! Errors of a found material on its target.
 
 use brood_eval::{EvalError, energy_limit};
 use brood_genome::Genome;
@@ -8,44 +8,50 @@ use rayon::prelude::*;
 use crate::method::Candidate;
 use crate::{MeasuredTarget, Samples, metric};
 
-/// A material that was found, as far off as it is under the energy limit.
+/// A found material with its errors, measured under the energy limit.
 #[derive(Debug, Clone)]
 pub struct Found {
     /// The material.
     pub genome: Genome,
-    /// Scalar operations a sample, under the energy limit.
+    /// Number of scalar operations per sample, under the energy limit.
     pub operations: usize,
-    /// Numbers that were fitted.
+    /// Number of fitted parameters.
     pub numbers: usize,
-    /// E_log on the samples it was fitted to.
+    /// E_log on the fitted samples.
     pub fitted: f64,
-    /// E_log on those held out.
+    /// E_log on the held-out samples.
     pub e_log: f64,
-    /// E_cbrt on those held out.
+    /// E_cbrt on the held-out samples.
     pub e_cbrt: f64,
-    /// Relative L2 difference on those held out.
+    /// Relative L2 error on the held-out samples.
     pub relative_l2: f64,
-    /// By what the energy limit divides.
+    /// Divisor of the energy limit; 1 if the material is within it.
     pub divisor: f64,
 }
 
 impl Found {
-    /// Measures candidates at once.
+    /// Measures several candidates in parallel.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if a program cannot be evaluated.
     pub fn all(candidates: &[Candidate], target: &MeasuredTarget) -> Result<Vec<Self>, EvalError> {
         candidates.par_iter().map(|candidate| Self::of(candidate, target)).collect()
     }
 
-    /// Measures a candidate.
+    /// Measures one candidate.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if its program cannot be evaluated.
     pub fn of(candidate: &Candidate, target: &MeasuredTarget) -> Result<Self, EvalError> {
         let Candidate { genome, numbers, .. } = candidate;
         let program = Program::lower(genome);
         let divisor = energy_limit(&program).divisor;
         let program = if divisor > 1.0 { program.divided(divisor) } else { program };
-        let of = |samples: &Samples| {
+        let measured = |samples: &Samples| {
             let found = Samples::of_program(&program, samples.pairs().to_vec())?;
             Ok::<_, EvalError>((samples.weighted(), found.weighted()))
         };
-        let (held, fitted) = (of(&target.held)?, of(&target.fitted)?);
+        let (held, fitted) = (measured(&target.held)?, measured(&target.fitted)?);
         Ok(Self {
             genome: genome.clone(),
             operations: program.steps().len(),

@@ -1,15 +1,17 @@
-//! Genetic programs: islands of genomes that are bred against samples.
+//! Genetic programming: islands of genomes that are bred to match samples.
 //!
-//! Children come of mutation and recombination as a brood's do; parents are chosen by tournaments or by lexicase selection. Scale and
-//! offset of every child are solved for, constants of the best are tuned by their derivatives. Programs that were there before are not
-//! evaluated again, and evaluation ends as soon as a sum cannot be among the best. docs/maths/fit.md has the amounts.
+//! Children are made by mutation and crossover, as in a brood; parents are chosen by tournament or
+//! lexicase selection. Scale and offset of every child are solved for, and the constants of the
+//! best are tuned by their derivatives. Programs that were evaluated before are skipped, and
+//! evaluation stops as soon as a sum can no longer be among the best. docs/maths/fit.md lists the
+//! parameters.
 
 pub(crate) mod breed;
 mod cases;
 mod checkpoint;
+mod evaluate;
 mod front;
 mod island;
-mod judge;
 mod population;
 mod scale;
 mod schedule;

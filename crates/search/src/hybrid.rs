@@ -1,4 +1,5 @@
-//! Lobes first, then genetic programs: fits give the least error, programs the short ones, and both are on one front.
+//! Hybrid strategy: lobes first, then genetic programs. Lobes give the least error, genetic
+//! programs the shortest code; the result is one front of both.
 
 use brood_genome::Genome;
 use brood_program::Program;
@@ -6,29 +7,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::gp::Gp;
 use crate::lobes::{Fit, Fitted, outcome};
-use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 use crate::{Probe, Samples};
 
-/// Generations of lobes.
+/// Number of generations of lobes.
 const LOBES: u32 = 8;
-/// How many times as long as the ones before the last of these takes, in which lobes are shortened and programs begin.
-const LAST_TAKES: f64 = 5.0;
-/// Of their front, that many are started from.
-const STARTED: usize = 6;
+/// Estimated duration of the last of these generations, as a multiple of the others. It also prunes
+/// the lobes and creates the first genetic programs.
+const LAST_GENERATION_COST: f64 = 5.0;
+/// Number of candidates of the lobes' front that the genetic programs start from.
+const GP_STARTS: usize = 6;
 
-/// A search of two strategies.
+/// A search of two stages: lobes, then genetic programs.
 pub(crate) struct Hybrid {
     lobes: Fit,
     samples: Samples,
     start: Vec<Genome>,
     seed: u64,
-    gp: Option<Later>,
+    gp: Option<GpStage>,
 }
 
-/// What there is once lobes are done.
-struct Later {
-    /// The front of lobes, refined on all samples; after a break it is not known before the end.
-    found: Option<Outcome>,
+/// State of the second stage.
+struct GpStage {
+    /// Front of lobes refined on all samples. Not part of the checkpoint: `None` after a resume,
+    /// and then computed by [`Method::finish`].
+    lobes_front: Option<Outcome>,
     gp: Gp,
 }
 
@@ -43,40 +46,48 @@ impl Hybrid {
         Self { lobes, samples: samples.clone(), start: start.to_vec(), seed, gp: None }
     }
 
-    /// Genetic programs after the lobes, whose front that is.
-    fn later(&self, front: Vec<Fitted>) -> Option<Later> {
+    /// Creates the second stage from the front of the lobes.
+    fn gp_stage(&self, front: Vec<Fitted>) -> Option<GpStage> {
         let unrefined = outcome(front)?;
-        // Not refined on what the programs are chosen by.
+        // The unrefined front: refined candidates have seen the held-back samples, by which genetic
+        // programs are chosen.
         let genome = |candidate: &Candidate| candidate.genome.clone();
-        let step = unrefined.front.len().div_ceil(STARTED).max(1);
+        let step = unrefined.front.len().div_ceil(GP_STARTS).max(1);
         let mut start = self.start.clone();
         start.push(genome(&unrefined.front[unrefined.best]));
         start.extend(unrefined.front.iter().step_by(step).map(genome));
         let gp = Gp::new(&self.samples, &start, self.seed, true);
-        Some(Later { found: None, gp })
+        Some(GpStage { lobes_front: None, gp })
     }
 
-    /// The front of lobes refined.
-    fn found(&self, front: impl Iterator<Item = Fitted>, go_on: &mut GoOn<'_>) -> Option<Outcome> {
-        outcome(self.lobes.refine(front, go_on))
+    /// Refines the front of lobes on all samples.
+    fn refined(
+        &self,
+        front: impl Iterator<Item = Fitted>,
+        has_time: &mut HasTime<'_>,
+    ) -> Option<Outcome> {
+        outcome(self.lobes.refine(front, has_time))
     }
 }
 
-/// Of two fronts what nothing as short is as good as, from the longest to the shortest, and the better of their best.
-fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
+/// Merges two fronts: drops candidates that a shorter or equally short one matches in error, orders
+/// the rest from the longest to the shortest, and keeps the better of both best candidates.
+fn merge(a: Outcome, b: Outcome) -> Option<Outcome> {
     let [first, second] = [&a, &b].map(|outcome| outcome.front[outcome.best].clone());
-    let best = if second.off() < first.off() { second } else { first };
+    let best = if second.ranking_error() < first.ranking_error() { second } else { first };
     let mut all: Vec<(usize, Candidate)> = a
         .front
         .into_iter()
         .chain(b.front)
         .map(|candidate| (Program::lower(&candidate.genome).operations(), candidate))
         .collect();
-    all.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.off().total_cmp(&second.off())));
+    all.sort_by(|(a, first), (b, second)| {
+        a.cmp(b).then(first.ranking_error().total_cmp(&second.ranking_error()))
+    });
     let mut least = f64::INFINITY;
     all.retain(|(_, candidate)| {
-        let is_better = candidate.off() < least;
-        least = least.min(candidate.off());
+        let is_better = candidate.ranking_error() < least;
+        least = least.min(candidate.ranking_error());
         is_better || *candidate == best
     });
     let front: Vec<Candidate> = all.into_iter().rev().map(|(_, candidate)| candidate).collect();
@@ -87,15 +98,15 @@ fn joined(a: Outcome, b: Outcome) -> Option<Outcome> {
 impl Method for Hybrid {
     fn step(&mut self) -> Progress {
         match &mut self.gp {
-            Some(later) => {
-                later.gp.step();
+            Some(stage) => {
+                stage.gp.step();
             }
             None => {
                 let progress = self.lobes.step();
                 if progress.generation == LOBES {
                     let front: Vec<Fitted> = self.lobes.front().collect();
-                    let found = self.found(front.iter().cloned(), &mut || true);
-                    self.gp = self.later(front).map(|later| Later { found, ..later });
+                    let lobes_front = self.refined(front.iter().cloned(), &mut || true);
+                    self.gp = self.gp_stage(front).map(|stage| GpStage { lobes_front, ..stage });
                 }
             }
         }
@@ -104,54 +115,54 @@ impl Method for Hybrid {
 
     fn progress(&self) -> Progress {
         let lobes = Method::progress(&self.lobes);
-        let Some(later) = &self.gp else { return lobes };
-        let gp = later.gp.progress();
+        let Some(stage) = &self.gp else { return lobes };
+        let gp = stage.gp.progress();
         let (generation, evaluations) =
             (lobes.generation + gp.generation, lobes.evaluations + gp.evaluations);
-        let off = |progress: &Progress| progress.fitted.powi(2) + progress.held.powi(2);
-        let ahead = if off(&gp) < off(&lobes) { gp } else { lobes };
+        let ranking_error = |progress: &Progress| progress.fitted.powi(2) + progress.held.powi(2);
+        let ahead = if ranking_error(&gp) < ranking_error(&lobes) { gp } else { lobes };
         Progress { generation, evaluations, ..ahead }
     }
 
     fn probe(&self) -> Probe {
         match &self.gp {
-            Some(later) => later.gp.probe(),
+            Some(stage) => stage.gp.probe(),
             None => self.lobes.probe(),
         }
     }
 
     fn best(&self) -> Option<Candidate> {
         let lobes = Method::best(&self.lobes);
-        let Some(gp) = self.gp.as_ref().and_then(|later| later.gp.best()) else { return lobes };
-        let is_behind = |lobes: &Candidate| gp.off() < lobes.off();
+        let Some(gp) = self.gp.as_ref().and_then(|stage| stage.gp.best()) else { return lobes };
+        let is_behind = |lobes: &Candidate| gp.ranking_error() < lobes.ranking_error();
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
     }
 
     fn next_takes(&self) -> f64 {
         let is_last = Method::progress(&self.lobes).generation + 1 == LOBES;
-        if self.gp.is_none() && is_last { LAST_TAKES } else { 1.0 }
+        if self.gp.is_none() && is_last { LAST_GENERATION_COST } else { 1.0 }
     }
 
-    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
-        let Some(later) = &self.gp else { return Method::finish(&self.lobes, go_on) };
-        let found = match &later.found {
-            Some(found) => found.clone(),
-            None => self.found(self.lobes.front(), go_on)?,
+    fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome> {
+        let Some(stage) = &self.gp else { return Method::finish(&self.lobes, has_time) };
+        let lobes_front = match &stage.lobes_front {
+            Some(lobes_front) => lobes_front.clone(),
+            None => self.refined(self.lobes.front(), has_time)?,
         };
-        match later.gp.finish(go_on) {
-            Some(gp) => joined(found, gp),
-            None => Some(found),
+        match stage.gp.finish(has_time) {
+            Some(gp) => merge(lobes_front, gp),
+            None => Some(lobes_front),
         }
     }
 
     fn is_short(&self) -> bool {
-        self.gp.as_ref().is_some_and(|later| later.found.is_some())
+        self.gp.as_ref().is_some_and(|stage| stage.lobes_front.is_some())
     }
 
     fn save(&self) -> Vec<u8> {
         let state =
-            State { lobes: self.lobes.save(), gp: self.gp.as_ref().map(|later| later.gp.save()) };
-        postcard::to_stdvec(&state).expect("bytes can be written")
+            State { lobes: self.lobes.save(), gp: self.gp.as_ref().map(|stage| stage.gp.save()) };
+        postcard::to_stdvec(&state).expect("plain data serialises")
     }
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
@@ -159,9 +170,9 @@ impl Method for Hybrid {
         self.lobes.load(&state.lobes)?;
         self.gp = match state.gp {
             Some(state) => {
-                let mut later = self.later(self.lobes.front().collect())?;
-                later.gp.load(&state)?;
-                Some(later)
+                let mut stage = self.gp_stage(self.lobes.front().collect())?;
+                stage.gp.load(&state)?;
+                Some(stage)
             }
             None => None,
         };

@@ -1,8 +1,29 @@
-//! Searches: what is to be matched, how far a material is from it, and the strategies that come closer.
+//! Search strategies that fit materials to measured targets.
 //!
-//! This crate owns targets, metrics and strategies; it sees materials as programs and as reflectances for pairs of
-//! directions. It refuses to know files, networks, databases and jobs: whoever runs a search hands over samples and keeps
-//! what comes back.
+//! A [`MeasuredTarget`] holds samples of reflectance, split into a fitted and a held-out part. A
+//! [`Search`] fits them with one of the strategies of [`Strategy`], generation by generation; it is
+//! deterministic, and its state can be saved and resumed with the same bits. [`AskTell`] is a
+//! genetic search whose errors are measured by the caller. [`Found`] and [`metric`] measure the
+//! results.
+//!
+//! The crate sees materials as programs and as reflectances for pairs of directions. It does not
+//! depend on files, networks, databases or jobs: the caller passes samples in and keeps the
+//! results.
+//!
+//! # Example
+//! ```
+//! use brood_brdf::{Model, ModelKind};
+//! use brood_search::{Options, Samples, Search, Strategy, draw_pairs};
+//!
+//! let brdf = Model::new(ModelKind::Lambert).brdf();
+//! let samples = Samples::of(&*brdf, draw_pairs(200, 1));
+//! let options =
+//!     Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+//! let mut search = Search::of_kinds(&samples, &options, vec![ModelKind::Lambert]);
+//! let progress = search.step();
+//! assert!(progress.held < 1e-3);
+//! assert_eq!(search.best().unwrap().genome.layers()[0].kind(), ModelKind::Lambert);
+//! ```
 
 pub mod analytic;
 mod ask;

@@ -1,61 +1,63 @@
-//! What every strategy is: generations, the best so far, and a state that can be kept.
+//! Interface of a search strategy: generations, the best candidate, and a state that can be saved.
 
 use brood_genome::Genome;
 
 use crate::Probe;
 
-/// What a generation has come to.
+/// Result of a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// How many there have been.
+    /// Number of generations so far.
     pub generation: u32,
-    /// How often a material has been held against samples, in all.
+    /// Total number of evaluations of a material on samples.
     pub evaluations: u64,
-    /// E_log of the best on the samples it is fitted to.
+    /// E_log of the best candidate on the fitted samples.
     pub fitted: f64,
-    /// On those of them that are held back from it, to choose by.
+    /// E_log of the best candidate on the held-back samples, which choose between candidates.
     pub held: f64,
 }
 
-/// A material that was found.
+/// A material found by a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// The material, under the energy limit.
+    /// Genome, under the energy limit.
     pub genome: Genome,
-    /// How many numbers of it were fitted.
+    /// Number of fitted parameters.
     pub numbers: usize,
-    /// E_log on the samples it was fitted to.
+    /// E_log on the fitted samples.
     pub fitted: f64,
-    /// E_log on the samples that were held back from it, before it was refined on these as well.
+    /// E_log on the held-back samples, before refinement on these as well.
     pub held: f64,
 }
 
 impl Candidate {
-    /// What one is better than another by, of whatever strategy: how far off it is where it was fitted and where it was not. The samples that were held
-    /// back alone are few, and of many candidates the one that does best there is often only lucky.
-    pub(crate) fn off(&self) -> f64 {
+    /// Error used for ranking, comparable between strategies: the squared errors on the fitted and
+    /// on the held-back samples, added. The held-back samples alone are few, and the best of many
+    /// candidates on them is often only lucky.
+    pub(crate) fn ranking_error(&self) -> f64 {
         self.fitted * self.fitted + self.held * self.held
     }
 }
 
-/// What a search has found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// From the longest to the shortest.
+    /// Front, from the longest to the shortest.
     pub front: Vec<Candidate>,
-    /// Index of the best.
+    /// Index of the best in `front`.
     pub best: usize,
 }
 
 impl Outcome {
-    /// Of candidates from the longest to the shortest, each with what the least of is the best, those that are better than all shorter
-    /// ones; the best of them, and of those that are as good the shortest.
+    /// Filters candidates, given from the longest to the shortest with their ranking errors: keeps
+    /// those better than all shorter ones. The best is the one of least error; among equals, the
+    /// shortest.
     pub(crate) fn of(mut all: Vec<(Candidate, f64)>) -> Option<Self> {
         let mut least = f64::INFINITY;
         all.reverse();
-        all.retain(|(_, off)| {
-            let is_better = *off < least;
-            least = least.min(*off);
+        all.retain(|(_, error)| {
+            let is_better = *error < least;
+            least = least.min(*error);
             is_better
         });
         all.reverse();
@@ -65,41 +67,42 @@ impl Outcome {
     }
 }
 
-/// Whether there is time for more.
-pub(crate) type GoOn<'a> = dyn FnMut() -> bool + 'a;
+/// Callback that returns true while there is time for more work.
+pub(crate) type HasTime<'a> = dyn FnMut() -> bool + 'a;
 
-/// A strategy at work.
+/// A running search strategy.
 pub(crate) trait Method: Send {
-    /// One generation.
+    /// Runs one generation.
     fn step(&mut self) -> Progress;
 
-    /// What the last generation came to.
+    /// Result of the last generation.
     fn progress(&self) -> Progress;
 
-    /// How the population stands.
+    /// Statistics of the population.
     fn probe(&self) -> Probe;
 
-    /// The best so far; nothing before the first generation.
+    /// Best candidate so far; `None` before the first generation.
     fn best(&self) -> Option<Candidate>;
 
-    /// The front; nothing before the first generation. It is asked before each part of what can be left out whether there is time for
-    /// it, and once before what cannot.
-    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome>;
+    /// Front; `None` before the first generation. Calls `has_time` before each optional part, and
+    /// once before the part that is always done.
+    fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome>;
 
-    /// Whether there is nothing to be shortened at the end.
+    /// True if [`Method::finish`] has no fits to shorten, and so takes next to no time.
     fn is_short(&self) -> bool {
         true
     }
 
-    /// How many times as long as the ones before the next generation takes, about; more than once where it finishes something.
+    /// Estimated duration of the next generation as a multiple of the previous ones; above 1 if it
+    /// also finishes a stage.
     fn next_takes(&self) -> f64 {
         1.0
     }
 
-    /// All that the next generations depend on besides samples and options.
+    /// State that the next generations depend on besides samples and options.
     fn save(&self) -> Vec<u8>;
 
-    /// Goes on where a state was kept, of a search that has just been begun with the same samples and options; nothing where it is
-    /// none of its.
+    /// Restores a saved state into a new search with the same samples and options. Returns `None`
+    /// if the state does not fit this search.
     fn load(&mut self, state: &[u8]) -> Option<()>;
 }

@@ -1,51 +1,54 @@
-//! How seconds are spent: no generation is begun that there is no time for, and something is kept for finishing. Whose seconds
-//! they are is the caller's business: it has the clock.
+//! Time budget of a search in seconds: starts no generation that would overrun it, and reserves
+//! time for finishing. The caller has the clock and passes elapsed seconds in.
 
 use crate::Search;
 
-/// Of the seconds, what is kept for shortening what was found: this share, or so many seconds where that is less.
+/// Reserve for pruning at the end: this share of the budget, at most this many seconds.
 const KEPT: (f64, f64) = (0.3, 4.0);
-/// How soon a long generation is forgotten, so that it is not held against all that follow.
+/// Decay of the longest duration per generation, so that one slow generation does not end the
+/// search early.
 const FORGET: f64 = 0.7;
 
-/// A budget of seconds.
+/// Time budget with estimates of how long generations and parts of finishing take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     seconds: f64,
-    /// The longest generation of late.
+    /// Longest recent duration of a generation, decayed by [`FORGET`].
     longest: f64,
-    /// When the part of finishing began that is under way, and the longest of late.
+    /// Start of the current part of finishing, and the longest recent duration of one.
     part: Option<f64>,
     longest_part: f64,
 }
 
 impl Pace {
-    /// Nothing of so many seconds is spent.
+    /// Creates an unspent budget.
     #[must_use]
     pub fn new(seconds: f64) -> Self {
         Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
-    /// A generation took so many seconds, of which was said before that it takes so many `times` as long as others.
+    /// Records that a generation took `seconds`; `times` is the estimate of [`Search::next_takes`]
+    /// for it.
     pub fn took(&mut self, seconds: f64, times: f64) {
         self.longest = (seconds / times).max(FORGET * self.longest);
     }
 
-    /// Whether there is no time for another generation of the search after so many seconds.
+    /// True if there is no time for another generation after `spent` seconds.
     #[must_use]
     pub fn is_over(&self, spent: f64, search: &Search) -> bool {
         self.has_passed(spent, search.is_short(), search.next_takes())
     }
 
-    /// Of a search whose end `is_short` nothing is kept for it. The next generation takes so many `times` as long as the ones before;
-    /// where that is more than once, it does what would be done at the end.
+    /// No time is reserved if the search `is_short` to finish, or if the next generation takes more
+    /// than `times` = 1 of the usual time: it then does the work that the reserve is for.
     fn has_passed(&self, spent: f64, is_short: bool, times: f64) -> bool {
         let is_kept = !is_short && times <= 1.0;
         let kept = if is_kept { (KEPT.0 * self.seconds).min(KEPT.1) } else { 0.0 };
         spent + times * self.longest > self.seconds - kept
     }
 
-    /// Whether there is time for a part of finishing, after so many seconds; asked before each of them.
+    /// True if there is time for another part of finishing after `spent` seconds. Call it before
+    /// each part: it measures the parts by the time between calls.
     #[must_use]
     pub fn has_time(&mut self, spent: f64) -> bool {
         let took = self.part.map_or(0.0, |begun| spent - begun);
@@ -60,32 +63,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_generation_is_begun_that_there_is_no_time_for() {
+    fn generation_is_not_started_when_it_would_overrun() {
         let mut pace = Pace::new(10.0);
         assert!(!pace.has_passed(0.0, false, 1.0) && !pace.has_passed(6.9, false, 1.0));
         assert!(pace.has_passed(7.5, false, 1.0) && !pace.has_passed(7.5, true, 1.0));
         pace.took(4.0, 1.0);
         assert!(pace.has_passed(6.5, true, 1.0));
         (0..3).for_each(|_| pace.took(0.1, 1.0));
-        assert!(!pace.has_passed(6.5, true, 1.0), "a long one is forgotten");
-        assert!(pace.has_passed(6.5, true, 5.0), "but the next one is longer");
+        assert!(!pace.has_passed(6.5, true, 1.0), "the estimate decays");
+        assert!(pace.has_passed(6.5, true, 5.0), "the next one takes 5 times as long");
         let mut pace = Pace::new(10.0);
         pace.took(0.6, 1.0);
-        assert!(!pace.has_passed(4.2, false, 5.0), "and the end with it");
+        assert!(!pace.has_passed(4.2, false, 5.0), "a finishing generation needs no reserve");
         pace.took(3.0, 5.0);
-        assert!(!pace.has_passed(8.0, true, 1.0), "those after it are not as long");
+        assert!(!pace.has_passed(8.0, true, 1.0), "the estimate is divided by `times`");
     }
 
     #[test]
-    fn no_part_of_finishing_is_begun_that_there_is_no_time_for() {
+    fn part_of_finishing_is_not_started_when_it_would_overrun() {
         let mut pace = Pace::new(10.0);
-        assert!(pace.has_time(7.0), "nothing is known yet");
-        assert!(pace.has_time(8.0), "parts take a second");
+        assert!(pace.has_time(7.0), "no estimate yet");
+        assert!(pace.has_time(8.0), "parts take one second");
         assert!(!pace.has_time(9.5));
     }
 
     #[test]
-    fn of_many_seconds_only_some_are_kept() {
+    fn reserve_is_capped_when_the_budget_is_long() {
         assert!(!Pace::new(1000.0).has_passed(995.0, false, 1.0));
     }
 }

@@ -1,25 +1,26 @@
-//! A generation looked at: what its best does not show.
+//! Statistics of a population after a generation, beyond its best member.
 
 use std::collections::HashSet;
 use std::hash::Hash;
 
 use brood_genome::{Genome, Instruction, Model, ModelKind, live_instructions};
 
-/// How a population stands after a generation.
+/// Statistics of a population after a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Probe {
-    /// Members of all islands.
+    /// Number of members of all islands.
     pub members: u32,
-    /// E_log of the middle one of them on what they are fitted to; infinite where there is none.
+    /// Median E_log of the members on the fitted samples; infinite if there are no members.
     pub median: f64,
-    /// How many differ in more than their numbers, over how many there are: 1 where all do, 0 where there is none.
+    /// Number of distinct structures (genomes that differ in more than constants) over the number
+    /// of members; 0 if there are no members.
     pub diversity: f64,
-    /// Candidates in all that were not held against samples, because the same program had been.
+    /// Total number of candidates that were not evaluated, because the same program had been.
     pub repeats: u64,
 }
 
 impl Probe {
-    /// Of genomes with their errors.
+    /// Statistics of genomes with their errors.
     pub(crate) fn of_genomes<'a>(
         members: impl Iterator<Item = (f64, &'a Genome)>,
         repeats: u64,
@@ -27,7 +28,8 @@ impl Probe {
         Self::of(members.map(|(error, genome)| (error, structure(genome))), repeats)
     }
 
-    /// Of members with their errors, and what of them is the same where only numbers differ.
+    /// Statistics of members given as errors and structures; members of the same structure differ
+    /// in constants only.
     pub(crate) fn of<S: Hash + Eq>(members: impl Iterator<Item = (f64, S)>, repeats: u64) -> Self {
         let (mut errors, structures): (Vec<f64>, Vec<S>) = members.unzip();
         errors.sort_by(f64::total_cmp);
@@ -42,7 +44,7 @@ impl Probe {
     }
 }
 
-/// Of a genome what is the same where only numbers differ: its models and the instructions that count.
+/// Structure of a genome without its constants: its models and its live instructions.
 fn structure(genome: &Genome) -> (Vec<ModelKind>, Vec<Instruction>) {
     let live = live_instructions(genome);
     let code = genome.instructions().iter().zip(live).filter(|(_, is_live)| *is_live);
@@ -55,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_and_the_kinds_are_told() {
+    fn probe_has_median_and_diversity() {
         let members = [(0.5, 'a'), (0.1, 'b'), (0.3, 'a'), (f64::INFINITY, 'a')];
         let probe = Probe::of(members.into_iter(), 7);
         assert_eq!(probe, Probe { members: 4, median: 0.5, diversity: 0.5, repeats: 7 });

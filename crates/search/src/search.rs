@@ -1,4 +1,4 @@
-//! A search of any strategy: a deterministic sequence of generations that can be kept and gone on with.
+//! A search of any strategy: a deterministic sequence of generations that can be saved and resumed.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,15 +6,15 @@ use std::str::FromStr;
 use brood_genome::{Dialect, Genome, ModelKind, OpcodeSet, Parametrisation};
 use serde::{Deserialize, Serialize};
 
-use crate::analytic::{Analytic, usual_kinds};
+use crate::analytic::{Analytic, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::lobes::{Fit, Shape};
 use crate::method::{Candidate, Method, Outcome, Progress};
 use crate::{Population, Probe, Samples};
 
-/// The dialect of what searches find from nothing, so that it can be bred further. Fits of lobes are shorter and can be padded
-/// to this length.
+/// Dialect of genomes that searches create from scratch, so that they can be bred further. Fits of
+/// lobes are shorter and can be padded to this length.
 pub const DIALECT: Dialect = Dialect {
     opcodes: OpcodeSet::Extended,
     parametrisation: Parametrisation::Smooth,
@@ -24,30 +24,31 @@ pub const DIALECT: Dialect = Dialect {
     homogeneous: true,
 };
 
-/// Sizes of the family of lobes that are tried: units and terms.
+/// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
-/// What the first byte of a checkpoint says. Counted up whenever a strategy changes what it does.
+/// First byte of a checkpoint. Increase it whenever a strategy changes its results.
 const VERSION: u8 = 6;
 
-/// How a search goes about it.
+/// Method by which a search fits its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Strategy {
-    /// Fits of a smooth family, and what is left of it when it is shortened.
+    /// Fits of a smooth family, and shorter fits pruned from the best of them.
     Lobes,
-    /// Models of reflectance that everybody knows, one of them or the sum of two, by their own parameters.
+    /// Well-known reflectance models, one or the sum of two, fitted by their own parameters.
     Analytic,
-    /// Genetic programs, tuned by their derivatives; from nothing or from materials that are there.
+    /// Genetic programs whose constants are tuned by derivatives; started at random or from given
+    /// genomes.
     Gp,
-    /// Lobes first, then genetic programs, of which every second island starts from them.
+    /// Lobes first, then genetic programs; every second island starts from the lobes.
     Hybrid,
 }
 
 impl Strategy {
-    /// All of them.
+    /// All strategies, in the order in which they are listed to users.
     pub const ALL: [Self; 4] = [Self::Hybrid, Self::Lobes, Self::Analytic, Self::Gp];
 
-    /// As it is written.
+    /// Name in requests and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -65,9 +66,9 @@ impl fmt::Display for Strategy {
     }
 }
 
-/// A name that no strategy has.
+/// Error for a name that no strategy has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a strategy is one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
+#[error("unknown strategy; use one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
 pub struct UnknownStrategy;
 
 impl FromStr for Strategy {
@@ -78,62 +79,69 @@ impl FromStr for Strategy {
     }
 }
 
-/// What a search depends on besides its samples.
+/// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// How it goes about it.
+    /// Strategy.
     pub strategy: Strategy,
-    /// What it draws from.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// Whether the material is its own mirror image, so that nothing need tell left from right.
+    /// True if the material is its own mirror image, so that inputs that distinguish left from
+    /// right are left out.
     pub is_mirrored: bool,
-    /// Materials to start from, by the strategies that can.
+    /// Genomes to start from; ignored by [`Strategy::Lobes`].
     pub start: Vec<Genome>,
 }
 
-/// Why a search cannot go on.
+/// Error of resuming a search from a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SearchError {
-    /// Written by something else.
+    /// The checkpoint has another version.
     #[error("the checkpoint was written by another version of this program")]
     Version,
-    /// Not what was written.
+    /// The checkpoint cannot be decoded, or belongs to another search.
     #[error("the checkpoint is damaged, or one of another search")]
     Damaged,
 }
 
-/// A search. Everything that comes of it depends on the samples, the options and the number of generations alone.
+/// A search. Its results depend only on the samples, the options and the number of generations.
 pub struct Search {
     method: Box<dyn Method>,
 }
 
 impl Search {
-    /// Begins one.
+    /// Creates a search at generation 0.
     #[must_use]
     pub fn new(samples: &Samples, options: &Options) -> Self {
         let method: Box<dyn Method> = match options.strategy {
             Strategy::Lobes => Box::new(lobes(samples, options)),
-            Strategy::Analytic => Box::new(analytic(samples, options, usual_kinds())),
+            Strategy::Analytic => Box::new(analytic(samples, options, default_kinds())),
             Strategy::Gp => Box::new(genetic(samples, options)),
             Strategy::Hybrid => Box::new(hybrid(samples, options)),
         };
         Self { method }
     }
 
-    /// Begins one of [`Strategy::Analytic`] with these models alone; [`Search::resume`] goes on with them.
+    /// Creates a search of [`Strategy::Analytic`] over these model kinds only. [`Search::resume`]
+    /// keeps them.
     #[must_use]
     pub fn of_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
         Self { method: Box::new(analytic(samples, options, kinds)) }
     }
 
-    /// Begins one of [`Strategy::Gp`] with another population than usually, which cannot be gone on with after a break.
+    /// Creates a search of [`Strategy::Gp`] with the given population parameters. Such a search
+    /// cannot be resumed from a checkpoint.
     #[must_use]
-    pub fn of_population(samples: &Samples, options: &Options, population: Population) -> Self {
+    pub fn with_population(samples: &Samples, options: &Options, population: Population) -> Self {
         Self { method: Box::new(Gp::of(samples, &options.start, options.seed, population)) }
     }
 
-    /// Goes on with one that was kept: with the same samples and options the next generations have the same bits as if there
-    /// had been no break.
+    /// Restores a search from a checkpoint. With the same samples and options, the next generations
+    /// have the same bits as without the interruption.
+    ///
+    /// # Errors
+    /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
+    /// [`SearchError::Damaged`] if it cannot be decoded or does not fit the samples and options.
     pub fn resume(
         samples: &Samples,
         options: &Options,
@@ -148,55 +156,57 @@ impl Search {
         Ok(Self { method })
     }
 
-    /// One generation.
+    /// Runs one generation.
     pub fn step(&mut self) -> Progress {
         self.method.step()
     }
 
-    /// What the last generation came to.
+    /// Result of the last generation.
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.method.progress()
     }
 
-    /// How the population stands after it.
+    /// Statistics of the population after the last generation.
     #[must_use]
     pub fn probe(&self) -> Probe {
         self.method.probe()
     }
 
-    /// The best so far, by how far off it is where it is fitted and where it is not; nothing before the first generation.
+    /// Best candidate so far, by its errors on the fitted and on the held-back samples; `None`
+    /// before the first generation.
     #[must_use]
     pub fn best(&self) -> Option<Candidate> {
         self.method.best()
     }
 
-    /// The front of error against length; nothing before the first generation.
+    /// Front of error against length; `None` before the first generation.
     #[must_use]
     pub fn finish(&self) -> Option<Outcome> {
         self.method.finish(&mut || true)
     }
 
-    /// The same, but for shorter ones that `go_on` leaves no time for: it is asked before each few of them, and once before the best
-    /// is finished in any case.
+    /// Like [`Search::finish`], but leaves out shorter candidates when time runs out. `has_time` is
+    /// called before every few candidates, and once before the best one, which is always finished.
     #[must_use]
-    pub fn finish_while(&self, mut go_on: impl FnMut() -> bool) -> Option<Outcome> {
-        self.method.finish(&mut go_on)
+    pub fn finish_while(&self, mut has_time: impl FnMut() -> bool) -> Option<Outcome> {
+        self.method.finish(&mut has_time)
     }
 
-    /// Whether finishing takes next to no time.
+    /// True if [`Search::finish`] takes next to no time.
     #[must_use]
     pub fn is_short(&self) -> bool {
         self.method.is_short()
     }
 
-    /// How many times as long as the ones before the next generation takes, about; more than once where it finishes something.
+    /// Estimated duration of the next generation as a multiple of the previous ones; above 1 if it
+    /// also finishes a stage.
     #[must_use]
     pub fn next_takes(&self) -> f64 {
         self.method.next_takes()
     }
 
-    /// The state: what [`Search::resume`] reads. Two searches that have come to the same have the same bytes.
+    /// State for [`Search::resume`]. Searches in the same state have the same bytes.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
         let mut bytes = vec![VERSION];

@@ -1,4 +1,4 @@
-//! That a search goes on after a break as if there had been none.
+//! Tests that a resumed search continues with the same bits.
 
 use brood_brdf::{Model, ModelKind};
 
@@ -15,11 +15,11 @@ fn options(strategy: Strategy) -> Options {
 }
 
 #[test]
-fn breaks_change_no_bit() {
+fn resume_changes_no_bit() {
     for strategy in Strategy::ALL {
         breaks(&samples(), strategy, 10);
     }
-    // What reflects more than there is has more of a state.
+    // A material that reflects more than it receives adds state to a search of lobes.
     breaks(&Samples::of(&Shining, draw_pairs(600, 1)), Strategy::Lobes, 5);
 }
 
@@ -41,7 +41,7 @@ fn breaks(samples: &Samples, strategy: Strategy, generations: u32) {
 }
 
 #[test]
-fn generation_that_programs_begin_in_is_told_to_be_long() {
+fn hybrid_announces_the_long_generation() {
     let mut search = Search::new(&samples(), &options(Strategy::Hybrid));
     let is_long = (0..9).map(|_| {
         search.step();
@@ -51,7 +51,7 @@ fn generation_that_programs_begin_in_is_told_to_be_long() {
 }
 
 #[test]
-fn what_is_no_checkpoint_is_refused() {
+fn resume_rejects_bad_checkpoints() {
     let samples = samples();
     for strategy in Strategy::ALL {
         let options = options(strategy);

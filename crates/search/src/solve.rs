@@ -1,19 +1,21 @@
-//! Symmetric positive definite systems by Cholesky's decomposition, in a fixed order of operations: the same bits on every
-//! machine, which libraries that choose their kernels by the processor do not promise.
+//! Solver for symmetric positive definite systems by Cholesky decomposition. The order of
+//! operations is fixed, so the bits are the same on every machine; linear algebra libraries choose
+//! kernels by the processor and do not guarantee that.
 
 use brood_eval::{Level, Work};
 
-/// Solves A x = b, A being `count` x `count`, row by row; none where A is not positive definite.
+/// Solves A x = b, A being `count` x `count`, row by row; `None` if A is not positive definite.
 pub(crate) fn solve(matrix: Vec<f64>, right: &[f64]) -> Option<Vec<f64>> {
     Level::best().run(Solve { matrix, right })
 }
 
-/// The diagonal of A^-1; none where A is not positive definite.
+/// Returns the diagonal of A^-1; `None` if A is not positive definite.
 pub(crate) fn inverse_diagonal(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     Level::best().run(InverseDiagonal { matrix, count })
 }
 
-/// U with U^T U = A, row by row; what is below its diagonal says nothing. None where A is not positive definite.
+/// Returns U with U^T U = A, row by row; `None` if A is not positive definite. Entries below the
+/// diagonal are undefined.
 pub(crate) fn factor(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     decompose(matrix, count)
 }
@@ -63,15 +65,15 @@ impl Work for InverseDiagonal {
     }
 }
 
-/// U with U^T U = A: row by row, what is left of A once the rows above have been taken out, over the root of its pivot. Below
-/// the diagonal is what A had.
+/// Returns U with U^T U = A. Each row is the rest of A after elimination of the rows above, divided
+/// by the root of its pivot. Entries below the diagonal are those of A.
 #[inline(always)]
 fn decompose(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     let mut upper = matrix;
     for row in 0..count {
         let (done, rest) = upper.split_at_mut((row + 1) * count);
         let own = &mut done[row * count..][row..];
-        // Also false where it is NaN.
+        // Also fails if the pivot is NaN.
         if !(own[0] > 0.0 && own[0].is_finite()) {
             return None;
         }
@@ -89,7 +91,7 @@ fn decompose(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     Some(upper)
 }
 
-/// Solves U^T y = x in place, x being 0 before `first`.
+/// Solves U^T y = x in place; x is 0 before `first`.
 #[inline(always)]
 fn forwards(upper: &[f64], x: &mut [f64], first: usize) {
     let count = x.len();
@@ -108,23 +110,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solution_solves_and_what_is_not_definite_is_refused() {
+    fn solve_returns_solution_or_none_when_matrix_is_not_definite() {
         let count = 37;
         let entry =
             |i: usize, j: usize| 1.0 / (1.0 + i as f64 + j as f64) + if i == j { 0.1 } else { 0.0 };
         let matrix: Vec<f64> = (0..count * count).map(|at| entry(at / count, at % count)).collect();
         let right: Vec<f64> = (0..count).map(|k| libm::sin(k as f64)).collect();
         let x = solve(matrix.clone(), &right).unwrap();
-        for (row, wanted) in right.iter().enumerate() {
+        for (row, expected) in right.iter().enumerate() {
             let found: f64 = (0..count).map(|k| matrix[row * count + k] * x[k]).sum();
-            assert!((found - wanted).abs() < 1e-12);
+            assert!((found - expected).abs() < 1e-12);
         }
         let diagonal = inverse_diagonal(matrix.clone(), count).unwrap();
         for (row, found) in diagonal.iter().enumerate() {
             let mut unit = vec![0.0; count];
             unit[row] = 1.0;
-            let wanted = solve(matrix.clone(), &unit).unwrap()[row];
-            assert!((found / wanted - 1.0).abs() < 1e-9);
+            let expected = solve(matrix.clone(), &unit).unwrap()[row];
+            assert!((found / expected - 1.0).abs() < 1e-9);
         }
         assert_eq!(solve(vec![1.0, 2.0, 2.0, 1.0], &[1.0, 1.0]), None);
         assert_eq!(solve(vec![f64::NAN], &[1.0]), None);

@@ -1,4 +1,4 @@
-//! What a search is to match: pairs of directions and the reflectance wanted there.
+//! Targets of searches: pairs of directions and the reflectance to match there.
 
 mod bundle;
 mod draw;

@@ -1,11 +1,11 @@
-//! Materials that reflect more than there is, for tests.
+//! Test materials that reflect more light than they receive.
 
 use std::f64::consts::FRAC_1_PI;
 
 use brood_brdf::{Brdf, Claims, DirectionPair};
 use glam::DVec3;
 
-/// Reflects more and more towards the horizon, at last eleven times what comes.
+/// Reflects more towards the horizon, up to eleven times the incident light.
 pub(crate) struct Shining;
 
 impl Brdf for Shining {
@@ -19,7 +19,7 @@ impl Brdf for Shining {
     }
 }
 
-/// Reflects that share of all light everywhere.
+/// Lambertian material; its green channel has this albedo.
 pub(crate) struct Even(pub(crate) f64);
 
 impl Brdf for Even {

@@ -1,7 +1,8 @@
-//! What models reflect of all light that comes from a direction, held below 1 where a fit passes it.
+//! Directional albedos of models, which fits keep below 1.
 //!
-//! One light shows a surface at few angles. What is fitted there may reflect hundreds of times the light from others, and the energy
-//! limit divides all of a material by the most that it reflects.
+//! A picture with one light shows the surface at few angles. A model fitted there may reflect
+//! hundreds of times the light from other angles, and the energy limit divides f by the largest
+//! albedo.
 
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::{Level, LobeRule, around};
@@ -10,31 +11,34 @@ use rayon::prelude::*;
 use super::batch::LANES;
 use crate::lobes::{ANGLES, IMPORTANCE};
 
-/// Orders of the quadratures: of that of the steps, which may be off by a quarter where light comes from the horizon, and of that which
-/// says how much it is in the end, off by 1 %.
-const COARSE: usize = 8;
-const FINE: usize = 32;
-/// What the coarse one is content with is below all light.
-const SURE: f64 = 0.7;
-/// Between these it does not tell whether there is more than all light; of what is handed back everything above `LOOKED` is measured.
-const UNSURE: (f64, f64) = (0.985, 1.02);
-const LOOKED: f64 = 0.95;
-/// Of a turn, where light comes from: half of the hemisphere is the mirror image of the other in either.
+/// Quadrature orders: coarse for the steps (up to 25 % off for light from the horizon), fine for
+/// the result (1 % off).
+const COARSE_ORDER: usize = 8;
+const FINE_ORDER: usize = 32;
+/// Up to this albedo the coarse quadrature suffices.
+const COARSE_SUFFICES: f64 = 0.7;
+/// Between these albedos the fine quadrature cannot decide if the albedo is above 1. Results are
+/// measured exactly above `EXACT_ABOVE`.
+const NEAR_ONE: (f64, f64) = (0.985, 1.02);
+const EXACT_ABOVE: f64 = 0.95;
+/// Azimuths of the incident light, in turns. For both, one half of the hemisphere mirrors the
+/// other.
 const TURNS: [f64; 2] = [0.0, 0.25];
 
 /// Nodes of the quadratures of directional albedos.
 #[derive(Debug)]
 pub(super) struct Albedos {
-    /// Light that comes along u from each angle, then along v; for steps, and for what is said of them.
+    /// Nodes per incident direction: along u from each angle, then along v. `coarse` is for the
+    /// steps, `fine` for the result.
     coarse: Vec<Vec<Nodes>>,
     fine: Vec<Vec<Nodes>>,
 }
 
-/// Where f is looked at, and what it counts there.
+/// A block of nodes and their quadrature weights.
 #[derive(Debug)]
 pub(super) struct Nodes {
     pub(super) block: Block<LANES>,
-    pub(super) counts: [f64; LANES],
+    pub(super) weights: [f64; LANES],
 }
 
 impl Albedos {
@@ -45,46 +49,46 @@ impl Albedos {
             let rule = LobeRule::new(order);
             from.par_iter().map(|from| nodes(&rule, *from)).collect()
         };
-        Self { coarse: of(COARSE), fine: of(FINE) }
+        Self { coarse: of(COARSE_ORDER), fine: of(FINE_ORDER) }
     }
 
-    /// Of models that are the same all around the normal unless they are turned.
-    pub(super) fn coarse(&self, is_turned: bool) -> &[Vec<Nodes>] {
-        if is_turned { &self.coarse } else { &self.coarse[..ANGLES.len()] }
+    /// Coarse nodes. Isotropic models need the first azimuth only.
+    pub(super) fn coarse(&self, is_anisotropic: bool) -> &[Vec<Nodes>] {
+        if is_anisotropic { &self.coarse } else { &self.coarse[..ANGLES.len()] }
     }
 
-    /// The same, of more directions each.
-    pub(super) fn fine(&self, is_turned: bool) -> &[Vec<Nodes>] {
-        if is_turned { &self.fine } else { &self.fine[..ANGLES.len()] }
+    /// Fine nodes, likewise.
+    pub(super) fn fine(&self, is_anisotropic: bool) -> &[Vec<Nodes>] {
+        if is_anisotropic { &self.fine } else { &self.fine[..ANGLES.len()] }
     }
 }
 
-/// Whether the coarse quadrature says enough.
-pub(super) fn is_little(albedo: f64) -> bool {
-    albedo <= SURE
+/// True if the coarse quadrature suffices.
+pub(super) fn is_coarse_enough(albedo: f64) -> bool {
+    albedo <= COARSE_SUFFICES
 }
 
-/// How well an albedo is known.
+/// Required precision of an albedo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Precision {
-    /// Whether it is more than all light, and about how much.
+    /// Enough to decide if it is above 1, and by about how much.
     Near,
-    /// To the bit wherever it may be more.
+    /// Exact wherever it may be above 1.
     Exact,
 }
 
 impl Precision {
-    /// Whether the quadrature does not do.
-    pub(super) fn asks(self, albedo: f64) -> bool {
+    /// True if the quadrature is not precise enough and the exact energy limit is needed.
+    pub(super) fn needs_exact(self, albedo: f64) -> bool {
         match self {
-            Self::Near => albedo > UNSURE.0 && albedo < UNSURE.1,
-            Self::Exact => albedo > LOOKED || albedo.is_nan(),
+            Self::Near => albedo > NEAR_ONE.0 && albedo < NEAR_ONE.1,
+            Self::Exact => albedo > EXACT_ABOVE || albedo.is_nan(),
         }
     }
 }
 
-/// What an albedo above a level adds to the residuals of which the mean square of so many is minimised. By ratios, for models may be
-/// off by any.
+/// Residual of an albedo above `level`, for a mean square over `total` residuals. Uses the log of
+/// the ratio, because models may exceed the level by any factor.
 pub(super) fn residual(albedo: f64, level: f64, total: f64) -> f64 {
     let excess = if albedo > level { libm::log(albedo / level) } else { 0.0 };
     (IMPORTANCE * total).sqrt() * excess
@@ -100,10 +104,10 @@ fn nodes(rule: &LobeRule, (angle, turn): (f64, f64)) -> Vec<Nodes> {
     let level = Level::best();
     let of = |part: &[(DirectionPair, f64)]| {
         let pairs: Vec<DirectionPair> = part.iter().map(|(pair, _)| *pair).collect();
-        let mut nodes = Nodes { block: Block::new(), counts: [0.0; LANES] };
+        let mut nodes = Nodes { block: Block::new(), weights: [0.0; LANES] };
         nodes.block.fill(level, &pairs);
-        for (counts, (_, weight)) in nodes.counts.iter_mut().zip(part) {
-            *counts = 2.0 * weight;
+        for (weights, (_, weight)) in nodes.weights.iter_mut().zip(part) {
+            *weights = 2.0 * weight;
         }
         nodes
     };

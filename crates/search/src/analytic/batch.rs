@@ -1,4 +1,4 @@
-//! Samples as models read them: blocks of lanes, with what is wanted of each.
+//! Samples as models read them: blocks of lanes with the target values of each lane.
 
 use std::sync::Arc;
 
@@ -8,35 +8,35 @@ use brood_eval::Level;
 use super::albedo::Albedos;
 use crate::Samples;
 
-/// Samples of a block.
+/// Number of samples per block.
 pub(super) const LANES: usize = 64;
 
-/// What is known of the samples of a block.
+/// One block of samples.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes {
     pub(super) block: Block<LANES>,
-    /// What f counts times: cos_i.
+    /// Factor of f: cos_i.
     pub(super) weight: [f64; LANES],
-    /// ln(1 + f cos_i) that is wanted of red, green and blue.
-    pub(super) wanted: [[f64; LANES]; 3],
-    /// 1, and 0 beyond the last sample.
+    /// Target ln(1 + f cos_i) of red, green and blue.
+    pub(super) target: [[f64; LANES]; 3],
+    /// 1, or 0 beyond the last sample.
     pub(super) counts: [f64; LANES],
-    /// What counts of being above what is wanted: 1, and 0 where f is only known not to be below.
+    /// Weight of a positive difference: 1, or 0 if the target is only a lower bound of f.
     pub(super) above: [f64; LANES],
 }
 
-/// Samples in blocks.
+/// Samples in blocks, with an optional albedo penalty.
 #[derive(Debug, Clone)]
 pub(super) struct Batch {
     pub(super) lanes: Arc<Vec<Lanes>>,
-    /// Samples times channels.
+    /// Number of samples times channels.
     pub(super) total: f64,
-    /// Where what is reflected beyond a level counts, too.
+    /// Quadrature and level of the penalty on albedos above that level.
     pub(super) albedos: Option<(Arc<Albedos>, f64)>,
 }
 
 impl Batch {
-    /// Of the samples of these indices, in this order.
+    /// Creates a batch of the samples of these indices, in this order.
     pub(super) fn new(samples: &Samples, indices: &[usize]) -> Self {
         let row = |at: &usize| (samples.pairs()[*at], samples.values()[*at]);
         let rows: Vec<Row> = indices.iter().map(row).collect();
@@ -44,27 +44,27 @@ impl Batch {
         Self { lanes: Arc::new(lanes(&rows, 1.0)), total, albedos: None }
     }
 
-    /// The same held up where nothing is known but that f is not below a value, in about as many places as there are samples at most.
-    pub(super) fn with_least(mut self, samples: &Samples) -> Self {
+    /// Adds the lower bounds of `samples`, at most about as many as the batch has samples.
+    pub(super) fn with_lower_bounds(mut self, samples: &Samples) -> Self {
         let most = (self.lanes.len() * LANES).max(1);
-        let step = samples.least().len().div_ceil(most).max(1);
-        let rows: Vec<Row> = samples.least().iter().step_by(step).copied().collect();
+        let step = samples.lower_bounds().len().div_ceil(most).max(1);
+        let rows: Vec<Row> = samples.lower_bounds().iter().step_by(step).copied().collect();
         Arc::make_mut(&mut self.lanes).extend(lanes(&rows, 0.0));
         self
     }
 
-    /// The same with what is reflected beyond that level.
-    pub(super) fn below(&self, level: f64, albedos: &Arc<Albedos>) -> Self {
+    /// Copy with a penalty on albedos above that level.
+    pub(super) fn with_albedo_penalty(&self, level: f64, albedos: &Arc<Albedos>) -> Self {
         Self { albedos: Some((albedos.clone(), level)), ..self.clone() }
     }
 
-    /// How many residuals there are, those of lanes that count nothing included; albedos are one more block.
+    /// Number of residuals, including those of empty lanes; albedos take one more block.
     pub(super) fn residuals(&self) -> usize {
         3 * LANES * (self.lanes.len() + usize::from(self.albedos.is_some()))
     }
 }
 
-/// A pair with what is wanted there.
+/// A pair of directions and the f to match there.
 type Row = (DirectionPair, [f64; 3]);
 
 fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
@@ -74,7 +74,7 @@ fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
         let mut lanes = Lanes {
             block: Block::new(),
             weight: [0.0; LANES],
-            wanted: [[0.0; LANES]; 3],
+            target: [[0.0; LANES]; 3],
             counts: [0.0; LANES],
             above: [above; LANES],
         };
@@ -83,7 +83,7 @@ fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
             let cos_i = pair.cos_i();
             lanes.weight[lane] = cos_i;
             lanes.counts[lane] = 1.0;
-            for (row, f) in lanes.wanted.iter_mut().zip(value) {
+            for (row, f) in lanes.target.iter_mut().zip(value) {
                 row[lane] = libm::log1p(f * cos_i);
             }
         }
@@ -92,9 +92,9 @@ fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
     rows.chunks(LANES).map(of).collect()
 }
 
-/// Some of the samples of these indices: half of them evenly, half evenly among those that are brightest, so that highlights are in
-/// it however small they are. In ascending order.
-pub(super) fn some_of(samples: &Samples, indices: &[usize], count: usize) -> Vec<usize> {
+/// Picks about `count` of these indices: half of them evenly, half evenly among the brightest
+/// samples, so that even small highlights are included. In ascending order.
+pub(super) fn pick_samples(samples: &Samples, indices: &[usize], count: usize) -> Vec<usize> {
     if indices.len() <= count {
         return indices.to_vec();
     }

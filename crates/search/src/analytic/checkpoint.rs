@@ -1,16 +1,16 @@
-//! The state of a fit of models as bytes, and the fit as a search's method.
+//! Checkpoint of a fit of models, and the fit as a [`Method`].
 
 use brood_brdf::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use super::Form;
-use super::climb::Climb;
+use super::levenberg_marquardt::LevenbergMarquardt;
 use super::residual::Space;
 use super::schedule::{Analytic, Finished, Kept};
 use crate::Probe;
-use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 
-/// All that the next generations depend on besides samples, kinds and seed.
+/// State that the next generations depend on besides samples, kinds and seed.
 #[derive(Serialize, Deserialize)]
 struct State {
     generation: u32,
@@ -23,7 +23,7 @@ struct State {
 #[derive(Serialize, Deserialize)]
 struct KeptState {
     form: Form,
-    climb: Climb,
+    fit: LevenbergMarquardt,
     held: f64,
 }
 
@@ -37,7 +37,7 @@ impl Method for Analytic {
     }
 
     fn probe(&self) -> Probe {
-        let errors = self.kept.iter().map(|kept| kept.climb.error.sqrt());
+        let errors = self.kept.iter().map(|kept| kept.fit.error.sqrt());
         Probe::of(errors.zip(self.kept.iter().map(|kept| &kept.space.form)), 0)
     }
 
@@ -45,19 +45,19 @@ impl Method for Analytic {
         self.kept.first().map(|kept| candidate(Finished::of(kept)))
     }
 
-    fn finish(&self, _: &mut GoOn<'_>) -> Option<Outcome> {
+    fn finish(&self, _: &mut HasTime<'_>) -> Option<Outcome> {
         let of = |found| {
             let candidate = candidate(found);
-            let off = candidate.off();
-            (candidate, off)
+            let error = candidate.ranking_error();
+            (candidate, error)
         };
         Outcome::of(self.front().into_iter().map(of).collect())
     }
 
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
-            let Kept { space, climb, held } = kept.clone();
-            KeptState { form: space.form, climb, held }
+            let Kept { space, fit, held } = kept.clone();
+            KeptState { form: space.form, fit, held }
         };
         let state = State {
             generation: self.generation,
@@ -65,17 +65,17 @@ impl Method for Analytic {
             kinds: self.kinds.iter().map(|kind| kind.number()).collect(),
             kept: self.kept.iter().map(kept).collect(),
         };
-        postcard::to_stdvec(&state).expect("numbers can be written")
+        postcard::to_stdvec(&state).expect("plain data serialises")
     }
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
-        let kept = |KeptState { form, climb, held }: KeptState| {
+        let kept = |KeptState { form, fit, held }: KeptState| {
             if !form.is_sound() {
                 return None;
             }
             let space = Space::new(form);
-            (space.len() == climb.x.len()).then_some(Kept { space, climb, held })
+            (space.len() == fit.x.len()).then_some(Kept { space, fit, held })
         };
         let kinds = state.kinds.into_iter().map(ModelKind::from_number);
         self.kinds = kinds.collect::<Option<Vec<_>>>()?;
@@ -86,7 +86,7 @@ impl Method for Analytic {
 }
 
 fn candidate(found: Finished) -> Candidate {
-    let Finished { models, numbers, fitted, held } = found;
+    let Finished { models, parameters, fitted, held } = found;
     let genome = Form::genome(models).expect("one or two models are a genome");
-    Candidate { genome, numbers, fitted: fitted.sqrt(), held: held.sqrt() }
+    Candidate { genome, numbers: parameters, fitted: fitted.sqrt(), held: held.sqrt() }
 }

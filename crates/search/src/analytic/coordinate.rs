@@ -1,15 +1,15 @@
-//! One free number of a form: how a parameter of a model is spread, and between which bounds.
+//! A free parameter of a form as a coordinate: its scale and its bounds.
 
 use brood_brdf::{Parameter, Scale};
 
-/// A range that is wider than this, from 0, is spread by ratios but for its lower end.
+/// A linear range from 0 that is wider than this is logarithmic except near 0.
 const WIDE: f64 = 100.0;
-/// Where that end begins.
+/// Offset of that logarithm.
 const NEAR_ZERO: f64 = 1e-3;
-/// The most that a number changes by in a step: of its range, or in natural logarithms.
+/// Longest step: a share of a linear range, or in natural logarithms.
 const LONGEST: (f64, f64) = (0.5, 1.5);
 
-/// How values become coordinates.
+/// Map from values to coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Spread {
     Linear,
@@ -18,22 +18,22 @@ enum Spread {
     Wide,
 }
 
-/// A free number.
+/// A free parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordinate {
     spread: Spread,
-    /// Of values.
+    /// Range of values.
     range: (f64, f64),
-    /// Of the coordinate.
+    /// Range of coordinates.
     pub(super) bounds: (f64, f64),
-    /// No step is longer.
+    /// Longest step.
     pub(super) longest: f64,
-    /// Which lobe's, and which of its numbers.
+    /// Index of the model, and of the parameter value in it.
     pub(super) lobe: usize,
     pub(super) at: usize,
-    /// Another number of the lobe that is the same.
+    /// Another parameter value of the model that is set to the same value.
     pub(super) also: Option<usize>,
-    /// Starts are drawn between these shares of the bounds.
+    /// Shares of the bounds between which starts are drawn.
     pub(super) starts: (f64, f64),
 }
 
@@ -54,12 +54,12 @@ impl Coordinate {
         Self { spread, range, bounds, longest, lobe, at, also: None, starts }
     }
 
-    /// The coordinate of a value.
+    /// Coordinate of a value.
     pub(super) fn of(&self, value: f64) -> f64 {
         into(self.spread, value.clamp(self.range.0, self.range.1))
     }
 
-    /// The value of a coordinate, in its range whatever rounding does.
+    /// Value of a coordinate, clamped to the range against rounding.
     pub(super) fn value(&self, x: f64) -> f64 {
         let value = match self.spread {
             Spread::Linear => x,
@@ -69,7 +69,7 @@ impl Coordinate {
         value.clamp(self.range.0, self.range.1)
     }
 
-    /// The coordinate at a share of what starts are drawn from.
+    /// Start coordinate for a uniform draw `share`.
     pub(super) fn start(&self, share: f64) -> f64 {
         let (low, high) = self.bounds;
         let share = self.starts.0 + (self.starts.1 - self.starts.0) * share;
@@ -85,10 +85,11 @@ fn into(spread: Spread, value: f64) -> f64 {
     }
 }
 
-/// Starts keep off what next to nothing can be seen of: highlights narrower than any sample, sheen alone.
+/// Range of starts of a parameter. Excludes values that samples hardly show: highlights narrower
+/// than any sample, sheen alone.
 fn starts(name: &str) -> (f64, f64) {
     match name {
-        // From 0.03 of the logarithmic range from 1e-4, and from 1e-3.
+        // From 0.03 of the logarithmic range from 1e-4 (roughness) or 1e-3 (alpha).
         "roughness" => (0.62, 1.0),
         "alpha_x" | "alpha_y" => (0.5, 1.0),
         "exponent" | "exponent_u" | "exponent_v" => (0.15, 0.8),
@@ -107,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_comes_back_from_its_coordinate() {
+    fn coordinate_round_trips_every_value() {
         for kind in ModelKind::ALL {
             for parameter in kind.parameters() {
                 let coordinate = Coordinate::new(parameter, 0, 0);

@@ -1,35 +1,38 @@
-//! An evolution strategy that learns its covariance, for where derivatives lead nowhere.
+//! CMA-ES: an evolution strategy with covariance adaptation, for places where derivatives do not
+//! help.
 
 use brood_genome::Stream;
 
 use crate::solve::factor;
 
-/// What was drawn: its worth, the draw, and the step it makes.
+/// A sample of a generation: its penalised value, the normal draw z, and the step y it makes.
 type Drawn = (f64, Vec<f64>, Vec<f64>);
 
-/// The search is over where no step is longer than this.
+/// Stops once the largest deviation is below this.
 const SHORTEST: f64 = 1e-7;
 
-/// What it begins with and where it may go.
+/// Start point, bounds and budget.
 pub(super) struct Start<'a> {
     pub(super) x: &'a [f64],
     pub(super) bounds: &'a [(f64, f64)],
-    /// Of the bounds' distance.
+    /// Initial step size, as a share of the bounds' width.
     pub(super) sigma: f64,
     pub(super) generations: usize,
 }
 
-/// The best place found, and what it is worth: least is best.
+/// Minimises `objective`, and returns the best point with its value.
 ///
-/// Coordinates are taken as shares of their bounds; what leaves them is put back to the nearest place, at a price.
+/// Coordinates are shares of their bounds. A draw outside of them is evaluated at the nearest point
+/// inside, with a penalty.
 ///
 /// # Source
-/// Hansen, *The CMA Evolution Strategy: A Tutorial* (2016), with Cholesky's factor in place of the root of the covariance (Suttorp,
-/// Hansen and Igel, *Efficient covariance matrix update for variable metric evolution strategies*, 2009).
+/// Hansen, *The CMA Evolution Strategy: A Tutorial* (2016), with Cholesky's factor in place of the
+/// root of the covariance (Suttorp, Hansen and Igel, *Efficient covariance matrix update for
+/// variable metric evolution strategies*, 2009).
 pub(super) fn evolve(
     start: &Start<'_>,
     stream: &mut Stream,
-    mut worth: impl FnMut(&[f64]) -> f64,
+    mut objective: impl FnMut(&[f64]) -> f64,
 ) -> (Vec<f64>, f64) {
     let count = start.x.len();
     let n = count as f64;
@@ -57,7 +60,7 @@ pub(super) fn evolve(
             |(share, (low, high)): (&f64, &(f64, f64))| low + (high - low) * share.clamp(0.0, 1.0);
         shares.iter().zip(start.bounds).map(of).collect()
     };
-    let mut best = (start.x.to_vec(), worth(start.x));
+    let mut best = (start.x.to_vec(), objective(start.x));
     for generation in 0..start.generations {
         let mut drawn: Vec<Drawn> = (0..offspring)
             .map(|_| {
@@ -67,7 +70,7 @@ pub(super) fn evolve(
                 let outside: f64 =
                     shares.iter().map(|s| (s - s.clamp(0.0, 1.0)) * (s - s.clamp(0.0, 1.0))).sum();
                 let x = place(&shares);
-                let value = worth(&x);
+                let value = objective(&x);
                 if value < best.1 {
                     best = (x, value);
                 }
@@ -120,7 +123,7 @@ fn identity(count: usize) -> Vec<f64> {
     (0..count * count).map(|at| f64::from(u8::from(at / count == at % count))).collect()
 }
 
-/// The lower triangle whose transpose is that upper one.
+/// Returns the transpose of an upper triangular matrix, with zeros above the diagonal.
 fn transposed(upper: &[f64], count: usize) -> Vec<f64> {
     let of = |at: usize| {
         let (row, column) = (at / count, at % count);
@@ -141,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curved_valley_is_followed_to_its_end() {
+    fn evolve_finds_the_minimum_of_a_curved_valley() {
         let mut stream = Stream::new(BirthKey { seed: 3, slot: 0, attempt: 0 }, Operator::Analytic);
         let start =
             Start { x: &[-1.2, 1.0], bounds: &[(-3.0, 3.0); 2], sigma: 0.1, generations: 400 };
@@ -154,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn least_at_a_corner_is_found_there() {
+    fn evolve_finds_a_minimum_at_a_corner() {
         let mut stream = Stream::new(BirthKey { seed: 4, slot: 0, attempt: 0 }, Operator::Analytic);
         let start = Start { x: &[0.5; 5], bounds: &[(0.0, 1.0); 5], sigma: 0.3, generations: 300 };
         let (x, _) = evolve(&start, &mut stream, |x| x.iter().map(|x| x * x).sum::<f64>() + 1.0);

@@ -1,4 +1,5 @@
-//! What is fitted: one model or the sum of two, with the words that are chosen and the numbers that are free.
+//! Form of a fit: one model or the sum of two, the values of its choice parameters, and which
+//! parameters are free.
 
 use brood_brdf::{Model, ModelKind, Shape};
 use brood_genome::{Genome, GenomeError, Stream};
@@ -11,126 +12,129 @@ use super::coordinate::Coordinate;
 pub struct LobeForm {
     /// [`ModelKind::number`].
     kind: u8,
-    /// The word of each parameter that is a choice, in their order.
-    words: Vec<u8>,
+    /// Index of the value of each choice parameter, in their order.
+    choices: Vec<u8>,
 }
 
 /// Models whose sum is fitted.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Form {
     lobes: Vec<LobeForm>,
-    /// Whether highlights may be drawn out along u or v.
-    turned: bool,
+    /// True if highlights may be anisotropic, stretched along u or v.
+    anisotropic: bool,
 }
 
-/// Numbers that stay 0 unless a highlight may be drawn out.
-const TURNED: [&str; 2] = ["stretch", "anisotropic"];
-/// Numbers that are another one's unless it may.
+/// Parameters that stay 0 in isotropic forms.
+const ANISOTROPY: [&str; 2] = ["stretch", "anisotropic"];
+/// Parameters that equal another one in isotropic forms.
 const TIED: [(&str, &str); 2] = [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")];
-/// What a second model leaves to the first.
+/// Parameter that is fixed at 0 in the second model.
 const BASE: &str = "diffuse";
 
 impl LobeForm {
-    /// A model with the first of all words.
+    /// A model with the first value of every choice parameter.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
         let choices = kind.parameters().iter().filter(|parameter| parameter.words().is_some());
-        Self { kind: kind.number(), words: choices.map(|_| 0).collect() }
+        Self { kind: kind.number(), choices: choices.map(|_| 0).collect() }
     }
 
-    /// Which model; none where there is no such number.
+    /// Kind of the model; `None` if the number is unknown.
     #[must_use]
     pub fn kind(&self) -> Option<ModelKind> {
         ModelKind::from_number(self.kind)
     }
 
     fn known(&self) -> ModelKind {
-        self.kind().expect("a form is of models that there are")
+        self.kind().expect("the form has been checked")
     }
 
     fn is_sound(&self) -> bool {
         let Some(kind) = self.kind() else { return false };
         let counts: Vec<usize> =
             kind.parameters().iter().filter_map(|p| p.words()).map(<[_]>::len).collect();
-        let fits = counts.iter().zip(&self.words).all(|(count, word)| usize::from(*word) < *count);
-        counts.len() == self.words.len() && fits
+        let fits =
+            counts.iter().zip(&self.choices).all(|(count, choice)| usize::from(*choice) < *count);
+        counts.len() == self.choices.len() && fits
     }
 }
 
 impl Form {
-    /// One model, the same all around the normal.
+    /// One isotropic model.
     #[must_use]
     pub fn one(kind: ModelKind) -> Self {
-        Self { lobes: vec![LobeForm::new(kind)], turned: false }
+        Self { lobes: vec![LobeForm::new(kind)], anisotropic: false }
     }
 
-    /// The form of a model, all its words included.
+    /// The form of a model, with the values of its choice parameters.
     #[must_use]
     pub fn of(model: &Model) -> Self {
-        let words = model.parameters().filter(|(parameter, _)| parameter.words().is_some());
+        let choices = model.parameters().filter(|(parameter, _)| parameter.words().is_some());
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a small index"
         )]
-        let words = words.map(|(_, numbers)| numbers[0] as u8).collect();
-        let turned = *model != model.isotropic();
-        Self { lobes: vec![LobeForm { kind: model.kind().number(), words }], turned }
+        let choices = choices.map(|(_, values)| values[0] as u8).collect();
+        let anisotropic = *model != model.isotropic();
+        Self { lobes: vec![LobeForm { kind: model.kind().number(), choices }], anisotropic }
     }
 
-    /// The models.
+    /// Models of the sum.
     #[must_use]
     pub fn lobes(&self) -> &[LobeForm] {
         &self.lobes
     }
 
-    /// Whether it is one that could have been made here: what is read from elsewhere may not be.
+    /// True if the form is valid. Decoded forms may not be.
     pub(super) fn is_sound(&self) -> bool {
         (1..=2).contains(&self.lobes.len()) && self.lobes.iter().all(LobeForm::is_sound)
     }
 
-    /// The same with a second model.
+    /// Copy with a second model.
     pub(super) fn with(&self, lobe: LobeForm) -> Self {
-        Self { lobes: vec![self.lobes[0].clone(), lobe], turned: self.turned }
+        Self { lobes: vec![self.lobes[0].clone(), lobe], anisotropic: self.anisotropic }
     }
 
-    /// The same with highlights that may be drawn out; none where that says nothing.
-    pub(super) fn turned(&self) -> Option<Self> {
+    /// Anisotropic copy; `None` if this form is already anisotropic or its models cannot be.
+    pub(super) fn to_anisotropic(&self) -> Option<Self> {
         let can = |lobe: &LobeForm| {
             let names = lobe.known().parameters().iter().map(|parameter| parameter.name);
-            names.into_iter().any(|name| TURNED.contains(&name) || TIED.iter().any(|t| t.0 == name))
+            names
+                .into_iter()
+                .any(|name| ANISOTROPY.contains(&name) || TIED.iter().any(|t| t.0 == name))
         };
-        let says = !self.turned && self.lobes.iter().any(can);
-        says.then(|| Self { lobes: self.lobes.clone(), turned: true })
+        let changes = !self.anisotropic && self.lobes.iter().any(can);
+        changes.then(|| Self { lobes: self.lobes.clone(), anisotropic: true })
     }
 
-    /// The same with another word; none where there is no other.
-    pub(super) fn reworded(&self, stream: &mut Stream) -> Option<Self> {
+    /// Copy with another value of a random choice parameter; `None` if there is no other value.
+    pub(super) fn with_other_choice(&self, stream: &mut Stream) -> Option<Self> {
         let places: Vec<(usize, usize)> = (0..self.lobes.len())
-            .flat_map(|lobe| (0..self.lobes[lobe].words.len()).map(move |word| (lobe, word)))
+            .flat_map(|lobe| (0..self.lobes[lobe].choices.len()).map(move |choice| (lobe, choice)))
             .collect();
         let count = u32::try_from(places.len()).ok().filter(|count| *count > 0)?;
-        let (lobe, word) = places[stream.below(count) as usize];
+        let (lobe, choice) = places[stream.below(count) as usize];
         let kind = self.lobes[lobe].known();
-        let words = kind.parameters().iter().filter_map(|p| p.words()).nth(word)?.len();
+        let words = kind.parameters().iter().filter_map(|p| p.words()).nth(choice)?.len();
         let step = 1 + stream.below(u32::try_from(words).ok()?.max(2) - 1);
         let mut form = self.clone();
-        let own = &mut form.lobes[lobe].words[word];
+        let own = &mut form.lobes[lobe].choices[choice];
         *own = u8::try_from((u32::from(*own) + step) % u32::try_from(words).ok()?).ok()?;
         Some(form)
     }
 
-    /// Whether highlights may be drawn out.
-    pub(super) fn is_turned(&self) -> bool {
-        self.turned
+    /// True if highlights may be anisotropic.
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.anisotropic
     }
 
-    /// Whether a kind is in it.
+    /// True if one of the models is of this kind.
     pub(super) fn has(&self, kind: ModelKind) -> bool {
         self.lobes.iter().any(|lobe| lobe.kind == kind.number())
     }
 
-    /// The numbers that are free, lobe by lobe.
+    /// Free parameters as coordinates, model by model.
     pub(super) fn coordinates(&self) -> Vec<Coordinate> {
         let mut all = Vec::new();
         for (index, lobe) in self.lobes.iter().enumerate() {
@@ -143,7 +147,7 @@ impl Form {
             for parameter in kind.parameters() {
                 let is_tied = TIED.iter().any(|(name, _)| *name == parameter.name);
                 let is_fixed = matches!(parameter.shape, Shape::Choice { .. })
-                    || (!self.turned && (TURNED.contains(&parameter.name) || is_tied))
+                    || (!self.anisotropic && (ANISOTROPY.contains(&parameter.name) || is_tied))
                     || (index > 0 && parameter.name == BASE);
                 if !is_fixed {
                     let first = all.len();
@@ -151,7 +155,7 @@ impl Form {
                         (0..parameter.count()).map(|k| Coordinate::new(parameter, index, at + k)),
                     );
                     let tied = TIED.iter().find(|(_, to)| *to == parameter.name);
-                    if let Some((name, _)) = tied.filter(|_| !self.turned) {
+                    if let Some((name, _)) = tied.filter(|_| !self.anisotropic) {
                         all[first].also = Some(place(name));
                     }
                 }
@@ -161,14 +165,14 @@ impl Form {
         all
     }
 
-    /// All numbers of each model with the free ones at their defaults.
-    pub(super) fn numbers(&self) -> Vec<Vec<f64>> {
+    /// All parameter values of each model, free ones at their defaults.
+    pub(super) fn defaults(&self) -> Vec<Vec<f64>> {
         let of = |(index, lobe): (usize, &LobeForm)| {
             let kind = lobe.known();
-            let mut words = lobe.words.iter();
+            let mut choices = lobe.choices.iter();
             let of_parameter = |parameter: &brood_brdf::Parameter| match parameter.shape {
                 Shape::Choice { .. } => {
-                    vec![f64::from(*words.next().expect("each choice has a word"))]
+                    vec![f64::from(*choices.next().expect("each choice parameter has a choice"))]
                 }
                 _ if index > 0 && parameter.name == BASE => vec![0.0; parameter.count()],
                 _ => parameter.default(),
@@ -178,30 +182,30 @@ impl Form {
         self.lobes.iter().enumerate().map(of).collect()
     }
 
-    /// The models of these coordinates.
+    /// Models at this point.
     pub(super) fn models(&self, coordinates: &[Coordinate], x: &[f64]) -> Vec<Model> {
-        let mut numbers = self.numbers();
+        let mut values = self.defaults();
         for (coordinate, x) in coordinates.iter().zip(x) {
             let value = coordinate.value(*x);
-            let own = &mut numbers[coordinate.lobe];
+            let own = &mut values[coordinate.lobe];
             own[coordinate.at] = value;
             if let Some(also) = coordinate.also {
                 own[also] = value;
             }
         }
-        let model = |(lobe, numbers): (&LobeForm, Vec<f64>)| {
-            Model::from_numbers(lobe.known(), &numbers).expect("values are within their ranges")
+        let model = |(lobe, values): (&LobeForm, Vec<f64>)| {
+            Model::from_numbers(lobe.known(), &values).expect("values are within their ranges")
         };
-        self.lobes.iter().zip(numbers).map(model).collect()
+        self.lobes.iter().zip(values).map(model).collect()
     }
 
-    /// The coordinates of models of this form.
+    /// Coordinates of models of this form.
     pub(super) fn place(&self, models: &[Model]) -> Vec<f64> {
         let value = |c: &Coordinate| c.of(models[c.lobe].numbers()[c.at]);
         self.coordinates().iter().map(value).collect()
     }
 
-    /// The genome of models, under the energy limit.
+    /// Genome of models, under the energy limit.
     pub(super) fn genome(models: Vec<Model>) -> Result<Genome, GenomeError> {
         Ok(Genome::of_models(models)?.with_limit(true))
     }

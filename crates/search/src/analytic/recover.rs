@@ -1,119 +1,126 @@
-//! One model from one random start: what inverse rendering of a known kind of material does.
+//! Inverse rendering: recovers the parameters of a model of known kind from random starts.
 
 use brood_brdf::Model;
 use brood_genome::{BirthKey, Operator, Stream};
 
 use super::Form;
-use super::batch::{Batch, some_of};
-use super::climb::{Climb, Plan};
+use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
-use super::residual::{Bench, Space};
+use super::levenberg_marquardt::{LevenbergMarquardt, Plan};
+use super::residual::{Space, Workspace};
 use crate::Samples;
 
-/// Samples of the first steps, and of the last.
+/// Number of samples of the first steps, and of the last ones.
 const FEW: usize = 192;
 const MANY: usize = 768;
 const STEPS: usize = 60;
 const LAST_STEPS: usize = 20;
-/// Starts that are drawn at most; each so many an evolution strategy takes over.
+/// Largest number of starts. Every eighth start is refined by the evolution strategy first.
 const STARTS: u32 = 40;
 const EVOLVE: u32 = 8;
 const EVOLVE_GENERATIONS: usize = 120;
-/// How far off the first steps may end for the last to be worth it, in E_log.
+/// E_log after the first steps up to which the last steps are done.
 const NEAR: f64 = 2e-2;
 
-/// Samples of a material whose kind is known.
+/// A recovery problem: samples of a material, and the form to fit.
 pub struct Recovery {
     space: Space,
     few: Batch,
     many: Batch,
-    /// E_log that is good enough.
+    /// E_log at which the search stops.
     enough: f64,
 }
 
-/// What a start has come to.
+/// Result of a recovery.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recovered {
-    /// The model.
+    /// Best model.
     pub model: Model,
-    /// E_log on the samples that were looked at.
+    /// E_log on the samples used.
     pub e_log: f64,
-    /// Models that were held against samples.
+    /// Number of models evaluated on samples.
     pub evaluations: u64,
-    /// Places that were started from: 1 where the first led there.
+    /// Number of starts; 1 if the first one succeeded.
     pub starts: u32,
 }
 
 impl Recovery {
-    /// Prepares to look for models of one form.
+    /// Prepares to fit models of one form.
     #[must_use]
     pub fn new(samples: &Samples, form: Form, enough: f64) -> Self {
         let all: Vec<usize> = (0..samples.len()).collect();
-        let few = Batch::new(samples, &some_of(samples, &all, FEW)).with_least(samples);
-        let many = Batch::new(samples, &some_of(samples, &all, MANY)).with_least(samples);
+        let few = Batch::new(samples, &pick_samples(samples, &all, FEW)).with_lower_bounds(samples);
+        let many =
+            Batch::new(samples, &pick_samples(samples, &all, MANY)).with_lower_bounds(samples);
         Self { space: Space::new(form), few, many, enough }
     }
 
-    /// From the random start of that number, and from further ones where it leads nowhere; the same for the same seed and number.
+    /// Recovers a model from random start `number`, and from further starts if that one fails.
+    /// Deterministic in seed and number.
     #[must_use]
     pub fn run(&self, seed: u64, number: u32) -> Recovered {
-        let mut bench = Bench::new();
+        let mut workspace = Workspace::new();
         let space = &self.space;
         let enough = self.enough * self.enough;
-        let (mut best, mut evaluations): (Option<Climb>, u64) = (None, 0);
+        let (mut best, mut evaluations): (Option<LevenbergMarquardt>, u64) = (None, 0);
         let mut starts = 0;
         while starts < STARTS {
             let key = BirthKey { seed, slot: number, attempt: starts };
             let mut stream = Stream::new(key, Operator::Analytic);
             starts += 1;
-            let mut climb = Climb::new(drawn(space, &mut stream));
+            let mut fit = LevenbergMarquardt::new(random_point(space, &mut stream));
             if starts.is_multiple_of(EVOLVE) {
-                climb = self.evolved(&mut bench, climb, &mut stream);
+                fit = self.evolved(&mut workspace, fit, &mut stream);
             }
-            climb.refine(&mut bench, space, &self.few, Plan::coarse(STEPS));
-            if climb.error < NEAR * NEAR {
-                climb.refine(
-                    &mut bench,
+            fit.refine(&mut workspace, space, &self.few, Plan::coarse(STEPS));
+            if fit.error < NEAR * NEAR {
+                fit.refine(
+                    &mut workspace,
                     space,
                     &self.many,
                     Plan { enough, ..Plan::full(LAST_STEPS) },
                 );
             }
-            evaluations += climb.tries;
-            if best.as_ref().is_none_or(|best| climb.error < best.error) {
-                best = Some(climb);
+            evaluations += fit.evaluations;
+            if best.as_ref().is_none_or(|best| fit.error < best.error) {
+                best = Some(fit);
             }
             if best.as_ref().is_some_and(|best| best.error <= enough) {
                 break;
             }
         }
-        let best = best.expect("there was a start");
+        let best = best.expect("there is at least one start");
         let model = space.models(&best.x).remove(0);
         Recovered { model, e_log: best.error.sqrt(), evaluations, starts }
     }
 
-    fn evolved(&self, bench: &mut Bench, climb: Climb, stream: &mut Stream) -> Climb {
+    fn evolved(
+        &self,
+        workspace: &mut Workspace,
+        fit: LevenbergMarquardt,
+        stream: &mut Stream,
+    ) -> LevenbergMarquardt {
         let (space, few) = (&self.space, &self.few);
         let bounds: Vec<(f64, f64)> = space.coordinates.iter().map(|c| c.bounds).collect();
         let start =
-            Start { x: &climb.x, bounds: &bounds, sigma: 0.3, generations: EVOLVE_GENERATIONS };
-        let mut tries = climb.tries;
+            Start { x: &fit.x, bounds: &bounds, sigma: 0.3, generations: EVOLVE_GENERATIONS };
+        let mut evaluations = fit.evaluations;
         let (x, error) = evolve(&start, stream, |x| {
-            tries += 1;
-            bench.error(space, x, few, brood_brdf::TableDetail::Coarse) / few.total
+            evaluations += 1;
+            workspace.error(space, x, few, brood_brdf::TableDetail::Coarse) / few.total
         });
-        Climb { x, error, tries }
+        LevenbergMarquardt { x, error, evaluations }
     }
 
-    /// How many numbers are looked for.
+    /// Number of free parameters.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.space.len()
     }
 }
 
-/// A random place.
-pub(super) fn drawn(space: &Space, stream: &mut Stream) -> Vec<f64> {
+/// Draws a random start point.
+pub(super) fn random_point(space: &Space, stream: &mut Stream) -> Vec<f64> {
     space.coordinates.iter().map(|coordinate| coordinate.start(f64::from(stream.unit()))).collect()
 }
 
@@ -124,16 +131,16 @@ mod tests {
     use super::*;
     use crate::draw_pairs;
 
-    /// A model with drawn numbers, not too far out.
+    /// A model with random parameters, not too extreme.
     fn truth(kind: ModelKind, number: u32) -> Model {
         let key = BirthKey { seed: 77, slot: number, attempt: 0 };
         let mut stream = Stream::new(key, Operator::RandomLayers);
         let space = Space::new(Form::one(kind));
-        space.models(&drawn(&space, &mut stream)).remove(0)
+        space.models(&random_point(&space, &mut stream)).remove(0)
     }
 
     #[test]
-    fn models_are_recovered_from_their_samples() {
+    fn recovery_finds_models_from_their_samples() {
         for kind in [
             ModelKind::OrenNayar,
             ModelKind::CookTorrance,

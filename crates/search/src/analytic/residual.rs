@@ -1,20 +1,20 @@
-//! How far models are from samples, and how that changes with their numbers.
+//! Residuals of models on samples, and their derivatives by the free parameters.
 
 use brood_brdf::{Block, CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
 use brood_eval::{Level, Work};
 
 use super::Form;
-use super::albedo::{Albedos, Nodes, is_little, residual};
+use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
 use super::batch::{Batch, LANES, Lanes};
 use super::coordinate::Coordinate;
 
-/// Residuals of one block: three channels.
+/// Number of residuals per block: three channels.
 const ROW: usize = 3 * LANES;
-/// Partial sums.
+/// Number of partial sums, for vectorisation.
 const SUMS: usize = 8;
-/// By this a coordinate differs for a derivative: of its range, or in natural logarithms.
+/// Step of the finite differences: a share of the range, or in natural logarithms.
 const DIFFERENCE: f64 = 1e-6;
-/// Tables that are kept: of the place itself and of both neighbours.
+/// Number of cached tables: those of the point itself and of both its neighbours.
 const KEPT: usize = 4;
 
 /// A form with its coordinates.
@@ -24,18 +24,18 @@ pub(super) struct Space {
     pub(super) coordinates: Vec<Coordinate>,
 }
 
-/// What evaluations take again and again.
-pub(super) struct Bench {
+/// Buffers and tables that are reused between evaluations.
+pub(super) struct Workspace {
     level: Level,
     tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
     base: Vec<f64>,
     columns: Vec<f64>,
 }
 
-/// J^T J and J^T r.
+/// Normal equations: J^T J and J^T r.
 #[derive(Debug, Clone)]
-pub(super) struct Normal {
-    /// Row by row, whole.
+pub(super) struct NormalEquations {
+    /// Row by row, both triangles.
     pub(super) matrix: Vec<f64>,
     pub(super) gradient: Vec<f64>,
 }
@@ -53,7 +53,7 @@ impl Space {
         self.form.models(&self.coordinates, x)
     }
 
-    /// x within the bounds.
+    /// Clamps x to the bounds.
     pub(super) fn clamp(&self, x: &mut [f64]) {
         for (x, coordinate) in x.iter_mut().zip(&self.coordinates) {
             *x = x.clamp(coordinate.bounds.0, coordinate.bounds.1);
@@ -61,7 +61,7 @@ impl Space {
     }
 }
 
-impl Bench {
+impl Workspace {
     pub(super) fn new() -> Self {
         Self { level: Level::best(), tables: Vec::new(), base: Vec::new(), columns: Vec::new() }
     }
@@ -84,7 +84,7 @@ impl Bench {
         model.prepare_with(&self.tables[known].2)
     }
 
-    /// Sum of the squared residuals at a place.
+    /// Sum of squared residuals at a point.
     pub(super) fn error(
         &mut self,
         space: &Space,
@@ -95,7 +95,7 @@ impl Bench {
         self.error_divided(space, (x, 1.0), batch, detail)
     }
 
-    /// The same of what is left when the energy limit divides by so much.
+    /// Sum of squared residuals after the energy limit has divided f by `divisor`.
     pub(super) fn error_divided(
         &mut self,
         space: &Space,
@@ -127,7 +127,7 @@ impl Bench {
         if let Some((albedos, level)) = &batch.albedos {
             let out = &mut out[ROW * batch.lanes.len()..];
             out.fill(0.0);
-            let directions = albedos.coarse(space.form.is_turned());
+            let directions = albedos.coarse(space.form.is_anisotropic());
             let rows = out.chunks_exact_mut(3).zip(directions);
             for (out, nodes) in rows {
                 let albedos = reflected(self.level, &models, nodes);
@@ -140,7 +140,7 @@ impl Bench {
         sum
     }
 
-    /// The largest albedo of any channel in the directions that are looked at.
+    /// Largest albedo of any channel over the sampled directions.
     pub(super) fn albedo(&mut self, space: &Space, x: &[f64], albedos: &Albedos) -> f64 {
         let models = self.prepared(space, x, TableDetail::Full);
         let most = |directions: &[Vec<Nodes>]| {
@@ -149,23 +149,23 @@ impl Bench {
                 .flat_map(|nodes| reflected(self.level, &models, nodes))
                 .fold(0.0, |most, a| if a > most || a.is_nan() { a } else { most })
         };
-        let is_turned = space.form.is_turned();
-        let coarse = most(albedos.coarse(is_turned));
-        if is_little(coarse) { coarse } else { most(albedos.fine(is_turned)) }
+        let is_anisotropic = space.form.is_anisotropic();
+        let coarse = most(albedos.coarse(is_anisotropic));
+        if is_coarse_enough(coarse) { coarse } else { most(albedos.fine(is_anisotropic)) }
     }
 
     fn prepared(&mut self, space: &Space, x: &[f64], detail: TableDetail) -> Vec<PreparedModel> {
         space.models(x).iter().map(|model| self.prepare(model, detail)).collect()
     }
 
-    /// The normal equations at a place, by differences. Tables of the derivatives are coarse ones.
-    pub(super) fn normal(
+    /// Normal equations at a point, by finite differences. Derivatives use coarse tables.
+    pub(super) fn normal_equations(
         &mut self,
         space: &Space,
         x: &[f64],
         batch: &Batch,
         detail: TableDetail,
-    ) -> Normal {
+    ) -> NormalEquations {
         let (count, rows) = (space.len(), batch.residuals());
         let (mut base, mut columns) =
             (std::mem::take(&mut self.base), std::mem::take(&mut self.columns));
@@ -195,7 +195,7 @@ impl Bench {
     }
 }
 
-/// What all of them reflect together.
+/// f of all models together.
 fn f(level: Level, models: &[PreparedModel], block: &Block<LANES>) -> [[f64; LANES]; 3] {
     let mut f = models[0].f_block(level, block);
     for model in &models[1..] {
@@ -205,19 +205,19 @@ fn f(level: Level, models: &[PreparedModel], block: &Block<LANES>) -> [[f64; LAN
     f
 }
 
-/// The albedo of each channel.
+/// Albedo of each channel.
 fn reflected(level: Level, models: &[PreparedModel], nodes: &[Nodes]) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for nodes in nodes {
         for (sum, f) in sums.iter_mut().zip(f(level, models, &nodes.block)) {
             let f = f.map(|f| if f > 0.0 { f } else { 0.0 });
-            *sum += dot(&f, &nodes.counts);
+            *sum += dot(&f, &nodes.weights);
         }
     }
     sums
 }
 
-/// Adds what one more model reflects.
+/// Adds f of one more model.
 struct Add<'a> {
     sum: &'a mut [[f64; LANES]; 3],
     f: &'a [[f64; LANES]; 3],
@@ -238,7 +238,7 @@ impl Loop for Add<'_> {
     }
 }
 
-/// ln(1 + f cos_i), of that share of f, less what is wanted; the sum of the squares.
+/// Residuals ln(1 + share f cos_i) minus the target; returns the sum of their squares.
 struct Compare<'a> {
     lanes: &'a Lanes,
     f: &'a [[f64; LANES]; 3],
@@ -253,10 +253,10 @@ impl Loop for Compare<'_> {
     fn run<F: Elementary>(self) -> f64 {
         let Self { lanes, f, share, out } = self;
         let mut sums = [0.0; SUMS];
-        for ((f, wanted), out) in f.iter().zip(&lanes.wanted).zip(out.chunks_exact_mut(LANES)) {
+        for ((f, target), out) in f.iter().zip(&lanes.target).zip(out.chunks_exact_mut(LANES)) {
             for k in 0..LANES {
                 let f = if f[k] > 0.0 { share * f[k] } else { 0.0 };
-                let off = F::ln(1.0 + f * lanes.weight[k]) - wanted[k];
+                let off = F::ln(1.0 + f * lanes.weight[k]) - target[k];
                 let off = if off > 0.0 { off * lanes.above[k] } else { off };
                 out[k] = lanes.counts[k] * off;
             }
@@ -270,7 +270,7 @@ impl Loop for Compare<'_> {
     }
 }
 
-/// Makes a column of changed residuals one of derivatives.
+/// Turns a column of shifted residuals into derivatives.
 struct Difference<'a> {
     column: &'a mut [f64],
     base: &'a [f64],
@@ -288,7 +288,7 @@ impl Work for Difference<'_> {
     }
 }
 
-/// Products of columns with each other and with the residuals.
+/// Products of the columns with each other and with the residuals.
 struct Products<'a> {
     columns: &'a [f64],
     base: &'a [f64],
@@ -296,13 +296,14 @@ struct Products<'a> {
 }
 
 impl Work for Products<'_> {
-    type Done = Normal;
+    type Done = NormalEquations;
 
     #[inline(always)]
-    fn run(self) -> Normal {
+    fn run(self) -> NormalEquations {
         let Self { columns, base, count } = self;
         let rows = base.len();
-        let mut normal = Normal { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+        let mut normal =
+            NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
         for start in (0..rows).step_by(ROW) {
             let part = |k: usize| &columns[k * rows + start..][..ROW];
             for a in 0..count {

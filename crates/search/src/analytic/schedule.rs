@@ -1,4 +1,5 @@
-//! The order in which forms are started, varied and refined: a deterministic sequence of generations.
+//! Schedule of an analytic fit: which forms are started, varied and refined in which generation.
+//! Deterministic.
 
 use std::sync::Arc;
 
@@ -10,47 +11,48 @@ use rayon::prelude::*;
 
 use super::Form;
 use super::albedo::{Albedos, Precision};
-use super::batch::{Batch, some_of};
-use super::climb::{Climb, Plan};
+use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
-use super::recover::drawn;
-use super::residual::{Bench, Space};
-use super::vary::{changed, pushed, second, told};
+use super::levenberg_marquardt::{LevenbergMarquardt, Plan};
+use super::recover::random_point;
+use super::residual::{Space, Workspace};
+use super::vary::{from_genome, in_form, perturbed, with_second_model};
 use crate::{Progress, Samples};
 
-/// Every so many samples one is left out of the fit, to choose by.
-const HELD: usize = 7;
-/// Samples of the first steps.
+/// Every seventh sample is held back from the fit, to choose between fits.
+const HOLDOUT_STRIDE: usize = 7;
+/// Number of samples of the first steps.
 const FEW: usize = 384;
-/// Samples of all others at most: models have few numbers.
+/// Largest number of samples of the later steps; models have few parameters.
 const MANY: usize = 2048;
-/// Starts of each kind in the first generation.
+/// Number of starts of each kind in the first generation.
 const STARTS: u32 = 6;
-/// Of which so many are refined on all samples.
+/// Number of these that are refined on all samples.
 const BETTER: usize = 2;
 const STEPS: usize = 40;
 const LAST_STEPS: usize = 15;
-/// Where a fit is held below all light.
-const HELD_STEPS: usize = 20;
-/// At that level, and at lower ones as long as it reflects more than is good enough.
-const ALBEDO: f64 = 0.975;
-const ENOUGH: f64 = 0.985;
-const HOLDS: usize = 3;
-/// Fits that are kept: the best of each form, and of these the best.
+/// Number of steps of an albedo-constrained refinement.
+const CONSTRAINED_STEPS: usize = 20;
+/// First albedo level of the constraint. It is lowered, up to `CONSTRAINED_ROUNDS` times, while the
+/// albedo is above `ALBEDO_REACHED`.
+const ALBEDO_LEVEL: f64 = 0.975;
+const ALBEDO_REACHED: f64 = 0.985;
+const CONSTRAINED_ROUNDS: usize = 3;
+/// Number of fits kept: the best of each form, and the best of these.
 const KEPT: usize = 24;
-/// Fits that are tried in each later generation.
+/// Number of fits tried in each later generation.
 const TRIED: u32 = 16;
 const EVOLVE_GENERATIONS: usize = 80;
-/// Every so many generations an evolution strategy goes on from the best.
+/// Every fourth generation, the evolution strategy refines the best fit.
 const EVOLVE: u32 = 4;
-/// A fit with so many more numbers has to be better by this share.
-const WORTH: f64 = 0.01;
+/// A fit with more parameters must be better by this share.
+const MIN_GAIN: f64 = 0.01;
 
 /// A fit of models to samples.
 pub struct Analytic {
     pub(super) seed: u64,
     pub(super) kinds: Vec<ModelKind>,
-    started: Vec<Genome>,
+    given: Vec<Genome>,
     few: Batch,
     all: Batch,
     held: Batch,
@@ -65,57 +67,59 @@ pub struct Analytic {
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     pub(super) space: Space,
-    /// Its error is under the energy limit.
-    pub(super) climb: Climb,
-    /// Mean square on what is held back, under the energy limit.
+    /// Solution; its error is under the energy limit.
+    pub(super) fit: LevenbergMarquardt,
+    /// Mean square on the held-back samples, under the energy limit.
     pub(super) held: f64,
 }
 
-/// A fit that is done.
+/// A finished fit.
 #[derive(Debug, Clone)]
 pub(super) struct Finished {
     pub(super) models: Vec<Model>,
-    pub(super) numbers: usize,
-    /// Mean squares on what it was fitted to and on what was held back, before it was refined on both.
+    pub(super) parameters: usize,
+    /// Mean squares on the fitted and on the held-back samples, before it was refined on both.
     pub(super) fitted: f64,
     pub(super) held: f64,
 }
 
 impl Finished {
     pub(super) fn of(kept: &Kept) -> Self {
-        let Kept { space, climb, held } = kept;
-        let (numbers, fitted) = (space.len(), climb.error);
-        Self { models: space.models(&climb.x), numbers, fitted, held: *held }
+        let Kept { space, fit, held } = kept;
+        let (parameters, fitted) = (space.len(), fit.error);
+        Self { models: space.models(&fit.x), parameters, fitted, held: *held }
     }
 }
 
-/// Those that are reciprocal and have parameters that can be searched: not SGD, of whose 33 numbers most undo each other.
+/// Kinds that are reciprocal and can be searched. Excludes SGD, whose 33 parameters largely cancel
+/// each other.
 #[must_use]
-pub fn usual_kinds() -> Vec<ModelKind> {
-    let is_usual = |kind: &ModelKind| {
+pub fn default_kinds() -> Vec<ModelKind> {
+    let is_searchable = |kind: &ModelKind| {
         *kind != ModelKind::Sgd && Model::new(*kind).prepare().claims().reciprocal
     };
-    ModelKind::ALL.into_iter().filter(is_usual).collect()
+    ModelKind::ALL.into_iter().filter(is_searchable).collect()
 }
 
 impl Analytic {
-    /// Begins one. Everything that comes of it depends on the samples, the kinds, what it starts from and the seed alone.
+    /// Creates a fit at generation 0. Its results depend only on the samples, the kinds, the given
+    /// genomes and the seed.
     #[must_use]
-    pub fn new(samples: &Samples, kinds: Vec<ModelKind>, started: &[Genome], seed: u64) -> Self {
-        let is_held = |at: &usize| at % HELD == HELD - 1;
+    pub fn new(samples: &Samples, kinds: Vec<ModelKind>, given: &[Genome], seed: u64) -> Self {
+        let is_held = |at: &usize| at % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1;
         let (held, fitted): (Vec<usize>, Vec<usize>) = (0..samples.len()).partition(is_held);
         let batch = |indices: &[usize], count| {
-            Batch::new(samples, &some_of(samples, indices, count)).with_least(samples)
+            Batch::new(samples, &pick_samples(samples, indices, count)).with_lower_bounds(samples)
         };
         let all: Vec<usize> = (0..samples.len()).collect();
         Self {
             seed,
             kinds,
-            started: started.to_vec(),
+            given: given.to_vec(),
             few: batch(&fitted, FEW),
             all: batch(&fitted, MANY),
             held: Batch::new(samples, &held),
-            whole: Batch::new(samples, &all).with_least(samples),
+            whole: Batch::new(samples, &all).with_lower_bounds(samples),
             albedos: Arc::new(Albedos::new()),
             generation: 0,
             evaluations: 0,
@@ -123,7 +127,7 @@ impl Analytic {
         }
     }
 
-    /// One generation.
+    /// Runs one generation.
     pub fn step(&mut self) -> Progress {
         if self.generation == 0 {
             self.start()
@@ -134,7 +138,7 @@ impl Analytic {
         self.progress()
     }
 
-    /// What the last generation came to.
+    /// Result of the last generation.
     #[must_use]
     pub fn progress(&self) -> Progress {
         let best = self.kept.first();
@@ -142,7 +146,7 @@ impl Analytic {
         Progress {
             generation: self.generation,
             evaluations: self.evaluations,
-            fitted: of(|kept| kept.climb.error),
+            fitted: of(|kept| kept.fit.error),
             held: of(|kept| kept.held),
         }
     }
@@ -154,119 +158,121 @@ impl Analytic {
         )
     }
 
-    /// Every kind from several places, and what the search was told to start from.
+    /// First generation: every kind from several starts, and the given genomes.
     fn start(&mut self) {
         let slots: Vec<(u32, ModelKind)> = (0u32..)
             .zip(&self.kinds)
             .flat_map(|(index, kind)| (0..STARTS).map(move |k| (index * STARTS + k, *kind)))
             .collect();
-        let begun: Vec<(Space, Climb)> = slots
+        let begun: Vec<(Space, LevenbergMarquardt)> = slots
             .into_par_iter()
-            .map_init(Bench::new, |bench, (slot, kind)| {
+            .map_init(Workspace::new, |workspace, (slot, kind)| {
                 let space = Space::new(Form::one(kind));
                 let x = match slot % STARTS {
                     0 => space.form.place(&[Model::new(kind)]),
-                    _ => drawn(&space, &mut self.stream(slot)),
+                    _ => random_point(&space, &mut self.stream(slot)),
                 };
-                let mut climb = Climb::new(x);
-                climb.refine(bench, &space, &self.few, Plan::coarse(STEPS));
-                (space, climb)
+                let mut fit = LevenbergMarquardt::new(x);
+                fit.refine(workspace, &space, &self.few, Plan::coarse(STEPS));
+                (space, fit)
             })
             .collect();
-        let told = self.started.iter().filter_map(told).collect::<Vec<_>>();
+        let given = self.given.iter().filter_map(from_genome).collect::<Vec<_>>();
         let mut better = Vec::new();
         for part in begun.chunks(STARTS as usize) {
             let mut part = part.to_vec();
             part.sort_by(|a, b| a.1.error.total_cmp(&b.1.error));
-            self.evaluations += part.iter().map(|(_, climb)| climb.tries).sum::<u64>();
+            self.evaluations += part.iter().map(|(_, fit)| fit.evaluations).sum::<u64>();
             better.extend(part.into_iter().take(BETTER));
         }
-        better.extend(told);
-        self.finish_off(better);
+        better.extend(given);
+        self.refine_and_keep(better);
     }
 
-    /// Variations of what is kept, and new starts.
+    /// Later generations: variations of the kept fits, and new starts.
     fn vary(&mut self) {
         let Self { kept, kinds, .. } = &*self;
         let Some(best) = kept.first() else { return };
-        let tried: Vec<(Space, Climb)> = (0..TRIED)
+        let tried: Vec<(Space, LevenbergMarquardt)> = (0..TRIED)
             .into_par_iter()
-            .map_init(Bench::new, |bench, slot| {
+            .map_init(Workspace::new, |workspace, slot| {
                 let mut stream = self.stream(slot);
                 let count = kept.len() as u32;
-                // Better ones more often.
+                // Biased towards better fits.
                 let parent = &kept[stream.below(count).min(stream.below(count)) as usize];
-                let (space, mut climb) = match slot % 8 {
-                    // The best first, each generation of one sort.
+                let (space, mut fit) = match slot % 8 {
+                    // Slot 0 refines the best fit; the other slots of a generation vary fits in
+                    // fixed ways.
                     0 if self.generation.is_multiple_of(EVOLVE) => {
-                        let climb = self.evolved(bench, best, &mut stream);
-                        (best.space.clone(), climb)
+                        let fit = self.evolved(workspace, best, &mut stream);
+                        (best.space.clone(), fit)
                     }
-                    0 | 1 => pushed(parent, &mut stream),
-                    2 | 3 => match parent.space.form.reworded(&mut stream) {
-                        Some(form) => changed(parent, form),
-                        None => pushed(parent, &mut stream),
+                    0 | 1 => perturbed(parent, &mut stream),
+                    2 | 3 => match parent.space.form.with_other_choice(&mut stream) {
+                        Some(form) => in_form(parent, form),
+                        None => perturbed(parent, &mut stream),
                     },
-                    4 | 5 if !kinds.is_empty() => second(parent, kinds, &mut stream)
-                        .unwrap_or_else(|| pushed(parent, &mut stream)),
-                    6 => match parent.space.form.turned() {
-                        Some(form) => changed(parent, form),
-                        None => pushed(parent, &mut stream),
+                    4 | 5 if !kinds.is_empty() => with_second_model(parent, kinds, &mut stream)
+                        .unwrap_or_else(|| perturbed(parent, &mut stream)),
+                    6 => match parent.space.form.to_anisotropic() {
+                        Some(form) => in_form(parent, form),
+                        None => perturbed(parent, &mut stream),
                     },
                     _ if !kinds.is_empty() => {
                         let kind = kinds[stream.below(kinds.len() as u32) as usize];
                         let space = Space::new(Form::one(kind));
-                        let x = drawn(&space, &mut stream);
-                        (space, Climb::new(x))
+                        let x = random_point(&space, &mut stream);
+                        (space, LevenbergMarquardt::new(x))
                     }
-                    _ => pushed(parent, &mut stream),
+                    _ => perturbed(parent, &mut stream),
                 };
-                climb.refine(bench, &space, &self.few, Plan::coarse(STEPS));
-                (space, climb)
+                fit.refine(workspace, &space, &self.few, Plan::coarse(STEPS));
+                (space, fit)
             })
             .collect();
-        self.evaluations += tried.iter().map(|(_, climb)| climb.tries).sum::<u64>();
-        self.finish_off(tried);
+        self.evaluations += tried.iter().map(|(_, fit)| fit.evaluations).sum::<u64>();
+        self.refine_and_keep(tried);
     }
 
-    /// Where derivatives lead nowhere.
-    fn evolved(&self, bench: &mut Bench, from: &Kept, stream: &mut Stream) -> Climb {
+    /// Evolution strategy from a kept fit, for places where derivatives do not help.
+    fn evolved(
+        &self,
+        workspace: &mut Workspace,
+        from: &Kept,
+        stream: &mut Stream,
+    ) -> LevenbergMarquardt {
         let space = &from.space;
         let bounds: Vec<(f64, f64)> = space.coordinates.iter().map(|c| c.bounds).collect();
-        let start = Start {
-            x: &from.climb.x,
-            bounds: &bounds,
-            sigma: 0.1,
-            generations: EVOLVE_GENERATIONS,
-        };
-        let mut tries = 0;
+        let start =
+            Start { x: &from.fit.x, bounds: &bounds, sigma: 0.1, generations: EVOLVE_GENERATIONS };
+        let mut evaluations = 0;
         let (x, _) = evolve(&start, stream, |x| {
-            tries += 1;
-            bench.error(space, x, &self.few, TableDetail::Coarse) / self.few.total
+            evaluations += 1;
+            workspace.error(space, x, &self.few, TableDetail::Coarse) / self.few.total
         });
-        Climb { tries, ..Climb::new(x) }
+        LevenbergMarquardt { evaluations, ..LevenbergMarquardt::new(x) }
     }
 
-    /// Refines on all samples and keeps what is good.
-    fn finish_off(&mut self, found: Vec<(Space, Climb)>) {
+    /// Refines the found fits on all samples, and keeps the best of each form.
+    fn refine_and_keep(&mut self, found: Vec<(Space, LevenbergMarquardt)>) {
         let done: Vec<Kept> = found
             .into_par_iter()
-            .map_init(Bench::new, |bench, (space, climb)| {
-                let (climb, divisor) =
-                    self.refined(bench, (&space, &climb.x), (&self.all, Precision::Near));
-                let x = (&climb.x[..], divisor);
-                let held = bench.error_divided(&space, x, &self.held, TableDetail::Full);
-                Kept { held: held / self.held.total.max(1.0), space, climb }
+            .map_init(Workspace::new, |workspace, (space, fit)| {
+                let (fit, divisor) =
+                    self.refined(workspace, (&space, &fit.x), (&self.all, Precision::Near));
+                let x = (&fit.x[..], divisor);
+                let held = workspace.error_divided(&space, x, &self.held, TableDetail::Full);
+                Kept { held: held / self.held.total.max(1.0), space, fit }
             })
             .collect();
         for mut kept in done {
-            self.evaluations += std::mem::take(&mut kept.climb.tries) + 1;
-            if kept.climb.error.is_finite() {
+            self.evaluations += std::mem::take(&mut kept.fit.evaluations) + 1;
+            if kept.fit.error.is_finite() {
                 self.kept.push(kept);
             }
         }
         self.kept.sort_by(|a, b| a.held.total_cmp(&b.held));
-        // Of each form the best.
+        // Only the best of each form.
         let mut seen: Vec<Form> = Vec::new();
         self.kept.retain(|kept| {
             let is_new = !seen.contains(&kept.space.form);
@@ -276,52 +282,65 @@ impl Analytic {
         self.kept.truncate(KEPT);
     }
 
-    /// Steps from a place on these samples, and what the energy limit divides what was found by. Where that is more than 1, steps that
-    /// are held below it as well: the better of both is what is closer once it is divided.
+    /// Refines from a point, and returns the solution with the divisor of its energy limit. If that
+    /// is above 1, also refines with the albedo constrained, and returns the better of both after
+    /// division.
     fn refined(
         &self,
-        bench: &mut Bench,
+        workspace: &mut Workspace,
         (space, x): (&Space, &[f64]),
         (batch, precision): (&Batch, Precision),
-    ) -> (Climb, f64) {
-        let mut free = Climb::new(x.to_vec());
-        free.refine(bench, space, batch, Plan::full(LAST_STEPS));
-        let albedo = self.albedo(bench, space, &free.x, precision);
+    ) -> (LevenbergMarquardt, f64) {
+        let mut free = LevenbergMarquardt::new(x.to_vec());
+        free.refine(workspace, space, batch, Plan::full(LAST_STEPS));
+        let albedo = self.albedo(workspace, space, &free.x, precision);
         if albedo <= 1.0 {
             return (free, 1.0);
         }
-        let mut best = free.divided(bench, space, (batch, albedo));
-        // Held it is no closer than it was without, and something as short is.
+        let mut best = free.divided(workspace, space, (batch, albedo));
+        // The constrained fit cannot be better than the free one, and a kept fit that is as short
+        // already is.
         let is_behind =
-            |kept: &Kept| kept.space.len() <= space.len() && kept.climb.error <= free.error;
+            |kept: &Kept| kept.space.len() <= space.len() && kept.fit.error <= free.error;
         if precision == Precision::Near && self.kept.iter().any(is_behind) {
             return (best, albedo);
         }
-        let mut held = Climb::new(x.to_vec());
-        let mut level = ALBEDO;
-        for _ in 0..HOLDS {
-            held.refine(bench, space, &batch.below(level, &self.albedos), Plan::full(HELD_STEPS));
-            let albedo = bench.albedo(space, &held.x, &self.albedos);
-            let divided = held.divided(bench, space, (batch, albedo.max(1.0)));
+        let mut held = LevenbergMarquardt::new(x.to_vec());
+        let mut level = ALBEDO_LEVEL;
+        for _ in 0..CONSTRAINED_ROUNDS {
+            held.refine(
+                workspace,
+                space,
+                &batch.with_albedo_penalty(level, &self.albedos),
+                Plan::full(CONSTRAINED_STEPS),
+            );
+            let albedo = workspace.albedo(space, &held.x, &self.albedos);
+            let divided = held.divided(workspace, space, (batch, albedo.max(1.0)));
             if divided.error < best.error {
                 best = divided;
             }
-            if albedo <= ENOUGH {
+            if albedo <= ALBEDO_REACHED {
                 break;
             }
-            // What the quadrature of the steps does not see.
-            level *= ALBEDO / albedo;
+            // Compensates for the error of the coarse quadrature.
+            level *= ALBEDO_LEVEL / albedo;
         }
-        let divisor = self.albedo(bench, space, &best.x, precision).max(1.0);
-        let mut best = best.divided(bench, space, (batch, divisor));
-        best.tries = free.tries + held.tries;
+        let divisor = self.albedo(workspace, space, &best.x, precision).max(1.0);
+        let mut best = best.divided(workspace, space, (batch, divisor));
+        best.evaluations = free.evaluations + held.evaluations;
         (best, divisor)
     }
 
-    /// What is reflected at most of the light from one direction.
-    fn albedo(&self, bench: &mut Bench, space: &Space, x: &[f64], precision: Precision) -> f64 {
-        let albedo = bench.albedo(space, x, &self.albedos);
-        if !precision.asks(albedo) {
+    /// Largest directional albedo.
+    fn albedo(
+        &self,
+        workspace: &mut Workspace,
+        space: &Space,
+        x: &[f64],
+        precision: Precision,
+    ) -> f64 {
+        let albedo = workspace.albedo(space, x, &self.albedos);
+        if !precision.needs_exact(albedo) {
             return albedo;
         }
         let genome = Form::genome(space.models(x)).expect("one or two models are a genome");
@@ -329,27 +348,29 @@ impl Analytic {
         if limit.divisor > 1.0 { limit.divisor } else { limit.albedo }
     }
 
-    /// From the one with most numbers to the one with fewest, each better than all with fewer; refined on all samples.
+    /// Front from most to fewest parameters, each better than all with fewer; refined on all
+    /// samples.
     pub(super) fn front(&self) -> Vec<Finished> {
         let mut order: Vec<&Kept> = self.kept.iter().collect();
         order.sort_by(|a, b| a.space.len().cmp(&b.space.len()).then(a.held.total_cmp(&b.held)));
         let mut front: Vec<&Kept> = Vec::new();
         for kept in order {
-            let is_better = front.last().is_none_or(|last| kept.held < (1.0 - WORTH) * last.held);
+            let is_better =
+                front.last().is_none_or(|last| kept.held < (1.0 - MIN_GAIN) * last.held);
             if is_better {
                 front.push(kept);
             }
         }
         front.reverse();
-        let finish = |bench: &mut Bench, kept: &Kept| {
-            let place = (&kept.space, &kept.climb.x[..]);
-            let (climb, _) = self.refined(bench, place, (&self.whole, Precision::Exact));
-            let models = kept.space.models(&climb.x);
-            (climb.error, Finished { models, ..Finished::of(kept) })
+        let finish = |workspace: &mut Workspace, kept: &Kept| {
+            let place = (&kept.space, &kept.fit.x[..]);
+            let (fit, _) = self.refined(workspace, place, (&self.whole, Precision::Exact));
+            let models = kept.space.models(&fit.x);
+            (fit.error, Finished { models, ..Finished::of(kept) })
         };
         let done: Vec<(f64, Finished)> =
-            front.into_par_iter().map_init(Bench::new, finish).collect();
-        // Under the energy limit as it is in the end some may be no better than shorter ones any more.
+            front.into_par_iter().map_init(Workspace::new, finish).collect();
+        // The exact energy limit may make some fits no better than shorter ones.
         let mut least = f64::INFINITY;
         let mut front: Vec<Finished> = Vec::new();
         for (error, finished) in done.into_iter().rev() {

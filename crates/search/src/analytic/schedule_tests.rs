@@ -1,4 +1,4 @@
-//! What generations find, and that nothing but samples, kinds and seed decides it.
+//! Tests of what generations find, and that results depend only on samples, kinds and seed.
 
 use brood_brdf::DirectionPair;
 use glam::DVec3;
@@ -11,7 +11,7 @@ fn conductor() -> Model {
     Model::new(ModelKind::Conductor).with("roughness", &[0.3]).unwrap()
 }
 
-/// Reflects little, so that the energy limit does not divide what is added.
+/// Reflects little, so that the energy limit does not divide the sum of two models.
 fn glass() -> Model {
     conductor().with("eta", &[1.5; 3]).unwrap().with("k", &[0.5; 3]).unwrap()
 }
@@ -24,7 +24,7 @@ fn samples(models: &[Model]) -> Samples {
 }
 
 fn run(samples: &Samples, generations: u32) -> Analytic {
-    let mut fit = Analytic::new(samples, usual_kinds(), &[], 4);
+    let mut fit = Analytic::new(samples, default_kinds(), &[], 4);
     (0..generations).for_each(|_| {
         fit.step();
     });
@@ -32,14 +32,14 @@ fn run(samples: &Samples, generations: u32) -> Analytic {
 }
 
 #[test]
-fn usual_kinds_are_reciprocal() {
-    let kinds = usual_kinds();
+fn default_kinds_are_reciprocal() {
+    let kinds = default_kinds();
     assert!(kinds.contains(&ModelKind::Principled) && !kinds.contains(&ModelKind::Phong));
     assert_eq!(kinds.len(), 11);
 }
 
 #[test]
-fn known_model_is_found_among_all_kinds() {
+fn analytic_finds_the_right_kind() {
     let fit = run(&samples(&[conductor()]), 1);
     assert!(fit.progress().held < 1e-6, "{:?}", fit.progress());
     let outcome = fit.finish(&mut || true).unwrap();
@@ -49,14 +49,14 @@ fn known_model_is_found_among_all_kinds() {
     let target = MeasuredTarget::of(&*conductor().brdf()).unwrap();
     let found = Found::of(best, &target).unwrap();
     assert!(found.e_log < 1e-5 && found.divisor == 1.0, "{found:?}");
-    // Each has fewer numbers than the one before, and is farther off.
+    // Each fit has fewer parameters than the one before, and a larger error.
     for both in outcome.front.windows(2) {
         assert!(both[0].numbers > both[1].numbers && both[0].held < both[1].held);
     }
 }
 
 #[test]
-fn sum_of_two_models_comes_nearer_than_any_of_them() {
+fn sum_of_two_models_fits_better_than_one() {
     let coat = glass().with("roughness", &[0.08]).unwrap();
     let base = Model::new(ModelKind::Ward).with("alpha_x", &[0.5]).unwrap();
     let base = base.with("alpha_y", &[0.5]).unwrap().with("specular", &[0.3, 0.1, 0.1]).unwrap();
@@ -69,7 +69,7 @@ fn sum_of_two_models_comes_nearer_than_any_of_them() {
 }
 
 #[test]
-fn generations_do_not_depend_on_the_threads() {
+fn generations_do_not_depend_on_thread_count() {
     let samples = samples(&[Model::new(ModelKind::Coated)]);
     let state = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -79,7 +79,7 @@ fn generations_do_not_depend_on_the_threads() {
 }
 
 #[test]
-fn what_it_starts_from_is_kept() {
+fn given_genome_is_kept() {
     let base = Model::new(ModelKind::Lambert).with("albedo", &[0.2; 3]).unwrap();
     let models = vec![glass(), base];
     let start = Genome::of_models(models.clone()).unwrap();
@@ -87,11 +87,12 @@ fn what_it_starts_from_is_kept() {
     let mut fit = Analytic::new(&samples, Vec::new(), &[start], 1);
     assert!(fit.step().held < 1e-9);
     assert_eq!(fit.best().unwrap().genome.layers().len(), 2);
-    // Nothing to go on with but that.
+    // There are no kinds to start from besides the given genome.
     assert!(fit.step().held < 1e-9);
 }
 
-/// Three highlights as wide as those of polished gold, as a picture of a sphere by one light shows them: at few angles.
+/// Three highlights as wide as those of polished gold, at the few angles that a picture of a sphere
+/// with one light shows.
 fn seen_by_one_light() -> Samples {
     let (eye, light) = (DVec3::Z, DVec3::new(3.0, 2.0, 3.0).normalize());
     let along = |step: u32| (f64::from(step) + 0.5) / 32.0 - 1.0;
@@ -117,7 +118,7 @@ fn seen_by_one_light() -> Samples {
 }
 
 #[test]
-fn what_is_handed_back_is_ranked_under_the_energy_limit() {
+fn front_is_ranked_under_the_energy_limit() {
     let samples = seen_by_one_light();
     let target = MeasuredTarget {
         fitted: samples.clone(),
@@ -126,18 +127,18 @@ fn what_is_handed_back_is_ranked_under_the_energy_limit() {
         reflected: None,
     };
     for seed in 1..=3 {
-        let mut fit = Analytic::new(&samples, usual_kinds(), &[], seed);
+        let mut fit = Analytic::new(&samples, default_kinds(), &[], seed);
         (0..10).for_each(|_| {
             fit.step();
         });
         let outcome = fit.finish(&mut || true).unwrap();
         let found = Found::all(&outcome.front, &target).unwrap();
-        let told: Vec<_> = found.iter().map(|f| (f.numbers, f.e_log, f.divisor)).collect();
-        assert!(found[outcome.best].e_log < 0.004, "seed {seed}: {told:?}");
+        let errors: Vec<_> = found.iter().map(|f| (f.numbers, f.e_log, f.divisor)).collect();
+        assert!(found[outcome.best].e_log < 0.004, "seed {seed}: {errors:?}");
         for both in found.windows(2) {
-            assert!(both[0].e_log < both[1].e_log, "seed {seed}: {told:?}");
+            assert!(both[0].e_log < both[1].e_log, "seed {seed}: {errors:?}");
         }
-        // So is what is told on the way.
+        // The best fit of a running search is ranked in the same way.
         let best = Found::of(&fit.best().unwrap(), &target).unwrap();
         let held = fit.progress().held;
         assert!((best.e_log / held - 1.0).abs() < 0.3, "seed {seed}: {} {held}", best.e_log);

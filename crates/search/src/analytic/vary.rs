@@ -1,16 +1,16 @@
-//! Where later generations start from: what was told, and what is kept in another place or another form.
+//! Start points of later generations: given genomes, perturbed fits, and fits in another form.
 
 use brood_brdf::ModelKind;
 use brood_genome::{Genome, Stream};
 
-use super::climb::Climb;
-use super::recover::drawn;
+use super::levenberg_marquardt::LevenbergMarquardt;
+use super::recover::random_point;
 use super::residual::Space;
 use super::schedule::Kept;
 use super::{Form, LobeForm};
 
-/// What a genome of one or two models is; none where it is something else.
-pub(super) fn told(genome: &Genome) -> Option<(Space, Climb)> {
+/// Start point of a genome of one or two models; `None` for other genomes.
+pub(super) fn from_genome(genome: &Genome) -> Option<(Space, LevenbergMarquardt)> {
     let layers = genome.layers();
     let (first, rest) = layers.split_first()?;
     if !genome.instructions().is_empty() || rest.len() > 1 {
@@ -20,40 +20,40 @@ pub(super) fn told(genome: &Genome) -> Option<(Space, Climb)> {
     let form =
         rest.first().map_or(form.clone(), |second| form.with(Form::of(second).lobes()[0].clone()));
     let x = form.place(layers);
-    Some((Space::new(form), Climb::new(x)))
+    Some((Space::new(form), LevenbergMarquardt::new(x)))
 }
 
-/// Some numbers of a fit pushed.
-pub(super) fn pushed(parent: &Kept, stream: &mut Stream) -> (Space, Climb) {
+/// A fit with one to three of its coordinates perturbed.
+pub(super) fn perturbed(parent: &Kept, stream: &mut Stream) -> (Space, LevenbergMarquardt) {
     let space = parent.space.clone();
-    let mut x = parent.climb.x.clone();
+    let mut x = parent.fit.x.clone();
     for _ in 0..=stream.below(3) {
         let at = stream.below(x.len() as u32) as usize;
         x[at] += 0.6 * space.coordinates[at].longest * f64::from(stream.bell());
     }
     space.clamp(&mut x);
-    (space, Climb::new(x))
+    (space, LevenbergMarquardt::new(x))
 }
 
-/// The numbers of a fit in another form of the same kinds.
-pub(super) fn changed(parent: &Kept, form: Form) -> (Space, Climb) {
-    let x = form.place(&parent.space.models(&parent.climb.x));
-    (Space::new(form), Climb::new(x))
+/// A fit's parameters in another form of the same kinds.
+pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, LevenbergMarquardt) {
+    let x = form.place(&parent.space.models(&parent.fit.x));
+    (Space::new(form), LevenbergMarquardt::new(x))
 }
 
-/// A fit with a second model; none where it has one.
-pub(super) fn second(
+/// A fit with a second model at a random point; `None` if it already has two models.
+pub(super) fn with_second_model(
     parent: &Kept,
     kinds: &[ModelKind],
     stream: &mut Stream,
-) -> Option<(Space, Climb)> {
+) -> Option<(Space, LevenbergMarquardt)> {
     if parent.space.form.lobes().len() > 1 {
         return None;
     }
     let kind = kinds[stream.below(kinds.len() as u32) as usize];
     let form = parent.space.form.with(LobeForm::new(kind));
     let space = Space::new(form);
-    let mut x = drawn(&space, stream);
-    x[..parent.climb.x.len()].copy_from_slice(&parent.climb.x);
-    Some((space, Climb::new(x)))
+    let mut x = random_point(&space, stream);
+    x[..parent.fit.x.len()].copy_from_slice(&parent.fit.x);
+    Some((space, LevenbergMarquardt::new(x)))
 }

@@ -1,22 +1,22 @@
-//! Parents chosen, and children of them.
+//! Selection of parents, and their children.
 
 use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream, Variation};
 use brood_program::Program;
 use rayon::prelude::*;
 
 use super::cases::Cases;
-use super::judge::{Member, values};
+use super::evaluate::{Member, values};
 use super::population::Population;
 
-/// Samples that make a case of lexicase selection.
+/// Number of samples per case of lexicase selection.
 const GROUP: usize = 8;
-/// Amounts of mutation, one of which a child gets: from one change to many.
+/// Mutation amounts; each child gets one of them.
 const AMOUNTS: [f32; 4] = [0.02, 0.06, 0.15, 0.35];
 
-/// Draws children of one island in one generation.
+/// Draws the children of one island in one generation.
 pub(super) struct Breeder<'a> {
     pub(super) members: &'a [Member],
-    /// Errors of each member on each case, and within how much of the best of a case one is as good.
+    /// Errors of each member on each case, and the tolerance of each case.
     cases: (Vec<Vec<f64>>, Vec<f64>),
     population: &'a Population,
 }
@@ -28,7 +28,7 @@ impl<'a> Breeder<'a> {
         Self { members, cases: (errors, tolerance), population }
     }
 
-    /// The child of that key.
+    /// Returns the child of that key.
     pub(super) fn child(&self, key: BirthKey) -> Genome {
         let mut stream = Stream::new(key, Operator::Genetic);
         let first = &self.members[self.parent(&mut stream)].genome;
@@ -44,16 +44,18 @@ impl<'a> Breeder<'a> {
         }
     }
 
-    /// The best of a few; members stand in the order of their sums.
+    /// Tournament selection. Members are sorted by their sums, so the lowest index wins.
     fn tournament(&self, stream: &mut Stream) -> usize {
         let count = self.members.len() as u32;
         (0..self.population.tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize
     }
 
-    /// The one that is left when, case by case in a drawn order, those go that are worse than the best by more than the tolerance.
+    /// Epsilon-lexicase selection: goes through the cases in random order and drops the members
+    /// that are worse than the best by more than the case's tolerance.
     ///
     /// # Source
-    /// La Cava, Spector and Danai, *Epsilon-Lexicase Selection for Regression* (2016), the static form.
+    /// La Cava, Spector and Danai, *Epsilon-Lexicase Selection for Regression* (2016), the static
+    /// form.
     fn lexicase(&self, stream: &mut Stream) -> usize {
         let (errors, tolerances) = &self.cases;
         let mut left: Vec<usize> = (0..self.members.len()).collect();
@@ -67,7 +69,8 @@ impl<'a> Breeder<'a> {
     }
 }
 
-/// The child of two: of both in that share of the cases, else of the first alone.
+/// Child of two parents: by crossover with probability `crossed`, otherwise a mutation of the
+/// first.
 pub(crate) fn child_of(
     (first, second): (&Genome, &Genome),
     crossed: f32,
@@ -78,7 +81,7 @@ pub(crate) fn child_of(
     let may_cross = first.dialect().is_compatible(second.dialect()) && first != second;
     if may_cross && stream.chance(crossed) {
         let share = 0.1 + 0.4 * stream.unit();
-        // Often nothing but what the parents had.
+        // Half of the crossovers are without mutation.
         let amount = if stream.chance(0.5) { 0.0 } else { amount };
         Variation::recombine(first, second, share, amount).birth(key)
     } else {
@@ -86,13 +89,13 @@ pub(crate) fn child_of(
     }
 }
 
-/// Random genomes of that dialect.
+/// A random genome of that dialect.
 pub(crate) fn random(dialect: Dialect, key: BirthKey) -> Genome {
     Variation::random(dialect).birth(key)
 }
 
-/// A mutant of one of the genomes to start from, changed much or little.
-pub(crate) fn started(start: &[Genome], key: BirthKey) -> Genome {
+/// A mutant of a random start genome.
+pub(crate) fn start_mutant(start: &[Genome], key: BirthKey) -> Genome {
     let mut stream = Stream::new(key, Operator::Genetic);
     let first = &start[stream.below(start.len() as u32) as usize];
     let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
@@ -111,7 +114,7 @@ fn errors(members: &[Member], cases: &Cases) -> Vec<Vec<f64>> {
             let own = &values[(3 * index + channel) * count..][..count];
             for (sample, f) in own.iter().enumerate() {
                 let found = libm::log1p(f64::from(*f) * few.weight[sample]);
-                let off = found - few.wanted[sample][channel];
+                let off = found - few.log_weighted[sample][channel];
                 sums[sample / GROUP] += off * off;
             }
         }
@@ -120,7 +123,7 @@ fn errors(members: &[Member], cases: &Cases) -> Vec<Vec<f64>> {
     (0..members.len()).into_par_iter().map(of).collect()
 }
 
-/// The median distance from the median, for each case.
+/// Tolerance of each case: the median absolute deviation of the members' errors.
 fn tolerances(errors: &[Vec<f64>]) -> Vec<f64> {
     let cases = errors.first().map_or(0, Vec::len);
     let median = |mut values: Vec<f64>| {

@@ -1,4 +1,5 @@
-//! What genomes are held against: all samples but those held back, a few to scale by, and places where nothing may stand out.
+//! Samples by which genomes are evaluated: the fitted ones, the held-back ones, a small subset to
+//! solve for scale by, and directions where values are bounded.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
@@ -7,52 +8,54 @@ use brood_scene::SampleSet;
 
 use crate::{Samples, narrow_pairs};
 
-/// Every so many samples one is held back, to choose by.
-const HELD: usize = 7;
-/// Samples that scale and offset are solved on, and parents chosen by.
+/// Every seventh sample is held back, to choose between genomes.
+const HOLDOUT_STRIDE: usize = 7;
+/// Largest number of samples for solving scale and offset and for selecting parents.
 pub(super) const FEW: usize = 256;
-/// Pairs where samples are few.
+/// Number of pairs in regions with few samples.
 const NARROW: usize = 512;
-/// What nothing there may pass, of the largest sample.
+/// Upper bound there, as a multiple of the largest sample.
 const MARGIN: f64 = 1.5;
-/// As much as a program can reflect.
+/// Largest f of a program.
 const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
 
-/// The samples as a genetic search reads them.
+/// Samples of a genetic search.
 pub(super) struct Cases {
-    /// All but those held back.
+    /// All samples but those held back.
     pub(super) target: FitnessTarget,
-    /// A fair few of the same.
-    pub(super) few: Wanted,
-    /// Those held back.
-    pub(super) held: Wanted,
-    /// Where samples are few.
+    /// An even subset of these.
+    pub(super) few: TargetSamples,
+    /// Held-back samples.
+    pub(super) held: TargetSamples,
+    /// Pairs in regions with few samples.
     pub(super) narrow: SampleSet,
-    /// What nothing there may pass.
+    /// Upper bound of f at the pairs of `narrow`.
     pub(super) ceiling: f64,
 }
 
-/// Samples and what is wanted there.
-pub(super) struct Wanted {
+/// Samples with their target values.
+pub(super) struct TargetSamples {
     pub(super) set: SampleSet,
     /// cos_i of each.
     pub(super) weight: Vec<f64>,
     /// f cos_i of each.
     pub(super) weighted: Vec<[f64; 3]>,
     /// ln(1 + f cos_i) of each.
-    pub(super) wanted: Vec<[f64; 3]>,
+    pub(super) log_weighted: Vec<[f64; 3]>,
 }
 
 impl Cases {
     pub(super) fn new(samples: &Samples, seed: u64) -> Self {
-        let indices =
-            |is_held: bool| (0..samples.len()).filter(move |at| (at % HELD == HELD - 1) == is_held);
+        let indices = |is_held: bool| {
+            (0..samples.len())
+                .filter(move |at| (at % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1) == is_held)
+        };
         let fitted: Vec<usize> = indices(false).collect();
         let step = fitted.len().div_ceil(FEW).max(1);
         Self {
             target: target(samples, &fitted, seed),
-            few: Wanted::new(samples, fitted.iter().copied().step_by(step)),
-            held: Wanted::new(samples, indices(true)),
+            few: TargetSamples::new(samples, fitted.iter().copied().step_by(step)),
+            held: TargetSamples::new(samples, indices(true)),
             narrow: SampleSet::from_pairs(&narrow_pairs(NARROW, seed), &[]),
             ceiling: (MARGIN * samples.largest()).min(LARGEST),
         }
@@ -74,7 +77,7 @@ fn target(samples: &Samples, fitted: &[usize], seed: u64) -> FitnessTarget {
         .hardest_first()
 }
 
-impl Wanted {
+impl TargetSamples {
     fn new(samples: &Samples, indices: impl Iterator<Item = usize>) -> Self {
         let indices: Vec<usize> = indices.collect();
         let pairs: Vec<DirectionPair> = indices.iter().map(|at| samples.pairs()[*at]).collect();
@@ -82,8 +85,8 @@ impl Wanted {
         let weighted = indices.iter().zip(&weight);
         let weighted = weighted.map(|(at, cosine)| samples.values()[*at].map(|f| f * cosine));
         let weighted: Vec<[f64; 3]> = weighted.collect();
-        let wanted = weighted.iter().map(|value| value.map(libm::log1p)).collect();
-        Self { set: SampleSet::from_pairs(&pairs, &[]), weight, weighted, wanted }
+        let log_weighted = weighted.iter().map(|value| value.map(libm::log1p)).collect();
+        Self { set: SampleSet::from_pairs(&pairs, &[]), weight, weighted, log_weighted }
     }
 
     pub(super) fn len(&self) -> usize {

@@ -1,4 +1,4 @@
-//! The state of a genetic search as bytes.
+//! Checkpoint of a genetic search.
 
 use std::collections::VecDeque;
 
@@ -6,9 +6,9 @@ use brood_genome::Genome;
 use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
+use super::evaluate::{BareGenome, Member, operations};
 use super::front::Front;
 use super::island::Island;
-use super::judge::{Member, Plain, operations};
 use super::schedule::{Best, Gp};
 
 #[derive(Serialize, Deserialize)]
@@ -22,7 +22,7 @@ struct State {
     best: Option<(MemberState, f64, f64)>,
 }
 
-/// Hash and operations follow from the genome.
+/// Hash and number of operations are computed from the genome.
 #[derive(Serialize, Deserialize)]
 struct MemberState {
     genome: Vec<u8>,
@@ -40,7 +40,7 @@ impl MemberState {
         let Self { genome, sum, is_tuned } = self;
         let genome = Genome::from_canonical_bytes(&genome).ok()?;
         let operations = operations(&Program::lower(&genome));
-        let hash = Plain::of(vec![genome.clone()])[0].hash;
+        let hash = BareGenome::of(vec![genome.clone()])[0].hash;
         Some(Member { genome, hash, operations, sum, is_tuned })
     }
 }
@@ -68,10 +68,10 @@ impl Gp {
                 .as_ref()
                 .map(|best| (MemberState::of(&best.member), best.fitted, best.held)),
         };
-        postcard::to_stdvec(&state).expect("numbers and bytes can be written")
+        postcard::to_stdvec(&state).expect("plain data serialises")
     }
 
-    /// Nothing where it is not one of this search's.
+    /// Restores a state; `None` if it does not fit this search.
     pub(super) fn set_state(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
         if state.islands.len() != self.islands.len() {

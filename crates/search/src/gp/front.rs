@@ -1,11 +1,11 @@
-//! The best of every length: members that no shorter one is as good as.
+//! Front of error against length: members better than all shorter ones.
 
-use super::judge::Member;
+use super::evaluate::Member;
 
-/// Members of a front.
+/// Largest number of members of a front.
 const MOST: usize = 24;
 
-/// Members by their operations, each with a smaller sum than all shorter ones.
+/// Members by number of operations, each with a smaller sum than all shorter ones.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Front {
     /// From the shortest to the longest.
@@ -13,7 +13,8 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// Takes a member in, if no other one is both as short and as good; those that it replaces go.
+    /// Adds a member unless another one is as short and as good, and removes the members it
+    /// dominates.
     pub(super) fn offer(&mut self, member: &Member) {
         let is_beaten =
             |by: &Member, it: &Member| by.operations <= it.operations && by.sum <= it.sum;
@@ -28,7 +29,8 @@ impl Front {
         }
     }
 
-    /// Leaves out the one that is least better than the next shorter one; never the shortest, never the best.
+    /// Removes the member that improves least on the next shorter one, but never the shortest or
+    /// the best.
     fn thin(&mut self) {
         let gain =
             |at: &usize| self.members[at - 1].sum / self.members[*at].sum.max(f64::MIN_POSITIVE);
@@ -58,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn front_holds_what_nothing_shorter_is_as_good_as() {
+    fn front_holds_only_members_better_than_all_shorter_ones() {
         let mut front = Front::default();
         for (operations, sum) in [(10, 5.0), (20, 4.0), (15, 6.0), (12, 4.0), (12, 4.5), (30, 1.0)]
         {
@@ -68,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn front_stays_short_and_keeps_its_ends() {
+    fn front_keeps_its_ends_when_thinned() {
         let mut front = Front::default();
         for operations in 1..=60 {
             front.offer(&member(operations, 100.0 / f64::from(operations)));

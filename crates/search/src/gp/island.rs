@@ -1,4 +1,4 @@
-//! One of several populations that breed by themselves.
+//! An island: one of several populations that breed separately.
 
 use std::collections::HashSet;
 
@@ -8,134 +8,135 @@ use rayon::prelude::*;
 
 use super::breed::Breeder;
 use super::cases::Cases;
-use super::judge::{Member, Plain, judge};
+use super::evaluate::{BareGenome, Member, evaluate};
 use super::population::Population;
 use super::tune::tuned;
 
-/// Where operations are more, fewer members are tuned, by fewer steps.
+/// Members with more operations are tuned in smaller numbers and by fewer steps.
 const MANY: u32 = 120;
-/// An improvement by less than this share is none.
+/// An improvement by less than this share does not count.
 const IMPROVEMENT: f64 = 1e-3;
 
 /// A population.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Island {
-    /// The least sum first, no two of the same program.
+    /// Members, the least sum first; no two have the same program.
     pub(super) members: Vec<Member>,
-    /// Generations without an improvement.
+    /// Number of generations without an improvement.
     pub(super) stale: u32,
 }
 
-/// What an island reads of the search it belongs to.
-pub(super) struct Surroundings<'a> {
+/// State of the search that an island reads.
+pub(super) struct IslandContext<'a> {
     pub(super) cases: &'a Cases,
     pub(super) population: &'a Population,
     pub(super) seen: &'a HashSet<ProgramHash>,
     pub(super) seed: u64,
     pub(super) generation: u32,
-    /// Slots from here on are this island's.
+    /// First slot of this island.
     pub(super) slot: u32,
 }
 
-/// What a generation of an island took.
+/// Counts of one generation of an island.
 #[derive(Default)]
-pub(super) struct Taken {
+pub(super) struct GenerationCounts {
     pub(super) evaluations: u64,
-    /// Candidates whose program had been there before.
+    /// Number of candidates whose program had been evaluated before.
     pub(super) repeats: u64,
-    /// Programs that were held against the samples for the first time.
+    /// Hashes of the programs that were evaluated for the first time.
     pub(super) hashes: Vec<ProgramHash>,
 }
 
-impl Surroundings<'_> {
+impl IslandContext<'_> {
     fn key(&self, index: u32) -> BirthKey {
         BirthKey { seed: self.seed, slot: self.slot + index, attempt: self.generation }
     }
 }
 
 impl Island {
-    /// Begins again, with what `first` draws and those of `given`.
+    /// Restarts the island with the genomes of `given` and with random ones from `first`.
     pub(super) fn start(
         &mut self,
-        around: &Surroundings<'_>,
+        context: &IslandContext<'_>,
         given: &[Genome],
         first: impl Fn(BirthKey) -> Genome + Sync,
-    ) -> Taken {
+    ) -> GenerationCounts {
         let drawn =
-            (0..around.population.first).into_par_iter().map(|index| first(around.key(index)));
+            (0..context.population.first).into_par_iter().map(|index| first(context.key(index)));
         let mut genomes = given.to_vec();
         genomes.par_extend(drawn);
         (self.members, self.stale) = (Vec::new(), 0);
-        self.join(genomes, around, &HashSet::new())
+        self.add_evaluated(genomes, context, &HashSet::new())
     }
 
-    /// One generation.
-    pub(super) fn step(&mut self, around: &Surroundings<'_>) -> Taken {
+    /// Runs one generation.
+    pub(super) fn step(&mut self, context: &IslandContext<'_>) -> GenerationCounts {
         let before = self.least();
-        let breeder = Breeder::new(&self.members, around.cases, around.population);
-        let slots = 0..around.population.children;
+        let breeder = Breeder::new(&self.members, context.cases, context.population);
+        let slots = 0..context.population.children;
         let children: Vec<Genome> =
-            slots.into_par_iter().map(|index| breeder.child(around.key(index))).collect();
-        let mut taken = self.join(children, around, around.seen);
-        taken.evaluations += self.tune(around);
+            slots.into_par_iter().map(|index| breeder.child(context.key(index))).collect();
+        let mut counts = self.add_evaluated(children, context, context.seen);
+        counts.evaluations += self.tune(context);
         let is_better = self.least() < (1.0 - IMPROVEMENT) * before;
         self.stale = if is_better { 0 } else { self.stale + 1 };
-        taken
+        counts
     }
 
-    /// The least sum.
+    /// Least sum of any member; infinite if there are no members.
     pub(super) fn least(&self) -> f64 {
         self.members.first().map_or(f64::INFINITY, |member| member.sum)
     }
 
-    /// Takes in a member of another island.
-    pub(super) fn welcome(&mut self, member: Member, population: &Population) {
+    /// Adds a member of another island.
+    pub(super) fn add_migrant(&mut self, member: Member, population: &Population) {
         self.members.push(member);
-        self.settle(population.kept);
+        self.sort_and_truncate(population.kept);
     }
 
-    fn join(
+    fn add_evaluated(
         &mut self,
         genomes: Vec<Genome>,
-        around: &Surroundings<'_>,
+        context: &IslandContext<'_>,
         seen: &HashSet<ProgramHash>,
-    ) -> Taken {
+    ) -> GenerationCounts {
         let mut known: HashSet<ProgramHash> =
             self.members.iter().map(|member| member.hash).collect();
-        let mut plain = Plain::of(genomes);
-        let bred = plain.len();
-        plain.retain(|plain| !seen.contains(&plain.hash) && known.insert(plain.hash));
-        let hashes: Vec<ProgramHash> = plain.iter().map(|plain| plain.hash).collect();
-        self.members.extend(judge(plain, around.cases, around.population.kept));
-        self.settle(around.population.kept);
+        let mut bare = BareGenome::of(genomes);
+        let bred = bare.len();
+        bare.retain(|bare| !seen.contains(&bare.hash) && known.insert(bare.hash));
+        let hashes: Vec<ProgramHash> = bare.iter().map(|bare| bare.hash).collect();
+        self.members.extend(evaluate(bare, context.cases, context.population.kept));
+        self.sort_and_truncate(context.population.kept);
         let evaluations = hashes.len() as u64;
-        Taken { evaluations, repeats: bred as u64 - evaluations, hashes }
+        GenerationCounts { evaluations, repeats: bred as u64 - evaluations, hashes }
     }
 
-    /// Tunes the best that have not been yet.
-    fn tune(&mut self, around: &Surroundings<'_>) -> u64 {
-        let Surroundings { cases, population: Population { kept, tuned: most, steps, .. }, .. } =
-            *around;
+    /// Tunes the constants of the best untuned members; returns the number of evaluations.
+    fn tune(&mut self, context: &IslandContext<'_>) -> u64 {
+        let IslandContext {
+            cases, population: Population { kept, tuned: most, steps, .. }, ..
+        } = *context;
         let untuned = || self.members.iter().filter(|member| !member.is_tuned);
         let is_long = untuned().next().is_some_and(|member| member.operations > MANY);
         let (count, steps) = if is_long { (most / 3, steps / 2) } else { (*most, *steps) };
         let chosen: Vec<&Member> = untuned().take(count).collect();
         let found: Vec<(Member, u64)> =
             chosen.par_iter().map(|member| tuned(member, cases, steps)).collect();
-        let mut tries = 0;
+        let mut evaluations = 0;
         for (member, count) in found {
-            tries += count;
-            let hash = |genome: &Genome| Plain::of(vec![genome.clone()])[0].hash;
+            evaluations += count;
+            let hash = |genome: &Genome| BareGenome::of(vec![genome.clone()])[0].hash;
             let before = member.hash;
             let now = Member { hash: hash(&member.genome), ..member };
             self.members.retain(|other| other.hash != before);
             self.members.push(now);
         }
-        self.settle(*kept);
-        tries
+        self.sort_and_truncate(*kept);
+        evaluations
     }
 
-    fn settle(&mut self, kept: usize) {
+    fn sort_and_truncate(&mut self, kept: usize) {
         self.members.sort_by(|a, b| {
             a.sum.total_cmp(&b.sum).then_with(|| a.hash.as_bytes().cmp(b.hash.as_bytes()))
         });

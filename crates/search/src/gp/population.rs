@@ -1,35 +1,38 @@
-//! The numbers of a genetic search that no derivative finds: how many islands, members and children, and how parents are chosen.
+//! Parameters of a genetic search: numbers of islands, members and children, and how parents are
+//! selected.
 
-/// How populations are kept and bred. docs/maths/fit.md says what they were tuned on.
+/// Parameters of the populations of a genetic search. docs/maths/fit.md reports how they were
+/// tuned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Population {
-    /// Islands that breed by themselves.
+    /// Number of islands, which breed separately.
     pub islands: usize,
-    /// Members that an island keeps from one generation to the next.
+    /// Number of members that an island keeps between generations.
     pub kept: usize,
-    /// Children of an island in a generation.
+    /// Number of children of an island per generation.
     pub children: u32,
-    /// Genomes that an island starts with, of which the best are kept.
+    /// Number of random genomes that an island starts with.
     pub first: u32,
-    /// Members of an island whose constants are tuned in a generation.
+    /// Number of members of an island whose constants are tuned per generation.
     pub tuned: usize,
-    /// Steps of each of these at most.
+    /// Largest number of tuning steps of a member.
     pub steps: usize,
-    /// Members of a tournament.
+    /// Number of members of a tournament.
     pub tournament: u32,
-    /// Share of parents that are chosen by lexicase selection instead.
+    /// Share of parents selected by lexicase selection instead of tournament.
     pub lexicase: f32,
-    /// Share of children that have two parents.
+    /// Share of children with two parents.
     pub crossed: f32,
-    /// Every so many generations the best of each island goes to the next one.
+    /// Number of generations between migrations of the best of each island to the next one.
     pub migration: u32,
-    /// Generations without an improvement after which an island that is not the best one begins again.
+    /// Number of generations without an improvement after which an island restarts, unless it is
+    /// the best one.
     pub stale: u32,
 }
 
 impl Population {
-    /// What searches take.
-    pub const USUAL: Self = Self {
+    /// Parameters of [`crate::Strategy::Gp`].
+    pub const DEFAULT: Self = Self {
         islands: 4,
         kept: 64,
         children: 192,

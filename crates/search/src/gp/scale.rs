@@ -1,20 +1,22 @@
-//! Scale and offset of a channel, solved for: what a program gets right but for a factor is not lost.
+//! Least-squares scale and offset of a channel, so that a program that is right up to a linear map
+//! is not lost.
 
-/// Gauss-Newton steps from the weighted start.
+/// Number of Gauss-Newton steps from the weighted start.
 const STEPS: usize = 3;
-/// Steps are halved that often where they make it worse.
+/// Largest number of halvings of a step that increases the error.
 const HALVINGS: usize = 2;
 
-/// a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2: non-negative least squares weighted by 1 / (1 + y)^2, then
-/// damped Gauss-Newton steps, kept as long as the sum falls; never worse than `start`.
+/// Returns a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2. Starts from
+/// non-negative least squares weighted by 1 / (1 + y)^2, then takes damped Gauss-Newton steps while
+/// the sum falls. Never worse than `start`.
 ///
 /// # Shapes
-/// p, q and y as long as one another: what the program reflects times cos_i, cos_i, and what is wanted times cos_i.
+/// p, q and y have the same length: f cos_i of the program, cos_i, and the target f cos_i.
 ///
 /// # Domain
-/// Finite, not negative.
+/// Finite, non-negative.
 pub(super) fn scale_and_offset(p: &[f64], q: &[f64], y: &[f64], start: [f64; 2]) -> [f64; 2] {
-    let problem = Problem { p, q, y, wanted: y.iter().map(|y| libm::log1p(*y)).collect() };
+    let problem = Problem { p, q, y, target: y.iter().map(|y| libm::log1p(*y)).collect() };
     let start = (problem.error(start), start);
     let mut best = problem.improved(problem.weighted());
     if start.0 <= best.0 {
@@ -27,17 +29,17 @@ struct Problem<'a> {
     p: &'a [f64],
     q: &'a [f64],
     y: &'a [f64],
-    wanted: Vec<f64>,
+    target: Vec<f64>,
 }
 
 impl Problem<'_> {
     fn error(&self, [a, b]: [f64; 2]) -> f64 {
-        let pairs = self.p.iter().zip(self.q).zip(&self.wanted);
-        let off = |((p, q), wanted): ((&f64, &f64), &f64)| libm::log1p(a * p + b * q) - wanted;
+        let pairs = self.p.iter().zip(self.q).zip(&self.target);
+        let off = |((p, q), target): ((&f64, &f64), &f64)| libm::log1p(a * p + b * q) - target;
         pairs.map(off).map(|off| off * off).sum()
     }
 
-    /// The solution where ln(1 + y) is as good as straight about every y.
+    /// Solution of the problem with ln(1 + y) linearised about every y.
     fn weighted(&self) -> [f64; 2] {
         let mut sums = Sums::default();
         for ((p, q), y) in self.p.iter().zip(self.q).zip(self.y) {
@@ -52,11 +54,11 @@ impl Problem<'_> {
         for _ in 0..STEPS {
             let [a, b] = best.1;
             let mut sums = Sums::default();
-            for ((p, q), wanted) in self.p.iter().zip(self.q).zip(&self.wanted) {
+            for ((p, q), target) in self.p.iter().zip(self.q).zip(&self.target) {
                 let value = a * p + b * q;
                 let slope = 1.0 / (1.0 + value);
-                // Linear about here: what (a, b) must give for nothing to be off.
-                let aim = wanted - libm::log1p(value) + slope * value;
+                // Target of the linearisation about the current (a, b).
+                let aim = target - libm::log1p(value) + slope * value;
                 sums.add(p * slope, q * slope, aim);
             }
             let mut next = sums.solve();
@@ -96,7 +98,8 @@ impl Sums {
         self.qy += q * y;
     }
 
-    /// The non-negative solution: the free one where that is not negative, otherwise the better of the two with one unknown.
+    /// Non-negative solution: the unconstrained one if it is non-negative, otherwise the better of
+    /// the two with one unknown.
     fn solve(&self) -> [f64; 2] {
         let Self { pp, pq, qq, py, qy } = *self;
         let determinant = pp * qq - pq * pq;
@@ -109,7 +112,7 @@ impl Sums {
         let ratio =
             |above: f64, below: f64| if below > 0.0 { (above / below).max(0.0) } else { 0.0 };
         let (a, b) = (ratio(py, pp), ratio(qy, qq));
-        // What each alone takes off the sum of squares.
+        // Compares the reductions of the sum of squares by each unknown alone.
         if a * py >= b * qy { [a, 0.0] } else { [0.0, b] }
     }
 }
@@ -124,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn scale_and_offset_are_found() {
+    fn scale_and_offset_are_recovered() {
         let [p, q] = rows();
         for (a, b) in [(0.3, 2.0), (25.0, 0.0), (0.0, 0.4), (1e-3, 1e3)] {
             let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| a * p + b * q).collect();
@@ -135,11 +138,11 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_made_worse() {
+    fn scale_and_offset_are_never_worse_than_the_start() {
         let [p, q] = rows();
         let y: Vec<f64> = p.iter().map(|p| 1.0 / (1.0 + p)).collect();
         let problem =
-            Problem { p: &p, q: &q, y: &y, wanted: y.iter().map(|y| libm::log1p(*y)).collect() };
+            Problem { p: &p, q: &q, y: &y, target: y.iter().map(|y| libm::log1p(*y)).collect() };
         for start in [[1.0, 0.0], [0.0, 0.0], [0.0, 0.5], [3.0, 4.0]] {
             let found = scale_and_offset(&p, &q, &y, start);
             assert!(problem.error(found) <= problem.error(start));

@@ -1,29 +1,29 @@
-//! Generations of all islands.
+//! Generations of a genetic search over all islands, migration, and the best candidate.
 
 use std::collections::{HashSet, VecDeque};
 
 use brood_genome::{Dialect, Genome};
 use brood_program::{Program, ProgramHash, Tunable};
 
-use super::breed::{random, started};
+use super::breed::{random, start_mutant};
 use super::cases::Cases;
+use super::evaluate::{Member, values};
 use super::front::Front;
-use super::island::{Island, Surroundings, Taken};
-use super::judge::{Member, values};
+use super::island::{GenerationCounts, Island, IslandContext};
 use super::population::Population;
-use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 use crate::{DIALECT, Probe, Samples, metric};
 
-/// Slots of an island in a generation.
+/// Number of slots reserved for an island in a generation.
 const SLOTS: u32 = 1 << 16;
-/// Programs that are remembered, so that they are not held against the samples again.
-const REMEMBERED: usize = 4096;
+/// Number of program hashes kept, so that these programs are not evaluated again.
+const SEEN_CAPACITY: usize = 4096;
 
 /// A genetic search.
 pub(crate) struct Gp {
     pub(super) seed: u64,
     pub(super) start: Vec<Genome>,
-    /// Whether every second island starts from nothing all the same.
+    /// True if every second island starts at random even when there are genomes to start from.
     pub(super) is_mixed: bool,
     pub(super) population: Population,
     pub(super) cases: Cases,
@@ -36,7 +36,7 @@ pub(crate) struct Gp {
     pub(super) best: Option<Best>,
 }
 
-/// The one that is ahead where nothing is fitted as well as where it is.
+/// Best member by the errors on the fitted and on the held-back samples.
 #[derive(Debug, Clone)]
 pub(super) struct Best {
     pub(super) member: Member,
@@ -46,18 +46,18 @@ pub(super) struct Best {
 
 impl Gp {
     pub(crate) fn new(samples: &Samples, start: &[Genome], seed: u64, is_mixed: bool) -> Self {
-        Self { is_mixed, ..Self::of(samples, start, seed, Population::USUAL) }
+        Self { is_mixed, ..Self::of(samples, start, seed, Population::DEFAULT) }
     }
 
-    /// One of another population than usually.
+    /// Creates a search with other population parameters.
     pub(crate) fn of(
         samples: &Samples,
         start: &[Genome],
         seed: u64,
         population: Population,
     ) -> Self {
-        // A search looks at what genomes are without the limit, under which its results are put.
-        let start = start.iter().map(|genome| roomy(genome.clone()).with_limit(false));
+        // The search works without the energy limit; its results get the limit.
+        let start = start.iter().map(|genome| padded_to_dialect(genome.clone()).with_limit(false));
         Self {
             seed,
             start: start.collect(),
@@ -74,12 +74,12 @@ impl Gp {
         }
     }
 
-    fn begin(&self, island: &mut Island, around: &Surroundings<'_>) -> Taken {
-        let is_fresh = self.is_mixed && !(around.slot / SLOTS).is_multiple_of(2);
+    fn begin(&self, island: &mut Island, context: &IslandContext<'_>) -> GenerationCounts {
+        let is_fresh = self.is_mixed && !(context.slot / SLOTS).is_multiple_of(2);
         let start = if is_fresh { &[] } else { self.start.as_slice() };
-        island.start(around, start, |key| match start {
+        island.start(context, start, |key| match start {
             [] => random(DIALECT, key),
-            start => started(start, key),
+            start => start_mutant(start, key),
         })
     }
 
@@ -90,25 +90,25 @@ impl Gp {
         for (slot, island) in (0..).step_by(SLOTS as usize).zip(&mut islands) {
             let Self { cases, population, seed, generation, .. } = &*self;
             let (seed, generation) = (*seed, *generation);
-            let around = Surroundings { cases, population, seen: &seen, seed, generation, slot };
+            let context = IslandContext { cases, population, seen: &seen, seed, generation, slot };
             let is_over = island.stale >= population.stale && island.least() > best;
-            let taken = if island.members.is_empty() || is_over {
-                self.begin(island, &around)
+            let counts = if island.members.is_empty() || is_over {
+                self.begin(island, &context)
             } else {
-                island.step(&around)
+                island.step(&context)
             };
-            self.evaluations += taken.evaluations;
-            self.repeats += taken.repeats;
-            self.seen.extend(taken.hashes);
+            self.evaluations += counts.evaluations;
+            self.repeats += counts.repeats;
+            self.seen.extend(counts.hashes);
         }
-        let spare = self.seen.len().saturating_sub(REMEMBERED);
+        let spare = self.seen.len().saturating_sub(SEEN_CAPACITY);
         self.seen.drain(..spare);
         self.islands = islands;
         self.generation += 1;
         if self.generation.is_multiple_of(self.population.migration) {
             self.migrate();
         }
-        self.note();
+        self.update_best();
     }
 
     fn migrate(&mut self) {
@@ -117,13 +117,13 @@ impl Gp {
         for (index, member) in best.into_iter().enumerate() {
             if let Some(member) = member {
                 let next = (index + 1) % self.islands.len();
-                self.islands[next].welcome(member, &self.population);
+                self.islands[next].add_migrant(member, &self.population);
             }
         }
     }
 
-    /// What is on the front, and which is the best.
-    fn note(&mut self) {
+    /// Updates the front and the best member.
+    fn update_best(&mut self) {
         for member in self.islands.iter().flat_map(|island| &island.members) {
             self.front.offer(member);
         }
@@ -143,13 +143,13 @@ impl Gp {
         }
     }
 
-    /// E_log on the samples it was fitted to.
+    /// E_log on the fitted samples.
     fn fitted(&self, member: &Member) -> f64 {
         let count = 3.0 * self.cases.target.samples() as f64;
         std::f64::consts::LN_2 * (member.sum / count).sqrt()
     }
 
-    /// E_log on those held back.
+    /// E_log on the held-back samples.
     fn held(&self, member: &Member) -> f64 {
         let held = &self.cases.held;
         let values = values(&[&Program::lower(&member.genome)], held);
@@ -161,11 +161,15 @@ impl Gp {
     }
 }
 
-/// With room for more code, where it is of the dialect of results.
-fn roomy(genome: Genome) -> Genome {
+/// Pads the genome to the length of [`DIALECT`] if it otherwise has that dialect.
+fn padded_to_dialect(genome: Genome) -> Genome {
     let own = Dialect { length: DIALECT.length, ..*genome.dialect() };
     let has_room = own == DIALECT && genome.dialect().length < DIALECT.length;
-    if has_room { genome.padded(DIALECT.length).expect("there is room") } else { genome }
+    if has_room {
+        genome.padded(DIALECT.length).expect("the genome is shorter than DIALECT.length")
+    } else {
+        genome
+    }
 }
 
 impl Method for Gp {
@@ -194,7 +198,7 @@ impl Method for Gp {
         self.best.as_ref().map(|best| candidate(&best.member, best.fitted, best.held))
     }
 
-    fn finish(&self, _: &mut GoOn<'_>) -> Option<Outcome> {
+    fn finish(&self, _: &mut HasTime<'_>) -> Option<Outcome> {
         let best = self.best.as_ref()?;
         let mut members: Vec<&Member> = self.front.members.iter().rev().collect();
         if !members.contains(&&best.member) {
@@ -202,7 +206,7 @@ impl Method for Gp {
             members.insert(place, &best.member);
         }
         let is_best = |member: &&Member| **member == best.member;
-        let index = members.iter().position(is_best).expect("it has been put in");
+        let index = members.iter().position(is_best).expect("the best was inserted");
         let of = |member| candidate(member, self.fitted(member), self.held(member));
         let front: Vec<Candidate> = members.into_iter().map(of).collect();
         Some(Outcome { front, best: index })
@@ -220,7 +224,7 @@ impl Method for Gp {
 fn candidate(member: &Member, fitted: f64, held: f64) -> Candidate {
     let genome = member.genome.clone().with_limit(true);
     let places = Tunable::lower(&genome).places().iter().flatten().count();
-    // Scale and offset of each channel besides.
+    // Plus scale and offset of each channel.
     Candidate { genome, numbers: places + 6, fitted, held }
 }
 

@@ -1,4 +1,5 @@
-//! What genetic searches come to, that threads change nothing, and that what is there to start from is not lost.
+//! Tests that genetic searches reduce the error, do not depend on thread count, and keep the
+//! genomes they start from.
 
 use brood_brdf::{Model, ModelKind};
 use brood_genome::BirthKey;
@@ -24,7 +25,7 @@ fn e_log(genome: &Genome, samples: &Samples) -> f64 {
 }
 
 #[test]
-fn model_is_come_close_to() {
+fn gp_approximates_a_model() {
     let gp = search(12, &[], 1);
     let samples = samples();
     let nothing = metric::e_log(&samples.weighted(), &vec![[0.0; 3]; samples.len()]);
@@ -37,7 +38,7 @@ fn model_is_come_close_to() {
 }
 
 #[test]
-fn shorter_ones_of_the_front_are_no_better() {
+fn front_is_ordered_by_length() {
     let front = Method::finish(&search(6, &[], 2), &mut || true).unwrap().front;
     assert!(front.len() > 4, "{}", front.len());
     let operations: Vec<usize> =
@@ -47,7 +48,7 @@ fn shorter_ones_of_the_front_are_no_better() {
 }
 
 #[test]
-fn generations_do_not_depend_on_the_threads() {
+fn generations_do_not_depend_on_thread_count() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| search(5, &[], 3).save())
@@ -58,21 +59,21 @@ fn generations_do_not_depend_on_the_threads() {
 }
 
 #[test]
-fn start_is_gone_on_from() {
+fn search_is_no_worse_than_its_start() {
     let samples = samples();
     let found = Method::best(&search(6, &[], 1)).unwrap().genome;
-    let started = search(2, std::slice::from_ref(&found), 9);
-    let best = Method::best(&started).unwrap().genome;
+    let start_mutant = search(2, std::slice::from_ref(&found), 9);
+    let best = Method::best(&start_mutant).unwrap().genome;
     assert!(e_log(&best, &samples) <= 1.02 * e_log(&found, &samples));
     assert_eq!(best.dialect(), found.dialect());
-    // Whatever dialect they are of; two that cannot be crossed are changed by themselves.
+    // Start genomes may have different dialects; two that cannot be crossed are mutated instead.
     let paper = random(Dialect::default(), BirthKey { seed: 1, slot: 0, attempt: 0 });
     let both = search(3, &[paper, found], 9);
     assert!(both.islands.iter().all(|island| !island.members.is_empty()));
 }
 
 #[test]
-fn nothing_stands_out_where_samples_are_few() {
+fn members_stay_below_the_ceiling_where_samples_are_few() {
     let gp = search(4, &[], 5);
     for member in gp.islands.iter().flat_map(|island| &island.members) {
         let pairs = gp.cases.narrow.pairs(0..gp.cases.narrow.len()).to_vec();

@@ -1,4 +1,5 @@
-//! Constants of a genome tuned by their derivatives: Levenberg's and Marquardt's method on the sum over all samples.
+//! Tuning of a genome's constants by their derivatives: Levenberg-Marquardt on the sum over all
+//! samples.
 
 use brood_eval::{
     CanonicalEvaluator, Direction, FitnessEvaluator, NormalEquations, normal_equations,
@@ -7,22 +8,24 @@ use brood_genome::Genome;
 use brood_program::Tunable;
 
 use super::cases::Cases;
-use super::judge::{Member, rescaled, sum_of};
+use super::evaluate::{Member, rescaled, sum_of};
 use crate::solve::solve;
 
-const DAMPING: f64 = 1e-2;
-const LESS: f64 = 0.2;
-const MORE: f64 = 5.0;
-/// The diagonal counts at least this share of its largest entry in the damping.
-const FLOOR: f64 = 1e-6;
-/// No constant changes by more in a step.
-const LONGEST: f64 = 2.0;
-/// More constants than these are not tuned: a system of as many equations takes longer than it is worth.
-const MOST: usize = 256;
+const INITIAL_DAMPING: f64 = 1e-2;
+const DAMPING_DECREASE: f64 = 0.2;
+const DAMPING_INCREASE: f64 = 5.0;
+/// Damping uses at least this share of the largest diagonal entry.
+const DIAGONAL_FLOOR: f64 = 1e-6;
+/// Largest change of a constant in one step.
+const LONGEST_STEP: f64 = 2.0;
+/// Genomes with more constants are not tuned: solving a system of that size costs more than it
+/// gains.
+const MAX_CONSTANTS: usize = 256;
 
-/// The member with constants, scale and offset that are at least as good, and how many steps were tried.
+/// Returns the member with constants, scale and offset that are at least as good, and the number of
+/// evaluations.
 pub(super) fn tuned(member: &Member, cases: &Cases, steps: usize) -> (Member, u64) {
-    let (genome, tries) = descend(&member.genome, cases, steps);
+    let (genome, evaluations) = descend(&member.genome, cases, steps);
     let mut best = Member { is_tuned: true, ..member.clone() };
     for genome in [rescaled(genome.clone(), cases), genome] {
         let sum = sum_of(&genome, cases);
@@ -30,36 +33,36 @@ pub(super) fn tuned(member: &Member, cases: &Cases, steps: usize) -> (Member, u6
             best = Member { genome, sum, ..best };
         }
     }
-    (best, tries + 2)
+    (best, evaluations + 2)
 }
 
 fn descend(genome: &Genome, cases: &Cases, steps: usize) -> (Genome, u64) {
     let mut tunable = Tunable::lower(genome);
     let free: Vec<usize> =
         (0..tunable.places().len()).filter(|index| tunable.places()[*index].is_some()).collect();
-    if free.is_empty() || free.len() > MOST {
+    if free.is_empty() || free.len() > MAX_CONSTANTS {
         return (genome.clone(), 0);
     }
     let direction = Direction::faster(tunable.places().len());
-    let (mut damping, mut known, mut tries) = (DAMPING, None, 0);
+    let (mut damping, mut known, mut evaluations) = (INITIAL_DAMPING, None, 0);
     for _ in 0..steps {
         let normal: &NormalEquations = known
             .get_or_insert_with(|| normal_equations(tunable.program(), &cases.target, direction));
-        tries += 1;
+        evaluations += 1;
         let Some(next) = step(&tunable, normal, &free, damping) else { break };
         let sum = CanonicalEvaluator::default().sums(&[next.program()], &cases.target);
         let sum = sum.expect("the canonical evaluator runs every program")[0];
         if sum < normal.sum {
             let is_done = sum > 0.9999 * normal.sum;
-            (tunable, known, damping) = (next, None, damping * LESS);
+            (tunable, known, damping) = (next, None, damping * DAMPING_DECREASE);
             if is_done {
                 break;
             }
         } else {
-            damping *= MORE;
+            damping *= DAMPING_INCREASE;
         }
     }
-    (tunable.write(genome), tries)
+    (tunable.write(genome), evaluations)
 }
 
 fn step(
@@ -78,7 +81,7 @@ fn step(
     let largest = (0..count).map(|k| matrix[k * count + k]).fold(0.0, f64::max);
     for k in 0..count {
         let own = &mut matrix[k * count + k];
-        *own += damping * own.max(FLOOR * largest);
+        *own += damping * own.max(DIAGONAL_FLOOR * largest);
     }
     let gradient: Vec<f64> = free.iter().map(|index| normal.gradient[*index]).collect();
     let change = solve(matrix, &gradient)?;
@@ -86,7 +89,7 @@ fn step(
     if !longest.is_finite() {
         return None;
     }
-    let length = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+    let length = if longest > LONGEST_STEP { LONGEST_STEP / longest } else { 1.0 };
     let mut next = tunable.clone();
     for (index, change) in free.iter().zip(&change) {
         let value = tunable.program().constants()[*index].reference;

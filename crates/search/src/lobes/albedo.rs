@@ -1,7 +1,8 @@
-//! What a fit reflects of all light that comes from a direction, held below 1.
+//! Directional albedos of fits, which are kept below 1.
 //!
-//! Next to the horizon are hardly any samples, and ln(1 + f cos_i) tells little of f there. A fit of white paper that is off by
-//! 0.009 reflected twice what came from 89 degrees, and the energy limit divides all of a material by the most that it reflects.
+//! Few samples are near the horizon, and ln(1 + f cos_i) is insensitive to f there. A fit of white
+//! paper that was off by 0.009 had an albedo of 2 at 89 degrees, and the energy limit divides f by
+//! the largest albedo.
 
 use brood_brdf::Input;
 use brood_eval::{Level, LobeRule, around};
@@ -9,26 +10,27 @@ use rayon::prelude::*;
 
 use super::batch::{Batch, points};
 use super::flux::Flux;
-use super::normal::Normal;
-use super::sweep::{Numbers, Room, Sweep};
+use super::normal_equations::NormalEquations;
+use super::sweep::{Parameters, Sweep, Workspace};
 use super::{Lobes, Shape};
 use crate::Samples;
 
-/// Where light comes from, in degrees from the normal.
+/// Angles of the incident light, in degrees from the normal.
 pub(crate) const ANGLES: [f64; 12] =
     [0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5];
-/// Of the quadrature.
+/// Order of the quadrature.
 const ORDER: usize = 12;
-/// What is held, and what is let be. The quadrature is off by up to 3 %, usually far less; the energy limit takes care of the rest.
-const HELD: f64 = 0.975;
-pub(super) const TOLERATED: f64 = 0.985;
-/// What the square of an excess counts of the mean of squared differences.
+/// Albedo of the penalty, and largest tolerated albedo. The quadrature is off by up to 3 %, usually
+/// far less; the energy limit covers the rest.
+const PENALTY_ALBEDO: f64 = 0.975;
+pub(super) const TOLERATED_ALBEDO: f64 = 0.985;
+/// Weight of a squared excess, relative to the mean squared difference.
 pub(crate) const IMPORTANCE: f64 = 0.3;
 
 /// Nodes of the quadratures of directional albedos.
 #[derive(Debug, Clone)]
 pub(super) struct Albedos {
-    /// One for each angle.
+    /// Nodes of each angle.
     nodes: Vec<Batch>,
 }
 
@@ -44,39 +46,40 @@ impl Albedos {
         }
     }
 
-    /// Of any channel and angle.
+    /// Largest albedo of any channel and angle.
     pub(super) fn largest(&self, lobes: &Lobes) -> f64 {
         self.values(lobes).as_flattened().iter().fold(0.0, |most, albedo| albedo.max(most))
     }
 
-    /// In mean squared differences.
+    /// Albedo penalty, in mean squared differences.
     pub(super) fn cost(&self, lobes: &Lobes) -> f64 {
         let values = self.values(lobes);
         IMPORTANCE * values.as_flattened().iter().map(|albedo| excess(*albedo).powi(2)).sum::<f64>()
     }
 
-    /// Adds to the normal equations of so many squared differences, and is the same cost.
-    pub(super) fn add(&self, lobes: &Lobes, normal: &mut Normal, total: f64) -> f64 {
-        let numbers = Numbers::new(lobes);
+    /// Adds the albedo penalty to the normal equations of `total` squared differences; returns the
+    /// penalty.
+    pub(super) fn add(&self, lobes: &Lobes, normal: &mut NormalEquations, total: f64) -> f64 {
+        let parameters = Parameters::new(lobes);
         let albedo = |batch: &Batch| {
-            let mut slopes = [0, 1, 2].map(|_| vec![0.0; lobes.numbers.len()]);
-            (reflected(&numbers, batch, Some(&mut slopes)), slopes)
+            let mut gradients = [0, 1, 2].map(|_| vec![0.0; lobes.parameters.len()]);
+            (reflected(&parameters, batch, Some(&mut gradients)), gradients)
         };
         let all: Vec<_> = self.nodes.par_iter().map(albedo).collect();
-        let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+        let free: Vec<usize> = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]).collect();
         let mut cost = 0.0;
-        for (albedo, slopes) in all {
-            for (albedo, slopes) in albedo.into_iter().zip(slopes) {
+        for (albedo, gradients) in all {
+            for (albedo, gradient) in albedo.into_iter().zip(gradients) {
                 let excess = excess(albedo);
                 if excess == 0.0 {
                     continue;
                 }
                 cost += IMPORTANCE * excess * excess;
                 for (row, a) in free.iter().enumerate() {
-                    let slope = IMPORTANCE * total * slopes[*a];
-                    normal.gradient[row] += slope * excess;
+                    let scaled = IMPORTANCE * total * gradient[*a];
+                    normal.gradient[row] += scaled * excess;
                     for (column, b) in free.iter().enumerate() {
-                        normal.matrix[row * free.len() + column] += slope * slopes[*b];
+                        normal.matrix[row * free.len() + column] += scaled * gradient[*b];
                     }
                 }
             }
@@ -84,29 +87,34 @@ impl Albedos {
         cost
     }
 
-    /// [angle][channel].
+    /// Albedos, [angle][channel].
     fn values(&self, lobes: &Lobes) -> Vec<[f64; 3]> {
-        let numbers = Numbers::new(lobes);
-        self.nodes.par_iter().map(|batch| reflected(&numbers, batch, None)).collect()
+        let parameters = Parameters::new(lobes);
+        self.nodes.par_iter().map(|batch| reflected(&parameters, batch, None)).collect()
     }
 }
 
 fn excess(albedo: f64) -> f64 {
-    (albedo - HELD).max(0.0)
+    (albedo - PENALTY_ALBEDO).max(0.0)
 }
 
-fn reflected(numbers: &Numbers, batch: &Batch, mut slopes: Option<&mut [Vec<f64>; 3]>) -> [f64; 3] {
-    let mut room = Room::new(&numbers.shape);
+fn reflected(
+    parameters: &Parameters,
+    batch: &Batch,
+    mut gradients: Option<&mut [Vec<f64>; 3]>,
+) -> [f64; 3] {
+    let mut workspace = Workspace::new(&parameters.shape);
     let mut sums = [0.0; 3];
     for block in &batch.blocks {
-        let sweep = Sweep { numbers, block, gain: 1.0, room: &mut room, sums: None };
-        let reflected = Level::best().run(Flux { sweep, slopes: slopes.as_deref_mut() });
+        let sweep = Sweep { parameters, block, gain: 1.0, workspace: &mut workspace, sums: None };
+        let reflected = Level::best().run(Flux { sweep, gradients: gradients.as_deref_mut() });
         sums = [0, 1, 2].map(|channel| sums[channel] + reflected[channel]);
     }
     sums
 }
 
-/// Where light that comes from that angle goes, and what f counts there. Of a material that is its own mirror image half is enough.
+/// Nodes of the outgoing directions with their weights. Half the hemisphere suffices for a material
+/// that is its own mirror image.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch {
     let (sin, cos) = libm::sincos(angle.to_radians());

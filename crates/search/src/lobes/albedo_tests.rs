@@ -1,4 +1,5 @@
-//! Albedos against other quadratures, their slopes against differences, and fits of what reflects more than there is.
+//! Tests of albedos against another quadrature, of their gradients against differences, and of fits
+//! to a material that reflects more than it receives.
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{channel_albedos, energy_limit};
@@ -22,7 +23,7 @@ fn program(lobes: &Lobes) -> Program {
 }
 
 #[test]
-fn albedos_are_those_of_the_program() {
+fn albedos_match_those_of_the_program() {
     for is_mirrored in [true, false] {
         let shape = Shape::new(3, 4, is_mirrored);
         let albedos = Albedos::new(&shape);
@@ -30,10 +31,10 @@ fn albedos_are_those_of_the_program() {
             let lobes = lobes(&shape, seed);
             let program = program(&lobes);
             for (angle, found) in ANGLES.into_iter().zip(albedos.values(&lobes)) {
-                let wanted = channel_albedos(&program, angle, 256);
-                for (found, wanted) in found.into_iter().zip(wanted) {
-                    let off = (found - wanted).abs() / wanted;
-                    assert!(off < 0.03, "{is_mirrored} {seed} {angle}: {found} {wanted}");
+                let expected = channel_albedos(&program, angle, 256);
+                for (found, expected) in found.into_iter().zip(expected) {
+                    let off = (found - expected).abs() / expected;
+                    assert!(off < 0.03, "{is_mirrored} {seed} {angle}: {found} {expected}");
                 }
             }
         }
@@ -41,32 +42,33 @@ fn albedos_are_those_of_the_program() {
 }
 
 #[test]
-fn slopes_are_those_of_the_cost() {
+fn gradient_matches_differences_of_the_penalty() {
     let shape = Shape::new(2, 3, false);
     let albedos = Albedos::new(&shape);
     let mut lobes = lobes(&shape, 1);
     let most = albedos.values(&lobes).as_flattened().iter().fold(0.0f64, |a, b| a.max(*b));
     for channel in 0..3 {
         for term in 0..shape.terms {
-            lobes.numbers[shape.colour(term, channel)] += 0.5 * libm::log2(3.0 / most);
+            lobes.parameters[shape.colour(term, channel)] += 0.5 * libm::log2(3.0 / most);
         }
     }
     lobes.free[3] = false;
-    let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+    let free: Vec<usize> = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]).collect();
     let count = free.len();
-    let mut normal = Normal { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+    let mut normal =
+        NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
     let cost = albedos.add(&lobes, &mut normal, 7.0);
     assert!(cost > 0.1 && (cost - albedos.cost(&lobes)).abs() < 1e-9 * cost, "{cost}");
     let largest = normal.gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
-    for (row, number) in free.into_iter().enumerate() {
+    for (row, index) in free.into_iter().enumerate() {
         let moved = |by: f64| {
             let mut lobes = lobes.clone();
-            lobes.numbers[number] += by;
+            lobes.parameters[index] += by;
             albedos.cost(&lobes)
         };
         let slope = 7.0 * (moved(1e-3) - moved(-1e-3)) / 4e-3;
         let off = (slope - normal.gradient[row]).abs();
-        assert!(off < 4e-3 * largest, "{number}: {slope} {}", normal.gradient[row]);
+        assert!(off < 4e-3 * largest, "{index}: {slope} {}", normal.gradient[row]);
     }
     for row in 0..count {
         for column in 0..row {
@@ -77,7 +79,7 @@ fn slopes_are_those_of_the_cost() {
 }
 
 #[test]
-fn what_shines_is_fitted_below_what_light_there_is() {
+fn fit_conserves_energy_when_the_target_does_not() {
     let samples = Samples::of(&Shining, draw_pairs(1000, 1));
     let mut fit = Fit::new(&samples, vec![Shape::new(2, 3, true)], 1);
     fit.step();

@@ -1,4 +1,4 @@
-//! Samples as the fit reads them: rows of lanes, block by block.
+//! Samples as the fit reads them: blocks of rows of lanes.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use super::Shape;
 use super::albedo::Albedos;
 use crate::Samples;
 
-/// Samples of a block.
+/// Number of samples per block.
 pub(super) const LANES: usize = 256;
 
-/// One number for each sample of a block.
+/// One value for each sample of a block.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Row(pub(super) [f32; LANES]);
@@ -21,47 +21,48 @@ impl Row {
     pub(super) const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// What is known of the samples of a block.
+/// One block of samples.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
-    /// Of each input of the shape.
+    /// Values of each input of the shape.
     pub(super) inputs: Vec<Row>,
-    /// What f counts times: cos_i.
+    /// Factor of f: cos_i.
     pub(super) weight: Row,
-    /// ln(1 + f cos_i) that is wanted of red, green and blue.
-    pub(super) wanted: [Row; 3],
-    /// ln(1 + f cos_i / m) that is wanted of them, m being an eighth of the median of what is wanted.
+    /// Target ln(1 + f cos_i) of red, green and blue.
+    pub(super) target: [Row; 3],
+    /// Target ln(1 + f cos_i / m) of each channel, m being an eighth of the median target.
     pub(super) relative: [Row; 3],
-    /// Root of what a squared difference counts; 0 beyond the last sample.
+    /// Root of the weight of a squared difference; 0 beyond the last sample.
     pub(super) importance: Row,
-    /// Root of what a squared difference of `relative` counts; 0 where what is wanted is a bound, and beyond the last sample.
+    /// Root of the weight of a squared difference of `relative`; 0 for bounds and beyond the last
+    /// sample.
     pub(super) share: Row,
-    /// 1 where what is wanted is a bound from above, -1 where it is one from below, 0 where it is a value.
+    /// 1 if the target is an upper bound, -1 if it is a lower bound, 0 if it is a value.
     pub(super) side: Row,
 }
 
-/// Samples in blocks.
+/// Samples in blocks, with the penalties of the objective.
 #[derive(Debug, Clone)]
 pub struct Batch {
     pub(super) blocks: Vec<Block>,
     /// 1 / m.
     pub(super) gain: f32,
-    /// Sum of what the squared differences count, over samples and channels.
+    /// Sum of the weights of the squared differences, over samples and channels.
     pub(super) total: f64,
-    /// What the square of each number of the shape costs, as often as `cost` says.
+    /// Ridge weight of each parameter of the shape; multiplied by `cost`.
     pub(super) ridge: Vec<f64>,
-    /// In units of the mean of the squared differences.
+    /// Ridge cost, in units of the mean squared difference.
     pub(super) cost: f64,
-    /// Where these count as well.
+    /// Quadrature of the albedo penalty, if there is one.
     pub(super) albedos: Option<Arc<Albedos>>,
 }
 
-/// A sample, before it has been put into a block.
+/// A sample before it is put into a block.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub(super) inputs: Vec<f32>,
     pub(super) weight: f32,
-    pub(super) wanted: [f32; 3],
+    pub(super) target: [f32; 3],
     pub(super) relative: [f32; 3],
     pub(super) gain: f32,
     pub(super) importance: f32,
@@ -69,16 +70,16 @@ pub(super) struct Point {
     pub(super) side: f32,
 }
 
-/// Root of what squared differences of ln(1 + f cos_i / m) count of those of ln(1 + f cos_i). Without, a dark body under a bright
-/// highlight is as good as black.
+/// Root of the weight of squared differences of ln(1 + f cos_i / m), relative to those of ln(1 + f
+/// cos_i). Without them, a dark body under a bright highlight fits as well as a black one.
 const SHARE: f64 = 0.6;
-/// m over the median of what is wanted. Eyes see differences relative to what is there far below it.
+/// m over the median target. Vision is sensitive to relative differences far below the median.
 const BELOW_MEDIAN: f64 = 0.125;
-/// m is at least this and at most 1, and then the two are the same.
+/// Least m. The largest is 1, where both differences are the same.
 const DARKEST: f64 = 1e-5;
 
 impl Batch {
-    /// Of points whose inputs are those of one shape.
+    /// Packs points, whose inputs are those of one shape, into blocks.
     pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         let mut batch = Self {
             blocks: Vec::new(),
@@ -91,12 +92,12 @@ impl Batch {
         let mut lane = LANES;
         for point in points {
             if lane == LANES {
-                // What is beyond the last sample is like the first of its block, and counts nothing.
+                // Lanes beyond the last sample repeat the first of the block, with weight 0.
                 let repeated = |value: f32| Row([value; LANES]);
                 batch.blocks.push(Block {
                     inputs: point.inputs.iter().map(|value| repeated(*value)).collect(),
                     weight: repeated(point.weight),
-                    wanted: point.wanted.map(repeated),
+                    target: point.target.map(repeated),
                     relative: point.relative.map(repeated),
                     importance: Row::ZERO,
                     share: Row::ZERO,
@@ -104,17 +105,17 @@ impl Batch {
                 });
                 lane = 0;
             }
-            let block = batch.blocks.last_mut().expect("one has been pushed");
+            let block = batch.blocks.last_mut().expect("the first point adds a block");
             for (row, value) in block.inputs.iter_mut().zip(&point.inputs) {
                 row.0[lane] = *value;
             }
-            for (row, value) in block.wanted.iter_mut().zip(point.wanted) {
+            for (row, value) in block.target.iter_mut().zip(point.target) {
                 row.0[lane] = value;
             }
             for (row, value) in block.relative.iter_mut().zip(point.relative) {
                 row.0[lane] = value;
             }
-            // Bounds have nothing to be relative to.
+            // Bounds have no relative difference and no gain.
             if point.share > 0.0 {
                 batch.gain = point.gain;
             }
@@ -130,7 +131,7 @@ impl Batch {
 }
 
 impl Batch {
-    /// The same with more points, of the same shape.
+    /// Copy with more points of the same shape.
     pub(super) fn with<'a>(&self, points: impl Iterator<Item = &'a Point>) -> Self {
         let Self { blocks, total, .. } = Self::new(points);
         let mut both = self.clone();
@@ -139,12 +140,13 @@ impl Batch {
         both
     }
 
-    /// The same where reflecting more than there is costs something.
-    pub(super) fn under(self, albedos: &Arc<Albedos>) -> Self {
+    /// Adds a penalty on albedos above 1.
+    pub(super) fn with_albedo_penalty(self, albedos: &Arc<Albedos>) -> Self {
         Self { albedos: Some(albedos.clone()), ..self }
     }
 
-    /// The same under a cost of large weights, each as far as its feature spreads, which says next to nothing where samples do.
+    /// Adds a ridge penalty on weights, each scaled by the variance of its feature. It is
+    /// negligible where samples determine a weight.
     pub(super) fn with_ridge(self, shape: &Shape, points: &[Point]) -> Self {
         let spread = |input: usize| {
             let of = |point: &Point| f64::from(point.inputs[input]);
@@ -171,7 +173,7 @@ impl Batch {
     }
 }
 
-/// 1 / m of samples: what differences are relative to that can be seen although they are small.
+/// 1 / m of the samples.
 fn gain(weighted: &[[f64; 3]]) -> f64 {
     let mut all: Vec<f64> = weighted.iter().map(|value| value.iter().sum::<f64>() / 3.0).collect();
     all.sort_by(f64::total_cmp);
@@ -179,14 +181,14 @@ fn gain(weighted: &[[f64; 3]]) -> f64 {
     1.0 / (BELOW_MEDIAN * median).clamp(DARKEST, 1.0)
 }
 
-/// The points where nothing is known but that f is not below a value, each counting 1 where it is.
-pub(super) fn least(samples: &Samples, shape: &Shape) -> Vec<Point> {
-    let (pairs, values) = samples.least().iter().copied().unzip();
+/// Points of the lower bounds of `samples`, each of weight 1.
+pub(super) fn lower_bounds(samples: &Samples, shape: &Shape) -> Vec<Point> {
+    let (pairs, values) = samples.lower_bounds().iter().copied().unzip();
     let points = points(&Samples::new(pairs, values), shape);
     points.into_iter().map(|point| Point { share: 0.0, side: -1.0, ..point }).collect()
 }
 
-/// The points of samples, with the inputs of a shape, each counting 1.
+/// Points of the samples, with the inputs of a shape, each of weight 1.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {
     let set = SampleSet::from_pairs(samples.pairs(), &[]);
@@ -197,7 +199,7 @@ pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {
         .map(|k| Point {
             inputs: inputs.iter().map(|row| row[k]).collect(),
             weight: samples.pairs()[k].cos_i() as f32,
-            wanted: weighted[k].map(|value| libm::log1p(value) as f32),
+            target: weighted[k].map(|value| libm::log1p(value) as f32),
             relative: weighted[k].map(|value| libm::log1p(gain * value) as f32),
             gain: gain as f32,
             importance: 1.0,

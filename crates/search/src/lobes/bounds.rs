@@ -1,77 +1,77 @@
-//! Points where hardly a sample is, close to the mirror direction and at grazing angles, and the bounds that fits are held by there.
+//! Bounds on fits in regions with few samples: close to the mirror direction and at grazing angles.
 //!
-//! Without them a fit that agrees with every sample may reach 1e35 beyond 80 degrees.
+//! Without them, a fit that agrees with every sample may reach 1e35 beyond 80 degrees.
 
 use brood_brdf::DirectionPair;
 use rayon::prelude::*;
 
 use super::Shape;
 use super::batch::{Point, points};
-use super::known::{Known, Place};
+use super::known::{BoundEstimator, Place};
 use crate::target::grazing_pairs;
 use crate::{Samples, narrow_pairs};
 
-/// Points, each bounded from above and from below.
+/// Number of points that every fit is bounded at, from above and below.
 const COUNT: usize = 1024;
-/// Points that a fit is looked at in when it is done.
+/// Number of points at which a finished fit is checked.
 const POOL: usize = 4096;
-/// Points that nothing may stand out in from everything that was measured, when all is done.
-const CEILED: usize = 1 << 16;
-/// To so many close to the mirror direction there is one towards the horizon, wherever the mirror direction is.
-const TO_ONE: usize = 4;
-/// What a squared excess counts where fits are looked at when they are done.
+/// Number of points at which the final fits are bounded by the largest sample.
+const CEILING: usize = 1 << 16;
+/// There is one grazing point for this many points close to the mirror direction.
+const CLOSE_PER_GRAZING: usize = 4;
+/// Weight of a squared excess when finished fits are checked.
 const IMPORTANCE_ABOVE: f64 = 2.0;
-/// What a bound there is of the one that fits are held by.
-const WIDER: f64 = 1.4;
-/// What a squared excess counts of the squared difference of a sample.
+/// Bound of this check, as a multiple of the bound during the fit.
+const CHECK_MARGIN: f64 = 1.4;
+/// Weight of a squared excess during the fit, relative to the squared difference of a sample.
 const IMPORTANCE: f64 = 0.2;
-/// cos_i counts as at least this.
+/// Least value of cos_i in the weight of a point.
 const FLOOR: f64 = 0.17;
-/// And as at least so many times 1 over the brightest sample where nothing passes that: ln(1 + f cos_i) tells how many times it is passed
-/// where this is far above 1 alone.
+/// Least value of cos_i times the largest sample for the ceiling: ln(1 + f cos_i) shows by which
+/// factor the ceiling is exceeded only if f cos_i is far above 1.
 const BRIGHT: f64 = 10.0;
 
-/// Pairs of directions where samples are few, and what samples say of them.
+/// Pairs of directions in regions with few samples, with their bounds.
 pub(super) struct Bounds {
     pairs: Vec<DirectionPair>,
-    /// From above and from below.
+    /// Upper and lower bound of each pair.
     values: Vec<[Option<[f64; 3]>; 2]>,
-    /// What cos_i counts as at least.
+    /// Least value of cos_i in the weight of a point.
     floor: f64,
 }
 
 impl Bounds {
-    /// Of the points that every fit is held by, from both sides.
-    pub(super) fn of_fits(known: &Known, seed: u64) -> Self {
+    /// Upper and lower bounds during every fit.
+    pub(super) fn of_fits(known: &BoundEstimator, seed: u64) -> Self {
         Self::new(known, narrow_pairs(COUNT, seed))
     }
 
-    /// Of the points that fits are looked at in afterwards.
-    pub(super) fn of_pool(known: &Known, seed: u64) -> Self {
+    /// Bounds at the points where finished fits are checked.
+    pub(super) fn of_pool(known: &BoundEstimator, seed: u64) -> Self {
         Self::new(known, close_pairs(POOL, seed.wrapping_add(1 << 32)))
     }
 
-    /// Of many more, where nothing passes the brightest sample.
+    /// Ceiling: many more points, bounded by the largest sample.
     pub(super) fn of_ceiling(largest: f64, seed: u64) -> Self {
-        let pairs = close_pairs(CEILED, seed.wrapping_add(2 << 32));
+        let pairs = close_pairs(CEILING, seed.wrapping_add(2 << 32));
         let values = vec![[Some([largest; 3]), None]; pairs.len()];
         Self { values, pairs, floor: FLOOR.max(BRIGHT / largest.max(1e-6)) }
     }
 
-    fn new(known: &Known, pairs: Vec<DirectionPair>) -> Self {
+    fn new(known: &BoundEstimator, pairs: Vec<DirectionPair>) -> Self {
         let of = |pair: &DirectionPair| known.bounds(&Place::of(pair));
         Self { values: pairs.par_iter().map(of).collect(), pairs, floor: FLOOR }
     }
 
-    /// The points as a shape reads them, bounded from both sides.
+    /// The points with the inputs of a shape, bounded from both sides.
     pub(super) fn points(&self, shape: &Shape) -> Vec<Point> {
         self.with(shape, IMPORTANCE, |[above, below]| [above, below])
     }
 
-    /// The points as a shape reads them, bounded from above.
+    /// The points with the inputs of a shape, bounded from above.
     pub(super) fn above(&self, shape: &Shape) -> Vec<Point> {
         self.with(shape, IMPORTANCE_ABOVE, |[above, _]| {
-            [above.map(|bound| bound.map(|f| WIDER * f)), None]
+            [above.map(|bound| bound.map(|f| CHECK_MARGIN * f)), None]
         })
     }
 
@@ -87,7 +87,7 @@ impl Bounds {
         let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
             let weight = f64::from(point.weight).max(self.floor);
             let of = |side: f32, bound: [f64; 3]| Point {
-                wanted: bound.map(|f| libm::log1p(f * weight) as f32),
+                target: bound.map(|f| libm::log1p(f * weight) as f32),
                 weight: weight as f32,
                 importance: importance.sqrt() as f32,
                 share: 0.0,
@@ -101,10 +101,10 @@ impl Bounds {
     }
 }
 
-/// So many pairs close to the mirror direction, and some towards the horizon.
+/// Returns `count` pairs close to the mirror direction, and some grazing ones.
 fn close_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut pairs = narrow_pairs(count, seed);
-    pairs.extend(grazing_pairs(count / TO_ONE, seed));
+    pairs.extend(grazing_pairs(count / CLOSE_PER_GRAZING, seed));
     pairs
 }
 

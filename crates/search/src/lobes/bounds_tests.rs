@@ -1,4 +1,4 @@
-//! Bounds against materials whose highlights are known everywhere.
+//! Tests of bounds on materials whose highlights are known everywhere.
 
 use brood_brdf::{Brdf, Claims, Input};
 use glam::{DVec2, DVec3};
@@ -6,7 +6,8 @@ use glam::{DVec2, DVec3};
 use super::*;
 use crate::draw_pairs;
 
-/// A highlight of that width (tan theta_h) over an even rest, as much brighter towards the horizon as Schlick's rise says.
+/// A highlight of that width (tan theta_h) over a constant, brighter towards the horizon by
+/// Schlick's Fresnel term.
 struct Highlight {
     width: f64,
     peak: f64,
@@ -27,72 +28,73 @@ impl Brdf for Highlight {
 
 fn bounded(material: &Highlight) -> (Samples, Bounds) {
     let samples = Samples::of(material, draw_pairs(4096, 1));
-    let bounds = Bounds::new(&Known::new(&samples), narrow_pairs(2000, 5));
+    let bounds = Bounds::new(&BoundEstimator::new(&samples), narrow_pairs(2000, 5));
     (Samples::of(material, bounds.pairs.clone()), bounds)
 }
 
 #[test]
-fn highlights_that_samples_show_are_within_bounds() {
+fn sampled_highlights_are_within_bounds() {
     for width in [0.01, 0.03, 0.1, 0.5] {
-        let (wanted, bounds) = bounded(&Highlight { width, peak: 100.0 });
+        let (expected, bounds) = bounded(&Highlight { width, peak: 100.0 });
         let (mut above, mut below) = (0, 0);
-        for (wanted, [most, least]) in wanted.values().iter().zip(&bounds.values) {
-            above += usize::from(most.is_some_and(|most| wanted[0] > WIDER * most[0]));
-            below += usize::from(least.is_some_and(|least| wanted[0] < least[0]));
+        for (expected, [most, least]) in expected.values().iter().zip(&bounds.values) {
+            above += usize::from(most.is_some_and(|most| expected[0] > CHECK_MARGIN * most[0]));
+            below += usize::from(least.is_some_and(|least| expected[0] < least[0]));
         }
         assert!(above <= 30 && below <= 30, "{width}: {above} above and {below} below of 2000");
     }
 }
 
-/// At most angles of incidence no sample is near enough to show them.
+/// At most angles of incidence, no sample is close enough to show these highlights.
 #[test]
-fn highlights_that_hide_below_an_even_rest_may_grow() {
+fn growth_does_not_cut_highlights_narrower_than_the_samples() {
     for width in [0.0005, 0.001, 0.002, 0.004] {
         let material = Highlight { width, peak: 1000.0 };
-        let known = || Known::new(&Samples::of(&material, draw_pairs(4096, 1)));
+        let known = || BoundEstimator::new(&Samples::of(&material, draw_pairs(4096, 1)));
         let [over, over_without_growth] =
             [known(), known().without_growth()].map(|known| over(&material, &known));
         assert_eq!(over, over_without_growth, "{width}");
     }
 }
 
-/// How often the material passes a bound from above, of 2000 points.
-fn over(material: &Highlight, known: &Known) -> usize {
+/// Number of points, of 2000, at which the material exceeds its upper bound.
+fn over(material: &Highlight, known: &BoundEstimator) -> usize {
     let bounds = Bounds::new(known, narrow_pairs(2000, 5));
     let passes = |(pair, [most, _]): &(&DirectionPair, &[Option<[f64; 3]>; 2])| {
-        most.is_some_and(|most| material.f(pair).x > WIDER * most[0])
+        most.is_some_and(|most| material.f(pair).x > CHECK_MARGIN * most[0])
     };
     bounds.pairs.iter().zip(&bounds.values).filter(passes).count()
 }
 
 #[test]
-fn nothing_grows_to_a_peak_between_samples_that_do_not() {
-    let (wanted, bounds) = bounded(&Highlight { width: 0.1, peak: 1000.0 });
-    let all = wanted.pairs().iter().zip(wanted.values()).zip(&bounds.values);
+fn growth_tightens_bounds_between_samples() {
+    let (expected, bounds) = bounded(&Highlight { width: 0.1, peak: 1000.0 });
+    let all = expected.pairs().iter().zip(expected.values()).zip(&bounds.values);
     let is_between = |pair: &DirectionPair| {
         let place = Place::of(pair);
         place.theta_d < 0.8 && place.half < -6.5
     };
     let between = all.filter(|((pair, _), _)| is_between(pair));
     let over: Vec<f64> = between
-        .map(|((_, wanted), [most, _])| most.map_or(f64::INFINITY, |most| most[0]) / wanted[0])
+        .map(|((_, expected), [most, _])| most.map_or(f64::INFINITY, |most| most[0]) / expected[0])
         .collect();
-    // Seven in eight; by the brightest sample, at the horizon, all would be 25 times what is there.
+    // At least seven in eight bounds are within 5 times the value. The bound by the largest sample,
+    // at the horizon, would be 25 times the value everywhere.
     let loose = over.iter().filter(|over| **over > 5.0).count();
     assert!(over.len() > 100 && 8 * loose < over.len(), "{loose} of {}", over.len());
 }
 
 #[test]
-fn ceiling_is_as_close_however_bright_the_brightest_sample_is() {
+fn ceiling_tolerance_does_not_depend_on_the_brightest_sample() {
     for largest in [1e-3, 1.0, 100.0] {
         let bounds = Bounds::of_ceiling(largest, 1);
         let shape = Shape::new(4, 5, true);
         let points = bounds.above(&shape);
         for point in points.iter().step_by(1000) {
-            // As `is_below` sees it: 1.7 times is let be, twice is not.
+            // The criterion of `Pool::is_below`: tolerates a factor of 1.6, rejects a factor of 2.
             let excess = |times: f64| {
                 let found = libm::log1p(times * largest * f64::from(point.weight));
-                let excess = (found - f64::from(point.wanted[0])).max(0.0);
+                let excess = (found - f64::from(point.target[0])).max(0.0);
                 f64::from(point.importance) * f64::from(point.importance) * excess * excess
             };
             let tolerated = f64::from(super::super::guard::TOLERATED);

@@ -1,28 +1,28 @@
-//! The state of a fit of lobes as bytes, and a fit as a search's method.
+//! Checkpoint of a fit of lobes, and the fit as a [`Method`].
 
 use serde::{Deserialize, Serialize};
 
 use super::Lobes;
-use super::damped::Damped;
 use super::finish::Fitted;
+use super::levenberg_marquardt::LevenbergMarquardt;
 use super::schedule::{Fit, Kept};
 use crate::Probe;
-use crate::method::{Candidate, GoOn, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 
-/// All that the next generations depend on besides samples, shapes and seed.
+/// State that the next generations depend on besides samples, shapes and seed.
 #[derive(Serialize, Deserialize)]
 struct State {
     generation: u32,
     evaluations: u64,
     cost: f64,
-    is_under: bool,
+    has_albedo_penalty: bool,
     kept: Vec<KeptState>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct KeptState {
     problem: u32,
-    numbers: Vec<f64>,
+    parameters: Vec<f64>,
     free: Vec<bool>,
     error: f64,
     damping: f64,
@@ -47,8 +47,8 @@ impl Method for Fit {
         Self::best(self).map(|lobes| candidate(lobes, fitted, held))
     }
 
-    fn finish(&self, go_on: &mut GoOn<'_>) -> Option<Outcome> {
-        outcome(self.refine(self.front(), go_on))
+    fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome> {
+        outcome(self.refine(self.front(), has_time))
     }
 
     fn is_short(&self) -> bool {
@@ -57,10 +57,10 @@ impl Method for Fit {
 
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
-            let Damped { lobes, error, damping, .. } = &kept.damped;
+            let LevenbergMarquardt { lobes, error, damping, .. } = &kept.fit;
             KeptState {
                 problem: u32::try_from(kept.problem).expect("there are few shapes"),
-                numbers: lobes.numbers.clone(),
+                parameters: lobes.parameters.clone(),
                 free: lobes.free.clone(),
                 error: *error,
                 damping: *damping,
@@ -68,9 +68,9 @@ impl Method for Fit {
             }
         };
         let kept = self.kept.iter().map(kept).collect();
-        let Self { generation, evaluations, cost, is_under, .. } = *self;
-        let state = State { generation, evaluations, cost, is_under, kept };
-        postcard::to_stdvec(&state).expect("numbers can be written")
+        let Self { generation, evaluations, cost, has_albedo_penalty, .. } = *self;
+        let state = State { generation, evaluations, cost, has_albedo_penalty, kept };
+        postcard::to_stdvec(&state).expect("plain data serialises")
     }
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
@@ -78,19 +78,19 @@ impl Method for Fit {
         let kept = |kept: KeptState| {
             let problem = usize::try_from(kept.problem).ok()?;
             let shape = self.shapes.get(problem)?.shape.clone();
-            let is_whole = kept.numbers.len() == shape.len() && kept.free.len() == shape.len();
-            let KeptState { numbers, free, error, damping, held, .. } = kept;
-            let lobes = Lobes { shape, numbers, free };
+            let is_whole = kept.parameters.len() == shape.len() && kept.free.len() == shape.len();
+            let KeptState { parameters, free, error, damping, held, .. } = kept;
+            let lobes = Lobes { shape, parameters, free };
             is_whole.then_some(Kept {
                 problem,
                 held,
-                damped: Damped { lobes, error, damping, tries: 0 },
+                fit: LevenbergMarquardt { lobes, error, damping, evaluations: 0 },
             })
         };
         let kept = state.kept.into_iter().map(kept).collect::<Option<Vec<_>>>()?;
         self.set_cost(state.cost);
-        if state.is_under {
-            self.set_under();
+        if state.has_albedo_penalty {
+            self.add_albedo_penalty();
         }
         (self.generation, self.evaluations, self.kept) =
             (state.generation, state.evaluations, kept);
@@ -98,13 +98,15 @@ impl Method for Fit {
     }
 }
 
-/// Lobes as a search's result.
+/// Result of a search from a front of lobes.
 pub(crate) fn outcome(front: Vec<Fitted>) -> Option<Outcome> {
-    let of = |fitted: Fitted| (candidate(&fitted.lobes, fitted.fitted, fitted.held), fitted.off);
+    let of = |fitted: Fitted| {
+        (candidate(&fitted.lobes, fitted.fitted, fitted.held), fitted.ranking_error)
+    };
     Outcome::of(front.into_iter().map(of).collect())
 }
 
 fn candidate(lobes: &Lobes, fitted: f64, held: f64) -> Candidate {
-    let genome = lobes.genome().expect("a search's shapes have room in a program");
+    let genome = lobes.genome().expect("a search's shapes fit in a program");
     Candidate { genome, numbers: lobes.free(), fitted, held }
 }

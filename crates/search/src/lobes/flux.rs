@@ -1,18 +1,18 @@
-//! One pass over the nodes of a quadrature: what lobes reflect of each channel, and how that changes with the numbers.
+//! One pass over the nodes of a quadrature: the albedo of lobes per channel, and its gradient.
 
 use brood_eval::Work;
 
 use super::batch::{LANES, Row};
-use super::normal::{Place, places};
+use super::normal_equations::{Place, places};
 use super::product::sum;
-use super::sweep::{Room, Sweep, product, slots};
+use super::sweep::{Sweep, Workspace, product, slots};
 
-/// The sum over a block of f times what each node counts.
+/// Sum over a block of f times the weight of each node.
 pub(super) struct Flux<'a> {
-    /// Its samples are the nodes; what each counts is their importance.
+    /// Sweep over the nodes as samples; their importance is the quadrature weight.
     pub(super) sweep: Sweep<'a>,
-    /// [channel]: the slopes by all numbers, added to these where they are asked for.
-    pub(super) slopes: Option<&'a mut [Vec<f64>; 3]>,
+    /// [channel]: gradient by all parameters, added to if present.
+    pub(super) gradients: Option<&'a mut [Vec<f64>; 3]>,
 }
 
 impl Work for Flux<'_> {
@@ -22,23 +22,23 @@ impl Work for Flux<'_> {
     fn run(mut self) -> [f64; 3] {
         self.sweep.forwards();
         let reflected = self.results();
-        if self.slopes.is_some() {
+        if self.gradients.is_some() {
             self.sweep.slots();
-            self.slopes();
+            self.add_gradients();
         }
         reflected
     }
 }
 
 impl Flux<'_> {
-    /// f = S^2 changes by 2 S for each S.
+    /// The derivative of f = S^2 by S is 2 S.
     #[inline(always)]
     fn results(&mut self) -> [f64; 3] {
-        let Sweep { numbers, block, room, .. } = &mut self.sweep;
-        let Room { terms, residuals, by_result, .. } = &mut **room;
+        let Sweep { parameters, block, workspace, .. } = &mut self.sweep;
+        let Workspace { terms, residuals, by_result, .. } = &mut **workspace;
         [0, 1, 2].map(|channel| {
             let mut result = Row::ZERO;
-            for (e, factors) in terms.iter().zip(&numbers.factors) {
+            for (e, factors) in terms.iter().zip(&parameters.factors) {
                 for lane in 0..LANES {
                     result.0[lane] += factors[channel] * e.0[lane];
                 }
@@ -55,18 +55,18 @@ impl Flux<'_> {
     }
 
     #[inline(always)]
-    fn slopes(&mut self) {
-        let Some(slopes) = &mut self.slopes else { return };
-        let shape = &self.sweep.numbers.shape;
-        let Room { features, residuals, by_slot, .. } = &*self.sweep.room;
+    fn add_gradients(&mut self) {
+        let Some(gradients) = &mut self.gradients else { return };
+        let shape = &self.sweep.parameters.shape;
+        let Workspace { features, residuals, by_slot, .. } = &*self.sweep.workspace;
         let count = slots(shape);
-        for (channel, slopes) in slopes.iter_mut().enumerate() {
+        for (channel, gradient) in gradients.iter_mut().enumerate() {
             let rows: Vec<Row> = by_slot[channel * count..][..count]
                 .iter()
                 .map(|row| product(row, &residuals[channel]))
                 .collect();
-            for (slope, place) in slopes.iter_mut().zip(places(shape)) {
-                *slope += match place {
+            for (derivative, place) in gradient.iter_mut().zip(places(shape)) {
+                *derivative += match place {
                     Place::Slot { slot, feature } => sum(&product(&rows[slot], &features[feature])),
                     Place::Colour { channel: own, term } if own == channel => sum(&rows[term]),
                     Place::Colour { .. } => 0.0,

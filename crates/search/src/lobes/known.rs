@@ -1,9 +1,11 @@
-//! What samples say of a material where hardly one is: bounds close to the mirror direction and at grazing angles.
+//! Estimates of bounds from samples, in regions with few samples: close to the mirror direction and
+//! at grazing angles.
 //!
-//! Materials fall off from the mirror direction, so a point is bounded from below by samples farther from it, and from above by
-//! samples nearer to it, at about the same angle of incidence; where none is nearer, by how fast they grow towards it, and by how
-//! much brighter samples get there at other angles of incidence. A bound is held better than the value of the nearest sample:
-//! reflectance changes so much there that any value would be wrong.
+//! Materials fall off from the mirror direction. So a point is bounded from below by samples
+//! farther from it, and from above by samples nearer to it, at about the same angle of incidence.
+//! If no sample is nearer, the upper bound extrapolates how fast samples grow towards the mirror
+//! direction, or uses by how much brighter samples get there at other angles of incidence. The
+//! value of the nearest sample is not used as a target: reflectance changes too fast there.
 
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
@@ -14,43 +16,48 @@ use rayon::prelude::*;
 
 use crate::Samples;
 
-/// What a bound is of the largest sample, from above and from below.
+/// Upper and lower bound as multiples of the largest sample.
 const MARGINS: (f64, f64) = (1.3, 0.7);
-/// Samples whose ln tan theta_h is by this much less than a point's belong to those it is bounded by from above.
+/// Samples whose ln tan theta_h is less than a point's by up to this still count for its upper
+/// bound.
 const NEARER: f64 = 0.5;
-/// Growth towards the mirror direction is that between the brightest samples of the nearest two such ranges of ln tan theta_h.
+/// Width in ln tan theta_h of the two nearest ranges of samples, between whose brightest samples
+/// growth towards the mirror direction is measured.
 const WINDOW: f64 = 1.0;
-/// What a bound is of what samples would have grown to, and how many times as fast they may grow: none of twenty materials of MERL
-/// passes such a bound where it does not pass the one by the largest sample, one of four of RGL's by 9 % at a few points.
+/// Bound as a multiple of the extrapolated samples, and growth as a multiple of the measured one.
+/// None of twenty MERL materials exceeds such a bound where it is within the bound by the largest
+/// sample; one of four RGL materials exceeds it by 9 % at a few points.
 const GROWN: f64 = 1.5;
 const GROWTH: f64 = 1.5;
-/// ln tan 3 degrees: as far from the mirror direction every material falls off from it.
+/// ln tan 3 degrees: within this distance of the mirror direction every material falls off.
 const CLOSE: f64 = -2.949;
-/// theta_d of samples that bound a point is within this of its own, from above and from below.
+/// Largest difference in theta_d, in radians, between a point and the samples of its upper and of
+/// its lower bound.
 const ALIKE: (f64, f64) = (10.0 / 180.0 * std::f64::consts::PI, 2.0 / 180.0 * std::f64::consts::PI);
 
-/// Samples, and where they are.
-pub(super) struct Known {
+/// Samples and their positions.
+pub(super) struct BoundEstimator {
     places: Vec<Place>,
     values: Vec<[f64; 3]>,
-    /// Whether how highlights grow can be told. Where f is known not to be below a value it may be that, and says nothing of it.
-    grows: bool,
-    /// Of each sample, how many times as bright others get nearer to the mirror direction, and where, once that has been asked for.
+    /// True if the growth of highlights can be measured. False if there are lower bounds: f may
+    /// equal them or be far above.
+    has_growth: bool,
+    /// Contrasts of each sample, computed on demand.
     contrasts: Vec<OnceLock<Vec<Contrast>>>,
 }
 
-/// How many times as bright samples are at most that are no nearer to the mirror direction than this.
+/// Largest ratio by which samples get brighter up to this distance from the mirror direction.
 struct Contrast {
     half: f64,
     most: [f64; 3],
 }
 
-/// What a bound looks at of a pair.
+/// Position of a pair, as bounds use it.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     /// 1/2 ln(tan^2 theta_h + 1e-7).
     pub(super) half: f64,
-    /// In radians.
+    /// theta_d in radians.
     pub(super) theta_d: f64,
 }
 
@@ -61,40 +68,41 @@ impl Place {
         Self { half: of(Input::LogTanHalf), theta_d: libm::acos(cosine) }
     }
 
-    /// How far apart they are in theta_d.
+    /// Distance in theta_d.
     fn apart(&self, other: &Self) -> f64 {
         (self.theta_d - other.theta_d).abs()
     }
 }
 
-impl Known {
+impl BoundEstimator {
     pub(super) fn new(samples: &Samples) -> Self {
-        let (pairs_below, below): (Vec<_>, Vec<_>) = samples.least().iter().copied().unzip();
+        let (pairs_below, below): (Vec<_>, Vec<_>) = samples.lower_bounds().iter().copied().unzip();
         let places: Vec<Place> =
             samples.pairs().par_iter().chain(&pairs_below).map(Place::of).collect();
         let contrasts = places.iter().map(|_| OnceLock::new()).collect();
         let values = [samples.values(), &below].concat();
-        Self { places, values, grows: below.is_empty(), contrasts }
+        Self { places, values, has_growth: below.is_empty(), contrasts }
     }
 
-    /// The same, where how highlights grow cannot be told.
+    /// Copy that does not extrapolate growth.
     #[cfg(test)]
     pub(super) fn without_growth(self) -> Self {
-        Self { grows: false, ..self }
+        Self { has_growth: false, ..self }
     }
 
-    /// At most and at least this, where samples say so.
+    /// Upper and lower bound at a point; `None` where samples give none.
     pub(super) fn bounds(&self, point: &Place) -> [Option<[f64; 3]>; 2] {
         let is_close = point.half < CLOSE;
         let near =
             |place: &Place| place.apart(point) < ALIKE.0 && place.half >= point.half - NEARER;
-        // Where no sample is as near to the mirror direction, the local ones say nothing of how high the peak is.
+        // If no sample is as near to the mirror direction, the local samples do not show the height
+        // of the peak.
         let is_known =
             is_close && self.places.iter().any(|place| near(place) && place.half <= point.half);
         let above = self.largest(MARGINS.0, |place| {
             if is_known { near(place) } else { place.half >= point.half - NEARER }
         });
-        let is_grown = self.grows && is_close && !is_known;
+        let is_grown = self.has_growth && is_close && !is_known;
         let above = match (above, is_grown.then(|| self.grown(point)).flatten()) {
             (Some(above), Some(grown)) => Some([0, 1, 2].map(|c| above[c].min(GROWN * grown[c]))),
             (above, _) => above,
@@ -106,7 +114,7 @@ impl Known {
         [above, below]
     }
 
-    /// The largest of the samples that count, in each channel, times the margin.
+    /// Largest value per channel of the samples that count, times the margin.
     fn largest(&self, margin: f64, counts: impl Fn(&Place) -> bool) -> Option<[f64; 3]> {
         let among = self.places.iter().zip(&self.values).filter(|(place, _)| counts(place));
         among
@@ -114,13 +122,15 @@ impl Known {
             .reduce(|a, b| [0, 1, 2].map(|c| a[c].max(b[c])))
     }
 
-    /// What samples at about the same theta_d would have grown to at a point nearer to the mirror direction than they are, if they
-    /// went on growing as they do where they are nearest to it, or got as much brighter as samples do at any theta_d. Highlights
-    /// grow the slower, in ln f over ln theta_h, the nearer they are, but may hide below an even rest until they are close.
+    /// Extrapolates samples of about the same theta_d to a point nearer to the mirror direction: by
+    /// their growth where they are nearest to it, or by the contrast of samples at any theta_d,
+    /// whichever is larger. In ln f over ln theta_h, highlights grow slower the nearer they are,
+    /// but may be hidden by a constant until they are close.
     fn grown(&self, point: &Place) -> Option<[f64; 3]> {
         let beside = |k: &usize| self.places[*k].apart(point) < ALIKE.0;
         let beside: Vec<usize> = (0..self.places.len()).filter(beside).collect();
-        // Materials get brighter towards the horizon: a sample that is farther from it than the point alone says too little.
+        // Materials get brighter towards the horizon: only a sample at least as close to it as the
+        // point bounds the point.
         let lower = beside.iter().copied().filter(|k| self.places[*k].theta_d >= point.theta_d);
         let half = |k: usize| self.places[k].half;
         let at = lower.min_by(|a, b| half(*a).total_cmp(&half(*b)))?;
@@ -137,14 +147,15 @@ impl Known {
         grown.iter().all(|f| f.is_finite() && *f > 0.0).then_some(grown)
     }
 
-    /// The brightest of these samples whose 1/2 ln(tan^2 theta_h + 1e-7) is in that range, and its own.
+    /// Position (`half`) and value of the brightest of these samples in a range of `half`.
     fn brightest(&self, of: &[usize], range: RangeInclusive<f64>, c: usize) -> Option<(f64, f64)> {
         let all = of.iter().map(|k| (self.places[*k].half, self.values[*k][c]));
         all.filter(|(half, _)| range.contains(half)).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// How many times as bright samples between that one and the point are, at any theta_d, as those beside them that are about as
-    /// far from the mirror direction as that one; none where it is so far from it that this would say little.
+    /// Ratio of the brightest samples between sample `at` and the point, at any theta_d, to samples
+    /// beside them about as far from the mirror direction as `at`. `None` if `at` is too far from
+    /// the mirror direction.
     fn contrast(&self, at: usize, point: &Place) -> Option<[f64; 3]> {
         let contrasts = || self.contrasts(self.places[at].half);
         let contrasts = (self.places[at].half < CLOSE + WINDOW)
@@ -153,7 +164,8 @@ impl Known {
         Some(nearer.checked_sub(1).map_or([1.0; 3], |last| contrasts[last].most))
     }
 
-    /// How many times as bright samples get from there on towards the mirror direction, at any theta_d, and where.
+    /// Ratios by which samples get brighter from `from` towards the mirror direction, at any
+    /// theta_d.
     fn contrasts(&self, from: f64) -> Vec<Contrast> {
         let is_between = |k: &usize| self.places[*k].half <= from + WINDOW;
         let mut close: Vec<usize> = (0..self.places.len()).filter(is_between).collect();

@@ -1,57 +1,65 @@
-//! Sums over samples of products of rows, all rows of one side with all of the other: where a fit spends its time.
+//! Sums over samples of products of rows, every row of one side with every row of the other. Fits
+//! spend most of their time here.
 //!
-//! Loops run along what is contiguous and never add up across lanes, so that every compiler makes vectors of them.
+//! Loops run along contiguous memory and never add across lanes, so that compilers vectorise them.
 
 use super::batch::{LANES, Row};
 
-/// Samples whose products are added before a sum is stored.
+/// Number of samples whose products are added before a sum is stored.
 const TOGETHER: usize = 8;
-/// Widths are whole multiples of this.
+/// Widths are multiples of this.
 const CHUNK: usize = 8;
 
-/// Rows sample by sample: as many numbers for each sample as there are rows, and zeros up to a whole number of chunks.
-pub(super) struct Turned {
+/// Transposed rows: for each sample the values of all rows, zero-padded to a whole number of
+/// chunks.
+pub(super) struct Transposed {
     width: usize,
     /// [sample][row].
-    numbers: Vec<f32>,
+    values: Vec<f32>,
 }
 
-impl Turned {
+impl Transposed {
     pub(super) fn new(rows: usize) -> Self {
         let width = rows.next_multiple_of(CHUNK);
-        Self { width, numbers: vec![0.0; width * LANES] }
+        Self { width, values: vec![0.0; width * LANES] }
     }
 
-    /// Puts the row in its place.
+    /// Stores a row at this index.
     #[inline(always)]
     pub(super) fn set(&mut self, at: usize, row: &Row) {
-        for (numbers, value) in self.numbers.chunks_exact_mut(self.width).zip(&row.0) {
-            numbers[at] = *value;
+        for (values, value) in self.values.chunks_exact_mut(self.width).zip(&row.0) {
+            values[at] = *value;
         }
     }
 
-    /// How many numbers there are for a sample.
+    /// Number of values per sample.
     pub(super) fn width(&self) -> usize {
         self.width
     }
 }
 
-/// Adds to `sums`, [`Turned::width`] of them for each row of `left`, the sum over samples of left times right.
+/// Adds to `sums`, which has [`Transposed::width`] entries for each row of `left`, the sum over
+/// samples of left times right.
 ///
 /// # Error
-/// Each sum over a block is of f32, eight products first; sums of blocks are f64.
+/// Sums over a block are f32, eight products first; sums over blocks are f64.
 #[inline(always)]
-pub(super) fn add_products(left: &[Row], right: &Turned, sums: &mut [f64], room: &mut Vec<f32>) {
+pub(super) fn add_products(
+    left: &[Row],
+    right: &Transposed,
+    sums: &mut [f64],
+    buffer: &mut Vec<f32>,
+) {
     let width = right.width;
     for (row, sums) in left.iter().zip(sums.chunks_exact_mut(width)) {
-        room.clear();
-        room.resize(width, 0.0);
-        let parts = right.numbers.chunks_exact(TOGETHER * width);
+        buffer.clear();
+        buffer.resize(width, 0.0);
+        let parts = right.values.chunks_exact(TOGETHER * width);
         for (factors, part) in row.0.chunks_exact(TOGETHER).zip(parts) {
             let factors: &[f32; TOGETHER] = factors.try_into().expect("chunks have that length");
-            add_part(room, factors, part);
+            add_part(buffer, factors, part);
         }
-        for (sum, value) in sums.iter_mut().zip(&*room) {
+        for (sum, value) in sums.iter_mut().zip(&*buffer) {
             *sum += f64::from(*value);
         }
     }
@@ -76,7 +84,7 @@ fn add_part(sums: &mut [f32], factors: &[f32; TOGETHER], part: &[f32]) {
     }
 }
 
-/// The sum of a row.
+/// Sum of a row.
 #[inline(always)]
 pub(super) fn sum(row: &Row) -> f64 {
     let mut sums = row.0;
@@ -96,10 +104,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn products_are_summed_over_all_samples() {
+    fn add_products_sums_over_all_samples() {
         let row = |k: usize| Row(std::array::from_fn(|lane| ((lane * 7 + k * 13) % 11) as f32));
         let left: Vec<Row> = (0..3).map(row).collect();
-        let mut right = Turned::new(5);
+        let mut right = Transposed::new(5);
         for at in 0..5 {
             right.set(at, &row(at + 20));
         }
@@ -109,8 +117,8 @@ mod tests {
         for (i, left) in left.iter().enumerate() {
             for j in 0..8 {
                 let other = if j < 5 { row(j + 20) } else { Row::ZERO };
-                let wanted: f32 = left.0.iter().zip(&other.0).map(|(a, b)| a * b).sum();
-                assert_eq!(sums[8 * i + j], f64::from(1.0 + wanted));
+                let expected: f32 = left.0.iter().zip(&other.0).map(|(a, b)| a * b).sum();
+                assert_eq!(sums[8 * i + j], f64::from(1.0 + expected));
             }
         }
         let all: f32 = left[0].0.iter().sum();

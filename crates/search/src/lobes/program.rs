@@ -1,4 +1,5 @@
-//! Lobes as a genome: the same operations in the same order, so that the program has the bits that were fitted.
+//! Lobes as a genome. Operations and their order are those of the fit, so that the program has the
+//! same bits.
 
 use brood_brdf::Input;
 use brood_genome::{
@@ -8,39 +9,43 @@ use brood_genome::{
 
 use super::Lobes;
 
-/// Registers of units, then of terms: four in each.
+/// First register of the units and of the terms; each register holds four.
 const UNITS: u8 = 10;
 const TERMS: u8 = 12;
 const RESULT: u8 = 0;
 const REGISTERS: u8 = 16;
-/// As many units, and as many terms, as two registers hold.
+/// Largest number of units and of terms: two registers each.
 const MOST: usize = 8;
 
-/// Why lobes are no genome.
+/// Error of converting lobes to a genome.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LobesError {
-    /// More than the registers hold.
-    #[error("a program has room for {MOST} units and {MOST} terms, not {units} and {terms}")]
-    Room {
-        /// How many units there are.
+    /// Too many units or terms for the registers.
+    #[error("a program has at most {MOST} units and {MOST} terms, got {units} and {terms}")]
+    TooLarge {
+        /// Number of units.
         units: usize,
-        /// How many terms there are.
+        /// Number of terms.
         terms: usize,
     },
-    /// An input that the machine has in no register.
+    /// The machine has this input in no register.
     #[error("no register holds {}", .0.name())]
     Input(Input),
-    /// Something the machine does not hold.
+    /// The genome is invalid.
     #[error(transparent)]
     Genome(#[from] GenomeError),
 }
 
 impl Lobes {
-    /// The program that computes them, under the energy limit.
+    /// Program that computes the lobes, under the energy limit.
+    ///
+    /// # Errors
+    /// Returns [`LobesError`] if there are too many units or terms, an input has no register, or
+    /// the genome is invalid.
     pub fn genome(&self) -> Result<Genome, LobesError> {
         let (units, terms) = (self.shape.units, self.shape.terms);
         if units > MOST || terms > MOST {
-            return Err(LobesError::Room { units, terms });
+            return Err(LobesError::TooLarge { units, terms });
         }
         let mut code = Code::new();
         let inputs: Vec<Operand> =
@@ -49,7 +54,7 @@ impl Lobes {
         let features: Vec<Operand> = inputs.iter().copied().chain([one]).collect();
         for first in (0..units).step_by(4) {
             let register = UNITS + first_u8(first);
-            let weight = |unit: usize, input: usize| self.numbers[self.shape.unit(unit, input)];
+            let weight = |unit: usize, input: usize| self.parameters[self.shape.unit(unit, input)];
             let count = (units - first).min(4);
             code.combine(register, count, &features, |k, input| weight(first + k, input));
             code.apply(Opcode::Spl, register, count);
@@ -60,7 +65,8 @@ impl Lobes {
         let features: Vec<Operand> = own.chain(inputs).collect();
         for first in (0..terms).step_by(4) {
             let register = TERMS + first_u8(first);
-            let weight = |term: usize, feature: usize| self.numbers[self.shape.term(term, feature)];
+            let weight =
+                |term: usize, feature: usize| self.parameters[self.shape.term(term, feature)];
             let count = (terms - first).min(4);
             code.combine(register, count, &features, |k, feature| weight(first + k, feature));
             code.apply(Opcode::Ex2, register, count);
@@ -69,21 +75,21 @@ impl Lobes {
             .map(|term| operand(Register::Temporary(TERMS + first_u8(term)), Some(component(term))))
             .collect();
         let colour = |channel: usize, term: usize| {
-            libm::exp2(self.numbers[self.shape.colour(term, channel)])
+            libm::exp2(self.parameters[self.shape.colour(term, channel)])
         };
         code.combine(RESULT, 3, &exponentials, colour);
         Ok(code.genome()?.with_limit(true))
     }
 }
 
-/// A quarter, as a register's number counts.
+/// Register offset of this index: four per register.
 fn first_u8(index: usize) -> u8 {
     u8::try_from(index / 4).expect("there are few registers")
 }
 
-/// Which of a register's four.
+/// Component of this index in its register.
 fn component(index: usize) -> u8 {
-    u8::try_from(index % 4).expect("there are four")
+    u8::try_from(index % 4).expect("a register has four components")
 }
 
 fn operand(register: Register, component: Option<u8>) -> Operand {
@@ -91,13 +97,13 @@ fn operand(register: Register, component: Option<u8>) -> Operand {
     Operand { register, swizzle, negate: false }
 }
 
-/// Where the machine has an input before the first instruction.
+/// Operand that holds an input before the first instruction.
 fn holds(input: Input) -> Result<Operand, LobesError> {
     let dialect = dialect(0);
     let mut places = (0..10u8).flat_map(|register| (0..4u8).map(move |at| (register, at)));
     let place = places
         .find(|(register, at)| {
-            // What the code writes is not there any more.
+            // The code overwrites this register.
             *register != RESULT
                 && dialect.initial(*register, usize::from(*at)) == Source::Input(input)
         })
@@ -116,7 +122,7 @@ fn dialect(length: u16) -> Dialect {
     }
 }
 
-/// Instructions and constants as they are written.
+/// Code under construction: instructions and constants.
 struct Code {
     instructions: Vec<(Opcode, u8, WriteMask, Vec<Operand>)>,
     constants: Vec<[f32; 4]>,
@@ -127,7 +133,8 @@ impl Code {
         Self { instructions: Vec::new(), constants: Vec::new() }
     }
 
-    /// Components of a register as the sums of operands times weights, in the operands' order.
+    /// Sets components of a register to sums of operands times weights, in the order of the
+    /// operands.
     #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
     fn combine(
         &mut self,
@@ -137,7 +144,7 @@ impl Code {
         weight: impl Fn(usize, usize) -> f64,
     ) {
         let bits = (1u8 << count) - 1;
-        let mask = WriteMask::new(bits).expect("there is at least one component");
+        let mask = WriteMask::new(bits).expect("the mask is not empty");
         let own = operand(Register::Temporary(register), None);
         let mut is_first = true;
         for (at, factor) in operands.iter().enumerate() {
@@ -160,11 +167,11 @@ impl Code {
         }
     }
 
-    /// A function of each of the first components, in place.
+    /// Applies a function to each of the first components, in place.
     fn apply(&mut self, opcode: Opcode, register: u8, count: usize) {
         for component in 0..count {
-            let component = u8::try_from(component).expect("there are four");
-            let mask = WriteMask::new(1 << component).expect("it is one component");
+            let component = u8::try_from(component).expect("a register has four components");
+            let mask = WriteMask::new(1 << component).expect("one component is a valid mask");
             let own = operand(Register::Temporary(register), Some(component));
             self.instructions.push((opcode, register, mask, vec![own]));
         }

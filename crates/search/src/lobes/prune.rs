@@ -1,46 +1,48 @@
-//! Shorter fits: weights that are needed least are left out, step by step, what is left being fitted again.
+//! Pruning: removes the least needed weights step by step, refitting the rest after each step.
 
 use super::Lobes;
 use super::batch::Batch;
-use super::damped::Damped;
-use super::normal::normal;
+use super::levenberg_marquardt::LevenbergMarquardt;
+use super::normal_equations::normal_equations;
 use crate::solve::inverse_diagonal;
 
-/// Of the weights that are left, this share goes in a step; where that is too much, the next one.
+/// Shares of the remaining weights to remove in a step; a smaller share is tried if a larger one
+/// fails.
 const SHARES: [f64; 3] = [0.08, 0.02, 0.0];
 const STEPS: usize = 8;
-/// Fits that are this many times as far off as the first one, where it is fitted or where it is not, are not looked for.
+/// Pruning stops at fits whose error is this multiple of the first one's, on fitted or held-back
+/// samples.
 const WORST: f64 = 6.0;
-/// So that what changes nothing can be told apart from what cannot be known.
-const DAMPING: f64 = 1e-9;
+/// Regularisation, which separates weights without effect from undetermined ones.
+const REGULARISATION: f64 = 1e-9;
 
-/// A fit's shorter ones, each made of the one before.
+/// Iterator over shorter fits, each pruned from the previous one.
 ///
 /// # Source
-/// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993): a weight w is needed by
-/// w^2 / (2 [H^-1]_ww).
+/// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993):
+/// the saliency of a weight w is w^2 / (2 [H^-1]_ww).
 pub(super) struct Shorter<'a> {
-    fit: Damped,
+    fit: LevenbergMarquardt,
     batch: &'a Batch,
-    /// Mean squared difference of the worst that is looked for.
+    /// Largest error of a result.
     worst: f64,
 }
 
 impl<'a> Shorter<'a> {
-    /// Of a fit whose mean squared difference where it was not fitted is `held`.
-    pub(super) fn new(fit: Damped, held: f64, batch: &'a Batch) -> Self {
+    /// Starts from a fit whose mean squared error on the held-back samples is `held`.
+    pub(super) fn new(fit: LevenbergMarquardt, held: f64, batch: &'a Batch) -> Self {
         let worst = WORST * WORST * fit.error.max(held);
         Self { fit, batch, worst }
     }
 }
 
 impl Iterator for Shorter<'_> {
-    type Item = Damped;
+    type Item = LevenbergMarquardt;
 
-    fn next(&mut self) -> Option<Damped> {
+    fn next(&mut self) -> Option<LevenbergMarquardt> {
         self.fit = SHARES.iter().find_map(|share| {
             let shorter = without_least(&self.fit.lobes, self.batch, *share)?;
-            let mut shorter = Damped::new(shorter, self.batch);
+            let mut shorter = LevenbergMarquardt::new(shorter, self.batch);
             shorter.refine(self.batch, STEPS);
             (shorter.error <= self.worst).then_some(shorter)
         })?;
@@ -48,24 +50,25 @@ impl Iterator for Shorter<'_> {
     }
 }
 
-/// The lobes without that share of the weights, at least one, those that are needed least; nothing where none would be left.
+/// Removes that share of the weights, at least one, the least needed first; `None` if no weight
+/// would remain.
 fn without_least(lobes: &Lobes, batch: &Batch, share: f64) -> Option<Lobes> {
     let mut next = lobes.clone();
     let colours = lobes.shape.colour(0, 0);
-    let free: Vec<usize> = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]).collect();
+    let free: Vec<usize> = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]).collect();
     let count = free.len();
-    let mut matrix = normal(lobes, batch).0.matrix;
+    let mut matrix = normal_equations(lobes, batch).0.matrix;
     let largest = (0..count).map(|k| matrix[k * count + k]).fold(0.0, f64::max);
     for k in 0..count {
-        matrix[k * count + k] += DAMPING * largest;
+        matrix[k * count + k] += REGULARISATION * largest;
     }
     let inverse = inverse_diagonal(matrix, count)?;
-    let needed = |(at, number): (usize, &usize)| {
-        let value = lobes.numbers[*number];
-        (value * value / inverse[at], *number)
+    let needed = |(at, index): (usize, &usize)| {
+        let value = lobes.parameters[*index];
+        (value * value / inverse[at], *index)
     };
     let mut weights: Vec<(f64, usize)> =
-        free.iter().enumerate().map(needed).filter(|(_, number)| *number < colours).collect();
+        free.iter().enumerate().map(needed).filter(|(_, index)| *index < colours).collect();
     weights.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     #[expect(
         clippy::cast_possible_truncation,
@@ -76,27 +79,27 @@ fn without_least(lobes: &Lobes, batch: &Batch, share: f64) -> Option<Lobes> {
     if weights.len() <= gone {
         return None;
     }
-    for (_, number) in &weights[..gone] {
-        leave_out(&mut next, *number);
+    for (_, index) in &weights[..gone] {
+        leave_out(&mut next, *index);
     }
     leave_out_units(&mut next);
     Some(next)
 }
 
-fn leave_out(lobes: &mut Lobes, number: usize) {
-    lobes.numbers[number] = 0.0;
-    lobes.free[number] = false;
+fn leave_out(lobes: &mut Lobes, index: usize) {
+    lobes.parameters[index] = 0.0;
+    lobes.free[index] = false;
 }
 
-/// Units that no term reads need no weights.
+/// Removes the weights of units that no term reads.
 fn leave_out_units(lobes: &mut Lobes) {
     let shape = lobes.shape.clone();
     for unit in 0..shape.units {
         let is_read = (0..shape.terms).any(|term| lobes.free[shape.term(term, unit)]);
         for input in 0..=shape.inputs.len() {
-            let number = shape.unit(unit, input);
-            if !is_read && lobes.free[number] {
-                leave_out(lobes, number);
+            let index = shape.unit(unit, input);
+            if !is_read && lobes.free[index] {
+                leave_out(lobes, index);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What fits of a model come to, and that threads change nothing.
+//! Tests of fits of a model, and that they do not depend on thread count.
 
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_program::Program;
@@ -24,7 +24,7 @@ fn fit(generations: u32, seed: u64) -> Fit {
     fit
 }
 
-/// What becomes of one that reflects more than there is, on so many threads.
+/// Fit of a material that reflects more than it receives, on that many threads.
 fn shining(threads: usize) -> Lobes {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
@@ -33,12 +33,12 @@ fn shining(threads: usize) -> Lobes {
         for _ in 0..3 {
             fit.step();
         }
-        assert!(fit.is_under);
+        assert!(fit.has_albedo_penalty);
         fit.refine(fit.front(), &mut || true).remove(0).lobes
     })
 }
 
-/// The one that does best on what was held back, refined.
+/// The best fit on the held-back samples, refined.
 fn best(fit: &Fit) -> Lobes {
     let best = fit.front().min_by(|a, b| a.held.total_cmp(&b.held));
     fit.refine(best.into_iter(), &mut || true).remove(0).lobes
@@ -51,7 +51,7 @@ fn e_log(lobes: &Lobes, samples: &Samples) -> f64 {
 }
 
 #[test]
-fn model_is_matched_where_it_was_not_looked_at() {
+fn fit_generalises_to_other_samples() {
     let lobes = best(&fit(4, 1));
     let test = Samples::of(&*metal(), draw_pairs(4000, 2));
     let nothing = metric::e_log(&test.weighted(), &vec![[0.0; 3]; test.len()]);
@@ -60,7 +60,7 @@ fn model_is_matched_where_it_was_not_looked_at() {
 }
 
 #[test]
-fn front_gets_shorter_and_is_no_better_for_it() {
+fn front_trades_error_for_length() {
     let fit = fit(3, 2);
     let front = fit.refine(fit.front(), &mut || true);
     assert!(front.len() > 5, "{}", front.len());
@@ -73,7 +73,7 @@ fn front_gets_shorter_and_is_no_better_for_it() {
 }
 
 #[test]
-fn generations_do_not_depend_on_the_threads() {
+fn generations_do_not_depend_on_thread_count() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -91,14 +91,14 @@ fn generations_do_not_depend_on_the_threads() {
 }
 
 #[test]
-fn nothing_is_found_before_the_first_generation() {
+fn front_is_empty_before_the_first_generation() {
     let fit = fit(0, 1);
     assert!(fit.best().is_none() && fit.front().next().is_none());
     assert!(fit.refine(fit.front(), &mut || true).is_empty());
 }
 
 #[test]
-fn fit_has_no_spikes_where_no_sample_is() {
+fn fit_has_no_spikes_between_samples() {
     let lobes = best(&fit(4, 1));
     let pairs = narrow_pairs(20_000, 5);
     let own = Samples::of(&*metal(), pairs.clone()).largest();
@@ -108,7 +108,7 @@ fn fit_has_no_spikes_where_no_sample_is() {
 }
 
 #[test]
-fn nothing_stands_out_far_where_samples_are_few() {
+fn front_stays_below_the_ceiling_where_samples_are_few() {
     let pairs = || narrow_pairs(1 << 16, 99);
     let most = 2.0 * Samples::of(&*metal(), pairs()).largest();
     let fit = fit(3, 2);

@@ -1,4 +1,4 @@
-//! Starts: numbers drawn so that some of them lead to good fits.
+//! Random starts from which fits often succeed.
 
 use brood_brdf::Input;
 use brood_genome::Stream;
@@ -6,15 +6,16 @@ use brood_genome::Stream;
 use super::batch::Point;
 use super::{Lobes, Shape};
 
-/// Deviation of the weights of terms.
+/// Standard deviation of the weights of terms.
 const SPREAD: f64 = 0.15;
-/// Terms after the first fall with the units of the half vector's angle by up to this.
+/// Largest fall-off of the terms after the first with the units of the half angle.
 const FALL: f64 = 1.5;
-/// Samples that colours are fitted to.
+/// Number of samples that colours are fitted to.
 const ENOUGH: usize = 512;
 
-/// A start. Half of the units bend along ln tan theta_h, at places all over its range, the others along one input each; the first
-/// term starts diffuse, the others fall off from the mirror direction; colours are those that fit best.
+/// Draws a start. Half of the units bend along ln tan theta_h at positions over its whole range,
+/// the others along one input each. The first term is diffuse, the others fall off from the mirror
+/// direction. Colours are fitted.
 pub(super) fn start(shape: &Shape, points: &[Point], stream: &mut Stream) -> Lobes {
     let mut lobes = Lobes::new(shape.clone());
     let ranges: Vec<(f64, f64)> = (0..shape.inputs.len()).map(|at| range(points, at)).collect();
@@ -27,22 +28,23 @@ pub(super) fn start(shape: &Shape, points: &[Point], stream: &mut Stream) -> Lob
         let slope = if bends(unit) && half.is_some() {
             1.0 + 0.2 * bell(stream)
         } else {
-            // As much of a bend over the range as the others have.
+            // Bends about as much over the range as the others.
             8.0 / (high - low).max(1e-3) * (0.5 + unit_interval(stream))
         };
         let place = low + (high - low) * unit_interval(stream);
-        lobes.numbers[shape.unit(unit, input)] = slope;
-        lobes.numbers[shape.unit(unit, shape.inputs.len())] = -slope * place;
+        lobes.parameters[shape.unit(unit, input)] = slope;
+        lobes.parameters[shape.unit(unit, shape.inputs.len())] = -slope * place;
     }
     for term in 0..shape.terms {
         for feature in 0..shape.features() - 1 {
-            // Of inputs with a wide range, less: an exponential is soon out of bounds.
+            // Smaller weights for inputs with a wide range, so that the exponential stays in
+            // bounds.
             let scale = match feature.checked_sub(shape.units) {
                 Some(input) => 1.0f64.min(4.0 / (ranges[input].1 - ranges[input].0).max(1e-3)),
                 None => 1.0,
             };
             let fall = if term > 0 && bends(feature) { FALL * unit_interval(stream) } else { 0.0 };
-            lobes.numbers[shape.term(term, feature)] = SPREAD * scale * bell(stream) - fall;
+            lobes.parameters[shape.term(term, feature)] = SPREAD * scale * bell(stream) - fall;
         }
     }
     colour(&mut lobes, points);
@@ -63,7 +65,7 @@ fn range(points: &[Point], input: usize) -> (f64, f64) {
     (low, points.iter().map(of).fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Sets the colours to those that fit the roots of what is wanted best, small ones counting more.
+/// Fits the colours to the square roots of the target, with more weight on small values.
 fn colour(lobes: &mut Lobes, points: &[Point]) {
     let terms = lobes.shape.terms;
     let points: Vec<&Point> = points.iter().step_by(points.len().div_ceil(ENOUGH)).collect();
@@ -71,11 +73,11 @@ fn colour(lobes: &mut Lobes, points: &[Point]) {
     for channel in 0..3 {
         let (mut matrix, mut right) = (vec![0.0; terms * terms], vec![0.0; terms]);
         for (point, row) in points.iter().zip(&rows) {
-            let f = libm::expm1(f64::from(point.wanted[channel])) / f64::from(point.weight);
-            let wanted = f.max(0.0).sqrt();
-            let counts = 1.0 / (wanted + 0.05);
+            let f = libm::expm1(f64::from(point.target[channel])) / f64::from(point.weight);
+            let target = f.max(0.0).sqrt();
+            let counts = 1.0 / (target + 0.05);
             for (a, first) in row.iter().enumerate() {
-                right[a] += counts * first * wanted;
+                right[a] += counts * first * target;
                 for (b, second) in row.iter().enumerate() {
                     matrix[a * terms + b] += counts * first * second;
                 }
@@ -83,30 +85,32 @@ fn colour(lobes: &mut Lobes, points: &[Point]) {
         }
         let factors = non_negative(&matrix, &right);
         for (term, factor) in factors.iter().enumerate() {
-            // Not nothing, so that it can grow again.
-            lobes.numbers[lobes.shape.colour(term, channel)] =
+            // Above 0, so that the factor can grow again.
+            lobes.parameters[lobes.shape.colour(term, channel)] =
                 libm::log2(factor.max(1e-4)).min(15.0);
         }
     }
 }
 
 fn exponentials(lobes: &Lobes, point: &Point) -> Vec<f64> {
-    let (shape, numbers) = (&lobes.shape, &lobes.numbers);
+    let (shape, parameters) = (&lobes.shape, &lobes.parameters);
     let inputs = || point.inputs.iter().map(|value| f64::from(*value));
     let unit = |unit: usize| {
-        let sum: f64 = inputs().enumerate().map(|(at, x)| numbers[shape.unit(unit, at)] * x).sum();
-        let argument = sum + numbers[shape.unit(unit, shape.inputs.len())];
+        let sum: f64 =
+            inputs().enumerate().map(|(at, x)| parameters[shape.unit(unit, at)] * x).sum();
+        let argument = sum + parameters[shape.unit(unit, shape.inputs.len())];
         argument.max(0.0) + libm::log1p(libm::exp2(-argument.abs())) / std::f64::consts::LN_2
     };
     let features: Vec<f64> = (0..shape.units).map(unit).chain(inputs()).collect();
     let term = |term: usize| {
-        let products = features.iter().enumerate().map(|(at, x)| numbers[shape.term(term, at)] * x);
+        let products =
+            features.iter().enumerate().map(|(at, x)| parameters[shape.term(term, at)] * x);
         libm::exp2(products.sum::<f64>().clamp(-24.0, 16.0))
     };
     (0..shape.terms).map(term).collect()
 }
 
-/// x >= 0 with the least x A x / 2 - b x, by turns in each coordinate.
+/// Returns x >= 0 that minimises x A x / 2 - b x, by coordinate descent.
 fn non_negative(matrix: &[f64], right: &[f64]) -> Vec<f64> {
     let count = right.len();
     let mut x = vec![0.0; count];
@@ -125,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn non_negative_solution_is_the_free_one_where_that_is_and_has_zeros_where_not() {
+    fn non_negative_solution_clamps_negative_coordinates() {
         let x = non_negative(&[2.0, 1.0, 1.0, 3.0], &[4.0, 7.0]);
         assert!((x[0] - 1.0).abs() < 1e-9 && (x[1] - 2.0).abs() < 1e-9);
         let x = non_negative(&[1.0, 0.5, 0.5, 1.0], &[-1.0, 1.0]);

@@ -1,20 +1,20 @@
-//! The family's shape and its numbers.
+//! Shape and parameters of a member of the family.
 
 use brood_brdf::Input;
 
-/// How large a member of the family is.
+/// Size of a member of the family.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
-    /// The inputs x, d of them.
+    /// Inputs x; their number is d.
     pub inputs: Vec<Input>,
-    /// Units u: M.
+    /// Number of units u: M.
     pub units: usize,
-    /// Terms e: J.
+    /// Number of terms e: J.
     pub terms: usize,
 }
 
 impl Shape {
-    /// The inputs that describe a highlight of an isotropic material, and its rim.
+    /// Inputs that describe the highlight and the rim of an isotropic material.
     pub const INPUTS: [Input; 8] = [
         Input::LogTanHalf,
         Input::HalfDotLight,
@@ -26,7 +26,8 @@ impl Shape {
         Input::LogCosineProduct,
     ];
 
-    /// With all of [`Shape::INPUTS`], and [`Input::MirrorAsymmetry`] where a material may tell left from right.
+    /// Creates a shape with all of [`Shape::INPUTS`], plus [`Input::MirrorAsymmetry`] unless the
+    /// material `is_mirrored`.
     #[must_use]
     pub fn new(units: usize, terms: usize, is_mirrored: bool) -> Self {
         let mut inputs = Self::INPUTS.to_vec();
@@ -36,13 +37,13 @@ impl Shape {
         Self { inputs, units, terms }
     }
 
-    /// How many numbers there are.
+    /// Number of parameters.
     #[must_use]
     pub fn len(&self) -> usize {
         self.colour(self.terms, 0)
     }
 
-    /// Whether there is nothing at all.
+    /// True if there are no parameters.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -53,12 +54,12 @@ impl Shape {
         self.units + self.inputs.len() + 1
     }
 
-    /// Index of what unit `unit` takes of input `input`; of its bias where that is d.
+    /// Index of the weight of input `input` in unit `unit`; `input` = d is the bias.
     pub(super) fn unit(&self, unit: usize, input: usize) -> usize {
         unit * (self.inputs.len() + 1) + input
     }
 
-    /// Index of what term `term` takes of feature `feature` of (u, x).
+    /// Index of the weight of feature `feature` of (u, x) in term `term`.
     pub(super) fn term(&self, term: usize, feature: usize) -> usize {
         self.unit(self.units, 0) + term * (self.features() - 1) + feature
     }
@@ -73,26 +74,27 @@ impl Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lobes {
     pub(super) shape: Shape,
-    /// By the indices of the shape. log2 C is -infinity where a term has nothing in a channel.
-    pub(super) numbers: Vec<f64>,
-    /// Whether each is fitted, or stays 0 (a factor C of 0).
+    /// Parameters by the indices of the shape. log2 C is -infinity where a term has no factor in a
+    /// channel.
+    pub(super) parameters: Vec<f64>,
+    /// True for fitted parameters; the others stay 0 (for colours, C = 0).
     pub(super) free: Vec<bool>,
 }
 
 impl Lobes {
-    /// All numbers 0, all of them to be fitted.
+    /// All parameters 0 and free.
     pub(super) fn new(shape: Shape) -> Self {
         let count = shape.len();
-        Self { shape, numbers: vec![0.0; count], free: vec![true; count] }
+        Self { shape, parameters: vec![0.0; count], free: vec![true; count] }
     }
 
-    /// How large it is.
+    /// Size.
     #[must_use]
     pub fn shape(&self) -> &Shape {
         &self.shape
     }
 
-    /// How many numbers are fitted.
+    /// Number of fitted parameters.
     #[must_use]
     pub fn free(&self) -> usize {
         self.free.iter().filter(|free| **free).count()

@@ -1,42 +1,43 @@
-//! One pass over a block of samples: what the lobes are worth there, how far that is from what is wanted, and how that
-//! changes with the numbers.
+//! One pass over a block of samples: values of the lobes, residuals, and products for the normal
+//! equations.
 
 use brood_eval::Work;
 use brood_genome::Functions;
 
 use super::batch::{Block, LANES, Row};
-use super::product::{Turned, add_products, sum};
+use super::product::{Transposed, add_products, sum};
 use super::{Lobes, Shape};
 
-/// The numbers as the machine has them.
-pub(super) struct Numbers {
+/// Parameters as f32, as the machine has them.
+pub(super) struct Parameters {
     pub(super) shape: Shape,
     values: Vec<f32>,
     /// [term][channel]: C.
     pub(super) factors: Vec<[f32; 3]>,
 }
 
-impl Numbers {
+impl Parameters {
     #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
     pub(super) fn new(lobes: &Lobes) -> Self {
-        let (shape, numbers) = (lobes.shape.clone(), &lobes.numbers);
-        let factor = |term, channel| libm::exp2(numbers[shape.colour(term, channel)]) as f32;
+        let (shape, parameters) = (lobes.shape.clone(), &lobes.parameters);
+        let factor = |term, channel| libm::exp2(parameters[shape.colour(term, channel)]) as f32;
         let factors = (0..shape.terms).map(|term| [0, 1, 2].map(|c| factor(term, c))).collect();
-        let values = numbers.iter().map(|number| *number as f32).collect();
+        let values = parameters.iter().map(|number| *number as f32).collect();
         Self { shape, values, factors }
     }
 }
 
-/// Sums over samples that the normal equations are put together from.
+/// Sums over samples from which the normal equations are assembled.
 pub(super) struct Sums {
     /// Sum of squared differences.
     pub(super) error: f64,
-    /// [pair of features k <= k'][pair of slots p <= p']: what slots have to do with each other.
+    /// [pair of features k <= k'][pair of slots p <= p']: products of slots.
     pub(super) slots: Vec<f64>,
-    /// [row][feature]: of every channel and term the colour with each slot, then of each slot the gradient, then of every channel
-    /// and term the gradient of the colour (with feature 1).
+    /// [row][feature]. Rows: for every channel and term the colour with each slot; then the
+    /// gradient of each slot; then for every channel and term the gradient of the colour (at
+    /// feature 1).
     pub(super) rest: Vec<f64>,
-    /// Numbers of a pair of features, and of a row: a little more than there are slots' pairs and features.
+    /// Row lengths of `slots` and `rest`: the pairs of slots and the features, padded.
     pub(super) widths: [usize; 2],
 }
 
@@ -44,7 +45,7 @@ impl Sums {
     pub(super) fn zero(shape: &Shape) -> Self {
         let (slots, features, terms) = (slots(shape), shape.features(), shape.terms);
         let rows = 3 * terms * slots + slots + 3 * terms;
-        let widths = [triangle(slots), features].map(|rows| Turned::new(rows).width());
+        let widths = [triangle(slots), features].map(|rows| Transposed::new(rows).width());
         Self {
             error: 0.0,
             slots: vec![0.0; widths[0] * triangle(features)],
@@ -64,7 +65,7 @@ impl Sums {
     }
 }
 
-/// Arguments of exponentials and of activations, one for each term, then for each unit.
+/// Number of slots: the arguments of the exponentials of terms, then of the activations of units.
 pub(super) fn slots(shape: &Shape) -> usize {
     shape.terms + shape.units
 }
@@ -73,35 +74,35 @@ pub(super) fn triangle(count: usize) -> usize {
     count * (count + 1) / 2
 }
 
-/// Room for one block, used for one after the other.
-pub(super) struct Room {
+/// Buffers for one block, reused for the next.
+pub(super) struct Workspace {
     /// (u, x, 1).
     pub(super) features: Vec<Row>,
-    /// Of each unit: du by its argument.
-    slopes: Vec<Row>,
+    /// Derivative of each unit by its argument.
+    derivatives: Vec<Row>,
     pub(super) terms: Vec<Row>,
-    /// [channel]: of the two differences the one residual that has both their slopes and gradients.
+    /// [channel]: one residual that stands for both differences, with the same gradient products.
     pub(super) residuals: [Row; 3],
-    /// [channel]: the residual by S.
+    /// [channel]: derivative of the residual by S.
     pub(super) by_result: [Row; 3],
-    /// The squared differences, summed over channels.
+    /// Squared differences, summed over channels.
     squares: Row,
-    /// Those of ln(1 + f cos_i) alone.
+    /// Squared differences of ln(1 + f cos_i) only.
     logarithmic: Row,
-    /// [channel][slot]: the residual by the slot's argument.
+    /// [channel][slot]: derivative of the residual by the slot's argument.
     pub(super) by_slot: Vec<Row>,
     left: Vec<Row>,
-    pairs: Turned,
-    turned: Turned,
+    pairs: Transposed,
+    transposed: Transposed,
     sums: Vec<f32>,
 }
 
-impl Room {
+impl Workspace {
     pub(super) fn new(shape: &Shape) -> Self {
         let rows = |count: usize| vec![Row::ZERO; count];
         Self {
             features: rows(shape.features()),
-            slopes: rows(shape.units),
+            derivatives: rows(shape.units),
             terms: rows(shape.terms),
             residuals: [Row::ZERO; 3],
             by_result: [Row::ZERO; 3],
@@ -109,32 +110,32 @@ impl Room {
             logarithmic: Row::ZERO,
             by_slot: rows(3 * slots(shape)),
             left: Vec::new(),
-            pairs: Turned::new(triangle(slots(shape))),
-            turned: Turned::new(shape.features()),
+            pairs: Transposed::new(triangle(slots(shape))),
+            transposed: Transposed::new(shape.features()),
             sums: Vec::new(),
         }
     }
 }
 
-impl Room {
-    /// The squared differences of each sample, summed over its channels.
+impl Workspace {
+    /// Squared differences of each sample, summed over its channels.
     pub(super) fn squares(&self) -> Vec<f32> {
         self.squares.0.to_vec()
     }
 
-    /// The sum of those of ln(1 + f cos_i) alone.
+    /// Sum of the squared differences of ln(1 + f cos_i) only.
     pub(super) fn logarithmic(&self) -> f64 {
         sum(&self.logarithmic)
     }
 }
 
-/// The sum of squared differences of a block, and with `sums` how it changes.
+/// Computes the sum of squared differences of a block, and adds to `sums` if present.
 pub(super) struct Sweep<'a> {
-    pub(super) numbers: &'a Numbers,
+    pub(super) parameters: &'a Parameters,
     pub(super) block: &'a Block,
-    /// Of the batch.
+    /// 1 / m of the batch.
     pub(super) gain: f32,
-    pub(super) room: &'a mut Room,
+    pub(super) workspace: &'a mut Workspace,
     pub(super) sums: Option<&'a mut Sums>,
 }
 
@@ -149,27 +150,27 @@ impl Work for Sweep<'_> {
             self.slots();
             self.products();
         }
-        sum(&self.room.squares)
+        sum(&self.workspace.squares)
     }
 }
 
 impl Sweep<'_> {
-    /// Units, then terms.
+    /// Evaluates units, then terms.
     #[inline(always)]
     pub(super) fn forwards(&mut self) {
         let functions = std::hint::black_box(Functions::KNOWN);
-        let Numbers { shape, values, .. } = self.numbers;
-        let Room { features, slopes, terms, .. } = &mut *self.room;
+        let Parameters { shape, values, .. } = self.parameters;
+        let Workspace { features, derivatives, terms, .. } = &mut *self.workspace;
         let (own, given) = features.split_at_mut(shape.units);
         given[..shape.inputs.len()].copy_from_slice(&self.block.inputs);
         given[shape.inputs.len()] = Row([1.0; LANES]);
-        for (unit, (u, slope)) in own.iter_mut().zip(slopes).enumerate() {
+        for (unit, (u, derivative)) in own.iter_mut().zip(derivatives).enumerate() {
             combine(u, &values[shape.unit(unit, 0)..][..given.len()], given);
             for lane in 0..LANES {
                 let value = functions.spl(u.0[lane]);
                 u.0[lane] = value;
                 // 2^a / (1 + 2^a), where 1 + 2^a is 2^u.
-                slope.0[lane] = 1.0 - functions.ex2::<true>(-value);
+                derivative.0[lane] = 1.0 - functions.ex2::<true>(-value);
             }
         }
         for (term, e) in terms.iter_mut().enumerate() {
@@ -184,13 +185,14 @@ impl Sweep<'_> {
     #[inline(always)]
     fn residuals(&mut self) {
         let functions = std::hint::black_box(Functions::KNOWN);
-        let Block { weight, wanted, relative, importance, share, side, .. } = self.block;
-        let Room { terms, residuals, by_result, squares, logarithmic, .. } = &mut *self.room;
+        let Block { weight, target, relative, importance, share, side, .. } = self.block;
+        let Workspace { terms, residuals, by_result, squares, logarithmic, .. } =
+            &mut *self.workspace;
         (*squares, *logarithmic) = (Row::ZERO, Row::ZERO);
         let gain = self.gain;
         for channel in 0..3 {
             let mut result = Row::ZERO;
-            for (e, factors) in terms.iter().zip(&self.numbers.factors) {
+            for (e, factors) in terms.iter().zip(&self.parameters.factors) {
                 for lane in 0..LANES {
                     result.0[lane] += factors[channel] * e.0[lane];
                 }
@@ -199,8 +201,8 @@ impl Sweep<'_> {
                 let (s, w, counts) = (result.0[lane], weight.0[lane], importance.0[lane]);
                 let whole = 1.0 + (s * s) * w;
                 let found = std::f32::consts::LN_2 * functions.log2(whole);
-                let difference = found - wanted[channel].0[lane];
-                // What is within its bound does not change with anything.
+                let difference = found - target[channel].0[lane];
+                // A bound that holds has no residual.
                 let counts = if difference * side.0[lane] < 0.0 { 0.0 } else { counts };
                 let (first, by_first) = (counts * difference, counts * (2.0 * (s * w)) / whole);
                 let share = share.0[lane];
@@ -208,22 +210,23 @@ impl Sweep<'_> {
                 let found = std::f32::consts::LN_2 * functions.log2(whole);
                 let second = share * (found - relative[channel].0[lane]);
                 let by_second = share * (gain * (2.0 * (s * w))) / whole;
-                // One residual r with slope j: j^2 and j r are the sums of both. No slope is nothing at all.
-                let slope = (by_first * by_first + by_second * by_second).sqrt();
+                // One residual r of derivative j, such that j^2 and j r are the sums over both. If
+                // j is 0, so is r.
+                let derivative = (by_first * by_first + by_second * by_second).sqrt();
                 let both = by_first * first + by_second * second;
-                residuals[channel].0[lane] = both / slope.max(f32::MIN_POSITIVE);
-                by_result[channel].0[lane] = slope;
+                residuals[channel].0[lane] = both / derivative.max(f32::MIN_POSITIVE);
+                by_result[channel].0[lane] = derivative;
                 squares.0[lane] += first * first + second * second;
                 logarithmic.0[lane] += first * first;
             }
         }
     }
 
-    /// The residuals by the arguments of terms and units.
+    /// Derivatives of the residuals by the arguments of terms and units.
     #[inline(always)]
     pub(super) fn slots(&mut self) {
-        let Numbers { shape, values, factors } = self.numbers;
-        let Room { slopes, terms, by_result, by_slot, .. } = &mut *self.room;
+        let Parameters { shape, values, factors } = self.parameters;
+        let Workspace { derivatives, terms, by_result, by_slot, .. } = &mut *self.workspace;
         for (by_slot, (channel, by_result)) in
             by_slot.chunks_exact_mut(slots(shape)).zip(by_result.iter().enumerate())
         {
@@ -234,7 +237,8 @@ impl Sweep<'_> {
                     row.0[lane] = by_result.0[lane] * (factor * e.0[lane]);
                 }
             }
-            for (unit, (row, slope)) in by_unit.iter_mut().zip(slopes.iter()).enumerate() {
+            for (unit, (row, derivative)) in by_unit.iter_mut().zip(derivatives.iter()).enumerate()
+            {
                 *row = Row::ZERO;
                 for (term, by_term) in by_term.iter().enumerate() {
                     let weight = values[shape.term(term, unit)];
@@ -243,7 +247,7 @@ impl Sweep<'_> {
                     }
                 }
                 for lane in 0..LANES {
-                    row.0[lane] *= slope.0[lane];
+                    row.0[lane] *= derivative.0[lane];
                 }
             }
         }
@@ -252,10 +256,11 @@ impl Sweep<'_> {
     #[inline(always)]
     fn products(&mut self) {
         let Some(sums) = &mut self.sums else { return };
-        let shape = &self.numbers.shape;
+        let shape = &self.parameters.shape;
         let (slots, terms) = (slots(shape), shape.terms);
-        let Room { features, residuals, by_slot, left, pairs, turned, sums: room, .. } =
-            &mut *self.room;
+        let Workspace {
+            features, residuals, by_slot, left, pairs, transposed, sums: buffer, ..
+        } = &mut *self.workspace;
         let by_slot = |channel: usize, slot: usize| &by_slot[channel * slots + slot];
         let mut at = 0;
         for a in 0..slots {
@@ -267,9 +272,9 @@ impl Sweep<'_> {
         left.clear();
         for (k, a) in features.iter().enumerate() {
             left.extend(features[k..].iter().map(|b| product(a, b)));
-            turned.set(k, a);
+            transposed.set(k, a);
         }
-        add_products(left, pairs, &mut sums.slots, room);
+        add_products(left, pairs, &mut sums.slots, buffer);
         left.clear();
         for channel in 0..3 {
             for term in 0..terms {
@@ -283,11 +288,11 @@ impl Sweep<'_> {
         for (channel, residual) in residuals.iter().enumerate() {
             left.extend((0..terms).map(|term| product(by_slot(channel, term), residual)));
         }
-        add_products(left, turned, &mut sums.rest, room);
+        add_products(left, transposed, &mut sums.rest, buffer);
     }
 }
 
-/// The sum of rows times weights.
+/// Weighted sum of rows.
 #[inline(always)]
 fn combine(out: &mut Row, weights: &[f32], rows: &[Row]) {
     *out = Row::ZERO;

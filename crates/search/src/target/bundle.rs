@@ -1,8 +1,10 @@
-//! Pictures of known scenes as one file, which needs nothing else: scenes, meshes, profiles of lights, pictures and masks.
+//! File format that bundles pictures of known scenes with everything they need: scenes, meshes,
+//! light profiles, pictures and masks.
 //!
-//! Owns the form of that file (postcard behind a version) and its bound. The server makes it of an upload and stores it under its hash, so that a
-//! target means the same whatever happens to meshes and files of lights; workers and the server itself read it. It stands here because a
-//! target's file is read in this crate, whatever its kind, and both have this crate.
+//! Owns the encoding (postcard after a version) and its size limits. The server makes a bundle of
+//! an upload and stores it under its hash, so that a target keeps its meaning when meshes and light
+//! files change; workers and the server read it. It is in this crate because target files of every
+//! kind are read here.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,68 +15,71 @@ use serde::{Deserialize, Serialize};
 use super::known::{KnownView, Pictures, PicturesError, Setting, ViewError};
 use super::{MeasuredTarget, Samples};
 
-/// Opens every file; the digit is the version.
+/// Prefix of every file; the digit is the version.
 const MAGIC: &[u8; 17] = b"brood pictures/1\n";
-/// Most bytes of a file: pictures of 64 MiB with several large meshes.
+/// Largest file in bytes: pictures of 64 MiB with several large meshes.
 const BYTES_MOST: usize = 256 << 20;
-/// Most views of a file.
+/// Largest number of views in a file.
 const VIEWS_MOST: usize = 16;
 
 /// Pictures with everything that they were made with.
 #[derive(Debug, Clone, Default)]
 pub struct PictureBundle {
-    /// The views, in their order.
+    /// Views in their order.
     pub views: Vec<BundledView>,
-    /// Files of photometric profiles by the names that scenes have for them. Lights that shine from an environment are in no target.
+    /// Photometric profile files by the names that the scenes use. Targets have no environment
+    /// lights.
     pub profiles: BTreeMap<String, Vec<u8>>,
 }
 
-/// One of them.
+/// A view of a bundle.
 #[derive(Debug, Clone)]
 pub struct BundledView {
-    /// How the mesh is seen and lit.
+    /// Camera, lights and film.
     pub scene: Scene,
-    /// The mesh, where the scene names no built-in one.
+    /// Mesh; `None` if the scene names a built-in one.
     pub mesh: Option<Arc<Mesh>>,
-    /// How its pixels were sampled.
+    /// Sampling of its pixels.
     pub sampling: Sampling,
-    /// Whether its brightness is not known.
+    /// True if its brightness is unknown.
     pub is_gain_unknown: bool,
-    /// Whether nothing is fitted to it.
+    /// True if it is held out of the fit.
     pub is_held_out: bool,
-    /// The file of the picture.
+    /// Encoded picture.
     pub picture: Vec<u8>,
-    /// The file of the mask.
+    /// Encoded mask.
     pub mask: Option<Vec<u8>>,
 }
 
-/// Why bytes are no bundle, or cannot be one.
+/// Error of encoding or decoding a bundle.
 #[derive(Debug, thiserror::Error)]
 pub enum BundleError {
-    /// Something else, or of another version.
-    #[error("these are no pictures of this version")]
+    /// The file has another format or version.
+    #[error("this is no picture bundle of the supported version")]
     Version,
-    /// Broken.
+    /// The file cannot be decoded.
     #[error("the pictures cannot be read: {0}")]
     Malformed(String),
-    /// Too many bytes.
-    #[error("pictures, masks, meshes and profiles take {0} bytes; {BYTES_MOST} is the most")]
+    /// The file is too large.
+    #[error(
+        "pictures, masks, meshes and profiles take {0} bytes; at most {BYTES_MOST} are allowed"
+    )]
     TooLarge(usize),
     /// No or too many views.
-    #[error("a target has 1 to {VIEWS_MOST} pictures, not {0}")]
+    #[error("a target has 1 to {VIEWS_MOST} pictures, got {0}")]
     Views(usize),
-    /// A view without its mesh.
-    #[error("the scene of picture {0} names a mesh that is not there")]
+    /// The mesh of a view is missing; contains the index of the view.
+    #[error("the mesh in the scene of picture {0} is missing")]
     Mesh(usize),
-    /// A profile that is none.
+    /// A light's profile is invalid.
     #[error("the profile of a light cannot be read: {0}")]
     Profile(String),
-    /// Readable, and still nothing to match.
+    /// Readable, but not usable as a target.
     #[error(transparent)]
     Pictures(#[from] PicturesError),
 }
 
-/// As it is written: every mesh once.
+/// Borrowed form for encoding; every mesh is stored once.
 #[derive(Serialize)]
 struct Written<'a> {
     meshes: Vec<&'a Mesh>,
@@ -84,7 +89,7 @@ struct Written<'a> {
 
 #[derive(Serialize)]
 struct WrittenView<'a> {
-    /// JSON: scenes have fields that other forms cannot tell apart.
+    /// JSON, because scenes have fields that need a self-describing format.
     scene: String,
     mesh: Option<u32>,
     sampling: Sampling,
@@ -94,7 +99,7 @@ struct WrittenView<'a> {
     mask: Option<Octets<'a>>,
 }
 
-/// Bytes that are written at once, not one by one.
+/// Bytes that are serialised as one slice instead of one by one.
 struct Octets<'a>(&'a [u8]);
 
 impl Serialize for Octets<'_> {
@@ -103,7 +108,7 @@ impl Serialize for Octets<'_> {
     }
 }
 
-/// As it is read.
+/// Form for decoding.
 #[derive(Deserialize)]
 struct Read<'a> {
     meshes: Vec<Mesh>,
@@ -126,17 +131,21 @@ struct ReadView<'a> {
 }
 
 impl PictureBundle {
-    /// Most views of a bundle.
+    /// Largest number of views in a bundle.
     pub const VIEWS_MOST: usize = VIEWS_MOST;
 
-    /// The file. Equal views give equal bytes.
+    /// Encodes the bundle. Equal views give equal bytes.
+    ///
+    /// # Errors
+    /// Returns [`BundleError`] if the number of views is out of range, a mesh is missing, or the
+    /// result is too large.
     pub fn encode(&self) -> Result<Vec<u8>, BundleError> {
         self.check()?;
         let mut meshes: Vec<&Arc<Mesh>> = Vec::new();
-        let mut numbers = Vec::with_capacity(self.views.len());
+        let mut mesh_indices = Vec::with_capacity(self.views.len());
         for view in &self.views {
             let Some(mesh) = &view.mesh else {
-                numbers.push(None);
+                mesh_indices.push(None);
                 continue;
             };
             let known = meshes.iter().position(|known| same(known, mesh));
@@ -144,10 +153,10 @@ impl PictureBundle {
                 meshes.push(mesh);
                 meshes.len() - 1
             });
-            numbers.push(Some(u32::try_from(number).expect("there are few views")));
+            mesh_indices.push(Some(u32::try_from(number).expect("there are few views")));
         }
-        let views = self.views.iter().zip(numbers).map(|(view, mesh)| WrittenView {
-            scene: serde_json::to_string(&view.scene).expect("a scene is finite numbers and words"),
+        let views = self.views.iter().zip(mesh_indices).map(|(view, mesh)| WrittenView {
+            scene: serde_json::to_string(&view.scene).expect("scenes serialise as JSON"),
             mesh,
             sampling: view.sampling,
             is_gain_unknown: view.is_gain_unknown,
@@ -168,7 +177,11 @@ impl PictureBundle {
         Ok(bytes)
     }
 
-    /// Reads a file.
+    /// Decodes a bundle.
+    ///
+    /// # Errors
+    /// Returns [`BundleError`] if the bytes are no bundle of this version, are damaged or too
+    /// large, or a mesh is missing.
     pub fn decode(bytes: &[u8]) -> Result<Self, BundleError> {
         if bytes.len() > BYTES_MOST {
             return Err(BundleError::TooLarge(bytes.len()));
@@ -223,7 +236,10 @@ impl PictureBundle {
         }
     }
 
-    /// What the lights of the scenes refer to.
+    /// Parses the assets that the lights refer to.
+    ///
+    /// # Errors
+    /// Returns [`BundleError::Profile`] if a profile is invalid.
     pub fn assets(&self) -> Result<LightAssets, BundleError> {
         let mut assets = LightAssets::default();
         for (name, bytes) in &self.profiles {
@@ -234,7 +250,11 @@ impl PictureBundle {
         Ok(assets)
     }
 
-    /// All of it as a target.
+    /// Decodes all pictures as a target.
+    ///
+    /// # Errors
+    /// Returns [`BundleError`] if a profile or a picture cannot be read, or the pictures are no
+    /// target.
     pub fn target(&self) -> Result<(Pictures, MeasuredTarget), BundleError> {
         let assets = self.assets()?;
         let views = self.views.iter().map(|view| view.read(&assets));
@@ -243,7 +263,10 @@ impl PictureBundle {
 }
 
 impl BundledView {
-    /// Reads the view alone.
+    /// Decodes this view alone.
+    ///
+    /// # Errors
+    /// Returns [`ViewError`] if the picture or the mask cannot be read, or is no target.
     pub fn read(&self, assets: &LightAssets) -> Result<(KnownView, Samples), ViewError> {
         let mesh = match (&self.mesh, &self.scene.mesh) {
             (Some(mesh), _) => mesh.clone(),

@@ -1,4 +1,4 @@
-//! Bundles come back as they were written, are the same for the same pictures, and are refused where they are none.
+//! Tests that bundles round-trip, are deterministic, and are rejected when damaged.
 
 use std::io::Cursor;
 
@@ -30,7 +30,7 @@ fn white(side: u32) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A view of a mesh that was uploaded.
+/// A view of an uploaded mesh.
 fn view(light_deg: f64) -> BundledView {
     let json = format!(r#"{{"mesh": "{UPLOADED}", "light_deg": {light_deg}}}"#);
     let scene: Scene = serde_json::from_str(&json).unwrap();
@@ -53,17 +53,21 @@ fn bundle() -> PictureBundle {
 }
 
 #[test]
-fn bundle_is_a_target_that_needs_nothing_else() {
+fn bundle_round_trips_and_is_a_complete_target() {
     let bytes = bundle().encode().unwrap();
-    assert_eq!(bytes, bundle().encode().unwrap(), "the same bytes, whatever memory meshes are in");
+    assert_eq!(
+        bytes,
+        bundle().encode().unwrap(),
+        "equal meshes at different addresses give the same bytes"
+    );
     let again = PictureBundle::decode(&bytes).unwrap();
     assert_eq!(again.encode().unwrap(), bytes);
     let TargetFile { target, pictures, .. } = TargetFile::read(TargetKind::Image, &bytes).unwrap();
     let pictures = pictures.unwrap();
     let [first, second] = pictures.views.as_slice() else { panic!("two views") };
     assert!(second.is_masked && second.setting.is_held_out && !first.is_masked);
-    assert!(Arc::ptr_eq(&first.setting.mesh, &second.setting.mesh), "one mesh");
-    assert_eq!(pictures.counts, first.view.counts(), "what is held out is not fitted");
+    assert!(Arc::ptr_eq(&first.setting.mesh, &second.setting.mesh), "both views share one mesh");
+    assert_eq!(pictures.counts, first.view.counts(), "held-out views are not counted");
     let used = usize::try_from(pictures.counts.used).unwrap();
     assert_eq!(target.fitted.len() + target.held.len(), used);
     let f = target.fitted.values()[0];
@@ -72,19 +76,19 @@ fn bundle_is_a_target_that_needs_nothing_else() {
 }
 
 #[test]
-fn picture_is_shown_as_its_film_shows_it() {
+fn shown_picture_has_the_exposure_of_its_film() {
     let assets = LightAssets::default();
     let shown = |view: &BundledView| view.read(&assets).unwrap().0.shown();
     let codes = |shown: &Developed| shown.rgba.chunks(4).map(|rgba| rgba[0]).collect::<Vec<_>>();
-    // Automatic exposure, of radiance: nearly white at its brightest.
+    // Automatic exposure of a radiance picture: almost white at its brightest.
     let automatic = shown(&view(0.0));
     let brightest = codes(&automatic).into_iter().max().unwrap();
     assert!((240..=255).contains(&brightest) && automatic.exposure_ev != 0.0, "{brightest}");
-    // Given exposure.
+    // Fixed exposure.
     let mut darker = view(0.0);
     darker.scene.film.exposure = Exposure::Ev(automatic.exposure_ev - 1.0);
     assert!(codes(&shown(&darker)).into_iter().max().unwrap() < 200);
-    // Codes come back as they were, whether their exposure is known or not.
+    // Display codes are returned unchanged, with known or unknown exposure.
     let png = encode_png(SIDE_PX, SIDE_PX, &automatic.rgba);
     for exposure in [Exposure::Auto, Exposure::Ev(1.5)] {
         let mut coded = BundledView { picture: png.clone(), ..view(0.0) };
@@ -94,7 +98,7 @@ fn picture_is_shown_as_its_film_shows_it() {
 }
 
 #[test]
-fn bytes_that_are_no_bundle_are_refused() {
+fn decode_rejects_damaged_bytes() {
     let bytes = bundle().encode().unwrap();
     let mut old = bytes.clone();
     old[15] = b'0';
@@ -111,7 +115,7 @@ fn bytes_that_are_no_bundle_are_refused() {
 }
 
 #[test]
-fn bundle_without_views_or_without_a_mesh_is_refused() {
+fn encode_rejects_bundles_without_views_or_meshes() {
     let none = PictureBundle::default().encode();
     assert!(matches!(none, Err(BundleError::Views(0))));
     let many = PictureBundle { views: vec![view(0.0); 17], ..PictureBundle::default() };
@@ -122,7 +126,7 @@ fn bundle_without_views_or_without_a_mesh_is_refused() {
 }
 
 #[test]
-fn picture_that_is_no_target_is_named() {
+fn error_names_the_unusable_picture() {
     let read = |bundle: &PictureBundle| {
         TargetFile::read(TargetKind::Image, &bundle.encode().unwrap()).err().unwrap()
     };
@@ -140,5 +144,5 @@ fn picture_that_is_no_target_is_named() {
     assert!(read(&held).to_string().contains("nothing is left to fit"));
     let mut broken = bundle();
     broken.views[0].picture = b"no picture".to_vec();
-    assert!(read(&broken).to_string().contains("a picture is an EXR"));
+    assert!(read(&broken).to_string().contains("the picture must be an EXR"));
 }

@@ -1,4 +1,5 @@
-//! Where a material is looked at: pairs of directions that are drawn, half of them so that highlights are seen.
+//! Random pairs of directions at which materials are sampled, half of them concentrated on
+//! highlights.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -6,20 +7,21 @@ use brood_brdf::DirectionPair;
 use brood_genome::{BirthKey, Operator, Stream};
 use glam::DVec3;
 
-/// Pairs with a smaller cosine are drawn again.
+/// Least cosine of a pair; pairs below are drawn again.
 const LEAST_COSINE: f64 = 0.01;
 const LEAST_NARROW_COSINE: f64 = 1e-4;
-/// ln of the narrowest theta_h, of 90 degrees.
+/// ln of the smallest theta_h, relative to 90 degrees.
 const NARROWEST: f64 = -9.0;
-/// ln of how close azimuths of grazing pairs get to opposite ones, of 180 degrees.
+/// ln of the smallest deviation of the azimuths of grazing pairs from opposite, relative to 180
+/// degrees.
 const CLOSEST: f64 = -11.0;
-/// The least theta_d of every second narrow pair, of 90 degrees.
+/// Least theta_d of every second narrow pair, relative to 90 degrees.
 const GRAZING: f64 = 0.75;
 
-/// Pairs of directions above the surface, the same for the same seed.
+/// Draws pairs of directions above the surface; deterministic in the seed.
 ///
-/// Of every two the first is uniform over both hemispheres, the second uniform in (theta_h, theta_d, phi_d, phi_h), which stand
-/// close together where half vectors are close to the normal.
+/// Every first of two is uniform over both hemispheres; every second is uniform in (theta_h,
+/// theta_d, phi_d, phi_h), which is dense where half vectors are close to the normal.
 ///
 /// # Source
 /// Rusinkiewicz, *A New Change of Variables for Efficient BRDF Representation* (1998), for the angles.
@@ -33,13 +35,14 @@ pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
         if wi.z.min(wo.z) < LEAST_COSINE {
             continue;
         }
-        pairs.push(DirectionPair::new(wi, wo).expect("both have been made unit"));
+        pairs.push(DirectionPair::new(wi, wo).expect("both directions are unit vectors"));
     }
     pairs
 }
 
-/// Pairs of directions where highlights are and samples are few: half vectors as often between 0.01 and 0.1 degrees from the
-/// normal as between 1 and 10, every second pair with theta_d above 67 degrees.
+/// Draws pairs of directions in highlights, where samples are few. theta_h is log-uniform: as often
+/// between 0.01 and 0.1 degrees as between 1 and 10. Every second pair has theta_d above 67
+/// degrees.
 #[must_use]
 pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut stream = Stream::new(BirthKey { seed, slot: 1, attempt: 0 }, Operator::Directions);
@@ -51,14 +54,15 @@ pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
         let [phi_d, phi_h] = [(); 2].map(|()| TAU * unit(&mut stream));
         let (wi, wo) = from_half([theta_h, theta_d, phi_d, phi_h]);
         if wi.z.min(wo.z) >= LEAST_NARROW_COSINE {
-            pairs.push(DirectionPair::new(wi, wo).expect("both have been made unit"));
+            pairs.push(DirectionPair::new(wi, wo).expect("both directions are unit vectors"));
         }
     }
     pairs
 }
 
-/// Pairs of directions towards the horizon: both cosines are as often between 1e-4 and 1e-3 as between 0.1 and 1, and azimuths of
-/// every second pair as often between 0.01 and 0.1 degrees from opposite ones as between 1 and 10.
+/// Draws pairs of directions towards the horizon. Both cosines are log-uniform from 1e-4 to 1. In
+/// every second pair the deviation of the azimuths from opposite is log-uniform as well: as often
+/// between 0.01 and 0.1 degrees as between 1 and 10.
 pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut stream = Stream::new(BirthKey { seed, slot: 2, attempt: 0 }, Operator::Directions);
     let mut drawn = || unit(&mut stream);
@@ -67,7 +71,7 @@ pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
         let (phi, aside) = (TAU * drawn(), drawn());
         let aside = if index.is_multiple_of(2) { libm::exp(CLOSEST * aside) } else { aside };
         let (wi, wo) = (at(cos_i, phi), at(cos_o, phi + PI * (1.0 + aside)));
-        DirectionPair::new(wi, wo).expect("both have been made unit")
+        DirectionPair::new(wi, wo).expect("both directions are unit vectors")
     };
     (0..count).map(&mut pair).collect()
 }
@@ -80,7 +84,7 @@ fn by_hemisphere(stream: &mut Stream) -> (DVec3, DVec3) {
     (direction(), direction())
 }
 
-/// The direction of that cosine and azimuth.
+/// Direction with this cosine and azimuth.
 fn at(z: f64, phi: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(phi);
     let r = (1.0 - z * z).sqrt();
@@ -93,7 +97,7 @@ fn by_half(stream: &mut Stream) -> (DVec3, DVec3) {
     from_half([theta_h, theta_d, phi_d, phi_h])
 }
 
-/// The pair of directions of these angles: theta_h, theta_d, phi_d, phi_h.
+/// Pair of directions with these angles: theta_h, theta_d, phi_d, phi_h.
 pub(crate) fn from_half([theta_h, theta_d, phi_d, phi_h]: [f64; 4]) -> (DVec3, DVec3) {
     let (sin_h, cos_h) = libm::sincos(theta_h);
     let (sin_d, cos_d) = libm::sincos(theta_d);
@@ -117,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_are_above_the_surface_and_half_of_them_spread_over_the_half_vector() {
+    fn draw_pairs_concentrates_half_of_the_pairs_on_highlights() {
         let pairs = draw_pairs(4000, 5);
         assert!(pairs.iter().all(|pair| pair.cos_i().min(pair.cos_o()) >= LEAST_COSINE - 1e-12));
         let near = |start: usize| {
@@ -131,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn grazing_pairs_are_as_often_in_each_range_of_cosines_and_half_of_them_near_the_mirror() {
+    fn grazing_pairs_are_log_uniform_and_half_of_them_near_the_mirror_direction() {
         let pairs = grazing_pairs(4000, 5);
         let cosines: Vec<f64> =
             pairs.iter().flat_map(|pair| [pair.cos_i(), pair.cos_o()]).collect();

@@ -1,4 +1,4 @@
-//! Targets from the bytes of files, one kind after the other: the same for the command line, the server and its workers.
+//! Readers of target files of every kind, shared by the command line, the server and its workers.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,34 +13,35 @@ use super::bundle::{BundleError, PictureBundle};
 use super::known::Pictures;
 use super::{MeasuredTarget, TargetError};
 
-/// Far more than a slice has: a picture of another size is told by its size, not by its bytes.
+/// Largest side of a slice. Above the side of any slice, so that the error is about the slice's
+/// size.
 const SLICE_PX: u32 = 4096;
-/// A pair of directions and what is reflected there.
+/// Bytes of a pair of directions and its reflectance.
 const SAMPLE_BYTES: usize = size_of::<DirectionPair>() + size_of::<[f64; 3]>();
 
-/// What a file holds that a search can match.
+/// Kind of a target file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TargetKind {
-    /// A CSV of directions and reflectances.
+    /// CSV of directions and reflectances.
     Samples,
-    /// An image slice as EXR.
+    /// Image slice as EXR.
     Slice,
-    /// A MERL `.binary`.
+    /// MERL `.binary`.
     Merl,
-    /// An RGL `.bsdf`.
+    /// RGL `.bsdf`.
     Rgl,
-    /// A goniometer's text, as Cornell published them.
+    /// Goniometer measurements as text, as published by Cornell.
     Cornell,
-    /// Pictures of known scenes, together with the scenes.
+    /// Pictures of known scenes, bundled with the scenes.
     Image,
 }
 
 impl TargetKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 6] =
         [Self::Samples, Self::Slice, Self::Merl, Self::Rgl, Self::Cornell, Self::Image];
 
-    /// As it is written.
+    /// Name in requests and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -53,7 +54,7 @@ impl TargetKind {
         }
     }
 
-    /// As people say it.
+    /// Name on the page and in messages.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -66,7 +67,8 @@ impl TargetKind {
         }
     }
 
-    /// The kind of files with that ending, without its dot and in lower case. Pictures need more than a file.
+    /// Kind of files with this extension, in lower case without the dot. Pictures have none: they
+    /// need a scene as well.
     #[must_use]
     pub fn of_extension(extension: &str) -> Option<Self> {
         match extension {
@@ -86,9 +88,9 @@ impl fmt::Display for TargetKind {
     }
 }
 
-/// A word that is no kind of target.
+/// Error for a name that is no kind of target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a kind of target is one of {}", TargetKind::ALL.map(TargetKind::name).join(", "))]
+#[error("unknown kind of target; use one of {}", TargetKind::ALL.map(TargetKind::name).join(", "))]
 pub struct UnknownKind;
 
 impl FromStr for TargetKind {
@@ -99,66 +101,70 @@ impl FromStr for TargetKind {
     }
 }
 
-/// A target that was read from a file.
+/// A target read from a file.
 #[derive(Debug)]
 pub struct TargetFile {
-    /// What is to be matched.
+    /// Samples to match.
     pub target: MeasuredTarget,
-    /// Samples of the file that are not above the surface.
+    /// Number of samples in the file that are not above the surface and were skipped.
     pub skipped: usize,
-    /// Samples of the file in all; 0 where it is known everywhere.
+    /// Total number of samples in the file; 0 for tables, which are defined everywhere.
     pub rows: usize,
-    /// The pictures, where it is of those.
+    /// Pictures, if the file is a bundle of them.
     pub pictures: Option<Pictures>,
 }
 
-/// A measured material that was read from a file, as it can be drawn.
+/// A measured material read from a file, for rendering.
 pub struct MeasuredFile {
-    /// What was measured, between and beside the samples as well.
+    /// Material, interpolated and extrapolated from the samples.
     pub brdf: Box<dyn Brdf>,
-    /// Samples of the file that are not above the surface.
+    /// Number of samples in the file that are not above the surface and were skipped.
     pub skipped: usize,
-    /// Samples of the file in all; 0 where it is known everywhere.
+    /// Total number of samples in the file; 0 for tables, which are defined everywhere.
     pub rows: usize,
 }
 
-/// Why bytes are no target of that kind.
+/// Error of reading a target file.
 #[derive(Debug, thiserror::Error)]
 pub enum TargetFileError {
-    /// No CSV of samples.
+    /// Invalid CSV of samples.
     #[error(transparent)]
     Csv(#[from] CsvError),
-    /// No goniometer's text.
+    /// Invalid goniometer text.
     #[error(transparent)]
     Goniometer(#[from] GoniometerError),
-    /// No MERL table.
+    /// Invalid MERL table.
     #[error(transparent)]
     Merl(#[from] MerlError),
-    /// No RGL material.
+    /// Invalid RGL material.
     #[error(transparent)]
     Rgl(#[from] RglError),
-    /// A picture whose numbers are not reflectances.
-    #[error("this is no EXR file, and an image slice is one")]
+    /// A picture of another format, whose pixels are display codes and not reflectances.
+    #[error("this is no EXR file; an image slice must be EXR")]
     Codes,
-    /// No picture.
+    /// Invalid picture.
     #[error(transparent)]
     Picture(#[from] LinearPictureError),
-    /// A picture, but no slice.
+    /// A valid picture that is no image slice.
     #[error(transparent)]
     Slice(#[from] SliceError),
-    /// Readable, and still nothing to match.
+    /// Readable, but nothing to match.
     #[error(transparent)]
     Target(#[from] TargetError),
-    /// No pictures of known scenes, or none that a material can be told from.
+    /// Invalid bundle of pictures, or pictures without usable pixels.
     #[error(transparent)]
     Bundle(#[from] BundleError),
-    /// A material was wanted, and pictures show one only where they look.
-    #[error("a picture is known in its own scene and light alone")]
+    /// Pictures cannot be read as a material: they show it only in their scene.
+    #[error("pictures show a material only in their own scene and light")]
     OnlyPictures,
 }
 
 impl TargetFile {
-    /// Reads a file of that kind.
+    /// Reads a file of this kind.
+    ///
+    /// # Errors
+    /// Returns [`TargetFileError`] if the bytes are not a file of this kind, or hold nothing to
+    /// match.
     pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
         let known = |target| Self { target, skipped: 0, rows: 0, pictures: None };
         let of_samples = |samples: &Samples| {
@@ -180,7 +186,7 @@ impl TargetFile {
         }
     }
 
-    /// Bytes of memory that it takes, about.
+    /// Approximate memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let samples = self.target.fitted.len() + self.target.held.len();
@@ -190,7 +196,11 @@ impl TargetFile {
 }
 
 impl MeasuredFile {
-    /// Reads a file of that kind; pictures are none.
+    /// Reads a file of this kind.
+    ///
+    /// # Errors
+    /// Returns [`TargetFileError::OnlyPictures`] for pictures, and the error of the format if the
+    /// bytes are not a file of this kind.
     pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
         let known = |brdf| Self { brdf, skipped: 0, rows: 0 };
         let scattered = |samples: &Samples| {
@@ -227,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_told_by_name_and_by_ending() {
+    fn target_kind_parses_names_and_extensions() {
         for kind in TargetKind::ALL {
             assert_eq!(kind.name().parse(), Ok(kind));
         }
@@ -237,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn csv_is_read_and_counted() {
+    fn csv_samples_are_read_and_counted() {
         let mut text = String::from("wix,wiy,wiz,wox,woy,woz,r,g,b\n");
         for _ in 0..200 {
             text += "0,0,1,0.6,0,0.8,0.5,0.25,0.125\n";
@@ -248,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_target_is_refused_in_words() {
+    fn read_explains_rejected_files() {
         assert!(refused(TargetKind::Samples, b"r,g,b\n").contains("column wix"));
         assert!(refused(TargetKind::Merl, &[0; 20]).contains("90"));
         assert!(refused(TargetKind::Rgl, b"tensor").contains("ends within its head"));

@@ -1,7 +1,8 @@
-//! Pictures of a known scene as targets: from pixels to pairs of directions with a reflectance each, and how far a picture of what
-//! was found is from them.
+//! Pictures of known scenes as targets: converts pixels to pairs of directions with a reflectance
+//! each, and compares pictures of results with the target.
 //!
-//! Owns which pixels say something of the material, and why the others do not. Refuses to know files and who renders.
+//! Owns the rules for which pixels are usable, and the reasons for the others. Does not depend on
+//! files or on a renderer of results.
 
 mod pixel;
 mod refusal;
@@ -13,67 +14,75 @@ use brood_scene::{
 };
 
 use super::Samples;
-use pixel::Look;
+use pixel::PixelReading;
 pub use pixel::{PixelCounts, PixelFate};
 pub use refusal::ImageTargetError;
 
-/// Sides of a picture at least.
+/// Least side of a picture, in pixels.
 const SIDE: u32 = 8;
-/// Pixels that are used at least.
+/// Least number of usable pixels.
 const FEWEST: usize = 100;
-/// Both cosines are at least this.
+/// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
-/// Light within a pixel that differs by more than this share from that at its centre: a shadow's edge.
+/// Relative deviation of the mean light in a pixel from that at its centre, above which the pixel
+/// is at a shadow's edge.
 const UNEVEN: f64 = 0.02;
 
-/// A picture with all that is known of how it was made.
+/// A picture with its scene and everything else that it was made with.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
-    /// What is shown.
+    /// Mesh that is shown.
     pub mesh: &'a Mesh,
-    /// How it is seen and lit.
+    /// Camera, lights and film.
     pub scene: &'a Scene,
-    /// What the lights refer to.
+    /// Assets that the lights refer to.
     pub assets: &'a LightAssets,
-    /// How its pixels were sampled.
+    /// Sampling of its pixels.
     pub sampling: Sampling,
-    /// The picture.
+    /// Decoded picture.
     pub picture: &'a LinearPicture,
-    /// Pixels that are looked at are white in it.
+    /// Mask: white at the pixels to use.
     pub mask: Option<&'a LinearPicture>,
-    /// Whether brightness is not known: pictures with automatic exposure are so anyway.
+    /// True if the brightness is unknown. It is always unknown for pictures with automatic
+    /// exposure.
     pub is_gain_unknown: bool,
 }
 
-/// A picture whose pixels have been told apart.
+/// A picture whose pixels are classified.
 #[derive(Debug)]
 pub struct ImageView {
     set: SampleSet,
-    /// Linear radiance of each pixel, or as much of it as is known.
-    wanted: Vec<[f64; 3]>,
-    /// Pixels that pictures are compared in: neither masked nor clipped.
+    /// Linear radiance of each pixel, up to a gain if that is unknown.
+    target: Vec<[f64; 3]>,
+    /// True for pixels in which pictures are compared: neither masked nor clipped.
     compared: Vec<bool>,
     fates: Vec<PixelFate>,
     is_gain_unknown: bool,
     counts: PixelCounts,
 }
 
-/// How far a picture is from that of a view.
+/// Difference between a picture and that of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageError {
-    /// Root mean square difference of linear radiance over all pixels that are neither masked nor clipped.
+    /// Root mean square difference of linear radiance over all pixels that are neither masked nor
+    /// clipped.
     pub rmse: f64,
-    /// The same over the pixels that were used.
+    /// Root mean square difference over the used pixels.
     pub rmse_used: f64,
-    /// What the found picture was multiplied by: 1 unless brightness is not known.
+    /// Factor applied to the compared picture: 1 unless the brightness is unknown.
     pub gain: f64,
 }
 
 impl ImageView {
-    /// Tells the pixels of a picture apart; also what the material reflects at those that say something of it.
+    /// Classifies the pixels of a picture; also returns the reflectance at the usable ones.
     ///
-    /// A pixel is used where the mesh covers it wholly, one light reaches its centre, and light is even within it; f is its
-    /// radiance over the irradiance there. Where such a pixel is clipped, f is not below that ([`Samples::least`]).
+    /// A pixel is used if the mesh covers it wholly, one light reaches its centre, and the light is
+    /// uniform within it. f is its radiance over the irradiance there. If such a pixel is clipped,
+    /// its f is a lower bound ([`Samples::lower_bounds`]).
+    ///
+    /// # Errors
+    /// Returns [`ImageTargetError`] if sizes do not match, a pixel is not finite, the scene's
+    /// lights or tone curve cannot be inverted, or nothing visible is lit.
     pub fn new(view: &View<'_>) -> Result<(Self, Samples), ImageTargetError> {
         let side = check(view)?;
         let exposure = film(view)?;
@@ -87,19 +96,19 @@ impl ImageView {
             return Err(ImageTargetError::Unlit);
         }
         let radiance = |pixel: &[f32; 3]| pixel.map(|value| exposure.radiance(f64::from(value)));
-        let wanted: Vec<[f64; 3]> = view.picture.pixels.iter().map(radiance).collect();
+        let target: Vec<[f64; 3]> = view.picture.pixels.iter().map(radiance).collect();
         let in_mask = |pixel: usize| view.mask.is_none_or(|mask| is_white(mask.pixels[pixel]));
-        let compared = (0..wanted.len()).map(|k| in_mask(k) && !view.picture.clipped[k]).collect();
+        let compared = (0..target.len()).map(|k| in_mask(k) && !view.picture.clipped[k]).collect();
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
-        let counts = PixelCounts { pixels: wanted.len() as u64, ..PixelCounts::default() };
-        let mut own = Self { set, wanted, compared, fates: Vec::new(), is_gain_unknown, counts };
-        let samples = own.tell_apart(in_mask, &view.picture.clipped);
+        let counts = PixelCounts { pixels: target.len() as u64, ..PixelCounts::default() };
+        let mut own = Self { set, target, compared, fates: Vec::new(), is_gain_unknown, counts };
+        let samples = own.classify(in_mask, &view.picture.clipped);
         Ok((own, samples))
     }
 
-    fn tell_apart(&mut self, in_mask: impl Fn(usize) -> bool, clipped: &[bool]) -> Samples {
-        let layout = self.set.image().expect("the set is one of a picture").clone();
-        let mut spans: Vec<Option<PixelSpan>> = vec![None; self.wanted.len()];
+    fn classify(&mut self, in_mask: impl Fn(usize) -> bool, clipped: &[bool]) -> Samples {
+        let layout = self.set.image().expect("the set has a picture layout").clone();
+        let mut spans: Vec<Option<PixelSpan>> = vec![None; self.target.len()];
         for span in layout.spans() {
             spans[span.pixel as usize] = Some(span);
         }
@@ -108,28 +117,30 @@ impl ImageView {
         let mut counts = self.counts;
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
-            // What blurs over the border of a pixel shows its neighbours.
+            // Blur over the border of a pixel shows its neighbours.
             let near_edge = || neighbours(pixel, side).any(|other| layout.coverage[other] < 1.0);
-            let look = match span {
-                _ if !in_mask(pixel) => Look::Nothing(PixelFate::Masked),
-                _ if coverage == 0.0 => Look::Nothing(PixelFate::Background),
-                _ if coverage < 1.0 || near_edge() => Look::Nothing(PixelFate::Edge),
+            let reading = match span {
+                _ if !in_mask(pixel) => PixelReading::Unusable(PixelFate::Masked),
+                _ if coverage == 0.0 => PixelReading::Unusable(PixelFate::Background),
+                _ if coverage < 1.0 || near_edge() => PixelReading::Unusable(PixelFate::Edge),
                 Some(span) if clipped[pixel] => match self.lit(span) {
-                    Look::Sample(pair, value) => Look::Least(pair, value),
-                    Look::Least(..) | Look::Nothing(_) => Look::Nothing(PixelFate::Clipped),
+                    PixelReading::Sample(pair, value) => PixelReading::LowerBound(pair, value),
+                    PixelReading::LowerBound(..) | PixelReading::Unusable(_) => {
+                        PixelReading::Unusable(PixelFate::Clipped)
+                    }
                 },
-                None if clipped[pixel] => Look::Nothing(PixelFate::Clipped),
-                None => Look::Nothing(PixelFate::Unlit),
+                None if clipped[pixel] => PixelReading::Unusable(PixelFate::Clipped),
+                None => PixelReading::Unusable(PixelFate::Unlit),
                 Some(span) => self.lit(span),
             };
-            let fate = match look {
-                Look::Nothing(fate) => fate,
-                Look::Sample(pair, value) => {
+            let fate = match reading {
+                PixelReading::Unusable(fate) => fate,
+                PixelReading::Sample(pair, value) => {
                     pairs.push(pair);
                     values.push(value);
                     PixelFate::Used
                 }
-                Look::Least(pair, value) => {
+                PixelReading::LowerBound(pair, value) => {
                     least.push((pair, value));
                     PixelFate::Clipped
                 }
@@ -138,84 +149,88 @@ impl ImageView {
             self.fates.push(fate);
         }
         self.counts = counts;
-        Samples::new(pairs, values).with_least(least)
+        Samples::new(pairs, values).with_lower_bounds(least)
     }
 
-    /// What a pixel is that is covered and in some light.
-    fn lit(&self, span: PixelSpan) -> Look {
+    /// Reads a pixel that is covered and lit.
+    fn lit(&self, span: PixelSpan) -> PixelReading {
         match span.centre_end - span.start {
-            0 => return Look::Nothing(PixelFate::Unlit),
+            0 => return PixelReading::Unusable(PixelFate::Unlit),
             1 => {}
-            _ => return Look::Nothing(PixelFate::SeveralLights),
+            _ => return PixelReading::Unusable(PixelFate::SeveralLights),
         }
         let (pair, _) = self.set.pair(span.start as usize);
         if pair.cos_i().min(pair.cos_o()) < LEAST_COSINE {
-            return Look::Nothing(PixelFate::Grazing);
+            return PixelReading::Unusable(PixelFate::Grazing);
         }
-        let mut f = self.wanted[span.pixel as usize];
+        let mut f = self.target[span.pixel as usize];
         for (f, irradiance) in f.iter_mut().zip(self.set.irradiance()) {
             let counted = &irradiance[span.counted as usize..span.end as usize];
             let mean = counted.iter().map(|e| f64::from(*e)).sum::<f64>() * self.scale();
             let centre = f64::from(irradiance[span.start as usize]);
             if centre <= 0.0 {
-                return Look::Nothing(PixelFate::Unlit);
+                return PixelReading::Unusable(PixelFate::Unlit);
             }
             if (mean - centre).abs() > UNEVEN * centre {
-                return Look::Nothing(PixelFate::HalfLit);
+                return PixelReading::Unusable(PixelFate::HalfLit);
             }
             *f = f.max(0.0) / mean;
         }
-        Look::Sample(pair, f)
+        PixelReading::Sample(pair, f)
     }
 
     fn scale(&self) -> f64 {
-        f64::from(self.set.image().expect("the set is one of a picture").scale)
+        f64::from(self.set.image().expect("the set has a picture layout").scale)
     }
 
-    /// What became of its pixels.
+    /// Number of pixels by status.
     #[must_use]
     pub fn counts(&self) -> PixelCounts {
         self.counts
     }
 
-    /// Its samples, all pixels of them: what a material has to be evaluated on for a picture.
+    /// Samples of all pixels, on which a material is evaluated to render this view.
     #[must_use]
     pub fn set(&self) -> &SampleSet {
         &self.set
     }
 
-    /// Whether brightness is not known.
+    /// True if the brightness is unknown.
     #[must_use]
     pub fn is_gain_unknown(&self) -> bool {
         self.is_gain_unknown
     }
 
-    /// The picture as linear radiance, row by row; as bright as it is shown where that is not known.
+    /// The picture as linear radiance, row by row; up to a gain if the brightness is unknown.
     #[must_use]
     pub fn wanted(&self) -> &[[f64; 3]] {
-        &self.wanted
+        &self.target
     }
 
-    /// What became of each pixel.
+    /// Status of each pixel.
     #[must_use]
     pub fn fates(&self) -> &[PixelFate] {
         &self.fates
     }
 
-    /// How far a picture of the same scene is from this one.
+    /// Compares a picture of the same scene with this one.
     ///
     /// # Panics
-    /// Where it is of another size.
+    /// If it has another size.
     #[must_use]
     pub fn compare(&self, found: &RadianceImage) -> ImageError {
-        assert_eq!(found.premultiplied().len(), self.wanted.len(), "pictures of one size");
-        let pixel = |k: usize| (self.wanted[k], found.premultiplied()[k].map(f64::from));
-        let compared: Vec<usize> = (0..self.wanted.len()).filter(|k| self.compared[*k]).collect();
+        assert_eq!(
+            found.premultiplied().len(),
+            self.target.len(),
+            "both pictures have the same size"
+        );
+        let pixel = |k: usize| (self.target[k], found.premultiplied()[k].map(f64::from));
+        let compared: Vec<usize> = (0..self.target.len()).filter(|k| self.compared[*k]).collect();
         let gain = if self.is_gain_unknown {
             let products = |of: fn(&f64, &f64) -> f64| -> f64 {
                 let of = |k: &usize| {
-                    let (wanted, found) = pixel(*k);
-                    wanted.iter().zip(&found).map(|(a, b)| of(a, b)).sum::<f64>()
+                    let (target, found) = pixel(*k);
+                    target.iter().zip(&found).map(|(a, b)| of(a, b)).sum::<f64>()
                 };
                 compared.iter().map(of).sum()
             };
@@ -227,8 +242,8 @@ impl ImageView {
         let root = |pixels: &mut dyn Iterator<Item = usize>| {
             let (mut sum, mut count) = (0.0, 0u64);
             for k in pixels {
-                let (wanted, found) = pixel(k);
-                sum += (0..3).map(|c| (wanted[c] - gain * found[c]).powi(2)).sum::<f64>();
+                let (target, found) = pixel(k);
+                sum += (0..3).map(|c| (target[c] - gain * found[c]).powi(2)).sum::<f64>();
                 count += 3;
             }
             (sum / count.max(1) as f64).sqrt()
@@ -239,7 +254,7 @@ impl ImageView {
     }
 }
 
-/// The eight pixels around one, as far as the picture goes.
+/// Indices of the pixel and its up to eight neighbours.
 fn neighbours(pixel: usize, side: usize) -> impl Iterator<Item = usize> {
     let (row, column) = (pixel / side, pixel % side);
     let around = move |at: usize| at.saturating_sub(1)..(at + 2).min(side);
@@ -250,7 +265,7 @@ fn is_white(pixel: [f32; 3]) -> bool {
     pixel.iter().all(|value| *value > 0.2)
 }
 
-/// What can be seen without rays; the side of the picture.
+/// Checks everything that needs no rays; returns the side of the picture.
 fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
     let LinearPicture { width, height, pixels, .. } = view.picture;
     let side = *width;
@@ -282,29 +297,30 @@ fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
     }
 }
 
-/// What is shown as the brightest of 256 steps is at least this.
+/// Least value that is displayed as the largest of 256 codes.
 const ALMOST_ONE: f64 = 0.9956;
 
-/// The way back from what a picture shows to radiance.
-struct Shown {
+/// Inverse of the film: from displayed values to radiance.
+struct FilmInverse {
     factor: f64,
     tone: Tone,
     is_unknown: bool,
 }
 
-impl Shown {
+impl FilmInverse {
     fn radiance(&self, value: f64) -> f64 {
         let exposed = match self.tone {
             Tone::None | Tone::Filmic => value,
-            // x / (1 + x), of which 1 is that of infinity: what is shown as 1 is not less than this.
+            // Inverse of x / (1 + x), which maps 1 to infinity: a displayed 1 counts as the least
+            // value that is displayed so.
             Tone::Reinhard => value.min(ALMOST_ONE) / (1.0 - value.min(ALMOST_ONE)),
         };
         exposed / self.factor
     }
 }
 
-fn film(view: &View<'_>) -> Result<Shown, ImageTargetError> {
-    let linear = Shown { factor: 1.0, tone: Tone::None, is_unknown: false };
+fn film(view: &View<'_>) -> Result<FilmInverse, ImageTargetError> {
+    let linear = FilmInverse { factor: 1.0, tone: Tone::None, is_unknown: false };
     if view.picture.is_linear {
         return Ok(linear);
     }
@@ -313,12 +329,15 @@ fn film(view: &View<'_>) -> Result<Shown, ImageTargetError> {
         return Err(ImageTargetError::Tone(film.tone.name()));
     }
     Ok(match film.exposure {
-        Exposure::Auto => Shown { tone: film.tone, is_unknown: true, ..linear },
-        Exposure::Ev(ev) => Shown { factor: libm::exp2(ev), tone: film.tone, ..linear },
+        Exposure::Auto => FilmInverse { tone: film.tone, is_unknown: true, ..linear },
+        Exposure::Ev(ev) => FilmInverse { factor: libm::exp2(ev), tone: film.tone, ..linear },
     })
 }
 
-/// Samples of several pictures together; refused where there are too few.
+/// Joins the samples of several pictures.
+///
+/// # Errors
+/// Returns [`ImageTargetError::Few`] if there are fewer than 100 samples.
 pub fn pooled<'a>(
     views: impl IntoIterator<Item = (&'a ImageView, &'a Samples)>,
 ) -> Result<(Samples, PixelCounts), ImageTargetError> {
@@ -328,12 +347,12 @@ pub fn pooled<'a>(
         counts = counts.and(view.counts());
         pairs.extend_from_slice(samples.pairs());
         values.extend_from_slice(samples.values());
-        least.extend_from_slice(samples.least());
+        least.extend_from_slice(samples.lower_bounds());
     }
     if pairs.len() < FEWEST {
         return Err(ImageTargetError::Few(counts));
     }
-    Ok((Samples::new(pairs, values).with_least(least), counts))
+    Ok((Samples::new(pairs, values).with_lower_bounds(least), counts))
 }
 
 #[cfg(test)]

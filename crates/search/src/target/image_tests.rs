@@ -1,4 +1,4 @@
-//! Pictures that were made here are read back, and what is none is refused.
+//! Tests that rendered pictures are read back, and that unusable pictures are rejected.
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{Level, model_reflectance, shade};
@@ -43,7 +43,7 @@ fn view<'a>(
 }
 
 #[test]
-fn pixels_give_the_reflectance_that_the_picture_was_made_with() {
+fn pixels_give_the_reflectance_of_the_rendered_model() {
     let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.2, 0.1, 0.05]).unwrap();
     let model = model.with("roughness", &[0.35]).unwrap();
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
@@ -72,7 +72,7 @@ fn pixels_give_the_reflectance_that_the_picture_was_made_with() {
 }
 
 #[test]
-fn unknown_brightness_is_a_gain() {
+fn unknown_brightness_is_compensated_by_a_gain() {
     let model = Model::new(ModelKind::Lambert);
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Knob), LightAssets::default());
     let scene = scene(r#"{"shadows": true}"#);
@@ -92,7 +92,7 @@ fn unknown_brightness_is_a_gain() {
 }
 
 #[test]
-fn light_of_several_lamps_is_left_out_and_that_of_one_of_them_is_not() {
+fn pixels_lit_by_several_lights_are_left_out() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let scene = scene(
         r#"{"lights": [{"kind": "directional", "direction": [1, 0, -0.2]}, {"kind": "directional", "direction": [-1, 0, -0.2]}]}"#,
@@ -106,7 +106,7 @@ fn light_of_several_lamps_is_left_out_and_that_of_one_of_them_is_not() {
 }
 
 #[test]
-fn what_is_no_target_is_refused() {
+fn unusable_pictures_are_rejected() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let plain = Scene::default();
     let model = Model::new(ModelKind::Lambert);
@@ -127,7 +127,7 @@ fn what_is_no_target_is_refused() {
     let said =
         |scene: &Scene, picture: &LinearPicture, mask| refused(scene, picture, mask).unwrap();
     assert!(said(&plain, &flat(1, 1, 0.5), None).contains("1 x 1 pixels is too small"));
-    assert!(said(&plain, &flat(48, 32, 0.5), None).contains("are square"));
+    assert!(said(&plain, &flat(48, 32, 0.5), None).contains("must be square"));
     let mut broken = good.clone();
     broken.pixels[50][1] = f32::NAN;
     assert_eq!(said(&plain, &broken, None), "the pixel 2, 1 is not a finite number");
@@ -151,7 +151,7 @@ fn what_is_no_target_is_refused() {
 }
 
 #[test]
-fn clipped_highlight_is_no_hole() {
+fn clipped_highlight_bounds_the_fit_from_below() {
     let diffuse = [0.2, 0.1, 0.05];
     let model = Model::new(ModelKind::CookTorrance).with("diffuse", &diffuse).unwrap();
     let model = model.with("roughness", &[0.3]).unwrap().with("f0", &[0.3; 3]).unwrap();
@@ -162,8 +162,8 @@ fn clipped_highlight_is_no_hole() {
     let body = picture(&rendered(&matt, &mesh, &scene, Sampling::Adaptive));
     let mut picture = picture(&image);
     let brightest = picture.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
-    // Everything above a third of the brightest is lost, and the mask takes what leads there: what is left is a matt body, and
-    // nothing but what was clipped tells of a highlight.
+    // Everything above a third of the brightest is clipped, and the mask excludes the slope of the
+    // highlight: a diffuse body is left, and only the clipped pixels indicate a highlight.
     let limit = brightest / 3.0;
     let mut mask = body.clone();
     for (at, pixel) in picture.pixels.iter_mut().enumerate() {
@@ -174,22 +174,22 @@ fn clipped_highlight_is_no_hole() {
     }
     let given = View { mask: Some(&mask), ..view(&mesh, &scene, &assets, &picture) };
     let (view, samples) = ImageView::new(&given).unwrap();
-    assert!(samples.least().len() > 10, "{}", samples.least().len());
-    assert!(view.counts().clipped as usize >= samples.least().len());
+    assert!(samples.lower_bounds().len() > 10, "{}", samples.lower_bounds().len());
+    assert!(view.counts().clipped as usize >= samples.lower_bounds().len());
     let unbounded = Samples::new(samples.pairs().to_vec(), samples.values().to_vec());
     for strategy in [Strategy::Lobes, Strategy::Analytic] {
-        // How much of what was clipped is reached, where it is reached least.
-        let reached = |told: &Samples| {
+        // Least ratio of the found f to the lower bounds of the clipped pixels.
+        let reached = |samples_to_fit: &Samples| {
             let options = Options { strategy, seed: 2, is_mirrored: true, start: Vec::new() };
-            let mut search = Search::new(told, &options);
+            let mut search = Search::new(samples_to_fit, &options);
             (0..3).for_each(|_| {
                 search.step();
             });
             let outcome = search.finish().unwrap();
             let program = brood_program::Program::lower(&outcome.front[outcome.best].genome);
-            let pairs: Vec<_> = samples.least().iter().map(|(pair, _)| *pair).collect();
+            let pairs: Vec<_> = samples.lower_bounds().iter().map(|(pair, _)| *pair).collect();
             let found = Samples::of_program(&program, pairs).unwrap();
-            let below = samples.least().iter().zip(found.values());
+            let below = samples.lower_bounds().iter().zip(found.values());
             below.map(|((_, least), f)| f[0] / least[0]).fold(f64::INFINITY, f64::min)
         };
         let (with, without) = (reached(&samples), reached(&unbounded));

@@ -1,7 +1,8 @@
-//! Pictures of known scenes, read: each with everything that it was made with, and all of them as one target.
+//! Pictures of known scenes, decoded: each with the scene that it was made with, and all of them
+//! joined to one target.
 //!
-//! Owns how bytes of pictures and masks become views, and how views are put together. The same for the command line, the server and its
-//! workers. Refuses to know where bytes come from.
+//! Owns the conversion of encoded pictures and masks to views, and of views to a target. Shared by
+//! the command line, the server and its workers. Does not depend on where the bytes come from.
 
 use std::sync::Arc;
 
@@ -11,61 +12,65 @@ use brood_scene::{Exposure, LightAssets, Mesh, Sampling, Scene};
 use super::image::{ImageTargetError, ImageView, PixelCounts, PixelFate, View, pooled};
 use super::{MeasuredTarget, Samples, TargetError};
 
-/// As pictures that are rendered on the command line.
+/// Largest side of a picture in pixels, as for pictures rendered on the command line.
 const SIDE_MOST: u32 = 4096;
 
-/// How a picture was made, and what is to become of it.
+/// Scene of a picture, and its role in the target.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    /// How the mesh is seen and lit.
+    /// Camera, lights and film.
     pub scene: Scene,
-    /// What is shown.
+    /// Mesh that is shown.
     pub mesh: Arc<Mesh>,
-    /// What the lights refer to.
+    /// Assets that the lights refer to.
     pub assets: LightAssets,
-    /// How its pixels were sampled.
+    /// Sampling of its pixels.
     pub sampling: Sampling,
-    /// Whether its brightness is not known.
+    /// True if its brightness is unknown.
     pub is_gain_unknown: bool,
-    /// Whether nothing is fitted to it: it is only compared with what was found.
+    /// True if it is held out: not fitted, only compared with the result.
     pub is_held_out: bool,
 }
 
-/// A picture of a known scene.
+/// A decoded picture of a known scene.
 #[derive(Debug)]
 pub struct KnownView {
-    /// How it was made.
+    /// Scene and role.
     pub setting: Setting,
-    /// What its pixels say.
+    /// Classified pixels.
     pub view: ImageView,
-    /// What the scene's film makes of its radiance.
+    /// Exposure and tone curve of the scene's film.
     pub gain: Gain,
-    /// Whether some of its pixels were left out by a mask.
+    /// True if it has a mask.
     pub is_masked: bool,
 }
 
-/// Why bytes are no picture of their scene.
+/// Error of reading a picture of a known scene.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
-    /// No picture.
+    /// The picture cannot be decoded.
     #[error(transparent)]
     Picture(LinearPictureError),
-    /// No picture either.
+    /// The mask cannot be decoded.
     #[error("the mask cannot be read: {0}")]
     Mask(LinearPictureError),
-    /// More than is looked at.
+    /// The picture is too large.
     #[error("a picture has at most {SIDE_MOST} x {SIDE_MOST} pixels; this one has {0} x {1}")]
     Large(u32, u32),
-    /// A picture, but none that a material can be told from.
+    /// The picture cannot be used as a target.
     #[error(transparent)]
     Target(#[from] ImageTargetError),
 }
 
 impl KnownView {
-    /// Most pixels of a side.
+    /// Largest side in pixels.
     pub const SIDE_MOST: u32 = SIDE_MOST;
 
-    /// Reads a picture and its mask; also what the material reflects at the pixels that say something of it.
+    /// Decodes a picture and its mask; also returns the reflectance at the usable pixels.
+    ///
+    /// # Errors
+    /// Returns [`ViewError`] if the picture or the mask cannot be decoded, is too large, or cannot
+    /// be used as a target.
     pub fn read(
         setting: Setting,
         picture: &[u8],
@@ -95,10 +100,10 @@ impl KnownView {
     /// Side in pixels.
     #[must_use]
     pub fn side(&self) -> u32 {
-        self.view.set().image().expect("the set is one of a picture").width
+        self.view.set().image().expect("the set has a picture layout").width
     }
 
-    /// The picture as the scene's film shows it.
+    /// The picture as displayed by the scene's film.
     #[must_use]
     pub fn shown(&self) -> Developed {
         let side = self.side();
@@ -113,14 +118,15 @@ impl KnownView {
         shown
     }
 
-    /// Bytes of memory that it takes, about.
+    /// Approximate memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.view.set().bytes() + 32 * self.view.wanted().len()
     }
 }
 
-/// What the film of a scene makes of a picture's radiance. What was shown already, at an exposure that is not known, is shown as it is.
+/// Exposure and tone curve for displaying a picture's radiance. A picture of display codes with
+/// unknown exposure is displayed unchanged.
 fn gain(scene: &Scene, picture: &LinearPicture, view: &ImageView) -> Gain {
     let film = scene.film;
     let gain = match film.exposure {
@@ -140,36 +146,40 @@ fn gain(scene: &Scene, picture: &LinearPicture, view: &ImageView) -> Gain {
 /// Pictures of one material.
 #[derive(Debug)]
 pub struct Pictures {
-    /// In the order in which they were given.
+    /// Views in the order in which they were given.
     pub views: Vec<KnownView>,
-    /// What became of all pixels that could be fitted to.
+    /// Number of pixels by status, of all views that are not held out.
     pub counts: PixelCounts,
 }
 
-/// Why pictures are no target.
+/// Error of joining pictures to a target.
 #[derive(Debug, thiserror::Error)]
 pub enum PicturesError {
-    /// One of them is none.
+    /// A view cannot be read.
     #[error("{error}")]
     View {
-        /// Which, counted from 0.
+        /// Index of the view, from 0.
         index: usize,
-        /// Why.
+        /// Reason.
         error: ViewError,
     },
-    /// Nothing is left.
-    #[error("every picture is held out, and nothing is left to fit")]
+    /// All pictures are held out.
+    #[error("every picture is held out, so nothing is left to fit")]
     HeldOut,
-    /// Too little is left of all of them.
+    /// All pictures together have too few usable pixels.
     #[error(transparent)]
     Few(ImageTargetError),
-    /// What they show is nothing that could be matched.
+    /// The reflectances cannot be matched.
     #[error(transparent)]
     Target(#[from] TargetError),
 }
 
 impl Pictures {
-    /// Puts views together, and says what is fitted and what is held out of those that are not held out as a whole.
+    /// Joins views, and splits the samples of the fitted ones into a fitted and a held-out part.
+    ///
+    /// # Errors
+    /// Returns [`PicturesError`] if a view cannot be read, all are held out, or too few pixels are
+    /// usable.
     pub fn gather(
         views: impl IntoIterator<Item = Result<(KnownView, Samples), ViewError>>,
     ) -> Result<(Self, MeasuredTarget), PicturesError> {
@@ -190,7 +200,7 @@ impl Pictures {
         Ok((Self { views: read, counts }, target))
     }
 
-    /// Bytes of memory that they take, about.
+    /// Approximate memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.views.iter().map(KnownView::bytes).sum()

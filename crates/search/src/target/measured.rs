@@ -1,4 +1,5 @@
-//! Measured materials as targets: what is fitted, what is held out, and how close a reciprocal material can come at all.
+//! Measured materials as targets: fitted samples, held-out samples, and the least error that a
+//! reciprocal material can reach.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,57 +9,63 @@ use glam::DVec3;
 use super::{Reflected, Samples, draw_pairs, from_half};
 use crate::metric::e_log;
 
-/// Drawn to fit, and to hold out.
+/// Number of pairs drawn for the fitted and for the held-out samples.
 const FITTED: usize = 4096;
 const HELD: usize = 16384;
-/// Of samples that were measured at pairs of their own, one in so many is held out.
+/// Every fifth sample of a material measured at given pairs is held out.
 const ONE_IN: usize = 5;
-/// Pixels that are looked at, at most.
+/// Largest number of pixels used.
 const PIXELS: usize = 10_240;
-/// Pairs of which nothing is known but that f is not below a value: of more only some are looked at, evenly.
+/// Largest number of lower bounds used, evenly picked.
 const LEAST: usize = 1024;
-/// Fewer cannot be told from noise.
+/// Least number of samples; fewer cannot be distinguished from noise.
 const FEWEST: usize = 100;
-/// Streams of what is fitted and what is held out.
+/// Seeds of the fitted and of the held-out pairs.
 const STREAMS: (u64, u64) = (1, 2);
-/// As much as a program can reflect: the square of its range.
+/// Largest f of a program: the square of its range.
 const LARGEST: f64 = 65504.0 * 65504.0;
 
-/// Prime, and no divisor of the samples of a slice.
+/// Stride through the samples of a slice: a prime that does not divide their number.
 const STRIDE: usize = 1009;
-/// Both cosines are at least this.
+/// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
 
-/// A measured material.
+/// A measured material as a target.
 #[derive(Debug, Clone)]
 pub struct MeasuredTarget {
-    /// What is fitted.
+    /// Fitted samples.
     pub fitted: Samples,
-    /// What is held out, to measure by.
+    /// Held-out samples, on which errors are reported.
     pub held: Samples,
-    /// E_log of the mean over the exchange of light and eye against what was measured, on what is held out: closer no reciprocal
-    /// material comes. None where only one of a pair and its exchange was measured.
+    /// E_log, on the held-out samples, of the measurement's mean over the exchange of light and
+    /// eye: the least error of a reciprocal material. `None` if only one of a pair and its exchange
+    /// was measured.
     pub floor: Option<f64>,
-    /// The most that is reflected of the light from one direction, of a material that is known everywhere.
+    /// Largest directional albedo; `None` unless the material is defined everywhere.
     pub reflected: Option<Reflected>,
 }
 
-/// Why something is no target.
+/// Error of using measurements as a target.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum TargetError {
-    /// Too little to fit.
-    #[error("{0} samples are above the surface by more than half a degree, {FEWEST} are needed")]
+    /// Too few samples.
+    #[error(
+        "{0} samples are above the surface by more than half a degree; at least {FEWEST} are needed"
+    )]
     Few(usize),
-    /// Nothing to match.
+    /// All samples are black.
     #[error("it reflects nothing at any of {0} samples")]
     Black(usize),
-    /// A value no program reaches.
-    #[error("it reflects {0}, which is no finite number up to {LARGEST:.3e}")]
+    /// A value that no program can reach.
+    #[error("reflectance must be a finite number from 0 to {LARGEST:.3e}, got {0}")]
     Value(f64),
 }
 
 impl MeasuredTarget {
-    /// Of a material that is known everywhere.
+    /// Target of a material that is defined everywhere.
+    ///
+    /// # Errors
+    /// Returns [`TargetError`] if the material is black, or a value is out of range.
     pub fn of(brdf: &dyn Brdf) -> Result<Self, TargetError> {
         let fitted = Samples::of(brdf, draw_pairs(FITTED, STREAMS.0));
         let held = Samples::of(brdf, draw_pairs(HELD, STREAMS.1));
@@ -69,24 +76,32 @@ impl MeasuredTarget {
         Self { fitted, held, floor, reflected }.checked()
     }
 
-    /// Of a material that is known by its image slice alone: at the middle of each of 90 x 90 degrees of theta_h and theta_d, phi_d
-    /// being a quarter turn.
+    /// Target of an image slice: f at the middle of each of 90 x 90 degrees of theta_h and theta_d,
+    /// with phi_d a quarter turn.
+    ///
+    /// # Errors
+    /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
+    /// range.
     pub fn of_slice(slice: &dyn Brdf) -> Result<Self, TargetError> {
         let middle = |index: u32| (f64::from(index) + 0.5).to_radians();
         let angles =
             (0..90).flat_map(|row| (0..90).map(move |column| (middle(column), middle(row))));
         let pair = |(theta_h, theta_d): (f64, f64)| {
             let (wi, wo) = from_half([theta_h, theta_d, FRAC_PI_2, 0.0]);
-            DirectionPair::new(wi, wo).expect("both have been made unit")
+            DirectionPair::new(wi, wo).expect("both directions are unit vectors")
         };
-        // In another order, so that every fifth is not a column.
+        // Shuffled, so that every fifth sample is not a column.
         let pairs: Vec<DirectionPair> = angles.map(pair).collect();
         let count = pairs.len();
         let pairs = (0..count).map(|at| pairs[at * STRIDE % count]).filter(is_above).collect();
         Self::split(&Samples::of(slice, pairs))
     }
 
-    /// Of samples at pairs of their own, in their order.
+    /// Target of samples measured at given pairs, in their order.
+    ///
+    /// # Errors
+    /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
+    /// range.
     pub fn of_samples(samples: &brood_brdf::Samples) -> Result<Self, TargetError> {
         let rows = samples.rows().iter().filter(|(pair, _)| is_above(pair));
         let of = |(pair, f): &(DirectionPair, DVec3)| (*pair, f.to_array().map(|f| f.max(0.0)));
@@ -94,7 +109,11 @@ impl MeasuredTarget {
         Self::split(&Samples::new(pairs, values))
     }
 
-    /// Of the pixels of pictures: of very many only some, evenly.
+    /// Target of the pixels of pictures; if there are too many, an even selection of them.
+    ///
+    /// # Errors
+    /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
+    /// range.
     pub fn of_pixels(samples: &Samples) -> Result<Self, TargetError> {
         let count = samples.len();
         if count <= PIXELS {
@@ -102,7 +121,7 @@ impl MeasuredTarget {
         }
         let picked = (0..PIXELS).map(|k| k * count / PIXELS);
         let (pairs, values) = picked.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
-        Self::split(&Samples::new(pairs, values).with_least(samples.least().to_vec()))
+        Self::split(&Samples::new(pairs, values).with_lower_bounds(samples.lower_bounds().to_vec()))
     }
 
     fn split(samples: &Samples) -> Result<Self, TargetError> {
@@ -115,9 +134,9 @@ impl MeasuredTarget {
                 rows.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
             Samples::new(pairs, values)
         };
-        let step = samples.least().len().div_ceil(LEAST).max(1);
-        let least = samples.least().iter().step_by(step).copied().collect();
-        let fitted = part(false).with_least(least);
+        let step = samples.lower_bounds().len().div_ceil(LEAST).max(1);
+        let least = samples.lower_bounds().iter().step_by(step).copied().collect();
+        let fitted = part(false).with_lower_bounds(least);
         Self { fitted, held: part(true), floor: None, reflected: None }.checked()
     }
 
@@ -134,7 +153,7 @@ impl MeasuredTarget {
     }
 }
 
-/// As far above the surface as what is drawn.
+/// True if the pair is as far above the surface as drawn pairs.
 fn is_above(pair: &DirectionPair) -> bool {
     pair.cos_i().min(pair.cos_o()) >= LEAST_COSINE
 }
@@ -150,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn reciprocal_material_can_be_matched_and_another_one_not_wholly() {
+    fn floor_is_zero_only_for_reciprocal_materials() {
         let target = MeasuredTarget::of(&*Model::new(ModelKind::Conductor).brdf()).unwrap();
         assert_eq!((target.fitted.len(), target.held.len()), (FITTED, HELD));
         assert!(target.floor.is_some_and(|floor| floor < 1e-12));
@@ -159,21 +178,21 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_fitted_but_for_every_fifth() {
+    fn every_fifth_sample_is_held_out() {
         let target = MeasuredTarget::of_samples(&rows(1000, 0.5)).unwrap();
         assert_eq!((target.fitted.len(), target.held.len()), (800, 200));
         assert_eq!(target.floor, None);
     }
 
     #[test]
-    fn slice_is_fitted_where_it_has_values() {
+    fn slice_is_sampled_above_the_surface() {
         let target = MeasuredTarget::of_slice(&*Model::new(ModelKind::Conductor).brdf()).unwrap();
         let all = target.fitted.len() + target.held.len();
         assert!((6000..8100).contains(&all) && target.held.len() == all.div_ceil(5), "{all}");
     }
 
     #[test]
-    fn what_is_no_target_is_refused() {
+    fn unusable_samples_are_rejected() {
         let refused = |samples| MeasuredTarget::of_samples(&samples).unwrap_err();
         assert_eq!(refused(rows(99, 0.5)), TargetError::Few(99));
         assert_eq!(refused(rows(1000, -1.0)), TargetError::Black(800));

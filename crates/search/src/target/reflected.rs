@@ -1,4 +1,5 @@
-//! How much of the light from one direction a measured material sends back: tables say more than there is towards the horizon.
+//! Largest directional albedo of a measured material. Measured tables often exceed 1 towards the
+//! horizon.
 
 use brood_brdf::Brdf;
 use brood_eval::{LobeRule, around};
@@ -7,26 +8,27 @@ use rayon::prelude::*;
 
 use super::Samples;
 
-/// Angles from the normal that are looked at: fewer than a degree from the horizon little is measured.
+/// Angles from the normal, in degrees. Little is measured closer than a degree to the horizon.
 const DEGREES: [f64; 14] =
     [0.0, 15.0, 30.0, 45.0, 55.0, 65.0, 72.0, 77.0, 81.0, 84.0, 86.0, 87.5, 88.5, 89.0];
-/// Of the quadrature.
+/// Order of the quadrature.
 const ORDER: usize = 24;
 
-/// The most that is reflected of the light from one direction.
+/// Largest directional albedo, and the direction of its light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflected {
-    /// Of the channel that reflects most.
+    /// Albedo of the channel that reflects most.
     pub albedo: f64,
-    /// Of the light, from the normal.
+    /// Angle of the light from the normal, in degrees.
     pub theta_deg: f64,
 }
 
 impl Reflected {
-    /// Of the mean of f over the exchange of light and eye, as it is fitted. Light comes from one azimuth.
+    /// Largest albedo of the mean of f over the exchange of light and eye, which is what is fitted.
+    /// Light comes from one azimuth only.
     ///
     /// # Error
-    /// A percent or two of the albedo where the material is smooth.
+    /// 1 to 2 % of the albedo for smooth materials.
     pub(super) fn most(brdf: &dyn Brdf) -> Self {
         let rule = LobeRule::new(ORDER);
         let of = |theta_deg: &f64| {
@@ -40,10 +42,10 @@ impl Reflected {
         };
         let all: Vec<Self> = DEGREES.par_iter().map(of).collect();
         let more = |a: Self, b: Self| if b.albedo > a.albedo { b } else { a };
-        all.into_iter().reduce(more).expect("there are angles")
+        all.into_iter().reduce(more).expect("DEGREES is not empty")
     }
 
-    /// Whether that is more than there is.
+    /// True if the albedo exceeds 1 by more than the error of the quadrature.
     #[must_use]
     pub fn is_too_much(&self) -> bool {
         self.albedo > 1.02
@@ -56,7 +58,7 @@ mod tests {
     use crate::test_material::Even;
 
     #[test]
-    fn what_is_even_reflects_its_albedo() {
+    fn reflected_is_the_albedo_of_a_lambertian() {
         for (albedo, is_too_much) in [(0.5, false), (1.0, false), (1.5, true)] {
             let most = Reflected::most(&Even(albedo));
             assert!((most.albedo - albedo).abs() < 4e-3 * albedo, "{most:?}");

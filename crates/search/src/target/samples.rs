@@ -1,4 +1,4 @@
-//! Pairs of directions with a reflectance each.
+//! Samples of a material: pairs of directions with a reflectance each.
 
 use brood_brdf::{Brdf, DirectionPair};
 use brood_eval::{CanonicalEvaluator, EvalError, Evaluator};
@@ -10,13 +10,13 @@ use brood_scene::SampleSet;
 pub struct Samples {
     pairs: Vec<DirectionPair>,
     values: Vec<[f64; 3]>,
-    /// Where nothing is known but that f is not below a value.
-    least: Vec<(DirectionPair, [f64; 3])>,
+    /// Pairs for which only a lower bound of f is known.
+    lower_bounds: Vec<(DirectionPair, [f64; 3])>,
 }
 
 impl Samples {
-    /// Of a material at these pairs, averaged over the exchange of light and eye, which is what a reciprocal material can
-    /// be of one that is not; what is below 0 is 0.
+    /// Samples a material at these pairs. The value is the mean of f and of f with light and eye
+    /// exchanged, the best that a reciprocal material can match; negative values become 0.
     ///
     /// # Domain
     /// Pairs above the surface.
@@ -26,43 +26,46 @@ impl Samples {
             (0.5 * (brdf.f(pair) + brdf.f(&pair.swapped()))).to_array().map(|f| f.max(0.0))
         };
         let values = pairs.iter().map(value).collect();
-        Self { pairs, values, least: Vec::new() }
+        Self { pairs, values, lower_bounds: Vec::new() }
     }
 
-    /// What a program makes of these pairs.
+    /// Samples a program at these pairs.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if the program cannot be evaluated.
     pub fn of_program(program: &Program, pairs: Vec<DirectionPair>) -> Result<Self, EvalError> {
         let (set, mut out) = (SampleSet::from_pairs(&pairs, &[]), Vec::new());
         CanonicalEvaluator::default().eval(&[program], &set, &mut out)?;
         let count = pairs.len();
         let value = |k: usize| [0, 1, 2].map(|channel| f64::from(out[channel * count + k]));
         let values = (0..count).map(value).collect();
-        Ok(Self { pairs, values, least: Vec::new() })
+        Ok(Self { pairs, values, lower_bounds: Vec::new() })
     }
 
-    /// Takes pairs and values as they are.
+    /// Samples of these pairs and values.
     ///
     /// # Panics
-    /// Where there are not as many values as pairs.
+    /// If there are not as many values as pairs.
     #[must_use]
     pub fn new(pairs: Vec<DirectionPair>, values: Vec<[f64; 3]>) -> Self {
         assert_eq!(pairs.len(), values.len(), "every pair has a value");
-        Self { pairs, values, least: Vec::new() }
+        Self { pairs, values, lower_bounds: Vec::new() }
     }
 
-    /// The same, with pairs of which nothing is known but that f is not below a value: they are no samples, and no error is told of
-    /// them.
+    /// Adds pairs for which only a lower bound of f is known. They are not samples and do not count
+    /// in errors.
     #[must_use]
-    pub fn with_least(self, least: Vec<(DirectionPair, [f64; 3])>) -> Self {
-        Self { least, ..self }
+    pub fn with_lower_bounds(self, lower_bounds: Vec<(DirectionPair, [f64; 3])>) -> Self {
+        Self { lower_bounds, ..self }
     }
 
-    /// The pairs of which nothing is known but that f is not below a value.
+    /// Pairs for which only a lower bound of f is known.
     #[must_use]
-    pub fn least(&self) -> &[(DirectionPair, [f64; 3])] {
-        &self.least
+    pub fn lower_bounds(&self) -> &[(DirectionPair, [f64; 3])] {
+        &self.lower_bounds
     }
 
-    /// The pairs.
+    /// Pairs of directions.
     #[must_use]
     pub fn pairs(&self) -> &[DirectionPair] {
         &self.pairs
@@ -74,26 +77,26 @@ impl Samples {
         &self.values
     }
 
-    /// f cos_i of each pair, which metrics compare.
+    /// f cos_i of each pair, as compared by the metrics.
     #[must_use]
     pub fn weighted(&self) -> Vec<[f64; 3]> {
         let both = self.pairs.iter().zip(&self.values);
         both.map(|(pair, value)| value.map(|f| f * pair.cos_i())).collect()
     }
 
-    /// How many there are.
+    /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.pairs.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pairs.is_empty()
     }
 
-    /// The largest f of any channel; 0 where there is none.
+    /// Largest f of any channel; 0 if there are no samples.
     #[must_use]
     pub fn largest(&self) -> f64 {
         self.values.as_flattened().iter().fold(0.0, |most, f| most.max(*f))

@@ -1,63 +1,63 @@
-//! What becomes of the pixels of a picture, and how many each fate has.
+//! Status of the pixels of a picture, and counts by status.
 
 use std::fmt;
 
 use brood_brdf::DirectionPair;
 
-/// What became of the pixels of pictures.
+/// Number of pixels by status.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct PixelCounts {
-    /// All of them.
+    /// All pixels.
     pub pixels: u64,
-    /// Those that are samples.
+    /// Pixels used as samples.
     pub used: u64,
-    /// Left out by the mask.
+    /// Pixels excluded by the mask.
     pub masked: u64,
-    /// Nothing is there.
+    /// Pixels without the object.
     pub background: u64,
-    /// The edge of the object, or one within it.
+    /// Pixels at the outline of the object or at an inner edge.
     pub edge: u64,
-    /// As bright as the picture can show.
+    /// Pixels at the largest value that the picture can show.
     pub clipped: u64,
-    /// No light arrives.
+    /// Pixels that no light reaches.
     pub unlit: u64,
-    /// The edge of light and shadow.
+    /// Pixels at the edge of a shadow.
     pub half_lit: u64,
-    /// Light of several lamps arrives, which cannot be told apart.
+    /// Pixels lit by several lights, which cannot be separated.
     pub several_lights: u64,
-    /// Light or eye is at the horizon.
+    /// Pixels with light or eye near the horizon.
     pub grazing: u64,
 }
 
-/// What became of a pixel.
+/// Status of a pixel: used, or why it is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PixelFate {
-    /// It is a sample.
+    /// Used as a sample.
     Used,
-    /// Left out by the mask.
+    /// Excluded by the mask.
     Masked,
-    /// Nothing is there.
+    /// Without the object.
     Background,
-    /// The edge of the object, or one within it.
+    /// At the outline of the object or at an inner edge.
     Edge,
-    /// As bright as the picture can show.
+    /// At the largest value that the picture can show.
     Clipped,
-    /// No light arrives.
+    /// Reached by no light.
     Unlit,
-    /// The edge of light and shadow.
+    /// At the edge of a shadow.
     HalfLit,
-    /// Light of several lamps arrives.
+    /// Lit by several lights.
     SeveralLights,
-    /// Light or eye is at the horizon.
+    /// Light or eye near the horizon.
     Grazing,
 }
 
-/// What a pixel that is covered says of the material, or why it says nothing.
-pub(super) enum Look {
+/// Result of reading a covered pixel.
+pub(super) enum PixelReading {
     Sample(DirectionPair, [f64; 3]),
-    /// f is not below that.
-    Least(DirectionPair, [f64; 3]),
-    Nothing(PixelFate),
+    /// A lower bound of f.
+    LowerBound(DirectionPair, [f64; 3]),
+    Unusable(PixelFate),
 }
 
 impl PixelCounts {
@@ -99,7 +99,7 @@ impl fmt::Display for PixelCounts {
 }
 
 impl PixelCounts {
-    /// Of two pictures together.
+    /// Sums of two counts.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -1,50 +1,52 @@
-//! Why a picture is no target.
+//! Errors of pictures that cannot be targets.
 
 use super::{FEWEST, PixelCounts, SIDE};
 
-/// Why a picture is no target.
+/// Error of using a picture as a target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ImageTargetError {
-    /// Scenes make square ones.
-    #[error("pictures of a scene are square; this one has {0} x {1} pixels")]
+    /// The picture is not square.
+    #[error("the picture must be square; this one is {0} x {1} pixels")]
     NotSquare(u32, u32),
-    /// Too small to say anything.
-    #[error("a picture of {0} x {0} pixels is too small; it has at least {SIDE} x {SIDE}")]
+    /// The picture is too small.
+    #[error("a picture of {0} x {0} pixels is too small; the least is {SIDE} x {SIDE}")]
     Small(u32),
-    /// NaN or infinite.
+    /// A pixel is NaN or infinite.
     #[error("the pixel {0}, {1} is not a finite number")]
     NotFinite(u32, u32),
-    /// Of another size than the picture.
-    #[error("the mask has {mask_width} x {mask_height} pixels and the picture {side} x {side}")]
+    /// The mask's size differs from the picture's.
+    #[error(
+        "the mask has {mask_width} x {mask_height} pixels and the picture {side} x {side}; both must be equal"
+    )]
     MaskSize {
-        /// The mask's.
+        /// Width of the mask.
         mask_width: u32,
-        /// The mask's.
+        /// Height of the mask.
         mask_height: u32,
-        /// The picture's.
+        /// Side of the picture.
         side: u32,
     },
-    /// Nothing is left.
-    #[error("the mask leaves no pixel: pixels that are looked at are white in it")]
+    /// The mask excludes every pixel.
+    #[error("the mask leaves no pixel; it must be white where the picture is used")]
     MaskEmpty,
-    /// Light from an extent cannot be told apart by direction.
+    /// An area light: its directions cannot be separated.
     #[error(
-        "the scene has a light of kind {0}, which shines from many directions at once; a target is lit by point, spot, \
-         directional and ies lights"
+        "the scene has a light of kind {0}, which shines from many directions at once; use point, spot, directional or \
+         ies lights"
     )]
     Light(&'static str),
-    /// A curve without a way back.
+    /// A tone curve that cannot be inverted.
     #[error(
         "the scene's tone curve is {0}, which cannot be undone; give the picture as linear EXR, or with the curve none or reinhard"
     )]
     Tone(&'static str),
-    /// The camera looks past it.
+    /// The camera does not see the mesh.
     #[error("the camera of the scene sees nothing of the mesh")]
     Nothing,
-    /// Dark all over.
+    /// No visible point is lit.
     #[error("no light of the scene reaches anything that the camera sees")]
     Unlit,
-    /// Too little is left.
+    /// Too few usable pixels.
     #[error("{used} pixels can be used and {FEWEST} are needed: {0}", used = .0.used)]
     Few(PixelCounts),
 }

@@ -1,33 +1,39 @@
-//! The normal equations of a fit: sums over blocks, put together for the numbers that are fitted.
+//! Normal equations of a fit: sums over blocks, assembled for the fitted parameters.
 
 use brood_eval::Level;
 use rayon::prelude::*;
 
 use super::batch::{Batch, Block};
-use super::sweep::{Numbers, Room, Sums, Sweep, slots};
+use super::sweep::{Parameters, Sums, Sweep, Workspace, slots};
 use super::{Lobes, Shape};
 
-/// Blocks that one task takes, and whose sums are added before those of other tasks.
+/// Number of blocks per task. Sums are added within a task first, then across tasks in order.
 const TOGETHER: usize = 4;
 
-/// J^T J and J^T r of the numbers that are fitted, in their order.
-pub(super) struct Normal {
+/// J^T J and J^T r of the fitted parameters, in their order.
+pub(super) struct NormalEquations {
     /// Row by row, symmetric.
     pub(super) matrix: Vec<f64>,
     pub(super) gradient: Vec<f64>,
 }
 
-/// The mean of the squared differences, each times what it counts.
+/// Mean of the weighted squared differences, plus penalties.
 ///
 /// # Error
-/// The same to the bit for any number of threads.
+/// Bit-identical for any number of threads.
 pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
-    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
+    let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
-        let mut room = Room::new(&numbers.shape);
+        let mut workspace = Workspace::new(&parameters.shape);
         let mut sum = 0.0;
         for block in blocks {
-            sum += level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
+            sum += level.run(Sweep {
+                parameters: &parameters,
+                block,
+                gain,
+                workspace: &mut workspace,
+                sums: None,
+            });
         }
         sum
     };
@@ -35,15 +41,21 @@ pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
     parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch) + above(lobes, batch)
 }
 
-/// E_log: the root of the mean of the squared differences of ln(1 + f cos_i) alone.
+/// E_log: root of the mean squared difference of ln(1 + f cos_i), without the other terms.
 pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
-    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
+    let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
-        let mut room = Room::new(&numbers.shape);
+        let mut workspace = Workspace::new(&parameters.shape);
         let mut sum = 0.0;
         for block in blocks {
-            level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
-            sum += room.logarithmic();
+            level.run(Sweep {
+                parameters: &parameters,
+                block,
+                gain,
+                workspace: &mut workspace,
+                sums: None,
+            });
+            sum += workspace.logarithmic();
         }
         sum
     };
@@ -51,69 +63,81 @@ pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
     (parts.iter().sum::<f64>() / batch.total).sqrt()
 }
 
-/// The squared differences of each sample, each times what it counts, summed over its channels.
+/// Weighted squared differences of each sample, summed over its channels.
 ///
 /// # Shapes
-/// One for each sample of the batch and as many as there are until its last block is full.
+/// One per sample of the batch, padded to a whole number of blocks.
 pub(super) fn excesses(lobes: &Lobes, batch: &Batch) -> Vec<f32> {
-    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
+    let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |block: &Block| {
-        let mut room = Room::new(&numbers.shape);
-        level.run(Sweep { numbers: &numbers, block, gain, room: &mut room, sums: None });
-        room.squares()
+        let mut workspace = Workspace::new(&parameters.shape);
+        level.run(Sweep {
+            parameters: &parameters,
+            block,
+            gain,
+            workspace: &mut workspace,
+            sums: None,
+        });
+        workspace.squares()
     };
     batch.blocks.par_iter().flat_map_iter(task).collect()
 }
 
 fn ridge(lobes: &Lobes, batch: &Batch) -> f64 {
-    let numbers = batch.ridge.iter().zip(&lobes.numbers);
-    batch.cost * numbers.map(|(ridge, number)| ridge * number * number).sum::<f64>()
+    let parameters = batch.ridge.iter().zip(&lobes.parameters);
+    batch.cost * parameters.map(|(ridge, value)| ridge * value * value).sum::<f64>()
 }
 
-/// What reflecting more than there is costs.
+/// Albedo penalty.
 fn above(lobes: &Lobes, batch: &Batch) -> f64 {
     batch.albedos.as_ref().map_or(0.0, |albedos| albedos.cost(lobes))
 }
 
-/// The normal equations, and the same error.
-pub(super) fn normal(lobes: &Lobes, batch: &Batch) -> (Normal, f64) {
-    let (numbers, level, gain) = (Numbers::new(lobes), Level::best(), batch.gain);
+/// Returns the normal equations and the same error as [`error`].
+pub(super) fn normal_equations(lobes: &Lobes, batch: &Batch) -> (NormalEquations, f64) {
+    let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
-        let mut room = Room::new(&numbers.shape);
-        let mut sums = Sums::zero(&numbers.shape);
+        let mut workspace = Workspace::new(&parameters.shape);
+        let mut sums = Sums::zero(&parameters.shape);
         for block in blocks {
-            let (room, sums_now) = (&mut room, Some(&mut sums));
-            let error = level.run(Sweep { numbers: &numbers, block, gain, room, sums: sums_now });
+            let (workspace, sums_now) = (&mut workspace, Some(&mut sums));
+            let error = level.run(Sweep {
+                parameters: &parameters,
+                block,
+                gain,
+                workspace,
+                sums: sums_now,
+            });
             sums.error += error;
         }
         sums
     };
     let parts: Vec<Sums> = batch.blocks.par_chunks(TOGETHER).map(task).collect();
-    let mut sums = Sums::zero(&numbers.shape);
+    let mut sums = Sums::zero(&parameters.shape);
     for part in &parts {
         sums.add(part);
     }
     let mut normal = assemble(lobes, &sums);
     let count = normal.gradient.len();
-    let free = (0..lobes.numbers.len()).filter(|at| lobes.free[*at]);
-    for (at, number) in free.enumerate() {
-        let Some(ridge) = batch.ridge.get(number) else { break };
+    let free = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]);
+    for (at, index) in free.enumerate() {
+        let Some(ridge) = batch.ridge.get(index) else { break };
         let cost = batch.cost * batch.total * ridge;
         normal.matrix[at * count + at] += cost;
-        normal.gradient[at] += cost * lobes.numbers[number];
+        normal.gradient[at] += cost * lobes.parameters[index];
     }
     let above = batch.albedos.as_ref().map(|albedos| albedos.add(lobes, &mut normal, batch.total));
     (normal, sums.error / batch.total + ridge(lobes, batch) + above.unwrap_or(0.0))
 }
 
-/// Where a number stands: a slot's feature, or a colour.
+/// Meaning of a parameter: the weight of a feature in a slot, or a colour.
 #[derive(Clone, Copy)]
 pub(super) enum Place {
     Slot { slot: usize, feature: usize },
     Colour { channel: usize, term: usize },
 }
 
-fn assemble(lobes: &Lobes, sums: &Sums) -> Normal {
+fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
     let shape = &lobes.shape;
     let places: Vec<Place> = places(shape)
         .into_iter()
@@ -121,7 +145,8 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> Normal {
         .filter_map(|(place, free)| free.then_some(place))
         .collect();
     let count = places.len();
-    let mut normal = Normal { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+    let mut normal =
+        NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
     for (row, a) in places.iter().enumerate() {
         normal.gradient[row] = gradient(shape, sums, *a);
         for (column, b) in places[..=row].iter().enumerate() {
@@ -133,11 +158,11 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> Normal {
     normal
 }
 
-/// In the order of the numbers.
+/// Places in the order of the parameters.
 pub(super) fn places(shape: &Shape) -> Vec<Place> {
     let mut places = Vec::with_capacity(shape.len());
     for unit in 0..shape.units {
-        // Of the features (u, x, 1) a unit takes x and 1.
+        // Of the features (u, x, 1), a unit uses x and 1.
         let features = shape.units..shape.features();
         let slot = shape.terms + unit;
         places.extend(features.map(|feature| Place::Slot { slot, feature }));
@@ -185,11 +210,11 @@ fn gradient(shape: &Shape, sums: &Sums, place: Place) -> f64 {
     }
 }
 
-/// Place of (a, b), a <= b, among the pairs (0, 0), (0, 1), ... (1, 1), ...
+/// Index of (a, b), a <= b, among the pairs (0, 0), (0, 1), ... (1, 1), ...
 fn upper(count: usize, a: usize, b: usize) -> usize {
     a * count - a * (a + 1) / 2 + b
 }
 
 #[cfg(test)]
-#[path = "normal_tests.rs"]
+#[path = "normal_equations_tests.rs"]
 mod tests;

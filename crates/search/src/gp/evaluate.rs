@@ -1,54 +1,58 @@
-//! Children judged: scaled, held against the samples, and refused where they stand out between these.
+//! Evaluation of children: solves for scale and offset, sums errors over the samples, and rejects
+//! genomes that exceed the bound between samples.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, FitnessEvaluator, Screening, select_best};
 use brood_genome::{Genome, Output, RANGE};
 use brood_program::{Program, ProgramHash};
 use rayon::prelude::*;
 
-use super::cases::{Cases, Wanted};
+use super::cases::{Cases, TargetSamples};
 use super::scale::scale_and_offset;
 
-/// Of the few samples, one in so many is used to solve for scale and offset.
+/// One in this many of the few samples is used to solve for scale and offset.
 const SCALED: usize = 2;
 
-/// A genome that is held against the samples.
+/// An evaluated genome.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub(super) genome: Genome,
-    /// Of the program without scale and offset, by which duplicates are known.
+    /// Hash of the program without scale and offset, which identifies duplicates.
     pub(super) hash: ProgramHash,
     pub(super) operations: u32,
-    /// Sum of squared differences over the samples that are fitted.
+    /// Sum of squared differences over the fitted samples.
     pub(super) sum: f64,
-    /// Whether its constants have been tuned.
+    /// True if its constants have been tuned.
     pub(super) is_tuned: bool,
 }
 
-/// A genome with the hash of what it computes but for scale and offset.
-pub(super) struct Plain {
+/// A genome with the program and hash of what it computes without scale and offset.
+pub(super) struct BareGenome {
     genome: Genome,
     pub(super) hash: ProgramHash,
     program: Program,
 }
 
-impl Plain {
+impl BareGenome {
+    /// Computes the bare programs of these genomes.
+    ///
     /// # Shapes
     /// One for each genome, in their order.
     pub(super) fn of(genomes: Vec<Genome>) -> Vec<Self> {
-        let plain = |genome: Genome| {
+        let bare = |genome: Genome| {
             let output = *genome.output();
-            let bare = Output::new(*output.matrix(), [1.0; 3], [0.0; 3]).expect("it is one");
-            let program = Program::lower(&genome.clone().with_output(bare));
+            let unscaled =
+                Output::new(*output.matrix(), [1.0; 3], [0.0; 3]).expect("the matrix is valid");
+            let program = Program::lower(&genome.clone().with_output(unscaled));
             Self { hash: program.hash(), genome, program }
         };
-        genomes.into_par_iter().map(plain).collect()
+        genomes.into_par_iter().map(bare).collect()
     }
 }
 
-/// The best of these genomes, at most `count`, least sum first, with scale and offset solved for. None of them stands out where
-/// samples are few.
-pub(super) fn judge(plain: Vec<Plain>, cases: &Cases, count: usize) -> Vec<Member> {
-    let scaled = scaled(plain, &cases.few);
+/// Returns the best of these genomes, at most `count`, least sum first, with scale and offset
+/// solved for. Leaves out those that exceed the bound where samples are few.
+pub(super) fn evaluate(bare: Vec<BareGenome>, cases: &Cases, count: usize) -> Vec<Member> {
+    let scaled = scaled(bare, &cases.few);
     let programs: Vec<&Program> = scaled.iter().map(|(_, program)| program).collect();
     let evaluator = CanonicalEvaluator::default();
     let selected = select_best(&evaluator, &programs, &cases.target, count, Screening::Exact)
@@ -56,10 +60,10 @@ pub(super) fn judge(plain: Vec<Plain>, cases: &Cases, count: usize) -> Vec<Membe
     let best: Vec<&Program> = selected.best.iter().map(|ranked| programs[ranked.program]).collect();
     let is_bounded = bounded(&best, cases);
     let member = |(ranked, is_bounded): (&brood_eval::Ranked, bool)| {
-        let (plain, program) = &scaled[ranked.program];
+        let (bare, program) = &scaled[ranked.program];
         (is_bounded && ranked.sum.is_finite()).then(|| Member {
-            genome: plain.genome.clone(),
-            hash: plain.hash,
+            genome: bare.genome.clone(),
+            hash: bare.hash,
             operations: operations(program),
             sum: ranked.sum,
             is_tuned: false,
@@ -68,7 +72,7 @@ pub(super) fn judge(plain: Vec<Plain>, cases: &Cases, count: usize) -> Vec<Membe
     selected.best.iter().zip(is_bounded).filter_map(member).collect()
 }
 
-/// The sum of one genome as it is; infinite where it stands out.
+/// Sum of one genome as it is; infinite if it exceeds the bound where samples are few.
 pub(super) fn sum_of(genome: &Genome, cases: &Cases) -> f64 {
     let program = Program::lower(genome);
     let sums = CanonicalEvaluator::default().sums(&[&program], &cases.target);
@@ -76,44 +80,45 @@ pub(super) fn sum_of(genome: &Genome, cases: &Cases) -> f64 {
     if bounded(&[&program], cases)[0] { sum } else { f64::INFINITY }
 }
 
-/// The genome with scale and offset solved for.
+/// Returns the genome with scale and offset solved for.
 pub(super) fn rescaled(genome: Genome, cases: &Cases) -> Genome {
-    let plain = Plain::of(vec![genome]);
-    let mut scaled = scaled(plain, &cases.few);
+    let bare = BareGenome::of(vec![genome]);
+    let mut scaled = scaled(bare, &cases.few);
     scaled.swap_remove(0).0.genome
 }
 
 pub(super) fn operations(program: &Program) -> u32 {
-    u32::try_from(program.operations()).expect("1024 instructions make fewer operations")
+    u32::try_from(program.operations()).expect("programs have fewer than 2^32 operations")
 }
 
-/// Genomes and their programs, scale and offset being solved for.
-fn scaled(plain: Vec<Plain>, few: &Wanted) -> Vec<(Plain, Program)> {
-    let programs: Vec<&Program> = plain.iter().map(|plain| &plain.program).collect();
+/// Genomes and their programs, with scale and offset solved for.
+fn scaled(bare: Vec<BareGenome>, few: &TargetSamples) -> Vec<(BareGenome, Program)> {
+    let programs: Vec<&Program> = bare.iter().map(|bare| &bare.program).collect();
     let values = values(&programs, few);
     let rows = |values: &[f64]| values.iter().step_by(SCALED).copied().collect::<Vec<_>>();
     let weight = rows(&few.weight);
-    let wanted = [0, 1, 2].map(|channel| {
+    let target = [0, 1, 2].map(|channel| {
         few.weighted.iter().step_by(SCALED).map(|value| value[channel]).collect::<Vec<_>>()
     });
     let count = few.len();
-    let scale = |(index, mut plain): (usize, Plain)| {
-        let output = *plain.genome.output();
+    let scale = |(index, mut bare): (usize, BareGenome)| {
+        let output = *bare.genome.output();
         let (mut scale, mut offset) = (*output.scale(), *output.offset());
         for channel in 0..3 {
             let own = &values[(3 * index + channel) * count..][..count];
             let sampled = own.iter().zip(&few.weight).step_by(SCALED);
             let weighted: Vec<f64> = sampled.map(|(f, weight)| f64::from(*f) * weight).collect();
             let start = [f64::from(scale[channel]), f64::from(offset[channel])];
-            let found = scale_and_offset(&weighted, &weight, &wanted[channel], start);
+            let found = scale_and_offset(&weighted, &weight, &target[channel], start);
             [scale[channel], offset[channel]] = found.map(narrow);
         }
-        let output = Output::new(*output.matrix(), scale, offset).expect("they are in the range");
-        plain.genome = plain.genome.with_output(output);
-        let program = Program::lower(&plain.genome);
-        (plain, program)
+        let output =
+            Output::new(*output.matrix(), scale, offset).expect("scale and offset are in range");
+        bare.genome = bare.genome.with_output(output);
+        let program = Program::lower(&bare.genome);
+        (bare, program)
     };
-    plain.into_par_iter().enumerate().map(scale).collect()
+    bare.into_par_iter().enumerate().map(scale).collect()
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
@@ -121,16 +126,16 @@ fn narrow(value: f64) -> f32 {
     value.min(f64::from(RANGE)) as f32
 }
 
-/// f of programs, each channel by itself.
-pub(super) fn values(programs: &[&Program], wanted: &Wanted) -> Vec<f32> {
+/// f of the programs, channel by channel.
+pub(super) fn values(programs: &[&Program], samples: &TargetSamples) -> Vec<f32> {
     let mut out = Vec::new();
     CanonicalEvaluator::default()
-        .eval(programs, &wanted.set, &mut out)
+        .eval(programs, &samples.set, &mut out)
         .expect("the canonical evaluator runs every program");
     out
 }
 
-/// Whether each stays below the ceiling where samples are few.
+/// True for each program that stays below the ceiling where samples are few.
 fn bounded(programs: &[&Program], cases: &Cases) -> Vec<bool> {
     let mut out = Vec::new();
     CanonicalEvaluator::default()

@@ -1,4 +1,4 @@
-//! Normal equations against differences of the error, and the program against the fit.
+//! Tests of the normal equations against finite differences, and of the program against the fit.
 
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_genome::{BirthKey, Operator, Stream};
@@ -22,17 +22,17 @@ fn lobes(seed: u64, shape: &Shape) -> (Lobes, Batch, Samples) {
 }
 
 #[test]
-fn gradient_is_the_slope_of_the_error() {
+fn gradient_matches_differences_of_the_error() {
     for seed in 0..3 {
         let shape = Shape::new(3, 4, false);
         let (lobes, batch, _) = lobes(seed, &shape);
-        let (normal, value) = normal(&lobes, &batch);
+        let (normal, value) = normal_equations(&lobes, &batch);
         assert!((value - error(&lobes, &batch)).abs() <= 1e-12 * value);
         let largest = normal.gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
         for (at, gradient) in normal.gradient.iter().enumerate() {
             let moved = |by: f64| {
                 let mut lobes = lobes.clone();
-                lobes.numbers[at] += by;
+                lobes.parameters[at] += by;
                 error(&lobes, &batch) * batch.total
             };
             let slope = (moved(1e-3) - moved(-1e-3)) / 4e-3;
@@ -43,10 +43,10 @@ fn gradient_is_the_slope_of_the_error() {
 }
 
 #[test]
-fn matrix_is_that_of_the_slopes_of_the_residuals() {
+fn matrix_matches_the_jacobian_by_differences() {
     let shape = Shape::new(2, 3, true);
     let (lobes, batch, samples) = lobes(7, &shape);
-    let (normal, _) = normal(&lobes, &batch);
+    let (normal, _) = normal_equations(&lobes, &batch);
     let count = normal.gradient.len();
     let residuals = |lobes: &Lobes| -> Vec<f64> {
         let weighted = values(lobes, &samples);
@@ -60,7 +60,7 @@ fn matrix_is_that_of_the_slopes_of_the_residuals() {
         .map(|at| {
             let moved = |by: f64| {
                 let mut lobes = lobes.clone();
-                lobes.numbers[at] += by;
+                lobes.parameters[at] += by;
                 residuals(&lobes)
             };
             let both = moved(1e-2).into_iter().zip(moved(-1e-2));
@@ -70,14 +70,14 @@ fn matrix_is_that_of_the_slopes_of_the_residuals() {
     let largest = (0..count).map(|k| normal.matrix[k * count + k]).fold(0.0, f64::max);
     for a in 0..count {
         for b in 0..count {
-            let wanted: f64 = columns[a].iter().zip(&columns[b]).map(|(a, b)| a * b).sum();
-            let off = (wanted - normal.matrix[a * count + b]).abs();
-            assert!(off < 5e-3 * largest, "{a} {b}: {wanted} {}", normal.matrix[a * count + b]);
+            let expected: f64 = columns[a].iter().zip(&columns[b]).map(|(a, b)| a * b).sum();
+            let off = (expected - normal.matrix[a * count + b]).abs();
+            assert!(off < 5e-3 * largest, "{a} {b}: {expected} {}", normal.matrix[a * count + b]);
         }
     }
 }
 
-/// f cos_i by the program.
+/// f cos_i of the program.
 fn values(lobes: &Lobes, samples: &Samples) -> Vec<[f64; 3]> {
     let program = Program::lower(&lobes.genome().unwrap().with_limit(false));
     Samples::of_program(&program, samples.pairs().to_vec()).unwrap().weighted()
