@@ -1,4 +1,4 @@
-//! Rebuilds the crate when a migration is added: the embedding macro only notices changes of files it knows.
+//! Rebuilds the crate when a migration is added: the embedding macro tracks existing files only.
 
 fn main() {
     println!("cargo:rerun-if-changed=../../migrations");

@@ -1,7 +1,7 @@
-//! How long to wait before asking a server again that did not answer: bounded, doubling, jittered.
+//! Exponential back-off with jitter for calls to a server.
 //!
-//! It refuses to know what failed. The jitter is not reproducible on purpose: workers that lost one server together
-//! must not come back together.
+//! The jitter is random on purpose and not reproducible: workers that lost the same server at the
+//! same time must not all return at the same time.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::time::Duration;
@@ -9,24 +9,25 @@ use std::time::Duration;
 const FIRST: Duration = Duration::from_millis(100);
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// Waits that grow until something succeeds.
+/// Delay that doubles with every consecutive failure.
 #[derive(Debug, Default)]
 pub(crate) struct Backoff {
     failures: u32,
 }
 
 impl Backoff {
-    /// Something succeeded.
+    /// Resets the delay after a success.
     pub(crate) fn reset(&mut self) {
         self.failures = 0;
     }
 
-    /// Failures since the last success.
+    /// Returns the number of failures since the last success.
     pub(crate) fn failures(&self) -> u32 {
         self.failures
     }
 
-    /// The wait after one more failure: between half and all of the bound, which doubles up to 5 s.
+    /// Counts one more failure and returns the delay before the next attempt: between half and all
+    /// of a bound that doubles from 100 ms to 5 s.
     pub(crate) fn next(&mut self) -> Duration {
         let bound = FIRST.saturating_mul(1 << self.failures.min(10)).min(LONGEST);
         self.failures = self.failures.saturating_add(1);
@@ -40,12 +41,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waits_grow_up_to_the_bound_when_failures_go_on() {
+    fn delay_doubles_up_to_limit_when_failures_repeat() {
         let mut backoff = Backoff::default();
         let mut bound = FIRST;
         for _ in 0..40 {
             let wait = backoff.next();
-            assert!(wait >= bound / 2 && wait <= bound, "{wait:?} of {bound:?}");
+            assert!(wait >= bound / 2 && wait <= bound, "{wait:?}, bound {bound:?}");
             bound = (bound * 2).min(LONGEST);
         }
         assert_eq!(backoff.failures(), 40);

@@ -1,6 +1,6 @@
-//! What rendering one picture leaves behind for the next: meshes, sample sets, programs.
+//! Caches of a renderer: meshes, sample sets, programs.
 //!
-//! Everything here is derived and bounded; dropping an entry costs time, never a result.
+//! Everything here is derived and bounded. Dropping an entry costs time and changes no result.
 
 use std::sync::Arc;
 
@@ -10,13 +10,14 @@ pub(crate) use brood_scene::Raster;
 use brood_scene::{BuiltinMesh, Film, LightAssets, Mesh, MeshRef, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
 
-use crate::tally::Tally;
+use crate::render_counters::RenderCounters;
 
-/// Share of a sample set's inputs that is filled after it was weighed: eight f32 a sample cover the paper's dialect.
+/// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
+/// the dialect `paper`.
 const LATER_INPUT_BYTES: usize = 32;
 const PROGRAMS: u64 = 8192;
 
-/// A mesh and its content hash, computed once.
+/// Mesh with its content hash, which is computed once.
 #[derive(Debug)]
 pub struct LoadedMesh {
     mesh: Arc<Mesh>,
@@ -24,33 +25,33 @@ pub struct LoadedMesh {
 }
 
 impl LoadedMesh {
-    /// Takes a mesh in and hashes it.
+    /// Hashes a mesh.
     #[must_use]
     pub fn new(mesh: Mesh) -> Self {
         let hash = mesh.content_hash();
         Self { mesh: Arc::new(mesh), hash }
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     #[must_use]
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// The mesh for those who keep it.
+    /// Returns a shared reference to the mesh.
     #[must_use]
     pub fn shared(&self) -> Arc<Mesh> {
         self.mesh.clone()
     }
 
-    /// Its content hash.
+    /// Returns the content hash.
     #[must_use]
     pub fn hash(&self) -> &[u8; 32] {
         &self.hash
     }
 }
 
-/// What lights refer to, and its content hash, computed once.
+/// Light assets with their content hash, which is computed once.
 #[derive(Debug)]
 pub(crate) struct LoadedAssets {
     assets: LightAssets,
@@ -68,16 +69,16 @@ impl LoadedAssets {
     }
 }
 
-/// A scene, its mesh and what its lights refer to, under one name.
-pub(crate) struct View<'a> {
+/// Scene, mesh and light assets with their common cache key.
+pub(crate) struct SceneView<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
     assets: &'a LightAssets,
     key: blake3::Hash,
 }
 
-impl<'a> View<'a> {
-    /// Film and name of the mesh have no part in what is seen.
+impl<'a> SceneView<'a> {
+    /// The key ignores the film and the name of the mesh: sample sets do not depend on them.
     pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh, loaded: &'a LoadedAssets) -> Self {
         let plain = Scene {
             mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
@@ -99,7 +100,7 @@ impl<'a> View<'a> {
 
     fn set_key(&self, raster: Raster) -> blake3::Hash {
         let Raster { size_px, sampling, area } = raster;
-        // No fixed number is 0.
+        // 0 is free to stand for adaptive sampling: a fixed number of samples is at least 1.
         let samples = match sampling {
             Sampling::Adaptive => 0,
             Sampling::Fixed(samples) => u32::from(samples),
@@ -113,17 +114,17 @@ impl<'a> View<'a> {
     }
 }
 
-/// The caches of one renderer.
+/// Caches of one renderer.
 pub(crate) struct Caches {
     builtin: Cache<BuiltinMesh, Arc<LoadedMesh>>,
     uploaded: Cache<[u8; 32], Arc<LoadedMesh>>,
     sets: Cache<blake3::Hash, Arc<SampleSet>>,
     programs: Cache<blake3::Hash, Arc<Program>>,
-    pub(crate) tally: Tally,
+    pub(crate) counters: RenderCounters,
 }
 
 impl Caches {
-    /// Caches whose meshes and sample sets weigh about `bytes` together.
+    /// Creates caches. Meshes and sample sets take about `bytes` together.
     pub(crate) fn new(bytes: u64) -> Self {
         let kib = (bytes / 1024).max(1);
         Self {
@@ -131,7 +132,7 @@ impl Caches {
             uploaded: Cache::builder().max_capacity(kib / 4).weigher(weigh_mesh).build(),
             sets: Cache::builder().max_capacity(kib - kib / 4).weigher(weigh_set).build(),
             programs: Cache::new(PROGRAMS),
-            tally: Tally::default(),
+            counters: RenderCounters::default(),
         }
     }
 
@@ -147,10 +148,11 @@ impl Caches {
         self.uploaded.insert(*mesh.hash(), mesh);
     }
 
-    /// The sample set of a raster, which lies within its picture.
-    pub(crate) fn sample_set(&self, view: &View<'_>, raster: Raster) -> Arc<SampleSet> {
+    /// Returns the sample set of a raster, which must lie within its picture. Concurrent callers
+    /// wait for the one that computes it.
+    pub(crate) fn sample_set(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
         let mut made = false;
-        let set = self.tally.timed(
+        let set = self.counters.timed(
             || {
                 self.sets.get_with(view.set_key(raster), || {
                     made = true;
@@ -160,26 +162,30 @@ impl Caches {
             |sets_us| Work { sets_us, ..Work::default() },
         );
         let (sets_made, sets_reused) = (u64::from(made), u64::from(!made));
-        self.tally.add(Work { sets_made, sets_reused, ..Work::default() });
+        self.counters.add(Work { sets_made, sets_reused, ..Work::default() });
         set
     }
 
-    /// The same for those who are a task among many: while one of them made the set, the others would wait for it, and
-    /// the one too, if it was given the work of another while its own rays are shared out. Making a set twice does no
-    /// harm.
-    pub(crate) fn sample_set_in_task(&self, view: &View<'_>, raster: Raster) -> Arc<SampleSet> {
+    /// Like [`Caches::sample_set`], for callers inside a rayon task. It never waits for another
+    /// task that computes the same set: that task may itself be suspended below the caller on the
+    /// same thread, which would deadlock. Computing a set twice is harmless.
+    pub(crate) fn sample_set_nonblocking(
+        &self,
+        view: &SceneView<'_>,
+        raster: Raster,
+    ) -> Arc<SampleSet> {
         let key = view.set_key(raster);
         if let Some(set) = self.sets.get(&key) {
-            self.tally.add(Work { sets_reused: 1, ..Work::default() });
+            self.counters.add(Work { sets_reused: 1, ..Work::default() });
             return set;
         }
-        self.tally.add(Work { sets_made: 1, ..Work::default() });
+        self.counters.add(Work { sets_made: 1, ..Work::default() });
         let set = Arc::new(view.render(raster));
         self.sets.insert(key, set.clone());
         set
     }
 
-    /// The program of packed words.
+    /// Returns the program with these packed words, from the cache if possible.
     pub(crate) fn program<E>(
         &self,
         words: &[u32],
@@ -191,10 +197,10 @@ impl Caches {
         }
         let key = hasher.finalize();
         if let Some(program) = self.programs.get(&key) {
-            self.tally.add(Work { translations_reused: 1, ..Work::default() });
+            self.counters.add(Work { translations_reused: 1, ..Work::default() });
             return Ok(program);
         }
-        self.tally.add(Work { translations_made: 1, ..Work::default() });
+        self.counters.add(Work { translations_made: 1, ..Work::default() });
         let program = Arc::new(unpack(words)?);
         self.programs.insert(key, program.clone());
         Ok(program)
@@ -206,7 +212,8 @@ fn weigh_set(_: &blake3::Hash, set: &Arc<SampleSet>) -> u32 {
 }
 
 fn weigh_mesh(_: &[u8; 32], mesh: &Arc<LoadedMesh>) -> u32 {
-    // Position, normal, tangent and texture coordinate in f64 for a vertex, three indices for a triangle.
+    // Bytes per vertex: position, normal, tangent and texture coordinate in f64. Bytes per
+    // triangle: three indices.
     kib(mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * 12)
 }
 
@@ -221,24 +228,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sample_set_is_shared_when_only_the_film_differs() {
+    fn sample_set_is_shared_when_only_film_differs() {
         let caches = Caches::new(64 << 20);
         let mesh = caches.builtin(BuiltinMesh::Sphere);
         let none = LoadedAssets::new(LightAssets::default());
         let scene = Scene::default();
         let whole = PixelArea::whole(16);
         let frame = Raster { size_px: 16, sampling: Sampling::Adaptive, area: whole };
-        let first = caches.sample_set(&View::new(&scene, &mesh, &none), frame);
+        let first = caches.sample_set(&SceneView::new(&scene, &mesh, &none), frame);
         let mut other = scene.clone();
         other.film.exposure = Exposure::Ev(2.0);
-        assert!(Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh, &none), frame)));
+        assert!(Arc::ptr_eq(
+            &first,
+            &caches.sample_set(&SceneView::new(&other, &mesh, &none), frame)
+        ));
         other.scale = 0.5;
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&other, &mesh, &none), frame)));
+        assert!(!Arc::ptr_eq(
+            &first,
+            &caches.sample_set(&SceneView::new(&other, &mesh, &none), frame)
+        ));
         let torus = caches.builtin(BuiltinMesh::Torus);
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &torus, &none), frame)));
+        assert!(!Arc::ptr_eq(
+            &first,
+            &caches.sample_set(&SceneView::new(&scene, &torus, &none), frame)
+        ));
         let fixed = Raster { sampling: Sampling::Fixed(1), ..frame };
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh, &none), fixed)));
+        assert!(!Arc::ptr_eq(
+            &first,
+            &caches.sample_set(&SceneView::new(&scene, &mesh, &none), fixed)
+        ));
         let part = Raster { area: PixelArea { width: 3, ..whole }, ..frame };
-        assert!(!Arc::ptr_eq(&first, &caches.sample_set(&View::new(&scene, &mesh, &none), part)));
+        assert!(!Arc::ptr_eq(
+            &first,
+            &caches.sample_set(&SceneView::new(&scene, &mesh, &none), part)
+        ));
     }
 }

@@ -1,6 +1,5 @@
-//! The claim loop: asks for work, keeps one job rendering and one waiting, ends when told to or when refused.
-//!
-//! It refuses to know what a job is made of.
+//! Claim loop of a worker that renders: leases jobs, at most two at a time, until shutdown or until
+//! the server rejects the token.
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -12,116 +11,124 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
-use crate::job::Desk;
-use crate::lamp::Lamps;
+use crate::job::RenderContext;
+use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread;
 use crate::renderer::Renderer;
 
-/// One job renders while the next is fetched and waits.
-const JOBS_IN_HAND: usize = 2;
-/// Failures in a row before the log says so.
-pub(crate) const FAILURES_TOLD: u32 = 3;
+/// One job renders while the next is downloaded and waits.
+const CONCURRENT_JOBS: usize = 2;
+/// Number of consecutive failures after which a warning is logged.
+pub(crate) const WARN_AFTER_FAILURES: u32 = 3;
 pub(crate) const LONG_POLL: Duration = Duration::from_secs(20);
-/// So that the first request tells which evaluator runs, where that is found out quickly.
-const SURVEY_PATIENCE: Duration = Duration::from_millis(500);
-/// Leases are given back within this time at shutdown; the rest lapse.
-pub(crate) const FAREWELL: Duration = Duration::from_secs(3);
+/// Wait for the GPU survey before the first lease request, so that a fast survey is part of its
+/// report.
+const SURVEY_TIMEOUT: Duration = Duration::from_millis(500);
+/// Time for returning leases at shutdown. Leases not returned by then expire.
+pub(crate) const SHUTDOWN_GRACE: Duration = Duration::from_secs(3);
 
-/// What a worker needs to know.
+/// Configuration of a worker that renders.
 #[derive(Debug, Clone)]
 pub struct WorkerConfig {
     /// URL of the server.
     pub server: String,
-    /// A token of scope work.
+    /// Token with the scope `work`.
     pub token: String,
-    /// Which evaluator.
+    /// Evaluator to use.
     pub backend: Backend,
-    /// For logs and `/v1/system`.
+    /// Name for logs and `/v1/system`.
     pub name: String,
-    /// Threads that render; all cores where absent.
+    /// Number of render threads; `None` for all cores.
     pub threads: Option<NonZeroUsize>,
-    /// Room for sample sets and meshes.
+    /// Size of the caches of sample sets and meshes, in bytes.
     pub cache_bytes: u64,
 }
 
-/// Why a worker ended before it was told to.
+/// Error that ends a worker.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
-    /// The token is missing, wrong or of another scope.
+    /// The token is missing, unknown or of another scope.
     #[error("{0}")]
     Refused(ClientError),
-    /// The server's URL is not one, or the HTTP client cannot be set up.
-    #[error("the connection cannot be set up: {0}")]
+    /// The URL of the server is invalid, or the HTTP client cannot be set up.
+    #[error("cannot set up the connection to the server: {0}")]
     Client(ClientError),
-    /// Threads could not be started.
-    #[error("the render threads cannot be started: {0}")]
+    /// A thread could not be started.
+    #[error("cannot start the render threads: {0}")]
     Threads(#[from] std::io::Error),
 }
 
-/// Works until `shutdown`; ends by itself only where the server refuses the token.
+/// Renders jobs until `shutdown` is cancelled.
+///
+/// # Errors
+/// Returns [`WorkerError::Refused`] if the server rejects the token, the other variants if the
+/// worker cannot start.
 pub async fn run(config: WorkerConfig, shutdown: CancellationToken) -> Result<(), WorkerError> {
     let client = WorkerClient::new(&config.server, &config.token).map_err(WorkerError::Client)?;
     let (backend, cache_bytes) = (config.backend, config.cache_bytes);
     let made = tokio::task::spawn_blocking(move || Renderer::with_cache(backend, cache_bytes));
     let renderer = Arc::new(made.await.map_err(std::io::Error::other)?);
-    let orders = render_thread::start(renderer.clone(), config.threads)?;
+    let requests = render_thread::start(renderer.clone(), config.threads)?;
     if backend == Backend::Auto {
         let (renderer, (done, surveyed)) = (renderer.clone(), oneshot::channel());
         std::thread::Builder::new().name("gpu-survey".to_owned()).spawn(move || {
             renderer.survey();
-            // Nobody listens any more where it took longer than the patience below.
+            // The receiver is gone if the survey took longer than the timeout below.
             let _ = done.send(());
         })?;
-        // Either way it goes on: the answer comes with a later request, and the CPU renders until then.
-        let _ = tokio::time::timeout(SURVEY_PATIENCE, surveyed).await;
+        // On a timeout the CPU renders until the survey ends; a later lease request reports the
+        // result.
+        let _ = tokio::time::timeout(SURVEY_TIMEOUT, surveyed).await;
     }
-    // Jobs stop by a token of their own: a refused worker gives its leases back as well.
+    // Jobs have their own token, so that leases are also returned if the server has rejected the
+    // worker.
     let stop = shutdown.child_token();
-    let (lamps, shutdown) = (Lamps::default(), stop.clone());
-    let desk = Desk { client, renderer, orders, lamps, shutdown };
+    let (asset_cache, shutdown) = (LightAssetCache::default(), stop.clone());
+    let context = RenderContext { client, renderer, requests, asset_cache, shutdown };
     let mut jobs = JoinSet::new();
-    let result = claim(&config, &desk, &mut jobs).await;
+    let result = claim(&config, &context, &mut jobs).await;
     stop.cancel();
-    let farewell = async { while jobs.join_next().await.is_some() {} };
-    if tokio::time::timeout(FAREWELL, farewell).await.is_err() {
-        tracing::warn!("leases left to lapse");
+    let finished = async { while jobs.join_next().await.is_some() {} };
+    if tokio::time::timeout(SHUTDOWN_GRACE, finished).await.is_err() {
+        tracing::warn!("some leases were not returned in time; they will expire");
     }
     result
 }
 
+/// Leases jobs and spawns a task for each.
 async fn claim(
     config: &WorkerConfig,
-    desk: &Desk,
+    context: &RenderContext,
     jobs: &mut JoinSet<()>,
 ) -> Result<(), WorkerError> {
-    let slots = Arc::new(Semaphore::new(JOBS_IN_HAND));
+    let slots = Arc::new(Semaphore::new(CONCURRENT_JOBS));
     let mut backoff = Backoff::default();
-    tracing::info!(server = config.server, worker = config.name, "asking for work");
+    tracing::info!(server = config.server, worker = config.name, "requesting jobs");
     loop {
         while jobs.try_join_next().is_some() {}
         let slot = tokio::select! {
             slot = slots.clone().acquire_owned() => slot.expect("the semaphore is never closed"),
-            () = desk.shutdown.cancelled() => return Ok(()),
+            () = context.shutdown.cancelled() => return Ok(()),
         };
         let request = LeaseRequest {
             worker: config.name.clone(),
-            report: desk.renderer.worker_report(),
+            report: context.renderer.worker_report(),
             wait_ms: u32::try_from(LONG_POLL.as_millis()).expect("seconds"),
         };
         let answer = tokio::select! {
-            answer = desk.client.lease(&request) => answer,
-            () = desk.shutdown.cancelled() => return Ok(()),
+            answer = context.client.lease(&request) => answer,
+            () = context.shutdown.cancelled() => return Ok(()),
         };
         match answer {
             Ok(grant) => {
-                if backoff.failures() >= FAILURES_TOLD {
-                    tracing::info!("the server answers again");
+                if backoff.failures() >= WARN_AFTER_FAILURES {
+                    tracing::info!("the server responds again");
                 }
                 backoff.reset();
                 if let Some(grant) = grant {
-                    let desk = desk.clone();
+                    let context = context.clone();
                     jobs.spawn(async move {
-                        desk.work(grant).await;
+                        context.run(grant).await;
                         drop(slot);
                     });
                 }
@@ -129,15 +136,16 @@ async fn claim(
             Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
             Err(error) => {
                 let wait = backoff.next();
-                // One failure is what a server that stops looks like; more are worth a line, but not one each.
-                if backoff.failures() == FAILURES_TOLD {
-                    tracing::warn!(%error, "the server gives no work; trying again and again");
+                // A single failure is normal while a server restarts. Warn once if failures
+                // continue.
+                if backoff.failures() == WARN_AFTER_FAILURES {
+                    tracing::warn!(%error, "cannot lease jobs from the server; retrying");
                 } else {
-                    tracing::debug!(%error, "no work to be had");
+                    tracing::debug!(%error, "no job leased");
                 }
                 tokio::select! {
                     () = tokio::time::sleep(wait) => {}
-                    () = desk.shutdown.cancelled() => return Ok(()),
+                    () = context.shutdown.cancelled() => return Ok(()),
                 }
             }
         }

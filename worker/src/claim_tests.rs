@@ -1,4 +1,4 @@
-//! The claim loop against a server made of one socket: what is asked, what is handed back, when it ends.
+//! Tests of the claim loop against a fake server on one socket.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -19,7 +19,7 @@ use crate::{WorkerConfig, WorkerError, run};
 type Answer = (u16, Vec<u8>);
 type Handler = dyn Fn(&str, &[u8]) -> Answer + Send + Sync;
 
-/// Serves HTTP/1.1 with kept-alive connections; the handler gets `METHOD path` and the body.
+/// Serves HTTP/1.1 with keep-alive. The handler gets `METHOD path` and the body.
 async fn serve(handler: Arc<Handler>) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let url = format!("http://{}", listener.local_addr().unwrap());
@@ -49,7 +49,7 @@ async fn connection(stream: TcpStream, handler: Arc<Handler>) {
         let request = head.lines().next().unwrap().trim_end_matches(" HTTP/1.1").to_owned();
         let (status, body) = handler(&request, &body);
         if status == 204 && request.ends_with("/leases") {
-            // A long poll without work; a worker that is told to stop does not wait for it.
+            // A long poll without a job. A worker that shuts down must not wait for it.
             tokio::time::sleep(Duration::from_millis(200)).await;
         }
         let head = format!("HTTP/1.1 {status} X\r\nContent-Length: {}\r\n\r\n", body.len());
@@ -89,20 +89,21 @@ fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
     }
 }
 
-/// Grants once, notes every request but the polls, and stops the worker after the results or the release.
-struct Office {
+/// Fake server that grants one lease, records every request except the polls, and stops the worker
+/// after results or a release.
+struct FakeServer {
     grant: Mutex<Option<LeaseGrant>>,
-    notes: Mutex<Vec<(String, Vec<u8>)>>,
+    requests: Mutex<Vec<(String, Vec<u8>)>>,
     results_status: u16,
     heartbeat_status: u16,
     stop: CancellationToken,
 }
 
-impl Office {
+impl FakeServer {
     fn new(grant: LeaseGrant, results_status: u16, heartbeat_status: u16) -> Arc<Self> {
         Arc::new(Self {
             grant: Mutex::new(Some(grant)),
-            notes: Mutex::default(),
+            requests: Mutex::default(),
             results_status,
             heartbeat_status,
             stop: CancellationToken::new(),
@@ -114,7 +115,7 @@ impl Office {
             let grant = self.grant.lock().unwrap().take();
             return grant.map_or((204, Vec::new()), |grant| (200, encode(&grant)));
         }
-        self.notes.lock().unwrap().push((request.to_owned(), body.to_vec()));
+        self.requests.lock().unwrap().push((request.to_owned(), body.to_vec()));
         if request.ends_with("/heartbeat") {
             return (self.heartbeat_status, Vec::new());
         }
@@ -122,24 +123,24 @@ impl Office {
         (self.results_status, Vec::new())
     }
 
-    async fn employ(self: &Arc<Self>) -> Vec<(String, Vec<u8>)> {
-        let office = self.clone();
-        let url = serve(Arc::new(move |request, body| office.answer(request, body))).await;
+    async fn run_worker(self: &Arc<Self>) -> Vec<(String, Vec<u8>)> {
+        let server = self.clone();
+        let url = serve(Arc::new(move |request, body| server.answer(request, body))).await;
         let running = run(config(url), self.stop.clone());
         tokio::time::timeout(Duration::from_secs(30), running).await.unwrap().unwrap();
-        std::mem::take(&mut *self.notes.lock().unwrap())
+        std::mem::take(&mut *self.requests.lock().unwrap())
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn worker_ends_with_an_error_when_the_token_is_refused() {
+async fn worker_returns_error_when_token_is_rejected() {
     let url = serve(Arc::new(|_: &str, _: &[u8]| (401, Vec::new()))).await;
     let result = run(config(url), CancellationToken::new()).await;
     assert!(matches!(result, Err(WorkerError::Refused(_))), "{result:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn worker_stops_at_once_when_told_to_though_no_server_is_there() {
+async fn worker_stops_when_server_is_unreachable() {
     let stop = CancellationToken::new();
     let running = tokio::spawn(run(config("http://127.0.0.1:9".to_owned()), stop.clone()));
     tokio::time::sleep(Duration::from_millis(300)).await;
@@ -149,11 +150,11 @@ async fn worker_stops_at_once_when_told_to_though_no_server_is_there() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn pictures_are_handed_back_under_their_keys() {
+async fn pictures_are_submitted_with_their_keys() {
     let grant = grant(&Scene::default(), 32);
     let (ticket, key) = (grant.ticket, grant.work.items[0].key);
-    let notes = Office::new(grant, 204, 204).employ().await;
-    let (request, body) = notes.iter().find(|(r, _)| !r.ends_with("/heartbeat")).unwrap();
+    let requests = FakeServer::new(grant, 204, 204).run_worker().await;
+    let (request, body) = requests.iter().find(|(r, _)| !r.ends_with("/heartbeat")).unwrap();
     assert_eq!(*request, format!("POST /v1/leases/{}/results", ticket.lease));
     let results: LeaseResults = decode(body).unwrap();
     assert_eq!(results.ticket, ticket);
@@ -168,43 +169,44 @@ async fn pictures_are_handed_back_under_their_keys() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn job_fails_with_a_reason_when_it_cannot_be_done() {
+async fn job_fails_with_reason_when_grant_is_invalid() {
     let mut broken = grant(&Scene::default(), 32);
     broken.work.items[0].words.truncate(2);
     let mut other_key = grant(&Scene::default(), 32);
     other_key.work.items[0].key = PictureKey([7; 32]);
     let scene = Scene { mesh: MeshRef::Uploaded("x".to_owned()), ..Scene::default() };
     for grant in [broken, other_key, grant(&scene, 32)] {
-        let notes = Office::new(grant, 204, 204).employ().await;
-        let results: LeaseResults = decode(&notes.last().unwrap().1).unwrap();
+        let requests = FakeServer::new(grant, 204, 204).run_worker().await;
+        let results: LeaseResults = decode(&requests.last().unwrap().1).unwrap();
         let Outcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
         assert!(!reason.is_empty());
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn work_is_dropped_quietly_when_the_lease_has_passed_on() {
-    // Results answered with 409: no second attempt, no release.
-    let notes = Office::new(grant(&Scene::default(), 32), 409, 204).employ().await;
-    let others = notes.iter().filter(|(request, _)| !request.ends_with("/heartbeat"));
-    assert_eq!(others.count(), 1, "{notes:?}");
+async fn results_are_sent_once_when_lease_is_stale() {
+    // Results are answered with 409: no retry and no release.
+    let requests = FakeServer::new(grant(&Scene::default(), 32), 409, 204).run_worker().await;
+    let others = requests.iter().filter(|(request, _)| !request.ends_with("/heartbeat"));
+    assert_eq!(others.count(), 1, "{requests:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lease_is_given_back_when_the_worker_is_stopped_in_the_middle() {
-    // Large enough to be rendering still when the first heartbeat, a quarter of the lease, stops the worker.
+async fn lease_is_returned_when_worker_stops_while_rendering() {
+    // Large enough to be still rendering when the first heartbeat, after a quarter of the lease,
+    // stops the worker.
     let grant = grant(&Scene::default(), 2048);
     let lease = grant.ticket.lease;
-    let office = Office::new(grant, 204, 204);
-    let stopper = office.clone();
+    let server = FakeServer::new(grant, 204, 204);
+    let stopper = server.clone();
     tokio::spawn(async move {
-        // Not as soon as the lease is granted: it may be on the wire, and then the worker never had it.
-        while stopper.notes.lock().unwrap().is_empty() {
+        // Not as soon as the lease is granted: the grant may not have reached the worker yet.
+        while stopper.requests.lock().unwrap().is_empty() {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
         stopper.stop.cancel();
     });
-    let notes = office.employ().await;
-    let last = notes.last().expect("the lease is given back");
+    let requests = server.run_worker().await;
+    let last = requests.last().expect("the lease is returned");
     assert_eq!(last.0, format!("DELETE /v1/leases/{lease}"));
 }

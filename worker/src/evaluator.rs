@@ -1,7 +1,8 @@
-//! Which evaluator renders a frame: decided by what was asked for, what is there, and what was measured.
+//! Choice of the evaluator for a frame: by the request, the available hardware and a benchmark.
 //!
-//! Evaluators of the exact class give the same bits, so the choice among them is about time only; the f64 reference
-//! renders what was asked of it by name and nothing else, because its pictures have keys of their own.
+//! Evaluators of the exact class compute the same bits, so the choice among them affects time only.
+//! The f64 reference is used only if it is requested by name, because its pictures have their own
+//! keys.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -11,70 +12,72 @@ use brood_program::Program;
 use brood_protocol::{Backend, BackendReport};
 use brood_scene::SampleSet;
 
-use crate::comparison::{Comparison, work};
 use crate::gpu::{self, Gpu};
+use crate::gpu_benchmark::{GpuBenchmark, batch_operations};
 
-/// Least work of a batch for the GPU where it gets none.
+/// Value of `gpu_threshold` that keeps every batch on the CPU.
 const NEVER: u64 = u64::MAX;
 
-/// The evaluators of one renderer.
+/// Evaluators of one renderer.
 pub(crate) struct Evaluators {
     setting: Backend,
     canonical: Arc<dyn Evaluator>,
     reference: Arc<dyn Evaluator>,
     gpu: OnceLock<Result<Gpu, String>>,
-    /// Smaller batches stay on the CPU; see [`work`].
-    least_work: AtomicU64,
+    /// Batches with fewer operations stay on the CPU; see [`batch_operations`].
+    gpu_threshold: AtomicU64,
     reason: OnceLock<String>,
     failed: AtomicBool,
 }
 
 impl Evaluators {
-    /// With `gpu` the adapter is opened at once; `auto` starts on the CPU until [`Evaluators::survey`].
+    /// Creates the evaluators. The setting `gpu` opens the adapter immediately; `auto` uses the CPU
+    /// until [`Evaluators::survey`].
     pub(crate) fn new(setting: Backend) -> Self {
         let evaluators = Self {
             setting,
             canonical: Arc::new(CanonicalEvaluator::default()),
             reference: Arc::new(ReferenceEvaluator),
             gpu: OnceLock::new(),
-            least_work: AtomicU64::new(NEVER),
+            gpu_threshold: AtomicU64::new(NEVER),
             reason: OnceLock::new(),
             failed: AtomicBool::new(false),
         };
         if setting == Backend::Gpu && evaluators.exact_gpu().is_some() {
-            evaluators.least_work.store(0, Ordering::Release);
-            let how = evaluators.opened().map_or("", |gpu| gpu.how.as_str());
-            evaluators.reason.get_or_init(|| format!("asked for; {how}"));
+            evaluators.gpu_threshold.store(0, Ordering::Release);
+            let configuration = evaluators.opened().map_or("", |gpu| gpu.configuration.as_str());
+            evaluators.reason.get_or_init(|| format!("requested; {configuration}"));
         }
         evaluators
     }
 
-    /// Looks for a GPU and measures it against the CPU, where the choice is ours to make. A brood decides whether it is
-    /// used at all; batches that are too small for it stay on the CPU.
+    /// With the setting `auto`: looks for a GPU and benchmarks it against the CPU. The GPU is used
+    /// if it is faster for a brood; batches below the threshold stay on the CPU.
     pub(crate) fn survey(&self) {
         if self.setting != Backend::Auto || self.reason.get().is_some() {
             return;
         }
         let hardware = match self.gpu.get() {
             Some(opened) => opened.as_ref().map_err(Clone::clone),
-            // Software adapters are not even probed: they are never faster than the CPU they run on.
+            // Software adapters are not probed: they are never faster than the CPU that they run
+            // on.
             None => gpu::open(false)
                 .and_then(|gpu| self.gpu.get_or_init(|| Ok(gpu)).as_ref().map_err(Clone::clone)),
         };
         let reason = match hardware {
             Err(reason) => format!("no hardware GPU: {reason}"),
-            Ok(gpu) if gpu.is_software => format!("{} is software", gpu.adapter),
+            Ok(gpu) if gpu.is_software => format!("{} is a software adapter", gpu.adapter),
             Ok(gpu) if !gpu.is_exact => format!("{} is not bit-exact: {}", gpu.adapter, gpu.detail),
-            Ok(gpu) => match Comparison::measure(&*self.canonical, &*gpu.evaluator) {
-                Err(error) => format!("{} failed the measurement: {error}", gpu.adapter),
-                Ok(comparison) => {
-                    let least = comparison.least_work();
-                    self.least_work.store(least.unwrap_or(NEVER), Ordering::Release);
+            Ok(gpu) => match GpuBenchmark::measure(&*self.canonical, &*gpu.evaluator) {
+                Err(error) => format!("{} failed the benchmark: {error}", gpu.adapter),
+                Ok(benchmark) => {
+                    let least = benchmark.gpu_threshold();
+                    self.gpu_threshold.store(least.unwrap_or(NEVER), Ordering::Release);
                     let small = match least {
                         None | Some(0) => String::new(),
-                        Some(least) => format!("; under {least} operations the CPU"),
+                        Some(least) => format!("; CPU for batches below {least} operations"),
                     };
-                    format!("{}{small}; {}", comparison.describe(&gpu.adapter), gpu.how)
+                    format!("{}{small}; {}", benchmark.describe(&gpu.adapter), gpu.configuration)
                 }
             },
         };
@@ -82,13 +85,13 @@ impl Evaluators {
         self.reason.get_or_init(|| reason);
     }
 
-    /// The evaluator for a batch of that much work, and whether it is the GPU.
+    /// Returns the evaluator for a batch of this many operations, and true if it is the GPU.
     pub(crate) fn choose(&self, wanted: Backend, work: u64) -> (Arc<dyn Evaluator>, bool) {
         let gpu = match (wanted, self.setting) {
             (Backend::Reference, _) => return (self.reference.clone(), false),
             (Backend::Cpu, _) | (_, Backend::Cpu) | (Backend::Auto, Backend::Reference) => None,
             (Backend::Auto, Backend::Auto | Backend::Gpu) => {
-                let least = self.least_work.load(Ordering::Acquire);
+                let least = self.gpu_threshold.load(Ordering::Acquire);
                 (least != NEVER && work >= least).then(|| self.exact_gpu()).flatten()
             }
             (Backend::Gpu, Backend::Auto | Backend::Gpu | Backend::Reference) => self.exact_gpu(),
@@ -96,7 +99,7 @@ impl Evaluators {
         gpu.map_or_else(|| (self.canonical.clone(), false), |gpu| (gpu.evaluator.clone(), true))
     }
 
-    /// Evaluates a batch with the evaluator for the frame; what a GPU cannot do is done by the CPU, with the same bits.
+    /// Evaluates a batch. If the GPU cannot do it, the CPU does, with the same bits.
     pub(crate) fn eval(
         &self,
         wanted: Backend,
@@ -104,17 +107,17 @@ impl Evaluators {
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<(), EvalError> {
-        let (evaluator, is_gpu) = self.choose(wanted, work(programs, set));
+        let (evaluator, is_gpu) = self.choose(wanted, batch_operations(programs, set));
         if is_gpu && programs.iter().any(|program| !program.layers().is_empty()) {
-            // Models of reflectance have no shaders.
+            // There are no shaders for layers.
             return self.canonical.eval(programs, set, out);
         }
         match evaluator.eval(programs, set, out) {
             Err(error) if is_gpu => {
                 if self.failed.swap(true, Ordering::AcqRel) {
-                    tracing::debug!(%error, "the GPU failed again; the CPU does this batch");
+                    tracing::debug!(%error, "the GPU failed again; falling back to the CPU");
                 } else {
-                    tracing::warn!(%error, "the GPU failed; the CPU does this batch");
+                    tracing::warn!(%error, "the GPU failed; falling back to the CPU for this batch");
                 }
                 self.canonical.eval(programs, set, out)
             }
@@ -122,12 +125,12 @@ impl Evaluators {
         }
     }
 
-    /// Whether a bit-exact GPU has been opened.
+    /// True if a bit-exact GPU is open.
     pub(crate) fn has_gpu(&self) -> bool {
         matches!(self.gpu.get(), Some(Ok(gpu)) if gpu.is_exact)
     }
 
-    /// What renders where nothing else is asked for, and why.
+    /// Returns the default evaluator with the reason for it.
     pub(crate) fn report(&self) -> BackendReport {
         let reason = self.reason.get().cloned();
         if self.setting == Backend::Reference {
@@ -135,7 +138,7 @@ impl Evaluators {
                 name: Backend::Reference.name().to_owned(),
                 adapter: processor(),
                 exact: false,
-                reason: "asked for".to_owned(),
+                reason: "requested".to_owned(),
             };
         }
         match (self.prefers_gpu(), self.gpu.get()) {
@@ -150,22 +153,22 @@ impl Evaluators {
                 adapter: processor(),
                 exact: self.canonical.is_exact(),
                 reason: reason.unwrap_or_else(|| match self.setting {
-                    Backend::Cpu => "asked for".to_owned(),
-                    _ => "no GPU has been looked for yet".to_owned(),
+                    Backend::Cpu => "requested".to_owned(),
+                    _ => "the search for a GPU has not finished".to_owned(),
                 }),
             },
         }
     }
 
     fn prefers_gpu(&self) -> bool {
-        self.least_work.load(Ordering::Acquire) != NEVER
+        self.gpu_threshold.load(Ordering::Acquire) != NEVER
     }
 
     fn opened(&self) -> Option<&Gpu> {
         self.gpu.get().and_then(|gpu| gpu.as_ref().ok())
     }
 
-    /// The GPU if it is there and bit-exact; says once why it is not used.
+    /// Returns the GPU if it is open and bit-exact. Otherwise logs the reason once.
     fn exact_gpu(&self) -> Option<&Gpu> {
         let mut opened_now = false;
         let gpu = self.gpu.get_or_init(|| {
@@ -183,7 +186,7 @@ impl Evaluators {
             Err(reason) => format!("no GPU: {reason}"),
         };
         if opened_now {
-            tracing::warn!("{problem}; the CPU renders instead");
+            tracing::warn!("{problem}; falling back to the CPU");
         }
         if self.setting == Backend::Gpu {
             self.reason.get_or_init(|| problem);
@@ -202,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frame_gets_its_exactness_class_whatever_the_setting() {
+    fn evaluator_has_requested_exactness_class_for_every_setting() {
         for setting in [Backend::Auto, Backend::Cpu, Backend::Reference] {
             let evaluators = Evaluators::new(setting);
             for wanted in [Backend::Auto, Backend::Cpu] {
@@ -215,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn gpu_setting_reports_what_runs() {
+    fn report_names_evaluator_in_use_when_setting_is_gpu() {
         let evaluators = Evaluators::new(Backend::Gpu);
         let report = evaluators.report();
         assert_eq!(report.name == "gpu", evaluators.has_gpu(), "{report:?}");
@@ -223,24 +226,24 @@ mod tests {
     }
 
     #[test]
-    fn batch_stays_on_the_cpu_when_it_is_too_small_for_the_gpu() {
+    fn batch_stays_on_cpu_when_below_gpu_threshold() {
         let evaluators = Evaluators::new(Backend::Gpu);
         if !evaluators.has_gpu() {
             eprintln!("skipped: no exact GPU");
             return;
         }
-        evaluators.least_work.store(1000, Ordering::Release);
+        evaluators.gpu_threshold.store(1000, Ordering::Release);
         assert!(!evaluators.choose(Backend::Auto, 999).1);
         assert!(evaluators.choose(Backend::Auto, 1000).1);
-        assert!(evaluators.choose(Backend::Gpu, 1).1, "asked for by name");
+        assert!(evaluators.choose(Backend::Gpu, 1).1, "a request by name ignores the threshold");
     }
 
     #[test]
-    fn cpu_setting_never_opens_a_gpu() {
+    fn gpu_stays_closed_when_setting_is_cpu() {
         let evaluators = Evaluators::new(Backend::Cpu);
         evaluators.survey();
         let (_, is_gpu) = evaluators.choose(Backend::Gpu, 1);
         assert!(!is_gpu && evaluators.gpu.get().is_none());
-        assert_eq!(evaluators.report().reason, "asked for");
+        assert_eq!(evaluators.report().reason, "requested");
     }
 }

@@ -1,18 +1,18 @@
-//! Opening the GPU, or saying in a sentence why there is none. The only module that knows the feature `gpu`.
+//! Opening of the GPU. This is the only module that depends on the feature `gpu`.
 
 use std::sync::Arc;
 
 use brood_eval::Evaluator;
 
-/// A GPU that answered and was probed.
+/// Open GPU with the result of its exactness check.
 pub(crate) struct Gpu {
     pub(crate) evaluator: Arc<dyn Evaluator>,
     pub(crate) adapter: String,
     pub(crate) is_software: bool,
     pub(crate) is_exact: bool,
     pub(crate) detail: String,
-    /// How its code is written and laid out.
-    pub(crate) how: String,
+    /// Code generation and work-group layout, for the report.
+    pub(crate) configuration: String,
 }
 
 #[cfg(feature = "gpu")]
@@ -27,7 +27,7 @@ pub(crate) fn open(allow_software: bool) -> Result<Gpu, String> {
         is_software: adapter.is_software,
         is_exact: adapter.exact,
         detail: adapter.detail.clone(),
-        how: format!("{}, {}", adapter.guard.name(), adapter.shape.name()),
+        configuration: format!("{}, {}", adapter.guard.name(), adapter.shape.name()),
         evaluator: Arc::new(evaluator),
     })
 }

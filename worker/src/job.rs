@@ -1,6 +1,4 @@
-//! One leased job from grant to results: mesh, rendering, heartbeats, hand-over.
-//!
-//! It refuses to know how jobs are found and how pictures are made.
+//! A leased render job from grant to results: downloads, rendering, heartbeats, submission.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,40 +13,41 @@ use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
 use crate::cache::LoadedMesh;
-use crate::lamp::Lamps;
-use crate::render_thread::Order;
+use crate::light_asset_cache::LightAssetCache;
+use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
 
 pub(crate) const HEARTBEAT: Duration = Duration::from_secs(5);
 
-/// What a job needs from its worker.
+/// Resources that a worker shares among its render jobs.
 #[derive(Clone)]
-pub(crate) struct Desk {
+pub(crate) struct RenderContext {
     pub(crate) client: WorkerClient,
     pub(crate) renderer: Arc<Renderer>,
-    pub(crate) orders: mpsc::Sender<Order>,
-    pub(crate) lamps: Lamps,
+    pub(crate) requests: mpsc::Sender<RenderRequest>,
+    pub(crate) asset_cache: LightAssetCache,
     pub(crate) shutdown: CancellationToken,
 }
 
-/// Why a job ended without results of its own.
+/// Reason for ending a job without submitting an outcome.
 enum Abandoned {
-    /// The lease has passed on: nothing to tell the server.
+    /// The lease is no longer valid; nothing is reported.
     Stale,
-    /// The worker stops, or the server could not give the mesh: somebody else may try.
+    /// The worker shuts down, or a download failed: the job is returned to the queue for another
+    /// worker.
     Release(String),
 }
 
-impl Desk {
-    /// Works off one grant. Errors end here: the lease is handed back or left to lapse.
-    pub(crate) async fn work(self, grant: LeaseGrant) {
+impl RenderContext {
+    /// Runs one job. Errors are handled here: the lease is returned or expires.
+    pub(crate) async fn run(self, grant: LeaseGrant) {
         let LeaseGrant { ticket, job, ttl_ms, work } = grant;
         let ttl = Duration::from_millis(ttl_ms.into());
         let pictures = work.items.len();
         let outcome = tokio::select! {
             outcome = self.render(work) => outcome,
-            lost = self.keep(&ticket, ttl) => Err(lost),
-            () = self.shutdown.cancelled() => Err(Abandoned::Release("stopping".to_owned())),
+            lost = self.renew_lease(&ticket, ttl) => Err(lost),
+            () = self.shutdown.cancelled() => Err(Abandoned::Release("shutting down".to_owned())),
         };
         match outcome {
             Ok(outcome) => {
@@ -57,15 +56,21 @@ impl Desk {
                 }
                 let results = LeaseResults { ticket, outcome };
                 tokio::select! {
-                    () = self.hand_over(&results, ttl) => tracing::debug!(%job, pictures, "handed over"),
-                    _ = self.keep(&ticket, ttl) => tracing::info!(%job, "lease lost at hand-over"),
+                    () = self.submit(&results, ttl) => {
+                        tracing::debug!(%job, pictures, "results submitted");
+                    }
+                    _ = self.renew_lease(&ticket, ttl) => {
+                        tracing::info!(%job, "lease lost while submitting results");
+                    }
                 }
             }
-            Err(Abandoned::Stale) => tracing::info!(%job, "lease passed to someone else"),
+            Err(Abandoned::Stale) => {
+                tracing::info!(%job, "the lease has expired or was granted to another worker")
+            }
             Err(Abandoned::Release(reason)) => {
-                tracing::info!(%job, reason, "job given back");
+                tracing::info!(%job, reason, "job returned to the queue");
                 if let Err(error) = self.client.release(&ticket).await {
-                    tracing::debug!(%job, %error, "lease left to lapse");
+                    tracing::debug!(%job, %error, "cannot return the lease; it will expire");
                 }
             }
         }
@@ -76,7 +81,7 @@ impl Desk {
             Ok(mesh) => mesh,
             Err(ClientError::Stale) => return Err(Abandoned::Stale),
             Err(ClientError::Status { status, detail }) if status.is_client_error() => {
-                let reason = format!("the mesh cannot be had ({status}): {detail}");
+                let reason = format!("cannot download the mesh ({status}): {detail}");
                 return Ok(Outcome::Failed(reason));
             }
             Err(ClientError::Wire(error)) => return Ok(Outcome::Failed(error.to_string())),
@@ -93,12 +98,15 @@ impl Desk {
             Err(error) => return Err(Abandoned::Release(error.to_string())),
         };
         let (reply, done) = oneshot::channel();
-        let gone = || Abandoned::Release("the render thread is gone".to_owned());
-        self.orders.send(Order { work, mesh, assets, reply }).await.map_err(|_| gone())?;
-        done.await.map_err(|_| gone())
+        let closed = || Abandoned::Release("the render thread has ended".to_owned());
+        self.requests
+            .send(RenderRequest { work, mesh, assets, reply })
+            .await
+            .map_err(|_| closed())?;
+        done.await.map_err(|_| closed())
     }
 
-    /// The mesh of a job; the inner error is one that trying again would not help.
+    /// Returns the mesh of a job. The inner error is permanent: the job fails.
     async fn mesh(&self, work: &RenderJob) -> Result<Result<Arc<LoadedMesh>, String>, ClientError> {
         match work.frame.mesh {
             MeshSource::Builtin => Ok(match work.frame.scene().map(|scene| scene.mesh) {
@@ -107,7 +115,10 @@ impl Desk {
                     let made = tokio::task::spawn_blocking(move || renderer.builtin(name)).await;
                     made.map_err(|e| e.to_string())
                 }
-                Ok(MeshRef::Uploaded(_)) => Err("the scene names no built-in mesh".to_owned()),
+                Ok(MeshRef::Uploaded(_)) => {
+                    Err("the scene refers to an uploaded mesh, the job to a built-in one"
+                        .to_owned())
+                }
                 Err(error) => Err(error.to_string()),
             }),
             MeshSource::Uploaded(hash) => {
@@ -125,34 +136,34 @@ impl Desk {
         }
     }
 
-    /// What the lights of a job refer to; the inner error is one that trying again would not help.
+    /// Returns the light assets of a job. The inner error is permanent: the job fails.
     async fn light_assets(
         &self,
         work: &RenderJob,
     ) -> Result<Result<LightAssets, String>, ClientError> {
         let mut assets = LightAssets::default();
-        // A scene that cannot be read is told where it is rendered.
+        // An unreadable scene is reported by the renderer.
         let lights = work.frame.scene().map(|scene| scene.lights).unwrap_or_default();
         for asset in lights.iter().filter_map(Light::asset) {
             let (AssetRef::Profile(name) | AssetRef::Environment(name)) = asset;
-            if self.lamps.take(name, &mut assets) {
+            if self.asset_cache.add_to(name, &mut assets) {
                 continue;
             }
             let LightAssetFile { kind, bytes } = self.client.light_asset(name).await?;
-            let (lamps, own) = (self.lamps.clone(), name.to_owned());
-            let read = move || lamps.keep(own, kind, &bytes);
+            let (asset_cache, own) = (self.asset_cache.clone(), name.to_owned());
+            let read = move || asset_cache.parse_and_insert(own, kind, &bytes);
             match tokio::task::spawn_blocking(read).await {
                 Ok(Ok(())) => {}
                 Ok(Err(reason)) => return Ok(Err(reason)),
                 Err(error) => return Ok(Err(error.to_string())),
             }
-            self.lamps.take(name, &mut assets);
+            self.asset_cache.add_to(name, &mut assets);
         }
         Ok(Ok(assets))
     }
 
-    /// Renews the lease for ever; ends only when it is lost.
-    async fn keep(&self, ticket: &LeaseTicket, ttl: Duration) -> Abandoned {
+    /// Renews the lease periodically. Returns only if the lease is lost.
+    async fn renew_lease(&self, ticket: &LeaseTicket, ttl: Duration) -> Abandoned {
         let period = HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
         loop {
             tokio::time::sleep(period).await;
@@ -162,21 +173,24 @@ impl Desk {
                 Err(ClientError::Status { status, .. }) if status.as_u16() == 404 => {
                     return Abandoned::Stale;
                 }
-                // A server that restarts forgets leases; if it is only slow, the next beat is in time.
-                Err(error) => tracing::debug!(%error, "heartbeat unanswered"),
+                // Not fatal: if the server was only slow, the next heartbeat arrives in time; if it
+                // restarted, that heartbeat returns `Stale`.
+                Err(error) => tracing::debug!(%error, "heartbeat failed"),
             }
         }
     }
 
-    /// Sends the results until they are taken or refused, for at most the time a lease lasts.
-    async fn hand_over(&self, results: &LeaseResults, ttl: Duration) {
+    /// Submits the results, with retries for at most the duration of a lease.
+    async fn submit(&self, results: &LeaseResults, ttl: Duration) {
         let deadline = tokio::time::Instant::now() + ttl;
         let mut backoff = Backoff::default();
         loop {
             let error = match self.client.results(results).await {
                 Ok(()) => return,
                 Err(ClientError::Stale) => {
-                    tracing::info!("results came too late; the lease passed to someone else");
+                    tracing::info!(
+                        "results rejected: the lease has expired or was granted to another worker"
+                    );
                     return;
                 }
                 Err(error) => error,
@@ -184,7 +198,7 @@ impl Desk {
             let again = matches!(error, ClientError::Transport(_) | ClientError::Busy);
             let wait = backoff.next();
             if !again || tokio::time::Instant::now() + wait > deadline {
-                tracing::warn!(%error, "results not taken; the lease is left to lapse");
+                tracing::warn!(%error, "cannot submit results; the lease will expire");
                 return;
             }
             tokio::select! {

@@ -1,8 +1,8 @@
-//! The worker: claims jobs from a server, renders them, hands the pictures back.
+//! Worker: leases render jobs and searches from a server, runs them and reports the results.
 //!
-//! This crate owns the choice of the evaluator, the caches of meshes, sample sets and programs, and the claim loop with
-//! its heartbeats. It refuses to know tables and routes: everything it learns comes through the lease protocol. The
-//! [`Renderer`] works without a server as well.
+//! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
+//! meshes, sample sets and programs are cached. [`run`] renders, [`run_searches`] searches, both
+//! through the lease protocol. [`Renderer`] also works without a server.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};
@@ -11,37 +11,38 @@
 //! use brood_scene::{BuiltinMesh, Scene};
 //! use brood_worker::Renderer;
 //!
-//! let genome = Variation::random(Dialect::default()).birth(BirthKey { seed: 1, slot: 0, attempt: 0 });
+//! let key = BirthKey { seed: 1, slot: 0, attempt: 0 };
+//! let genome = Variation::random(Dialect::default()).birth(key);
 //! let program = Program::lower(&genome);
 //! let renderer = Renderer::new(Backend::Cpu);
 //! let mesh = renderer.builtin(BuiltinMesh::Sphere);
-//! let how = (PictureFormat::Png, Backend::Cpu);
-//! let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 32, 1, how);
+//! let output = (PictureFormat::Png, Backend::Cpu);
+//! let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 32, 1, output);
 //! let pictures = renderer.render(&frame, &mesh, &[&program]).unwrap();
 //! assert!(pictures[0].bytes.starts_with(b"\x89PNG"));
 //! ```
 
 mod backoff;
-mod beside;
 mod cache;
 mod claim;
-mod comparison;
+mod evaluated_picture;
 mod evaluator;
 mod gpu;
+mod gpu_benchmark;
 mod job;
-mod lamp;
+mod light_asset_cache;
+mod render_counters;
 mod render_thread;
 mod renderer;
 mod search;
 mod search_run;
-mod shot;
-mod tally;
+mod view_comparison;
 
 #[cfg(test)]
 mod claim_tests;
 
-pub use beside::Beside;
 pub use cache::LoadedMesh;
 pub use claim::{WorkerConfig, WorkerError, run};
 pub use renderer::{RenderError, Renderer};
 pub use search::{SearcherConfig, run_searches};
+pub use view_comparison::Beside;

@@ -1,6 +1,7 @@
-//! The thread that renders: one job at a time, on a pool of its own, fed through a channel that holds one job.
+//! Render thread: renders one job at a time on its own thread pool. Requests arrive through a
+//! channel with room for one.
 //!
-//! CPU work stays off the async runtime, so heartbeats go out however long a picture takes.
+//! CPU work stays off the async runtime, so that heartbeats are sent however long a picture takes.
 
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,35 +17,35 @@ use tokio::sync::{mpsc, oneshot};
 use crate::cache::LoadedMesh;
 use crate::renderer::{RenderError, Renderer};
 
-/// A job whose mesh and light files are at hand.
-pub(crate) struct Order {
+/// Job with its mesh and light assets.
+pub(crate) struct RenderRequest {
     pub(crate) work: RenderJob,
     pub(crate) mesh: Arc<LoadedMesh>,
     pub(crate) assets: LightAssets,
-    /// Closed where nobody wants the result any more.
+    /// Channel for the outcome; closed if the lease was lost.
     pub(crate) reply: oneshot::Sender<Outcome>,
 }
 
-/// Starts the thread; it ends when all senders are gone.
+/// Starts the thread. It ends when all senders are dropped.
 pub(crate) fn start(
     renderer: Arc<Renderer>,
     threads: Option<NonZeroUsize>,
-) -> Result<mpsc::Sender<Order>, std::io::Error> {
+) -> Result<mpsc::Sender<RenderRequest>, std::io::Error> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .thread_name(|index| format!("render-{index}"))
         .build()
         .map_err(std::io::Error::other)?;
-    let (sender, mut orders) = mpsc::channel::<Order>(1);
+    let (sender, mut requests) = mpsc::channel::<RenderRequest>(1);
     std::thread::Builder::new().name("render".to_owned()).spawn(move || {
-        while let Some(order) = orders.blocking_recv() {
-            if order.reply.is_closed() {
+        while let Some(request) = requests.blocking_recv() {
+            if request.reply.is_closed() {
                 continue;
             }
-            renderer.set_light_assets(order.assets);
-            let outcome = pool.install(|| execute(&renderer, &order.work, &order.mesh));
+            renderer.set_light_assets(request.assets);
+            let outcome = pool.install(|| execute(&renderer, &request.work, &request.mesh));
             // A closed channel means that the lease was lost meanwhile.
-            let _ = order.reply.send(outcome);
+            let _ = request.reply.send(outcome);
         }
     })?;
     Ok(sender)
@@ -52,7 +53,7 @@ pub(crate) fn start(
 
 fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome {
     let start = Instant::now();
-    // What an earlier job that failed left behind is not this one's.
+    // Discard the counters of an earlier job that failed.
     let _ = renderer.take_work();
     let render = || {
         let programs: Result<Vec<_>, RenderError> =
@@ -60,28 +61,29 @@ fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome 
         let programs = programs?;
         let programs: Vec<_> = programs.iter().map(AsRef::as_ref).collect();
         let pictures = renderer.render(&work.frame, mesh, &programs)?;
-        let mut took = took(work, &programs, &pictures);
-        took += renderer.take_work();
-        Ok::<_, RenderError>((pictures, took))
+        let mut counters = counters(work, &programs, &pictures);
+        counters += renderer.take_work();
+        Ok::<_, RenderError>((pictures, counters))
     };
     match catch_unwind(AssertUnwindSafe(render)) {
-        Ok(Ok((pictures, took))) => {
-            // A picture under a key it does not belong to must never reach a cache.
+        Ok(Ok((pictures, counters))) => {
+            // A picture with a wrong key would corrupt the server's cache.
             for (picture, item) in pictures.iter().zip(&work.items) {
                 if picture.key != item.key {
                     return Outcome::Failed("server and worker are of different versions".into());
                 }
             }
             let busy_us = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
-            Outcome::Pictures(pictures, Work { busy_us, ..took })
+            Outcome::Pictures(pictures, Work { busy_us, ..counters })
         }
         Ok(Err(error)) => Outcome::Failed(error.to_string()),
         Err(_) => Outcome::Failed("the renderer panicked".to_owned()),
     }
 }
 
-/// What the pictures took, beside what they would have taken if nothing could be skipped.
-fn took(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> Work {
+/// Sums the counters of the pictures, with the work that they would have taken without
+/// optimisations.
+fn counters(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> Work {
     let rays = work.frame.rays();
     let mut total = Work::default();
     for ((item, program), picture) in work.items.iter().zip(programs).zip(pictures) {

@@ -1,6 +1,4 @@
-//! From programs and a frame to encoded pictures: evaluate the batch, shade, develop, encode.
-//!
-//! It refuses to know where programs and meshes come from and where pictures go.
+//! Renderer: evaluates programs for a frame, shades, develops and encodes the pictures.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -16,16 +14,17 @@ use brood_scene::{
 };
 use rayon::prelude::*;
 
-use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, View};
+use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
+use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Refiner};
 use crate::evaluator::Evaluators;
-use crate::shot::{FineTiles, Refiner, Shot};
-use crate::tally::micros;
+use crate::render_counters::micros;
 
-/// Reflectances held at once; larger batches are cut, because a brood of 256 at 2048 x 2048 would take 13 GB.
+/// Number of f32 values evaluated at once. Larger requests are split: a brood of 256 at 2048 x 2048
+/// would take 13 GB.
 const BATCH_FLOATS: usize = 32 << 20;
 const DEFAULT_CACHE_BYTES: u64 = 512 << 20;
 
-/// Renders frames on one choice of evaluator, keeping what the next frame may need.
+/// Renders frames with one choice of evaluator, and caches meshes, sample sets and programs.
 pub struct Renderer {
     pub(crate) evaluators: Evaluators,
     pub(crate) caches: Caches,
@@ -33,40 +32,41 @@ pub struct Renderer {
     assets: Mutex<Arc<LoadedAssets>>,
 }
 
-/// Why pictures could not be made.
+/// Error of rendering.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// The frame's scene is not one.
-    #[error("the scene cannot be read: {0}")]
+    /// The frame's scene is malformed.
+    #[error("cannot parse the scene: {0}")]
     Wire(#[from] WireError),
-    /// The frame's scene is out of bounds.
-    #[error("the scene is refused: {0}")]
+    /// The frame's scene has a value that is out of range.
+    #[error("invalid scene: {0}")]
     Scene(#[from] SceneError),
-    /// The frame's area is empty or goes beyond its picture.
-    #[error("the area {0} is not within a picture of {1} pixels")]
+    /// The frame's area is empty or exceeds the picture.
+    #[error("the area must be within the picture of {1} x {1} pixels, got {0}")]
     Area(PixelArea, u32),
-    /// The packed words are no program.
-    #[error("the program cannot be read: {0}")]
+    /// The packed words are not a valid program.
+    #[error("cannot decode the program: {0}")]
     Words(#[from] WordsError),
-    /// The evaluator cannot do it.
-    #[error("the evaluation failed: {0}")]
+    /// The evaluator failed.
+    #[error("evaluation failed: {0}")]
     Eval(#[from] EvalError),
-    /// The picture cannot be written in its format.
-    #[error("the picture cannot be encoded: {0}")]
+    /// The encoder failed.
+    #[error("cannot encode the picture: {0}")]
     Encode(String),
-    /// A mesh of another content than it was asked for by.
-    #[error("the mesh that came has another content hash than the one asked for")]
+    /// The content hash of a mesh differs from the requested one.
+    #[error("the mesh does not have the requested content hash")]
     MeshContent,
 }
 
 impl Renderer {
-    /// A renderer with 512 MiB for sample sets and meshes. `gpu` opens the adapter at once (up to seconds).
+    /// Creates a renderer with 512 MiB for sample sets and meshes. `gpu` opens the adapter
+    /// immediately, which takes up to seconds.
     #[must_use]
     pub fn new(backend: Backend) -> Self {
         Self::with_cache(backend, DEFAULT_CACHE_BYTES)
     }
 
-    /// A renderer with that much room for sample sets and meshes.
+    /// Creates a renderer with `cache_bytes` for sample sets and meshes.
     #[must_use]
     pub fn with_cache(backend: Backend, cache_bytes: u64) -> Self {
         Self {
@@ -77,36 +77,40 @@ impl Renderer {
         }
     }
 
-    /// With `auto`: looks for a GPU and measures it against the CPU (up to seconds). Rendering may go on meanwhile.
+    /// With `auto`: looks for a GPU and benchmarks it against the CPU, which takes up to seconds.
+    /// Rendering may continue meanwhile.
     pub fn survey(&self) {
         self.evaluators.survey();
     }
 
-    /// Which evaluator runs, and why.
+    /// Returns the default evaluator with the reason for it.
     #[must_use]
     pub fn report(&self) -> BackendReport {
         self.evaluators.report()
     }
 
-    /// The report for the server.
+    /// Returns the report for the server.
     #[must_use]
     pub fn worker_report(&self) -> WorkerReport {
         WorkerReport { backend: self.report(), gpu: self.evaluators.has_gpu() }
     }
 
-    /// A built-in mesh, made once.
+    /// Returns a built-in mesh, which is built once.
     #[must_use]
     pub fn builtin(&self, mesh: BuiltinMesh) -> Arc<LoadedMesh> {
         self.caches.builtin(mesh)
     }
 
-    /// An uploaded mesh, if it was kept.
+    /// Returns an uploaded mesh if it is in the cache.
     #[must_use]
     pub fn uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
         self.caches.uploaded(hash)
     }
 
-    /// Keeps an uploaded mesh, which must be the one of that hash.
+    /// Adds an uploaded mesh to the cache.
+    ///
+    /// # Errors
+    /// Returns [`RenderError::MeshContent`] if its content hash is not `hash`.
     pub fn keep_uploaded(
         &self,
         hash: &[u8; 32],
@@ -120,18 +124,18 @@ impl Renderer {
         Ok(mesh)
     }
 
-    /// What the lights of scenes refer to by name, from now on; in place of what was there. A light whose asset is not there
-    /// is dark.
+    /// Replaces the light assets, which scenes refer to by name. A light whose asset is missing
+    /// emits nothing.
     pub fn set_light_assets(&self, assets: LightAssets) {
         if assets.is_same(self.loaded_assets().assets()) {
-            // Hashing large environments again takes longer than most pictures.
+            // Hashing large environment maps again takes longer than most pictures.
             return;
         }
         *self.assets.lock().unwrap_or_else(PoisonError::into_inner) =
             Arc::new(LoadedAssets::new(assets));
     }
 
-    /// What was set last, nothing at first.
+    /// Returns the current light assets; empty at first.
     #[must_use]
     pub fn light_assets(&self) -> LightAssets {
         self.loaded_assets().assets().clone()
@@ -141,48 +145,62 @@ impl Renderer {
         self.assets.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The program of packed words, translated once.
+    /// Returns the program with these packed words, from the cache if possible.
+    ///
+    /// # Errors
+    /// Returns [`RenderError::Words`] if the words are not a valid program.
     pub fn program(&self, words: &[u32]) -> Result<Arc<Program>, RenderError> {
         Ok(self.caches.program(words, Program::from_words)?)
     }
 
-    /// What was done since the last call of this, as far as the renderer counts it: rays and hits for each picture, sets
-    /// and translations made and reused, times.
-    #[must_use = "what is taken is counted nowhere else"]
+    /// Returns the counters since the last call and resets them: rays and hits, sample sets and
+    /// programs computed and reused, times.
+    #[must_use = "taking the counters resets them"]
     pub fn take_work(&self) -> Work {
-        self.caches.tally.take()
+        self.caches.counters.take()
     }
 
-    /// Encoded pictures of all programs, in their order.
+    /// Renders and encodes the pictures of all programs, in their order.
+    ///
+    /// # Errors
+    /// Returns a [`RenderError`] if the frame is invalid, the evaluation fails or a picture cannot
+    /// be encoded.
     pub fn render(
         &self,
         frame: &Frame,
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<RenderedPicture>, RenderError> {
-        self.images(frame, mesh, programs, |program, shot| {
-            let (bytes, exposure_ev) = encode(frame.format, shot)?;
-            let samples = shot.set.len() as u64;
+        self.images(frame, mesh, programs, |program, picture| {
+            let (bytes, exposure_ev) = encode(frame.format, picture)?;
+            let samples = picture.set.len() as u64;
             let operations = samples * program.operations() as u64;
             let key = PictureKey::new(program, frame);
             Ok(RenderedPicture { key, bytes, exposure_ev, samples, operations })
         })
     }
 
-    /// Developed pictures of all programs, in their order; the frame's format does not matter.
+    /// Renders and develops the pictures of all programs, in their order. Ignores the frame's
+    /// format.
+    ///
+    /// # Errors
+    /// Returns a [`RenderError`] if the frame is invalid or the evaluation fails.
     pub fn develop(
         &self,
         frame: &Frame,
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<Developed>, RenderError> {
-        self.images(frame, mesh, programs, |_, shot| shot.develop())
+        self.images(frame, mesh, programs, |_, picture| picture.develop())
     }
 
-    /// Reflectance of each program on each sample of a set that belongs to no picture.
+    /// Returns the reflectance of each program on each sample of a set that belongs to no picture.
     ///
     /// # Shapes
-    /// Program by program, in each red, green, blue, in each the samples in order.
+    /// Per program: red, green, blue; per channel: the samples in order.
+    ///
+    /// # Errors
+    /// Returns [`RenderError::Eval`] if the evaluation fails.
     pub fn reflectance(
         &self,
         backend: Backend,
@@ -194,13 +212,13 @@ impl Renderer {
         Ok(out)
     }
 
-    /// Evaluates in batches and finishes each picture in parallel.
+    /// Evaluates the programs in batches and finishes the pictures in parallel.
     fn images<T: Send>(
         &self,
         frame: &Frame,
         mesh: &LoadedMesh,
         programs: &[&Program],
-        finish: impl Fn(&Program, &Shot<'_>) -> Result<T, RenderError> + Sync,
+        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
@@ -211,10 +229,10 @@ impl Renderer {
             return Err(RenderError::Area(area, size_px));
         }
         let assets = self.loaded_assets();
-        let view = View::new(&scene, mesh, &assets);
-        // Whether a pixel is rough depends on its neighbours.
-        let seen = if sampling == Sampling::Adaptive { area.grown(size_px) } else { area };
-        let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: seen });
+        let view = SceneView::new(&scene, mesh, &assets);
+        // Adaptive sampling needs the neighbours of each pixel, to decide if it is rough.
+        let traced_area = if sampling == Sampling::Adaptive { area.grown(size_px) } else { area };
+        let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: traced_area });
         let gains = if area == whole {
             None
         } else {
@@ -226,15 +244,15 @@ impl Renderer {
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
         for (number, programs) in programs.chunks(batch).enumerate() {
-            let tally = &self.caches.tally;
-            tally.timed(
+            let counters = &self.caches.counters;
+            counters.timed(
                 || self.evaluators.eval(frame.backend, programs, &set, &mut out),
                 |evaluation_us| Work { evaluation_us, ..Work::default() },
             )?;
             let counts = set.counts();
             let pictures = programs.len() as u64;
             let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
-            tally.add(Work { rays, samples_covered, ..Work::default() });
+            counters.add(Work { rays, samples_covered, ..Work::default() });
             let started = Instant::now();
             let results: Result<Vec<T>, RenderError> = programs
                 .par_iter()
@@ -247,21 +265,21 @@ impl Renderer {
                     };
                     let refiner =
                         Refiner { renderer: self, view: &view, frame, program, tiles: &tiles };
-                    finish(program, &Shot { set: &set, f, gain, area, refiner })
+                    finish(program, &EvaluatedPicture { set: &set, f, gain, area, refiner })
                 })
                 .collect();
             done.extend(results?);
-            tally.add(Work { film_us: micros(started.elapsed()), ..Work::default() });
+            counters.add(Work { film_us: micros(started.elapsed()), ..Work::default() });
         }
         *self.buffer() = out;
         Ok(done)
     }
 
-    /// How the whole picture of each program is exposed, for pictures of a part of it: automatic exposure looks at the
-    /// centres of all pixels, which one sample a pixel has.
+    /// Returns the exposure of the whole picture of each program, for rendering a part of it.
+    /// Automatic exposure uses the pixel centres, so one sample per pixel is enough.
     fn gains(
         &self,
-        view: &View<'_>,
+        view: &SceneView<'_>,
         film: Film,
         frame: &Frame,
         programs: &[&Program],
@@ -281,20 +299,23 @@ impl Renderer {
         Ok(gains)
     }
 
-    /// The output of the last batch, kept so that the next one does not fault its pages in again.
+    /// Output buffer of the last batch, reused to avoid page faults.
     fn buffer(&self) -> std::sync::MutexGuard<'_, Vec<f32>> {
         self.reflectances.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn encode(format: PictureFormat, shot: &Shot<'_>) -> Result<(Vec<u8>, f64), RenderError> {
+fn encode(
+    format: PictureFormat,
+    picture: &EvaluatedPicture<'_>,
+) -> Result<(Vec<u8>, f64), RenderError> {
     match format {
         PictureFormat::Png => {
-            let Developed { width, height, rgba, exposure_ev } = shot.develop()?;
+            let Developed { width, height, rgba, exposure_ev } = picture.develop()?;
             Ok((brood_eval::encode_png(width, height, &rgba), exposure_ev))
         }
         PictureFormat::Exr => {
-            let bytes = brood_eval::encode_exr(&shot.radiance()?);
+            let bytes = brood_eval::encode_exr(&picture.radiance()?);
             Ok((bytes.map_err(|e| RenderError::Encode(e.to_string()))?, 0.0))
         }
     }
@@ -319,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn picture_is_the_same_whatever_else_is_in_the_batch() {
+    fn picture_does_not_depend_on_rest_of_batch() {
         let renderer = Renderer::new(Backend::Cpu);
         let mesh = renderer.builtin(BuiltinMesh::Knob);
         let frame = frame(PictureFormat::Png, Backend::Auto);
@@ -335,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn area_is_the_same_pixels_of_the_whole_picture() {
+    fn area_equals_crop_of_whole_picture() {
         let renderer = Renderer::new(Backend::Cpu);
         let mesh = renderer.builtin(BuiltinMesh::Knob);
         let programs = programs(3);
@@ -370,8 +391,8 @@ mod tests {
     }
 
     #[test]
-    fn rough_pixels_come_nearer_to_a_picture_of_many_samples_whatever_was_asked_before() {
-        // Stripes of about two pixels in the middle of the sphere, finer towards its edges.
+    fn adaptive_sampling_reduces_error_and_does_not_depend_on_caches() {
+        // Stripes about two pixels wide in the middle of the sphere, finer towards its edges.
         let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
         let genome: brood_genome::Genome = text.parse().unwrap();
         let program = Program::lower(&genome);
@@ -403,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn gpu_setting_gives_the_pictures_of_the_cpu_byte_for_byte() {
+    fn pictures_of_gpu_and_cpu_are_byte_identical() {
         let gpu = Renderer::new(Backend::Gpu);
         let required = std::env::var("BROOD_REQUIRE_GPU").is_ok_and(|value| value == "1");
         assert!(gpu.worker_report().gpu || !required, "{:?}", gpu.report());
@@ -418,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_decode_to_the_size_asked_for() {
+    fn pictures_decode_to_requested_size() {
         let renderer = Renderer::new(Backend::Cpu);
         let mesh = renderer.builtin(BuiltinMesh::Torus);
         let programs = programs(1);
@@ -435,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn uploaded_mesh_is_refused_when_its_content_is_another() {
+    fn uploaded_mesh_is_rejected_when_content_hash_differs() {
         let renderer = Renderer::new(Backend::Cpu);
         let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
         let hash = *mesh.hash();

@@ -1,7 +1,6 @@
-//! Searches for a server: the claim loop of a worker that searches, and one search from grant to end.
+//! Claim loop of a worker that searches, and a leased search from grant to end.
 //!
-//! A search runs on threads of its own, so several share the machine as the system shares it out. It refuses to know how a
-//! generation is made.
+//! Every search has its own thread pool; the operating system shares the cores among them.
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -19,78 +18,84 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
-use crate::claim::{FAILURES_TOLD, FAREWELL, LONG_POLL, WorkerError};
+use crate::claim::{LONG_POLL, SHUTDOWN_GRACE, WARN_AFTER_FAILURES, WorkerError};
 use crate::job::HEARTBEAT;
-use crate::search_run::{Leg, Run};
+use crate::search_run::{SearchRun, StepBatch};
 
-/// So many searches share a worker; others wait for a turn.
-const AT_ONCE: usize = 4;
-/// Memory of the targets that stay at hand: pictures are kept with all that their cameras see.
+/// Number of concurrent searches of a worker. Other searches wait for a time slice.
+const CONCURRENT_SEARCHES: usize = 4;
+/// Size of the target cache in KiB. Image targets are large: they contain the sample sets of their
+/// views.
 const TARGETS_KIB: u64 = 512 << 10;
 
-/// What a worker that searches needs to know.
+/// Configuration of a worker that searches.
 #[derive(Debug, Clone)]
 pub struct SearcherConfig {
     /// URL of the server.
     pub server: String,
-    /// A token of scope work.
+    /// Token with the scope `work`.
     pub token: String,
-    /// For logs.
+    /// Name for logs.
     pub name: String,
-    /// Threads of a search that asks for no number; all cores where absent.
+    /// Number of threads of a search that does not specify one; `None` for all cores.
     pub threads: Option<NonZeroUsize>,
 }
 
-/// Searches until `shutdown`; ends by itself only where the server refuses the token.
+/// Runs searches until `shutdown` is cancelled.
+///
+/// # Errors
+/// Returns [`WorkerError::Refused`] if the server rejects the token, [`WorkerError::Client`] if the
+/// HTTP client cannot be set up.
 pub async fn run_searches(
     config: SearcherConfig,
     shutdown: CancellationToken,
 ) -> Result<(), WorkerError> {
     let client = WorkerClient::new(&config.server, &config.token).map_err(WorkerError::Client)?;
     let stop = shutdown.child_token();
-    let bench = Bench {
+    let context = SearchContext {
         client,
         targets: Cache::builder().max_capacity(TARGETS_KIB).weigher(weigh).build(),
         threads: config.threads,
         shutdown: stop.clone(),
     };
     let mut searches = JoinSet::new();
-    let result = claim(&config, &bench, &mut searches).await;
+    let result = claim(&config, &context, &mut searches).await;
     stop.cancel();
-    let farewell = async { while searches.join_next().await.is_some() {} };
-    if tokio::time::timeout(FAREWELL, farewell).await.is_err() {
-        tracing::warn!("leases of searches left to lapse");
+    let finished = async { while searches.join_next().await.is_some() {} };
+    if tokio::time::timeout(SHUTDOWN_GRACE, finished).await.is_err() {
+        tracing::warn!("some leases of searches were not returned in time; they will expire");
     }
     result
 }
 
+/// Leases searches and spawns a task for each.
 async fn claim(
     config: &SearcherConfig,
-    bench: &Bench,
+    context: &SearchContext,
     searches: &mut JoinSet<()>,
 ) -> Result<(), WorkerError> {
-    let slots = Arc::new(Semaphore::new(AT_ONCE));
+    let slots = Arc::new(Semaphore::new(CONCURRENT_SEARCHES));
     let mut backoff = Backoff::default();
-    tracing::info!(server = config.server, worker = config.name, "asking for searches");
+    tracing::info!(server = config.server, worker = config.name, "requesting searches");
     loop {
         while searches.try_join_next().is_some() {}
         let slot = tokio::select! {
             slot = slots.clone().acquire_owned() => slot.expect("the semaphore is never closed"),
-            () = bench.shutdown.cancelled() => return Ok(()),
+            () = context.shutdown.cancelled() => return Ok(()),
         };
         let wait_ms = u32::try_from(LONG_POLL.as_millis()).expect("seconds");
         let request = SearchRequest { worker: config.name.clone(), wait_ms };
         let answer = tokio::select! {
-            answer = bench.client.lease_search(&request) => answer,
-            () = bench.shutdown.cancelled() => return Ok(()),
+            answer = context.client.lease_search(&request) => answer,
+            () = context.shutdown.cancelled() => return Ok(()),
         };
         match answer {
             Ok(grant) => {
                 backoff.reset();
                 if let Some(grant) = grant {
-                    let bench = bench.clone();
+                    let context = context.clone();
                     searches.spawn(async move {
-                        bench.work(grant).await;
+                        context.run(grant).await;
                         drop(slot);
                     });
                 }
@@ -98,110 +103,116 @@ async fn claim(
             Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
             Err(error) => {
                 let wait = backoff.next();
-                if backoff.failures() == FAILURES_TOLD {
-                    tracing::warn!(%error, "the server gives no searches; trying again and again");
+                if backoff.failures() == WARN_AFTER_FAILURES {
+                    tracing::warn!(%error, "cannot lease searches from the server; retrying");
                 }
                 tokio::select! {
                     () = tokio::time::sleep(wait) => {}
-                    () = bench.shutdown.cancelled() => return Ok(()),
+                    () = context.shutdown.cancelled() => return Ok(()),
                 }
             }
         }
     }
 }
 
-/// What a search needs from its worker.
+/// Resources that a worker shares among its searches.
 #[derive(Clone)]
-struct Bench {
+struct SearchContext {
     client: WorkerClient,
     targets: Cache<[u8; 32], Arc<TargetFile>>,
     threads: Option<NonZeroUsize>,
     shutdown: CancellationToken,
 }
 
-/// Why a search is left before its end.
-enum Left {
-    /// The server said so, or the lease has passed on.
-    Told,
-    /// It cannot go on, and trying again would not help.
+/// Reason for stopping a search.
+enum StopReason {
+    /// The search is complete, the server has answered [`Directive::Leave`], or the lease is no
+    /// longer valid: nothing remains to be reported.
+    Done,
+    /// Permanent failure.
     Failed(String),
-    /// Somebody else may go on.
+    /// The search is returned to the queue for another worker.
     Release(String),
 }
 
-impl From<ClientError> for Left {
+impl From<ClientError> for StopReason {
     fn from(error: ClientError) -> Self {
         match error {
-            ClientError::Stale => Self::Told,
+            ClientError::Stale => Self::Done,
             ClientError::Wire(error) => Self::Failed(error.to_string()),
             ClientError::Status { status, detail } if status.is_client_error() => {
-                Self::Failed(format!("the server refuses it ({status}): {detail}"))
+                Self::Failed(format!("the server rejected a request ({status}): {detail}"))
             }
             error => Self::Release(error.to_string()),
         }
     }
 }
 
-impl Bench {
-    /// Works off one grant. Errors end here: the lease is handed back or left to lapse.
-    async fn work(self, grant: SearchGrant) {
+impl SearchContext {
+    /// Runs one search. Errors are handled here: the lease is returned or expires.
+    async fn run(self, grant: SearchGrant) {
         let (ticket, job) = (grant.ticket, grant.ticket.job);
         let ttl = Duration::from_millis(grant.ttl_ms.into());
         let stop = Arc::new(AtomicBool::new(false));
-        let left = tokio::select! {
-            left = self.search(grant, &stop) => left,
-            () = self.keep(&ticket, ttl) => Left::Told,
-            () = self.shutdown.cancelled() => Left::Release("stopping".to_owned()),
+        let reason = tokio::select! {
+            reason = self.search(grant, &stop) => reason,
+            () = self.renew_lease(&ticket, ttl) => StopReason::Done,
+            () = self.shutdown.cancelled() => StopReason::Release("shutting down".to_owned()),
         };
-        // What still computes looks at this after each generation.
+        // A computation that is still running checks this flag after each generation.
         stop.store(true, Ordering::Relaxed);
-        let told = match left {
-            Left::Told => return tracing::debug!(%job, "search left"),
-            Left::Failed(reason) => {
+        let sent = match reason {
+            StopReason::Done => return tracing::debug!(%job, "search ended"),
+            StopReason::Failed(reason) => {
                 tracing::warn!(%job, reason, "search failed");
                 let news = SearchNews::Failed(reason);
                 self.client.report_search(&SearchReport { ticket, news }).await.map(drop)
             }
-            Left::Release(reason) => {
-                tracing::info!(%job, reason, "search given back");
+            StopReason::Release(reason) => {
+                tracing::info!(%job, reason, "search returned to the queue");
                 self.client.release_search(&ticket).await
             }
         };
-        if let Err(error) = told {
-            tracing::debug!(%job, %error, "lease of a search left to lapse");
+        if let Err(error) = sent {
+            tracing::debug!(%job, %error, "cannot return the search; its lease will expire");
         }
     }
 
-    /// Searches until it is over or told to leave.
-    async fn search(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> Left {
-        match self.search_on(grant, stop).await {
-            Ok(()) => Left::Told,
-            Err(left) => left,
+    /// Runs a search to its end, or until the server answers [`Directive::Leave`].
+    async fn search(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> StopReason {
+        match self.run_search(grant, stop).await {
+            Ok(()) => StopReason::Done,
+            Err(reason) => reason,
         }
     }
 
-    async fn search_on(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> Result<(), Left> {
+    async fn run_search(
+        &self,
+        grant: SearchGrant,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<(), StopReason> {
         let target = self.target(&grant).await?;
         let threads = grant.threads.and_then(|n| usize::try_from(n).ok());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.or(self.threads.map(usize::from)).unwrap_or(cores).min(cores);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| Left::Release(error.to_string()))?;
+        let pool = pool.map_err(|error| StopReason::Release(error.to_string()))?;
         let pool = Arc::new(pool);
         let ticket = grant.ticket;
-        let mut run =
-            blocking(&pool, move || Run::new(grant, target)).await?.map_err(Left::Failed)?;
+        let mut run = blocking(&pool, move || SearchRun::new(grant, target))
+            .await?
+            .map_err(StopReason::Failed)?;
         loop {
-            let (back, leg) = blocking(&pool, {
+            let (back, batch) = blocking(&pool, {
                 let stop = stop.clone();
                 move || {
-                    let leg = run.leg(&stop);
-                    (run, leg)
+                    let batch = run.step_batch(&stop);
+                    (run, batch)
                 }
             })
             .await?;
             run = back;
-            let Leg { news, is_over } = leg.map_err(Left::Failed)?;
+            let StepBatch { news, is_over } = batch.map_err(StopReason::Failed)?;
             if let Some(news) = news
                 && self.report(ticket, news).await? == Directive::Leave
             {
@@ -210,31 +221,38 @@ impl Bench {
             if is_over {
                 let stop = stop.clone();
                 let news = blocking(&pool, move || run.finish(&stop)).await?;
-                self.report(ticket, news.map_err(Left::Failed)?).await?;
+                self.report(ticket, news.map_err(StopReason::Failed)?).await?;
                 return Ok(());
             }
         }
     }
 
-    /// The target, read once.
-    async fn target(&self, grant: &SearchGrant) -> Result<Arc<TargetFile>, Left> {
+    /// Returns the target, from the cache if possible.
+    async fn target(&self, grant: &SearchGrant) -> Result<Arc<TargetFile>, StopReason> {
         let hash = grant.target_hash;
         if let Some(target) = self.targets.get(&hash) {
             return Ok(target);
         }
         let kind: Result<TargetKind, _> = grant.target_kind.parse();
-        let kind = kind
-            .map_err(|_| Left::Failed("server and worker are of different versions".to_owned()))?;
+        let kind = kind.map_err(|_| {
+            StopReason::Failed("server and worker are of different versions".to_owned())
+        })?;
         let bytes = self.client.target(&hash).await?;
         let read = tokio::task::spawn_blocking(move || TargetFile::read(kind, &bytes)).await;
-        let read = read.map_err(|_| Left::Failed("reading the target panicked".to_owned()))?;
-        let target = Arc::new(read.map_err(|error| Left::Failed(error.to_string()))?);
+        let read =
+            read.map_err(|_| StopReason::Failed("reading the target panicked".to_owned()))?;
+        let target = Arc::new(read.map_err(|error| StopReason::Failed(error.to_string()))?);
         self.targets.insert(hash, target.clone());
         Ok(target)
     }
 
-    /// Tells the server until it listens: a full disk or a server that is busy makes a search wait, not fail.
-    async fn report(&self, ticket: SearchTicket, news: SearchNews) -> Result<Directive, Left> {
+    /// Sends a report, with retries for as long as it takes: a full disk or a busy server delays a
+    /// search and does not fail it.
+    async fn report(
+        &self,
+        ticket: SearchTicket,
+        news: SearchNews,
+    ) -> Result<Directive, StopReason> {
         let report = SearchReport { ticket, news };
         let mut backoff = Backoff::default();
         loop {
@@ -247,22 +265,22 @@ impl Bench {
                 Err(error) => return Err(error.into()),
             };
             let wait = backoff.next();
-            if backoff.failures() == FAILURES_TOLD {
-                tracing::warn!(job = %ticket.job, %error, "a search waits for the server");
+            if backoff.failures() == WARN_AFTER_FAILURES {
+                tracing::warn!(job = %ticket.job, %error, "cannot report progress; retrying");
             }
             tokio::time::sleep(wait).await;
         }
     }
 
-    /// Renews the lease; ends only when it is lost.
-    async fn keep(&self, ticket: &SearchTicket, ttl: Duration) {
+    /// Renews the lease periodically. Returns only if the lease is lost.
+    async fn renew_lease(&self, ticket: &SearchTicket, ttl: Duration) {
         let period = HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
         loop {
             tokio::time::sleep(period).await;
             match self.client.keep_search(ticket).await {
                 Ok(()) => {}
                 Err(ClientError::Stale) => return,
-                Err(error) => tracing::debug!(%error, "heartbeat unanswered"),
+                Err(error) => tracing::debug!(%error, "heartbeat failed"),
             }
         }
     }
@@ -272,12 +290,12 @@ fn weigh(_: &[u8; 32], target: &Arc<TargetFile>) -> u32 {
     u32::try_from(target.bytes() / 1024 + 1).unwrap_or(u32::MAX)
 }
 
-/// Runs on the threads of a search; a panic there ends the search alone.
+/// Runs a closure on the thread pool of a search. A panic fails this search only.
 async fn blocking<T: Send + 'static>(
     pool: &Arc<rayon::ThreadPool>,
     work: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, Left> {
+) -> Result<T, StopReason> {
     let pool = pool.clone();
     let done = tokio::task::spawn_blocking(move || pool.install(work)).await;
-    done.map_err(|_| Left::Failed("the search panicked".to_owned()))
+    done.map_err(|_| StopReason::Failed("the search panicked".to_owned()))
 }

@@ -1,6 +1,5 @@
-//! The computing part of a search: generations until there is something to tell, and the front at the end.
-//!
-//! It knows budgets and what is worth telling; it refuses to know servers.
+//! Computation of a search: batches of generations, and the front at the end. Enforces the budget.
+//! Independent of the server.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,39 +16,40 @@ use brood_search::{
 };
 use rayon::prelude::*;
 
-use crate::beside::Beside;
+use crate::view_comparison::Beside;
 
-/// Generations that take less are told together.
-const TELL: Duration = Duration::from_millis(250);
-/// A best is told as soon as its error is this much of the one told before.
-const NOTABLY: f64 = 0.9;
+/// Interval between reports. Shorter generations are reported together.
+const REPORT_INTERVAL: Duration = Duration::from_millis(250);
+/// A best material is reported once its validation error is below this share of the last reported
+/// one.
+const NOTABLE_RATIO: f64 = 0.9;
 
-/// A search at work.
-pub(crate) struct Run {
+/// Running search.
+pub(crate) struct SearchRun {
     search: Search,
     target: Arc<TargetFile>,
     budget: Budget,
     target_error: Option<f64>,
-    /// Time searched, pauses and the server's time not counted.
+    /// Search time in seconds, without pauses and the server's response times.
     seconds: f64,
-    /// Where the budget is one of seconds.
+    /// Present if the budget is a time.
     pace: Option<Pace>,
-    /// Error of the best that was told.
+    /// Validation error of the best material reported so far.
     recorded: f64,
-    /// Whether there has been a generation, now or before.
+    /// True if a generation has completed, in this lease or before.
     has_begun: bool,
 }
 
-/// Some generations.
-pub(crate) struct Leg {
-    /// What is to be told; nothing where there was no generation.
+/// Batch of generations.
+pub(crate) struct StepBatch {
+    /// Report, or `None` if there was no generation.
     pub(crate) news: Option<SearchNews>,
-    /// Whether the budget is used up.
+    /// True if the budget is used up or the target error is reached.
     pub(crate) is_over: bool,
 }
 
-impl Run {
-    /// Begins, or goes on from the checkpoint.
+impl SearchRun {
+    /// Starts a search or resumes it from the checkpoint.
     pub(crate) fn new(grant: SearchGrant, target: Arc<TargetFile>) -> Result<Self, String> {
         let strategy: Strategy = grant
             .strategy
@@ -78,9 +78,10 @@ impl Run {
         })
     }
 
-    /// Generations until the budget is used up, something notable was found, a moment has passed, or nobody wants more.
-    pub(crate) fn leg(&mut self, stop: &AtomicBool) -> Result<Leg, String> {
-        let begun = Instant::now();
+    /// Runs generations until the budget is used up, a notably better material is found, the report
+    /// interval has passed, or `stop` is set.
+    pub(crate) fn step_batch(&mut self, stop: &AtomicBool) -> Result<StepBatch, String> {
+        let started = Instant::now();
         let (mut lines, mut best) = (Vec::new(), None);
         let mut is_over = self.has_begun && self.is_over(&self.search.progress());
         while !is_over && !stop.load(Ordering::Relaxed) {
@@ -104,15 +105,15 @@ impl Run {
                 seconds: self.seconds,
             });
             is_over = self.is_over(&progress);
-            if progress.held < NOTABLY * self.recorded {
+            if progress.held < NOTABLE_RATIO * self.recorded {
                 self.recorded = progress.held;
                 best = match self.search.best() {
-                    Some(candidate) => Some(measured(&self.target, &candidate)?),
+                    Some(candidate) => Some(measure(&self.target, &candidate)?),
                     None => None,
                 };
                 break;
             }
-            if begun.elapsed() >= TELL {
+            if started.elapsed() >= REPORT_INTERVAL {
                 break;
             }
         }
@@ -121,15 +122,15 @@ impl Run {
             checkpoint: self.search.checkpoint(),
             best,
         });
-        Ok(Leg { news, is_over })
+        Ok(StepBatch { news, is_over })
     }
 
-    /// The front, the best first.
+    /// Returns the front, the best material first.
     pub(crate) fn finish(&self, stop: &AtomicBool) -> Result<SearchNews, String> {
-        let (begun, mut pace) = (Instant::now(), self.pace);
-        // Nobody wants what comes of it once it is to stop.
+        let (started, mut pace) = (Instant::now(), self.pace);
+        // Stop early if the result is no longer needed.
         let outcome = self.search.finish_while(|| {
-            let spent = self.seconds + begun.elapsed().as_secs_f64();
+            let spent = self.seconds + started.elapsed().as_secs_f64();
             let is_in_time = pace.as_mut().is_none_or(|pace| pace.has_time(spent));
             is_in_time && !stop.load(Ordering::Relaxed)
         });
@@ -139,8 +140,8 @@ impl Run {
         let others = others.filter(|(index, _)| *index != outcome.best).map(|(_, one)| one);
         let front: Vec<&Candidate> = best.into_iter().chain(others).collect();
         let target = &*self.target;
-        let front: Result<Vec<_>, _> = front.par_iter().map(|one| measured(target, one)).collect();
-        let seconds = self.seconds + begun.elapsed().as_secs_f64();
+        let front: Result<Vec<_>, _> = front.par_iter().map(|one| measure(target, one)).collect();
+        let seconds = self.seconds + started.elapsed().as_secs_f64();
         Ok(SearchNews::Finished { front: front?, seconds })
     }
 
@@ -156,10 +157,10 @@ impl Run {
     }
 }
 
-fn measured(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
+fn measure(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
     let found = Found::of(candidate, &file.target).map_err(|error| error.to_string())?;
     let views = file.pictures.as_ref();
-    let views = views.map(|pictures| apart(&pictures.views, &found.genome));
+    let views = views.map(|pictures| compare_views(&pictures.views, &found.genome));
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     Ok(MeasuredMaterial {
         genome: found.genome.canonical_bytes(),
@@ -174,8 +175,8 @@ fn measured(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial
     })
 }
 
-/// How far a material is from each picture, as it is seen under the energy limit.
-fn apart(views: &[KnownView], genome: &Genome) -> Vec<FoundView> {
+/// Compares a material under the energy limit with each image of the target.
+fn compare_views(views: &[KnownView], genome: &Genome) -> Vec<FoundView> {
     let program = express(genome);
     let material = Specimen::Bred(genome, &program);
     let one = |known: &KnownView| {

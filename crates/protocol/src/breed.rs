@@ -1,4 +1,4 @@
-//! The request that makes a generation.
+//! Request that breeds a generation.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,18 +8,19 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::{IndividualId, Seed};
 
-/// A parent: an individual of any lineage, or a genome by its hash. In JSON the id or the hash as a string.
+/// Reference to a parent: the id of an individual of any lineage, or the hash of a genome. A string
+/// in JSON.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ParentRef {
-    /// By individual.
+    /// Id of an individual.
     Individual(IndividualId),
-    /// By genome.
+    /// Hash of a genome.
     Genome(GenomeHash),
 }
 
-/// Text that names no parent.
+/// Error of parsing a [`ParentRef`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a parent is the id of an individual or the hash of a genome")]
+#[error("a parent must be the id of an individual or the hash of a genome")]
 pub struct ParentRefError;
 
 impl utoipa::PartialSchema for ParentRef {
@@ -62,27 +63,28 @@ impl<'de> Deserialize<'de> for ParentRef {
     }
 }
 
-/// How much the server does for the variety of a brood.
+/// Effort that the server makes for the variety of a brood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Curation {
-    /// First draws as they are.
+    /// Keeps the first draw of every child.
     Off,
-    /// Redraws until the program hash is new among parents and siblings.
+    /// Redraws a child until its program differs from those of its parents and siblings.
     #[default]
     Distinct,
-    /// Redraws also until a small preview is not black and unlike those of parents and siblings.
+    /// Like `distinct`, and redraws a child also if a small preview of it is black or resembles
+    /// those of its parents and siblings.
     Diverse,
 }
 
-/// Overrides of the lineage's switches; the child's genome carries the result.
+/// Overrides of the lineage's dialect. The genomes of the children contain the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DialectConstraints {
-    /// p5 and p6 read as 0.
+    /// True: programs read 0 for the inputs p5 and p6, so materials are isotropic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isotropic: Option<bool>,
-    /// u and v read as 0.
+    /// True: programs read 0 for u and v, so materials are homogeneous.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub homogeneous: Option<bool>,
 }
@@ -91,46 +93,50 @@ pub struct DialectConstraints {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Breed {
-    /// None: a random start. One: mutation. Two: recombination, then mutation; the first is the centre.
+    /// Parents, at most 2. None: random children. One: mutation. Two: recombination, then mutation;
+    /// the first parent is the centre.
     #[serde(default)]
     pub parents: Vec<ParentRef>,
-    /// 1 to 256.
+    /// Number of children, 1 to 256. Default: 20.
     #[serde(default = "default_count")]
     pub count: u32,
-    /// 0 to 1.
+    /// Mutation amount, 0 to 1. Default: 0.3.
     #[serde(default = "default_mutation")]
     pub mutation: f32,
-    /// 0 to 1: expected share of the second parent.
+    /// Expected share of the second parent's blocks, 0 to 1. Default: 0.5.
     #[serde(default = "default_recombination")]
     pub recombination: f32,
-    /// How much is done for variety.
+    /// Effort for variety. Default: `distinct`.
     #[serde(default)]
     pub curation: Curation,
-    /// Drawn and reported where absent.
+    /// Seed of the brood. Default: a random seed, which the response reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<Seed>,
-    /// Overrides of isotropic and homogeneous.
+    /// Overrides of the dialect's `isotropic` and `homogeneous`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<DialectConstraints>,
-    /// Colour matrix of the children, 0 grey to 1 as evolved; absent: the first parent's, or the lineage's default.
+    /// Colour saturation of the children, from 0 (grey) to 1 (unchanged). Default: that of the
+    /// first parent, or the lineage's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
-    /// Whether the children are under the energy limit; absent: as the first parent is, or the lineage's default.
+    /// True to put the children under the energy limit. Default: as the first parent, or the
+    /// lineage's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
-    /// Parts of the first parent that its children keep: `instructions` by position, `constants` by number, `channels` of
-    /// `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and `name`.
+    /// Parts of the first parent that its children keep: `instructions` by position, `constants` by
+    /// number, `channels` of `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and
+    /// `name`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
 }
 
-/// Body of `POST /v1/lineages/{id}/adoptions`; 1 to 256 genomes and presets together.
+/// Body of `POST /v1/lineages/{id}/adoptions`: 1 to 256 genomes and presets together.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Adopt {
-    /// Hashes of genomes that were saved or bred. Shorter ones than the lineage's dialect says are padded with instructions
-    /// that change nothing.
+    /// Hashes of stored genomes. A genome shorter than the dialect's length is padded with
+    /// instructions that change nothing.
     #[serde(default)]
     pub genomes: Vec<String>,
     /// Names of presets.

@@ -1,4 +1,4 @@
-//! The worker's side of the lease protocol over HTTP.
+//! HTTP client of the lease protocol, for workers.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use crate::{
     Directive, LightAssetFile, SearchGrant, SearchReport, SearchRequest, SearchTicket, TargetBytes,
 };
 
-/// Talks to one server with one token.
+/// Client of one server, with one token.
 #[derive(Debug, Clone)]
 pub struct WorkerClient {
     http: reqwest::Client,
@@ -21,36 +21,39 @@ pub struct WorkerClient {
     token: String,
 }
 
-/// Why a call failed.
+/// Error of a [`WorkerClient`] call.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// The server could not be reached or the connection broke.
+    /// The server could not be reached, or the connection broke.
     #[error("no answer from the server: {0}")]
     Transport(#[from] reqwest::Error),
-    /// The lease is no longer this worker's.
-    #[error("the lease has passed to someone else")]
+    /// The lease has expired or was granted to another worker.
+    #[error("the lease has expired or was granted to another worker")]
     Stale,
-    /// The token is missing, wrong or of another scope.
-    #[error("the server refuses the token ({0})")]
+    /// The token is missing, unknown or of another scope.
+    #[error("the server rejected the token ({0})")]
     Refused(StatusCode),
-    /// The server is full or stopping.
-    #[error("the server asks to come back later")]
+    /// The server is overloaded or shutting down.
+    #[error("the server is busy or shutting down; try again later")]
     Busy,
-    /// Any other status.
+    /// Any other error status.
     #[error("the server answered {status}: {detail}")]
     Status {
-        /// The status.
+        /// HTTP status.
         status: StatusCode,
-        /// The problem's detail, if it sent one.
+        /// `detail` of the problem, if the response has one.
         detail: String,
     },
-    /// The answer was not understood.
+    /// The response could not be decoded.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
 
 impl WorkerClient {
-    /// A client for the server at that URL.
+    /// Creates a client for the server at this URL.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Transport`] if the TLS backend cannot be initialised.
     pub fn new(server: &str, token: &str) -> Result<Self, ClientError> {
         let http = reqwest::Client::builder()
             .connect_timeout(Duration::from_secs(5))
@@ -62,7 +65,10 @@ impl WorkerClient {
         Ok(Self { http, server, token: token.to_owned() })
     }
 
-    /// Waits for a job; `None` where there was none in the time asked for.
+    /// Requests a render job. Returns `None` if there was none within the requested time.
+    ///
+    /// # Errors
+    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn lease(&self, request: &LeaseRequest) -> Result<Option<LeaseGrant>, ClientError> {
         let response = self.send(Method::POST, "/v1/leases", Some(request)).await?;
         if response.status() == StatusCode::NO_CONTENT {
@@ -71,37 +77,58 @@ impl WorkerClient {
         Ok(Some(read(response).await?))
     }
 
-    /// Keeps a lease.
+    /// Renews a lease.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn heartbeat(&self, ticket: &LeaseTicket) -> Result<(), ClientError> {
         let path = format!("/v1/leases/{}/heartbeat", ticket.lease);
         self.send(Method::POST, &path, Some(ticket)).await.map(drop)
     }
 
-    /// Hands the results over.
+    /// Submits results.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn results(&self, results: &LeaseResults) -> Result<(), ClientError> {
         let path = format!("/v1/leases/{}/results", results.ticket.lease);
         self.send(Method::POST, &path, Some(results)).await.map(drop)
     }
 
-    /// Gives a lease back undone.
+    /// Returns an unfinished job to the queue.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn release(&self, ticket: &LeaseTicket) -> Result<(), ClientError> {
         let path = format!("/v1/leases/{}", ticket.lease);
         self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
     }
 
-    /// An uploaded mesh by its content hash.
+    /// Downloads an uploaded mesh by its content hash.
+    ///
+    /// # Errors
+    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn mesh(&self, hash: &[u8; 32]) -> Result<Mesh, ClientError> {
         let path = format!("/v1/leases/meshes/{}", blake3::Hash::from_bytes(*hash).to_hex());
         read(self.send::<()>(Method::GET, &path, None).await?).await
     }
 
-    /// A file that a light refers to.
+    /// Downloads a light asset.
+    ///
+    /// # Errors
+    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn light_asset(&self, id: &str) -> Result<LightAssetFile, ClientError> {
         read(self.send::<()>(Method::GET, &format!("/v1/leases/light-assets/{id}"), None).await?)
             .await
     }
 
-    /// Waits for a search; `None` where there was none in the time asked for.
+    /// Requests a search. Returns `None` if there was none within the requested time.
+    ///
+    /// # Errors
+    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn lease_search(
         &self,
         request: &SearchRequest,
@@ -113,25 +140,40 @@ impl WorkerClient {
         Ok(Some(read(response).await?))
     }
 
-    /// Keeps the lease of a search.
+    /// Renews the lease of a search.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn keep_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
         let path = format!("/v1/leases/searches/{}/heartbeat", ticket.job);
         self.send(Method::POST, &path, Some(ticket)).await.map(drop)
     }
 
-    /// Tells what came of a search.
+    /// Reports progress or the end of a search.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn report_search(&self, report: &SearchReport) -> Result<Directive, ClientError> {
         let path = format!("/v1/leases/searches/{}/report", report.ticket.job);
         read(self.send(Method::POST, &path, Some(report)).await?).await
     }
 
-    /// Gives a search back to its queue.
+    /// Returns a search to the queue.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
     pub async fn release_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
         let path = format!("/v1/leases/searches/{}", ticket.job);
         self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
     }
 
-    /// A target's file by its content hash.
+    /// Downloads a target's file by its content hash.
+    ///
+    /// # Errors
+    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn target(&self, hash: &[u8; 32]) -> Result<Vec<u8>, ClientError> {
         let path = format!("/v1/leases/targets/{}", blake3::Hash::from_bytes(*hash).to_hex());
         let file: TargetBytes = read(self.send::<()>(Method::GET, &path, None).await?).await?;

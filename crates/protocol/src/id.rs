@@ -1,4 +1,4 @@
-//! Ids: UUID v7, each kind a type of its own.
+//! Identifiers: UUID v7, one newtype per kind of resource.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,19 +15,19 @@ macro_rules! ids {
         pub struct $name(Uuid);
 
         impl $name {
-            /// A fresh id; later ones sort after earlier ones.
+            /// Returns a new id. Ids sort by creation time.
             #[must_use]
             pub fn fresh() -> Self {
                 Self(Uuid::now_v7())
             }
 
-            /// The id with these 16 bytes.
+            /// Returns the id with these 16 bytes.
             #[must_use]
             pub fn from_bytes(bytes: [u8; 16]) -> Self {
                 Self(Uuid::from_bytes(bytes))
             }
 
-            /// Its 16 bytes.
+            /// Returns the 16 bytes of the id.
             #[must_use]
             pub fn as_bytes(&self) -> &[u8; 16] {
                 self.0.as_bytes()
@@ -51,22 +51,22 @@ macro_rules! ids {
 }
 
 ids! {
-    /// A lineage: a history of generations under one dialect and scene.
+    /// Id of a lineage.
     LineageId,
-    /// One brood.
+    /// Id of a generation.
     GenerationId,
-    /// One material that was born.
+    /// Id of an individual.
     IndividualId,
-    /// An uploaded mesh.
+    /// Id of an uploaded mesh.
     MeshId,
-    /// A stored scene.
+    /// Id of a stored scene.
     SceneId,
-    /// A unit of work: pictures to be rendered, or a search.
+    /// Id of a job: a render job or a search.
     JobId,
-    /// Something that searches are to match.
+    /// Id of a search target.
     TargetId,
-    /// A worker's hold on a job.
+    /// Id of a render job's lease.
     LeaseId,
-    /// One HTTP request, in logs and problems.
+    /// Id of an HTTP request, as in logs and problem details.
     RequestId,
 }

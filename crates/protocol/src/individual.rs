@@ -1,101 +1,103 @@
-//! Generations and individuals as they are answered.
+//! Responses for generations and individuals.
 
 use brood_genome::{GenomeHash, Locks};
 use serde::{Deserialize, Serialize};
 
 use crate::{Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed};
 
-/// One material that was born.
+/// Individual: a genome in its place in a brood.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Individual {
-    /// Its id.
+    /// Id of the individual.
     pub id: IndividualId,
-    /// Content hash of its genome, 64 hexadecimal digits.
+    /// Content hash of the genome: 64 hexadecimal digits.
     #[schema(value_type = String)]
     pub hash: GenomeHash,
-    /// Place in its brood.
+    /// Slot in the brood, from 0.
     pub slot: u32,
-    /// Its parents.
+    /// Parents, as they were given in the request.
     pub parents: Vec<ParentRef>,
-    /// `random`, `mutate` or `recombine`.
+    /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
     pub operator: String,
-    /// Instructions that can change the result.
+    /// Number of live instructions, those that can change the result.
     pub live_instructions: u32,
-    /// Names of the models that it has besides its program, lowest first; absent where there are none.
+    /// Names of the genome's layers (analytic models added to the program), lowest first. Absent if
+    /// there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<String>,
-    /// Where its picture is.
+    /// Path of the thumbnail.
     pub thumbnail: String,
-    /// Marked by a person.
+    /// True if a user marked the individual as a favourite.
     pub favourite: bool,
-    /// A person's words.
+    /// Note of a user.
     pub note: String,
-    /// True where no draw gave a program unlike its parents' and siblings'.
+    /// True if no draw gave a program that differs from those of its parents and siblings.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub twin: bool,
-    /// Counted up by each change; the ETag.
+    /// Number of changes; also the ETag.
     pub version: u64,
 }
 
-/// An individual with its place in the world.
+/// Individual with its lineage and generation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct IndividualDetail {
     /// The individual.
     #[serde(flatten)]
     pub individual: Individual,
-    /// Its lineage.
+    /// Id of its lineage.
     pub lineage: LineageId,
-    /// Its generation.
+    /// Id of its generation.
     pub generation: GenerationId,
-    /// Automatic exposure over the whole light circle of its lineage's scene, in EV; where one individual is asked for.
+    /// Automatic exposure over the whole light circle of the lineage's scene, in EV. Present only
+    /// in `GET /v1/individuals/{id}`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_ev: Option<f64>,
 }
 
-/// One brood.
+/// Generation: one brood, with everything needed to breed it again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Generation {
-    /// Its id.
+    /// Id of the generation.
     pub id: GenerationId,
-    /// Its lineage.
+    /// Id of its lineage.
     pub lineage: LineageId,
     /// Position in the lineage, from 0.
     pub index: u64,
-    /// The seed that was used; the same seed gives the same children.
+    /// Seed that was used. The same request with this seed gives the same children.
     pub seed: Seed,
-    /// The parents as asked for.
+    /// Parents, as requested.
     pub parents: Vec<ParentRef>,
-    /// The parent shown large; null after a random start.
+    /// Parent that is shown large; null after a random start.
     pub centre: Option<Individual>,
-    /// Amount of mutation.
+    /// Mutation amount, 0 to 1.
     pub mutation: f32,
-    /// Expected share of the second parent.
+    /// Expected share of the second parent's blocks, 0 to 1.
     pub recombination: f32,
-    /// How much was done for variety.
+    /// Curation that was used.
     pub curation: Curation,
-    /// Overrides as asked for.
+    /// Overrides of the dialect, as requested.
     pub constraints: DialectConstraints,
-    /// Colour matrix as asked for.
+    /// Colour saturation, 0 to 1, as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
-    /// Energy limit as asked for.
+    /// Energy limit, as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
-    /// Parts of the first parent that were kept.
+    /// Locked parts of the first parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
-    /// The children by slot.
+    /// Children, by slot.
     pub individuals: Vec<Individual>,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
 }
 
-/// Body of `PATCH /v1/individuals/{id}`: what is absent stays.
+/// Body of `PATCH /v1/individuals/{id}`. Absent fields keep their values.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchIndividual {
-    /// Mark or unmark.
+    /// Sets or clears the favourite mark.
     #[serde(default)]
     pub favourite: Option<bool>,
     /// New note, up to 10,000 characters.

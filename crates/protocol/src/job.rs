@@ -1,50 +1,52 @@
-//! Jobs as they are answered.
+//! Responses for render jobs.
 
 use serde::{Deserialize, Serialize};
 
 use crate::schema::RenderKind;
 use crate::{JobId, Work};
 
-/// Where a job stands.
+/// State of a render job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum JobStatus {
     /// Waiting for a worker.
     Queued,
-    /// In a worker's hands.
+    /// Leased to a worker.
     Running,
-    /// Done.
+    /// Completed.
     Succeeded,
-    /// It cannot be done.
+    /// Failed for good: it is not tried again.
     Failed,
 }
 
-/// How long a job took.
+/// Durations of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct JobTimes {
-    /// From being made to a worker's lease, in microseconds.
+    /// Time in the queue, from creation to the lease, in microseconds.
     pub queued_us: u64,
-    /// From the lease to the results, in microseconds: rendering, and the way to the worker and back.
+    /// Time from the lease to the results, in microseconds: rendering and the transfers in both
+    /// directions.
     pub leased_us: u64,
 }
 
-/// Answer of `GET /v1/jobs/{id}`. Render jobs that are done are remembered for a while, and not over a restart.
+/// Render job. Completed render jobs are kept in memory for a limited time and are lost when the
+/// server restarts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct JobAnswer {
-    /// Its id.
+    /// Id of the job.
     pub id: JobId,
-    /// `render`.
+    /// Always `render`.
     #[schema(value_type = RenderKind)]
     pub kind: String,
-    /// Where it stands.
+    /// State of the job.
     pub state: JobStatus,
-    /// Why it failed.
+    /// Reason of a failure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What it took and what it did not have to do; once it is done.
+    /// Render counters; present once the job has completed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work: Option<Work>,
-    /// How long it took; once it is done.
+    /// Durations; present once the job has completed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub times: Option<JobTimes>,
 }

@@ -1,119 +1,124 @@
-//! Work for workers: binary (postcard behind a version), because a brood's programs and pictures as JSON text would
-//! cost milliseconds.
+//! Lease protocol of render jobs.
+//!
+//! Messages are binary: a version, then postcard. As JSON text, the programs and pictures of a
+//! brood would cost milliseconds.
 
 use brood_scene::{PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, Work};
 
-/// Content type of lease requests, grants and results.
+/// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
-/// Opens every message; the digit is the version.
+/// Prefix of every message; the digit is the protocol version.
 const MAGIC: &[u8; 8] = b"brood/4\n";
 
-/// Bytes that are not a message of this version.
+/// Error of [`decode`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
-    /// Another version, or no message at all.
-    #[error("the message does not begin with the version brood/4")]
+    /// The prefix is missing or names another version.
+    #[error("the message must begin with the protocol version brood/4")]
     Version,
-    /// Broken off or malformed.
+    /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
     Malformed(String),
 }
 
-/// Asks for a job.
+/// Request for a render job.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeaseRequest {
-    /// Who asks; for logs and `/v1/system`.
+    /// Name of the worker, for logs and `/v1/system`.
     pub worker: String,
-    /// What it renders with.
+    /// Capabilities of the worker.
     pub report: WorkerReport,
-    /// How long the server may hold the request back when there is nothing to do.
+    /// Longest time that the server may delay its answer if the queue is empty, in milliseconds.
     pub wait_ms: u32,
 }
 
-/// What a worker tells about itself.
+/// Capabilities of a worker.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct WorkerReport {
-    /// Its evaluator.
+    /// Evaluator of the worker.
     pub backend: BackendReport,
-    /// Whether it can render with a bit-exact GPU.
+    /// True if the worker can render with a bit-exact GPU.
     pub gpu: bool,
 }
 
-/// Proof of a lease: results with another epoch are refused.
+/// Proof of a lease. The server rejects results whose epoch is not the current one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct LeaseTicket {
-    /// The lease.
+    /// Id of the lease.
     pub lease: LeaseId,
-    /// Counted up each time the job is leased.
+    /// Number of leases of the job so far.
     pub epoch: u64,
 }
 
-/// A job in a worker's hands.
+/// Render job that is leased to a worker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LeaseGrant {
-    /// The lease.
+    /// Ticket of the lease.
     pub ticket: LeaseTicket,
-    /// The job.
+    /// Id of the job.
     pub job: JobId,
-    /// The lease lapses unless renewed within this time.
+    /// Time to live: the lease expires unless a heartbeat arrives within this time, in
+    /// milliseconds.
     pub ttl_ms: u32,
-    /// What to do.
+    /// The job.
     pub work: RenderJob,
 }
 
-/// Pictures of many programs in one frame.
+/// Render job: pictures of many programs in one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RenderJob {
-    /// What is common to the pictures.
+    /// Frame that the pictures share.
     pub frame: Frame,
-    /// The pictures.
+    /// Pictures to render.
     pub items: Vec<RenderItem>,
 }
 
-/// One picture to be made.
+/// Picture to render.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RenderItem {
-    /// Its key.
+    /// Key of the picture.
     pub key: PictureKey,
-    /// The program's packed words.
+    /// Packed words of the program.
     pub words: Vec<u32>,
-    /// Scalar operations of the genome as written, which the program no longer shows: for [`Work`].
+    /// Scalar operations of the genome as written, which cannot be counted from the lowered
+    /// program. Input of [`Work`].
     pub operations_written: u32,
 }
 
-/// Where a worker gets the mesh.
+/// Source of a scene's mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum MeshSource {
-    /// The scene's `mesh` names a built-in one.
+    /// Built-in mesh, named by the scene's `mesh`.
     Builtin,
-    /// By content hash, at `GET /v1/leases/meshes/{hash}`.
+    /// Uploaded mesh with this content hash, from `GET /v1/leases/meshes/{hash}`.
     Uploaded([u8; 32]),
 }
 
-/// Everything a picture depends on besides the program.
+/// Everything that a picture depends on besides the program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// The scene as JSON: its forms are self-describing, which postcard is not.
+    /// The scene as JSON: postcard is not self-describing, so it cannot decode the scene's untagged
+    /// forms.
     scene_json: String,
-    /// The mesh.
+    /// Source of the mesh.
     pub mesh: MeshSource,
-    /// Side in pixels.
+    /// Side of the picture in pixels.
     pub size_px: u32,
     /// Samples per pixel.
     pub sampling: Sampling,
-    /// The part that is wanted; all of it if absent.
+    /// Area to render; `None` for the whole picture.
     pub area: Option<PixelArea>,
-    /// The file wanted.
+    /// Requested file format.
     pub format: PictureFormat,
-    /// The evaluator wanted.
+    /// Requested evaluator.
     pub backend: Backend,
 }
 
 impl Frame {
-    /// A frame of a whole picture of a scene.
+    /// Returns the frame of a whole picture.
     #[must_use]
     pub fn new(
         scene: &Scene,
@@ -127,33 +132,38 @@ impl Frame {
         Self { scene_json, mesh, size_px, sampling, area: None, format, backend }
     }
 
-    /// The same with another part of the picture.
+    /// Returns the frame with another area.
     #[must_use]
     pub fn with_area(self, area: Option<PixelArea>) -> Self {
-        // All of it is the picture itself, under its own key.
+        // The whole picture has one key, whether or not an area is given.
         let area = area.filter(|area| *area != PixelArea::whole(self.size_px));
         Self { area, ..self }
     }
 
-    /// Rays that its picture takes at least.
+    /// Returns the least number of camera rays that the picture takes.
     #[must_use]
     pub fn rays(&self) -> u64 {
         let area = self.area.unwrap_or(PixelArea::whole(self.size_px));
         area.pixels() * u64::from(self.sampling.least())
     }
 
-    /// The scene.
+    /// Returns the scene.
+    ///
+    /// # Errors
+    /// Returns [`WireError::Malformed`] if the JSON text is not a scene.
     pub fn scene(&self) -> Result<Scene, WireError> {
         serde_json::from_str(&self.scene_json).map_err(|e| WireError::Malformed(e.to_string()))
     }
 
-    /// Hash of what decides the pixels; uploaded meshes count by content, evaluators by their exactness class.
+    /// Returns the hash of everything that decides the pixels. An uploaded mesh counts by its
+    /// content, an evaluator by its exactness class.
     #[must_use]
     pub fn identity(&self) -> blake3::Hash {
         let class = self.backend.exactness_class();
         let mut scene = self.scene_json.clone();
         if let (MeshSource::Uploaded(_), Ok(mut parsed)) = (self.mesh, self.scene()) {
-            // Two uploads of one file are one mesh: the id in the scene does not matter, the content does.
+            // Two uploads of one file are the same mesh: clear the id, `self.mesh` has the content
+            // hash.
             parsed.mesh = brood_scene::MeshRef::Uploaded(String::new());
             scene = serde_json::to_string(&parsed).expect("a scene is finite numbers and words");
         }
@@ -163,42 +173,42 @@ impl Frame {
     }
 }
 
-/// Hands a job back.
+/// Results of a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LeaseResults {
-    /// The lease.
+    /// Ticket of the lease.
     pub ticket: LeaseTicket,
-    /// What came of it.
+    /// Outcome of the job.
     pub outcome: Outcome,
 }
 
-/// What came of a job.
+/// Outcome of a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// The pictures, all of them, and what they took.
+    /// All pictures of the job, and the work counters.
     Pictures(Vec<RenderedPicture>, Work),
-    /// It cannot be done, and trying again would not help.
+    /// Permanent failure: the job must not be retried.
     Failed(String),
 }
 
-/// A picture as a worker made it.
+/// Picture that a worker has rendered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RenderedPicture {
-    /// Its key.
+    /// Key of the picture.
     pub key: PictureKey,
     /// The encoded file.
     #[serde(with = "octets")]
     pub bytes: Vec<u8>,
-    /// The exposure that was used, in EV; 0 for linear files.
+    /// Exposure that was applied, in EV; 0 for linear files.
     pub exposure_ev: f64,
-    /// Samples shaded for it.
+    /// Number of samples shaded.
     pub samples: u64,
-    /// Scalar operations executed for it.
+    /// Number of scalar operations executed.
     pub operations: u64,
 }
 
-/// Files as one run of bytes: serde's own form of a vector goes through them one by one, which takes milliseconds for the
-/// pictures of a brood. What is on the wire is the same.
+/// Serialises files as one byte string. Serde's implementation for `Vec<u8>` visits each byte,
+/// which takes milliseconds for the pictures of a brood. The encoding on the wire is the same.
 pub(crate) mod octets {
     use std::fmt;
 
@@ -232,18 +242,22 @@ pub(crate) mod octets {
     }
 }
 
-/// A message as bytes.
+/// Encodes a message: the version prefix, then postcard.
 #[must_use]
 pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
     postcard::to_extend(message, MAGIC.to_vec()).expect("plain data serialises")
 }
 
-/// The message in bytes.
+/// Decodes a message.
+///
+/// # Errors
+/// Returns [`WireError::Version`] if the prefix is wrong, [`WireError::Malformed`] if the rest is
+/// truncated, too long or not a `T`.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     let body = bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?;
     match postcard::take_from_bytes(body) {
         Ok((message, [])) => Ok(message),
-        Ok((_, rest)) => Err(WireError::Malformed(format!("{} bytes too many", rest.len()))),
+        Ok((_, rest)) => Err(WireError::Malformed(format!("{} bytes after the end", rest.len()))),
         Err(error) => Err(WireError::Malformed(error.to_string())),
     }
 }
@@ -261,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn results_come_back_as_they_were_sent() {
+    fn results_are_equal_when_encoded_and_decoded() {
         for bytes in [Vec::new(), (0..=255).cycle().take(70_000).collect()] {
             let sent = results(bytes);
             assert_eq!(decode::<LeaseResults>(&encode(&sent)).unwrap(), sent);
@@ -269,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn message_is_refused_when_of_another_version_or_cut_off() {
+    fn decode_fails_when_message_has_another_version_or_length() {
         let whole = encode(&results(vec![1; 100]));
         let mut old = whole.clone();
         old[6] = b'1';

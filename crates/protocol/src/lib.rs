@@ -1,6 +1,22 @@
-//! What server, workers and clients say to each other: ids, requests, answers, leases, problems.
+//! Protocol of the server: ids, requests, responses, leases and problem details.
 //!
-//! This crate owns the shapes and their binary and JSON forms. It refuses to know routes, tables and evaluators.
+//! Clients use JSON: [`Breed`], [`Generation`], [`CreateSearch`], [`SearchAnswer`] and others, each
+//! with an OpenAPI schema. Workers use binary messages ([`encode`], [`decode`]) through
+//! [`WorkerClient`]: [`LeaseGrant`] and [`LeaseResults`] for render jobs, [`SearchGrant`] and
+//! [`SearchReport`] for searches. The crate does not depend on routes, tables or evaluators.
+//!
+//! ```
+//! use brood_protocol::{Breed, LeaseId, LeaseTicket, Seed, decode, encode};
+//!
+//! // Seeds above 2^53 are given as strings, because JavaScript cannot represent them as numbers.
+//! let breed: Breed = serde_json::from_str(r#"{"count": 9, "seed": "9007199254740993"}"#)?;
+//! assert_eq!((breed.count, breed.mutation), (9, 0.3));
+//! assert_eq!(breed.seed, Some(Seed(9007199254740993)));
+//!
+//! let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 1 };
+//! assert_eq!(decode::<LeaseTicket>(&encode(&ticket))?, ticket);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod breed;
 mod client;
@@ -14,15 +30,15 @@ mod mesh;
 mod page;
 mod picture;
 mod problem;
+mod render_stats;
 mod schema;
 mod search;
 mod search_lease;
 mod seed;
 mod system;
 mod target;
-mod work;
 
-/// How a picture is sampled and which part of it is wanted: words of requests, for those who know no scenes.
+/// Sampling and area of a picture, re-exported for crates that do not depend on scenes.
 pub use brood_scene::{PixelArea, Sampling};
 
 pub use breed::{Adopt, Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
@@ -42,6 +58,7 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
 pub use problem::Problem;
+pub use render_stats::Work;
 pub use search::{
     AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, SearchAnswer, SearchLine,
     SearchOptions, SearchState,
@@ -55,4 +72,3 @@ pub use system::{BackendReport, SystemAnswer};
 pub use target::{
     LargestAlbedo, Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec,
 };
-pub use work::Work;

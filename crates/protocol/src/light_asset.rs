@@ -1,19 +1,19 @@
-//! Uploaded files that lights refer to, as they are answered and as workers get them.
+//! Uploaded files that lights refer to: responses to clients, and transfers to workers.
 
 use serde::{Deserialize, Serialize};
 
-/// What a light can refer to.
+/// Kind of a light asset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightAssetKind {
-    /// An IES file.
+    /// Luminaire profile: an IES file.
     Profile,
-    /// A picture of an environment, Radiance HDR or EXR.
+    /// Environment map: a Radiance HDR or EXR file.
     Environment,
 }
 
 impl LightAssetKind {
-    /// Its word.
+    /// Returns the name used in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -22,36 +22,36 @@ impl LightAssetKind {
         }
     }
 
-    /// The kind of that word.
+    /// Returns the kind with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         [Self::Profile, Self::Environment].into_iter().find(|kind| kind.name() == name)
     }
 }
 
-/// A profile or an environment that was uploaded.
+/// Uploaded profile or environment map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct LightAssetAnswer {
-    /// Its id, to be put into a light's `profile` or `image`: the hash of the file.
+    /// Id, to be used as a light's `profile` or `image`: the hash of the file.
     pub id: String,
-    /// What it is.
+    /// Kind of the asset.
     pub kind: LightAssetKind,
-    /// Luminous flux of a profile, integrated over its candelas, lm.
+    /// Luminous flux of a profile, integrated over its candela values, in lumens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lumens: Option<f64>,
-    /// Largest luminous intensity of a profile, cd.
+    /// Largest luminous intensity of a profile, in candela.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_candela: Option<f64>,
-    /// Mean radiance of an environment over all directions.
+    /// Mean radiance of an environment map over all directions: red, green, blue.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_radiance: Option<[f64; 3]>,
 }
 
-/// A file for a worker.
+/// Light asset, as it is sent to a worker.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LightAssetFile {
-    /// What it is.
+    /// Kind of the asset.
     pub kind: LightAssetKind,
-    /// As it was uploaded.
+    /// Contents of the uploaded file.
     pub bytes: Vec<u8>,
 }

@@ -1,4 +1,4 @@
-//! Lineages as they are asked for and answered.
+//! Requests and responses for lineages.
 
 use brood_genome::Dialect;
 use serde::{Deserialize, Serialize};
@@ -9,25 +9,25 @@ use crate::{LineageId, SceneId};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CreateLineage {
-    /// Shown to people; 1 to 200 characters.
+    /// Display name, 1 to 200 characters.
     pub name: String,
-    /// Free text, up to 10,000 characters.
+    /// Notes, up to 10,000 characters. Default: empty.
     #[serde(default)]
     pub notes: String,
-    /// The default scene where absent.
+    /// Scene of the thumbnails. Default: the built-in scene.
     #[serde(default)]
     pub scene: Option<SceneId>,
-    /// 16 to 1024.
+    /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
     pub thumbnail_px: u32,
-    /// What genomes of the lineage may use.
+    /// Dialect: restricts the programs of all genomes in the lineage.
     #[serde(default)]
     #[schema(value_type = Object)]
     pub dialect: Dialect,
-    /// Colour matrix of random children: 0 grey to 1 as evolved.
+    /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
     #[serde(default = "default_saturation")]
     pub saturation: f32,
-    /// Whether random children are under the energy limit.
+    /// True to put random children under the energy limit. Default: false.
     #[serde(default)]
     pub energy_limit: bool,
 }
@@ -40,62 +40,63 @@ fn default_saturation() -> f32 {
     1.0
 }
 
-/// Body of `PATCH /v1/lineages/{id}`: what is absent stays.
+/// Body of `PATCH /v1/lineages/{id}`. Absent fields keep their values.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchLineage {
-    /// New name.
+    /// New name, 1 to 200 characters.
     #[serde(default)]
     pub name: Option<String>,
-    /// New notes.
+    /// New notes, up to 10,000 characters.
     #[serde(default)]
     pub notes: Option<String>,
-    /// New scene for all thumbnails of the lineage.
+    /// New scene, for all thumbnails of the lineage.
     #[serde(default)]
     pub scene: Option<SceneId>,
-    /// New colour matrix of random children.
+    /// New colour saturation of random children, 0 to 1.
     #[serde(default)]
     pub saturation: Option<f32>,
-    /// Whether random children are under the energy limit from now on.
+    /// New default for the energy limit of random children.
     #[serde(default)]
     pub energy_limit: Option<bool>,
 }
 
-/// A lineage as one of a list.
+/// Lineage with its cover, as in lists.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ListedLineage {
     /// The lineage.
     #[serde(flatten)]
     pub lineage: Lineage,
-    /// Where the picture is that stands for it: of its newest favourite, else of the newest generation's centre or first child.
+    /// Path of the cover picture: of the newest favourite, else of the newest generation's centre
+    /// or first child.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cover: Option<String>,
 }
 
-/// A lineage.
+/// Lineage: a tree of generations with one dialect and scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Lineage {
-    /// Its id.
+    /// Id of the lineage.
     pub id: LineageId,
-    /// Its name.
+    /// Display name.
     pub name: String,
-    /// Free text.
+    /// Notes.
     pub notes: String,
-    /// The scene its thumbnails show.
+    /// Id of the scene of its thumbnails.
     pub scene: SceneId,
     /// Side of its thumbnails in pixels.
     pub thumbnail_px: u32,
-    /// What its genomes may use.
+    /// Dialect of its genomes.
     #[schema(value_type = Object)]
     pub dialect: Dialect,
-    /// Colour matrix of random children.
+    /// Colour saturation of random children, 0 to 1.
     pub saturation: f32,
-    /// Whether random children are under the energy limit.
+    /// True if random children are under the energy limit.
     pub energy_limit: bool,
-    /// How many generations it has.
+    /// Number of generations.
     pub generations: u64,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// Counted up by each change; the ETag.
+    /// Number of changes; also the ETag.
     pub version: u64,
 }

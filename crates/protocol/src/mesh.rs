@@ -1,40 +1,40 @@
-//! Uploaded meshes and stored scenes as they are answered.
+//! Responses for uploaded meshes and stored scenes.
 
 use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::{MeshId, SceneId};
 
-/// Something odd in an OBJ file that did not stop it from being read.
+/// Warning of the OBJ parser: the file was read nevertheless.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct MeshWarning {
     /// Line of the file, from 1.
     pub line: u32,
-    /// What was odd.
+    /// Description of the problem.
     pub text: String,
 }
 
-/// A mesh that was uploaded.
+/// Uploaded mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct MeshAnswer {
-    /// Its id, to be put into a scene's `mesh`.
+    /// Id of the mesh, to be used as a scene's `mesh`.
     pub id: MeshId,
-    /// Vertices after joining equal corners.
+    /// Number of vertices after merging equal corners.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Whether the file had texture coordinates.
+    /// True if the file has texture coordinates.
     pub has_uv: bool,
-    /// What was odd.
+    /// Warnings of the parser.
     pub warnings: Vec<MeshWarning>,
 }
 
-/// A stored scene.
+/// Stored scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneAnswer {
-    /// Its id; equal scenes have one id.
+    /// Id of the scene. Equal scenes have the same id.
     pub id: SceneId,
-    /// The full scene, every field present.
+    /// The scene with every field present.
     #[serde(flatten)]
     pub scene: Scene,
 }

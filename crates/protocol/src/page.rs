@@ -1,12 +1,12 @@
-//! Lists that are read in pages.
+//! Pagination of lists.
 
 use serde::{Deserialize, Serialize};
 
 /// One page of a list.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Page<T> {
-    /// The items.
+    /// Items of this page.
     pub items: Vec<T>,
-    /// What to send as `cursor` for the next page; null at the end.
+    /// Cursor of the next page: send it as `cursor`. Null on the last page.
     pub next: Option<String>,
 }

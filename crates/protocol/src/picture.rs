@@ -1,4 +1,4 @@
-//! Picture keys: a picture is a pure function of its key.
+//! Picture keys. A picture is a pure function of its key.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,27 +8,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::lease::Frame;
 
-/// Counted up whenever the same key would give other pixels.
+/// Version of the renderer. Increment it whenever the pixels of an existing key would change.
 pub const RENDERER_VERSION: u32 = 6;
 
-/// Which evaluator is wanted.
+/// Requested evaluator.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, utoipa::ToSchema,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
-    /// Whatever is fastest among the bit-exact ones.
+    /// Fastest evaluator among the bit-exact ones.
     #[default]
     Auto,
-    /// The canonical evaluator on the CPU.
+    /// Canonical f32 evaluator on the CPU.
     Cpu,
-    /// The GPU, where it is bit-exact.
+    /// GPU, if it is bit-exact.
     Gpu,
-    /// The f64 reference: slow, for looking at error.
+    /// f64 reference: slow, for measuring errors.
     Reference,
 }
 
-/// Evaluators of one class give the same bits and share pictures.
+/// Evaluators of one class compute the same bits, so they share pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum ExactnessClass {
     /// Canonical f32.
@@ -38,7 +38,7 @@ pub enum ExactnessClass {
 }
 
 impl Backend {
-    /// The class its pictures belong to.
+    /// Returns the exactness class of the evaluator's pictures.
     #[must_use]
     pub fn exactness_class(self) -> ExactnessClass {
         match self {
@@ -47,7 +47,7 @@ impl Backend {
         }
     }
 
-    /// The word on the command line and in JSON.
+    /// Returns the name used in JSON and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -66,31 +66,32 @@ impl FromStr for Backend {
         [Self::Auto, Self::Cpu, Self::Gpu, Self::Reference]
             .into_iter()
             .find(|backend| backend.name() == text)
-            .ok_or_else(|| "a backend is auto, cpu, gpu or reference".to_owned())
+            .ok_or_else(|| "the backend must be auto, cpu, gpu or reference".to_owned())
     }
 }
 
-/// The file a picture comes as.
+/// File format of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum PictureFormat {
-    /// Developed, 8-bit sRGB with alpha.
+    /// PNG: developed, 8-bit sRGB with alpha.
     Png,
-    /// Linear radiance, 32-bit float.
+    /// OpenEXR: linear radiance, 32-bit float.
     Exr,
 }
 
-/// Identity of a picture: hash of program, frame, renderer version and exactness class.
+/// Identity of a picture: hash of the program, frame, renderer version and exactness class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PictureKey(pub [u8; 32]);
 
 impl PictureKey {
-    /// The key of a program's picture in a frame.
+    /// Returns the key of a program's picture in a frame.
     #[must_use]
     pub fn new(program: &Program, frame: &Frame) -> Self {
         Self::of(&program.hash(), &frame.identity())
     }
 
-    /// The same key from the program's hash and the frame's [`Frame::identity`], for those who have many of both.
+    /// Returns the same key from the hash of the program and [`Frame::identity`]. Faster for many
+    /// programs in one frame.
     #[must_use]
     pub fn of(program: &ProgramHash, frame: &blake3::Hash) -> Self {
         let mut hasher = blake3::Hasher::new();
@@ -104,7 +105,7 @@ impl PictureKey {
 
 impl fmt::Display for PictureKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // At once: keys are written by the dozen for each brood, and formatting bytes one by one shows in profiles.
+        // One write: a brood has dozens of keys, and formatting byte by byte shows in profiles.
         f.write_str(&blake3::Hash::from_bytes(self.0).to_hex())
     }
 }

@@ -1,28 +1,29 @@
-//! Problem details (RFC 9457): the body of every error.
+//! Problem details (RFC 9457): the body of every error response.
 
 use serde::{Deserialize, Serialize};
 
-/// What went wrong, in words for people and fields for programs.
+/// Problem details of an error, as RFC 9457 defines them.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Problem {
-    /// A stable name of the kind of problem, as a relative reference such as `/problems/unknown-id`.
+    /// Stable identifier of the kind of problem: a relative reference such as
+    /// `/problems/unknown-id`.
     pub r#type: String,
-    /// The kind in words.
+    /// Short title of the kind of problem.
     pub title: String,
-    /// The HTTP status.
+    /// HTTP status code.
     pub status: u16,
-    /// This case in words.
+    /// Explanation of this occurrence.
     pub detail: String,
-    /// JSON pointer into the body, where the problem is there.
+    /// JSON pointer to the offending value in the request body, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
-    /// Line of a text body.
+    /// Line of the error in a text body, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
-    /// Column of a text body.
+    /// Column of the error in a text body, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<u32>,
-    /// The request in the server's log.
+    /// Id of the request, as in the server's log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
 }

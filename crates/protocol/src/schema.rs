@@ -1,6 +1,7 @@
-//! OpenAPI schemas of what cannot be derived from a type: words that are texts, fields of two forms, a scene with an id.
+//! OpenAPI schemas that cannot be derived: constant strings, fields of two forms, a scene with an
+//! id.
 
-#![expect(dead_code, reason = "the types here are only described, never made")]
+#![expect(dead_code, reason = "the types are used as descriptions only and are never constructed")]
 
 use brood_scene::Scene;
 use utoipa::openapi::schema::Type;
@@ -9,21 +10,21 @@ use utoipa::{PartialSchema, ToSchema};
 
 use crate::{SceneAnswer, SceneId};
 
-/// The word of searches.
+/// `kind` of a search.
 #[derive(ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FitKind {
     Fit,
 }
 
-/// The word of jobs that render.
+/// `kind` of a render job.
 #[derive(ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum RenderKind {
     Render,
 }
 
-/// A scene, or the id of a stored one.
+/// Scene, or the id of a stored scene.
 #[derive(ToSchema)]
 #[serde(untagged)]
 pub enum SceneOrId {
@@ -31,7 +32,7 @@ pub enum SceneOrId {
     Id(SceneId),
 }
 
-/// How pixels of targets were sampled.
+/// Sampling of an image's pixels.
 pub struct PixelSamples;
 
 impl PartialSchema for PixelSamples {
@@ -39,7 +40,7 @@ impl PartialSchema for PixelSamples {
         let adaptive = ObjectBuilder::new().schema_type(Type::String);
         let fixed = ObjectBuilder::new().schema_type(Type::Integer);
         let items = OneOfBuilder::new()
-            .description(Some("Samples in every pixel: as many as it takes, or a number."))
+            .description(Some("Samples per pixel: `adaptive`, or the same number in every pixel."))
             .item(adaptive.enum_values(Some(["adaptive"])))
             .item(fixed.minimum(Some(1)).maximum(Some(64)));
         RefOr::T(Schema::OneOf(items.build()))
@@ -48,7 +49,8 @@ impl PartialSchema for PixelSamples {
 
 impl ToSchema for PixelSamples {}
 
-/// One object: a scene refuses other fields, so that nothing is a scene with an id beside it.
+// A single flat object, because `Scene` denies unknown fields and so cannot be one part of an
+// `allOf`.
 impl PartialSchema for SceneAnswer {
     fn schema() -> RefOr<Schema> {
         let RefOr::T(Schema::Object(mut object)) = Scene::schema() else {

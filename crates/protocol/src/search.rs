@@ -1,4 +1,4 @@
-//! Searches as they are asked for and answered: the jobs that people start. Pictures have jobs of their own.
+//! Requests and responses for searches.
 
 use brood_genome::GenomeHash;
 use serde::{Deserialize, Serialize};
@@ -6,86 +6,91 @@ use serde::{Deserialize, Serialize};
 use crate::schema::FitKind;
 use crate::{IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
 
-/// Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` is given.
+/// Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` must be
+/// given.
 #[derive(Debug, Clone, PartialEq, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CreateSearch {
-    /// `fit`.
+    /// Must be `fit`.
     #[schema(value_type = FitKind)]
     pub kind: String,
-    /// What is to be matched.
+    /// Id of the target to match.
     pub target: TargetId,
-    /// What people call it; the target's name unless said.
+    /// Display name, 1 to 200 characters. Default: the name of the target.
     #[serde(default)]
     pub name: Option<String>,
-    /// How to search.
+    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `hybrid`, or `gp` if no
+    /// other strategy can start from the given individuals.
     #[serde(default)]
     pub strategy: Option<String>,
-    /// What it draws from; 1 unless said.
+    /// Seed of the search. Default: 1.
     #[serde(default)]
     pub seed: Option<Seed>,
-    /// Threads to use; all of the worker's unless said. They change no result.
+    /// Number of threads, 1 to 256. Default: all threads of the worker. Does not affect the result.
     #[serde(default)]
     pub threads: Option<u64>,
-    /// Ends after so much time.
+    /// Time budget in seconds, above 0 and at most 604,800 (7 days).
     #[serde(default)]
     pub seconds: Option<f64>,
-    /// Ends after so many generations: the same result on every machine.
+    /// Number of generations, 1 to 100,000. The result is the same on every machine.
     #[serde(default)]
     pub generations: Option<u64>,
-    /// Ends with the generation in which so many materials have been held against samples: the same result on every machine.
+    /// Number of evaluated candidates, 1 to 10^12. The search ends after the generation that
+    /// reaches it. The result is the same on every machine.
     #[serde(default)]
     pub evaluations: Option<u64>,
-    /// Ends before its budget is used up where the error on samples held back from the fit is no more than this.
+    /// Error at which the search ends before its budget is used up: E_log on the validation
+    /// samples, above 0. Default: none.
     #[serde(default)]
     pub target_error: Option<f64>,
-    /// The material is its own mirror image, so that the fit need not tell left from right.
+    /// True if the material is mirror symmetric, so that the fit need not distinguish left from
+    /// right. Default: false.
     #[serde(default)]
     pub mirrored: bool,
-    /// Where its results are born; one is made where none is given.
+    /// Lineage of the results. Default: a new lineage.
     #[serde(default)]
     pub lineage: Option<LineageId>,
-    /// Individuals to start from, by the strategies that can.
+    /// Individuals to start from, at most 64. Not every strategy can use every individual.
     #[serde(default)]
     pub start: Vec<IndividualId>,
 }
 
-/// What ends a search.
+/// Budget of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Budget {
-    /// So much time, not counting pauses and restarts.
+    /// Time in seconds, without pauses and restarts.
     Seconds(f64),
-    /// So many generations.
+    /// Number of generations.
     Generations(u32),
-    /// The generation in which so many materials have been held against samples.
+    /// Number of evaluated candidates. The search ends after the generation that reaches it.
     Evaluations(u64),
 }
 
-/// Where a search stands.
+/// State of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SearchState {
     /// Waiting for a worker.
     Queued,
-    /// In a worker's hands.
+    /// Leased to a worker.
     Running,
-    /// Waiting for somebody to resume it.
+    /// Paused by a user.
     Paused,
-    /// Its budget is used up, or its target error reached.
+    /// Ended: the budget is used up or the target error is reached.
     Succeeded,
-    /// It cannot go on.
+    /// Failed for good.
     Failed,
-    /// Somebody ended it; what it had found is there.
+    /// Cancelled by a user. Results found so far are kept.
     Cancelled,
 }
 
 impl SearchState {
-    /// All of them.
+    /// All states.
     pub const ALL: [Self; 6] =
         [Self::Queued, Self::Running, Self::Paused, Self::Succeeded, Self::Failed, Self::Cancelled];
 
-    /// Its word.
+    /// Returns the name used in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -98,167 +103,174 @@ impl SearchState {
         }
     }
 
-    /// The state of that word.
+    /// Returns the state with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.name() == name)
     }
 
-    /// Whether nothing follows.
+    /// True if the search has ended for good.
     #[must_use]
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
 }
 
-/// A material that a search has found and made an individual of its lineage.
+/// Material that a search has found and added to its lineage as an individual.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct FoundMaterial {
-    /// The individual.
+    /// Id of the individual.
     pub individual: IndividualId,
-    /// Hash of its genome.
+    /// Content hash of the genome.
     #[schema(value_type = String)]
     pub hash: GenomeHash,
-    /// E_log on the samples held out.
+    /// E_log on the held-out samples: root mean square difference of ln(1 + f cos_i).
     pub e_log: f64,
-    /// E_log on the samples it was fitted to.
+    /// E_log on the fitted samples.
     pub e_log_fitted: f64,
-    /// E_cbrt on the samples held out.
+    /// E_cbrt on the held-out samples: root mean square difference of the cube root of f cos_i.
     pub e_cbrt: f64,
-    /// Relative L2 difference on the samples held out.
+    /// Relative L2 difference of f cos_i on the held-out samples.
     pub relative_l2: f64,
-    /// Scalar operations a sample, under the energy limit.
+    /// Scalar operations per sample, including the energy limit.
     pub operations: u32,
-    /// Numbers that were fitted.
+    /// Number of fitted parameters.
     pub numbers: u32,
-    /// By what the energy limit divides.
+    /// Divisor that the energy limit applies to f; 1 or more.
     pub divisor: f64,
-    /// The generation of the search in which it was found.
+    /// Generation of the search in which the material was found, from 1.
     pub generation: u32,
-    /// How far it is from each picture of the target, in their order; null where the target is no pictures.
+    /// Difference from each image of the target, in the target's order; null unless the target is
+    /// an image.
     #[serde(default)]
     pub views: Option<Vec<FoundView>>,
-    /// Where its picture is.
+    /// Path of the thumbnail.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thumbnail: Option<String>,
 }
 
-/// How far a material that was found is from a picture.
+/// Difference of a found material's picture from an image of the target.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct FoundView {
-    /// Root mean square difference of linear radiance, over all pixels that are neither masked nor clipped.
+    /// Root mean square difference of linear radiance over all pixels that are neither masked nor
+    /// clipped.
     pub rmse: f64,
-    /// Mean FLIP error of both pictures at one exposure.
+    /// Mean FLIP error at equal exposure, 0 to 1.
     pub flip: f64,
-    /// What the material's picture was multiplied by: 1 unless brightness is not known.
+    /// Factor applied to the material's picture before the comparison; 1 unless the brightness of
+    /// the image is unknown.
     pub gain: f64,
-    /// Whether nothing was fitted to the picture.
+    /// True if the image was held out: it was not fitted.
     pub held_out: bool,
 }
 
-/// How a search goes about it, as it was asked for.
+/// Options of a search, as requested.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SearchOptions {
-    /// What people call it.
+    /// Display name.
     pub name: String,
-    /// How it searches.
+    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`.
     pub strategy: String,
-    /// What it draws from.
+    /// Seed of the search.
     pub seed: Seed,
-    /// Threads that it uses; null where it takes what its worker has.
+    /// Number of threads; null for all threads of the worker.
     pub threads: Option<u32>,
-    /// Whether left and right are taken for the same.
+    /// True if the material is fitted as mirror symmetric.
     pub mirrored: bool,
-    /// What ends it.
+    /// Budget.
     pub budget: Budget,
-    /// The error that ends it before.
+    /// Error at which the search ends early: E_log on the validation samples; null if not given.
     pub target_error: Option<f64>,
-    /// What it started from.
+    /// Individuals that the search starts from.
     pub start: Vec<IndividualId>,
 }
 
-/// A search as it is answered.
+/// Search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SearchAnswer {
-    /// Its id.
+    /// Id of the search.
     pub id: JobId,
-    /// `fit`.
+    /// Always `fit`.
     #[schema(value_type = FitKind)]
     pub kind: String,
-    /// Where it stands.
+    /// State of the search.
     pub state: SearchState,
-    /// Why it failed; `worker_lost` where workers died over it.
+    /// Reason of a failure. `worker_lost`: its workers died repeatedly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What is to be matched.
+    /// Id of the target.
     pub target: TargetId,
-    /// Where its results are born.
+    /// Lineage of the results.
     pub lineage: LineageId,
-    /// How it goes about it.
+    /// Options, as requested.
     #[serde(flatten)]
     pub options: SearchOptions,
-    /// How much of the budget is used up, 0 to 1.
+    /// Share of the budget that is used up, 0 to 1.
     pub progress: f64,
-    /// Generations so far.
+    /// Number of generations so far.
     pub generation: u32,
-    /// How often a material has been held against samples.
+    /// Number of evaluated candidates so far.
     pub evaluations: u64,
-    /// E_log of the best on the samples it is fitted to.
+    /// E_log of the best candidate on the samples it is fitted to.
     pub fitted: Option<f64>,
-    /// On those of them that are held back from the fit, to choose by.
+    /// E_log of the best candidate on the validation samples: samples not used by the fit, but used
+    /// to choose between fits.
     pub held: Option<f64>,
-    /// The best that was made an individual.
+    /// Best material that has been added to the lineage.
     pub best: Option<FoundMaterial>,
-    /// Time searched, across pauses and restarts.
+    /// Search time in seconds, without pauses and restarts.
     pub seconds: f64,
-    /// Hash of the state that it would go on from: the same for the same samples, options and generation, whatever happened
-    /// in between.
+    /// Hash of the search state. It depends on the samples, the options and the generation alone,
+    /// so it is unchanged by pauses and restarts.
     pub population: Option<String>,
-    /// When it was asked for, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// When a worker first had it.
+    /// Time of the first lease, in milliseconds since 1970-01-01 UTC.
     pub started_ms: Option<i64>,
-    /// When it ended.
+    /// Time of the end, in milliseconds since 1970-01-01 UTC.
     pub ended_ms: Option<i64>,
 }
 
-/// Answer of `GET /v1/jobs/{id}`: a search, or the job that renders a brood's pictures.
+/// Response of `GET /v1/jobs/{id}`: a search or a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 #[serde(untagged)]
 pub enum AnyJob {
     /// A search.
     Search(Box<SearchAnswer>),
-    /// Pictures.
+    /// A render job.
     Render(Box<JobAnswer>),
 }
 
-/// Answer of `GET /v1/jobs/{id}/front`.
+/// Response of `GET /v1/jobs/{id}/front`.
 #[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 pub struct Front {
-    /// The best first, then by length; empty until the search has ended.
+    /// Materials of the front: the best first, then by decreasing length. Empty until the search
+    /// has ended.
     pub items: Vec<FoundMaterial>,
 }
 
-/// A line of `GET /v1/jobs/{id}/log`.
+/// Line of `GET /v1/jobs/{id}/log`: one generation of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SearchLine {
-    /// Counted from 1.
+    /// Generation, from 1.
     pub generation: u32,
-    /// How often a material has been held against samples.
+    /// Number of evaluated candidates so far.
     pub evaluations: u64,
-    /// E_log of the best on the samples it is fitted to.
+    /// E_log of the best candidate on the samples it is fitted to.
     pub fitted: Option<f64>,
-    /// On those of them that are held back from the fit.
+    /// E_log of the best candidate on the validation samples.
     pub held: Option<f64>,
-    /// E_log of the middle one of the population on the samples it is fitted to; null where it was not told.
+    /// Median E_log of the population on the samples it is fitted to; null if not reported.
     pub median: Option<f64>,
-    /// Share of the population that differs in more than its numbers, 0 to 1; null where it was not told.
+    /// Share of the population that differs in more than its parameters, 0 to 1; null if not
+    /// reported.
     pub diversity: Option<f64>,
-    /// Candidates in all that were not evaluated, because the same program had been; null where it was not told.
+    /// Total number of candidates that were skipped because an equal program had been evaluated;
+    /// null if not reported.
     pub repeats: Option<u64>,
-    /// Time searched.
+    /// Search time so far, in seconds.
     pub seconds: f64,
-    /// The best individual so far.
+    /// Genome hash of the best individual so far.
     #[schema(value_type = Option<String>)]
     pub best: Option<GenomeHash>,
 }

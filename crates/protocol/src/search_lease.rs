@@ -1,153 +1,155 @@
-//! Searches in workers' hands: what they get, what they tell after each generation, what they are told.
+//! Lease protocol of searches.
 //!
-//! The same binary form as other leases. The ticket is the search and its epoch: whatever else happens to the search counts
-//! the epoch up, and a word under an old one changes nothing.
+//! Messages have the binary form of [`encode`](crate::encode). A ticket is the search and its
+//! epoch. Every other change of the search increments the epoch, so that reports under an older
+//! epoch are rejected.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Budget, FoundView, JobId};
 
-/// Asks for a search.
+/// Request for a search.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchRequest {
-    /// Who asks.
+    /// Name of the worker.
     pub worker: String,
-    /// How long the server may hold the request back when there is nothing to do.
+    /// Longest time that the server may delay its answer if the queue is empty, in milliseconds.
     pub wait_ms: u32,
 }
 
 /// Proof of a lease of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct SearchTicket {
-    /// The search.
+    /// Id of the search.
     pub job: JobId,
-    /// Counted up by whatever happens to it.
+    /// Epoch of the search; every change of its state increments it.
     pub epoch: u64,
 }
 
-/// A search in a worker's hands.
+/// Search that is leased to a worker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SearchGrant {
-    /// The lease.
+    /// Ticket of the lease.
     pub ticket: SearchTicket,
-    /// It lapses unless renewed within this time.
+    /// Time to live: the lease expires unless a heartbeat or report arrives within this time, in
+    /// milliseconds.
     pub ttl_ms: u32,
-    /// What kind of file the target is.
+    /// Kind of the target's file.
     pub target_kind: String,
-    /// Hash of the file, which is at `GET /v1/leases/targets/{hash}`.
+    /// Content hash of the target's file, at `GET /v1/leases/targets/{hash}`.
     pub target_hash: [u8; 32],
-    /// How it searches.
+    /// Search strategy.
     pub strategy: String,
-    /// What it draws from.
+    /// Seed of the search.
     pub seed: u64,
-    /// Whether left and right are taken for the same.
+    /// True if the material is fitted as mirror symmetric.
     pub is_mirrored: bool,
-    /// Canonical bytes of the genomes that it starts from.
+    /// Canonical bytes of the genomes to start from.
     pub start: Vec<Vec<u8>>,
-    /// Threads to use; all of the worker's where absent.
+    /// Number of threads; `None` for all threads of the worker.
     pub threads: Option<u32>,
-    /// What ends it.
+    /// Budget.
     pub budget: Budget,
-    /// The error that ends it before.
+    /// Error at which the search ends early, on the validation samples.
     pub target_error: Option<f64>,
-    /// The state to go on from; none at the start.
+    /// Checkpoint to resume from; `None` at the start.
     pub checkpoint: Option<Vec<u8>>,
-    /// Time searched before.
+    /// Search time before this lease, in seconds.
     pub seconds: f64,
-    /// Error, on what is held back, of the best that was made an individual.
+    /// Validation error of the best material that is already an individual.
     pub recorded: Option<f64>,
 }
 
-/// A target's file for a worker.
+/// Target file, as it is sent to a worker.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TargetBytes {
-    /// As it was uploaded.
+    /// Contents of the uploaded file.
     #[serde(with = "crate::lease::octets")]
     pub bytes: Vec<u8>,
 }
 
-/// What one generation came to.
+/// Summary of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GenerationLine {
-    /// Counted from 1.
+    /// Generation, from 1.
     pub generation: u32,
-    /// How often a material has been held against samples.
+    /// Number of evaluated candidates so far.
     pub evaluations: u64,
-    /// E_log of the best where it is fitted.
+    /// E_log of the best candidate on the samples it is fitted to.
     pub fitted: f64,
-    /// E_log of the best where it is held back.
+    /// E_log of the best candidate on the validation samples.
     pub held: f64,
-    /// E_log of the middle one of the population where it is fitted.
+    /// Median E_log of the population on the samples it is fitted to.
     pub median: f64,
-    /// Share of the population that differs in more than numbers.
+    /// Share of the population that differs in more than its parameters, 0 to 1.
     pub diversity: f64,
-    /// Candidates that were not evaluated, because the same program had been.
+    /// Total number of candidates that were skipped because an equal program had been evaluated.
     pub repeats: u64,
-    /// Time searched.
+    /// Search time so far, in seconds.
     pub seconds: f64,
 }
 
-/// A material that was found.
+/// Found material with its errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredMaterial {
-    /// Canonical bytes of its genome.
+    /// Canonical bytes of the genome.
     pub genome: Vec<u8>,
-    /// Scalar operations a sample.
+    /// Scalar operations per sample.
     pub operations: u32,
-    /// Numbers that were fitted.
+    /// Number of fitted parameters.
     pub numbers: u32,
-    /// E_log on the samples held out.
+    /// E_log on the held-out samples.
     pub e_log: f64,
-    /// E_log on the samples it was fitted to.
+    /// E_log on the fitted samples.
     pub e_log_fitted: f64,
-    /// E_cbrt on the samples held out.
+    /// E_cbrt on the held-out samples.
     pub e_cbrt: f64,
-    /// Relative L2 difference on the samples held out.
+    /// Relative L2 difference on the held-out samples.
     pub relative_l2: f64,
-    /// By what the energy limit divides.
+    /// Divisor of the energy limit; 1 or more.
     pub divisor: f64,
-    /// How far it is from each picture of the target; none where the target is no pictures.
+    /// Difference from each image of the target; `None` unless the target is an image.
     pub views: Option<Vec<FoundView>>,
 }
 
-/// What a worker tells.
+/// Report of a worker about its search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SearchReport {
-    /// The lease.
+    /// Ticket of the lease.
     pub ticket: SearchTicket,
-    /// What came of it.
+    /// Progress or end of the search.
     pub news: SearchNews,
 }
 
-/// What came of a search.
+/// Progress or end of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum SearchNews {
-    /// Generations, and the state after the last of them.
+    /// Completed generations and the state after the last one.
     Generations {
-        /// One each.
+        /// One line per generation.
         lines: Vec<GenerationLine>,
-        /// The state.
+        /// Checkpoint after the last generation.
         #[serde(with = "crate::lease::octets")]
         checkpoint: Vec<u8>,
-        /// The best, where it is notably better than the one recorded before.
+        /// Best material, if it is notably better than the recorded one.
         best: Option<MeasuredMaterial>,
     },
-    /// It is over.
+    /// The search is complete.
     Finished {
-        /// The front, the best first.
+        /// Front of the search, the best first.
         front: Vec<MeasuredMaterial>,
-        /// Time searched in all.
+        /// Total search time, in seconds.
         seconds: f64,
     },
-    /// It cannot go on, and trying again would not help.
+    /// Permanent failure: the search must not be retried.
     Failed(String),
 }
 
-/// What a worker is told after its report.
+/// Answer of the server to a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Directive {
-    /// Go on.
+    /// Continue the search.
     GoOn,
-    /// The search is not this worker's any more: it has ended, or others had waited long enough for a turn.
+    /// Stop: the search has ended, or another search has waited for a full time slice.
     Leave,
 }

@@ -1,33 +1,33 @@
-//! What `/v1/system` tells.
+//! Response of `GET /v1/system`.
 
 use serde::{Deserialize, Serialize};
 
-/// Which evaluator runs, and why.
+/// Evaluator that a worker uses.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct BackendReport {
-    /// `cpu`, `gpu` or `reference`.
+    /// Kind of evaluator: `cpu`, `gpu` or `reference`.
     pub name: String,
-    /// The adapter or instruction set it runs on.
+    /// Name of the GPU adapter, or instruction set of the CPU.
     pub adapter: String,
-    /// Whether it passed the exactness probe.
+    /// True if the evaluator passed the bit-exactness check.
     pub exact: bool,
-    /// Why it was chosen.
+    /// Reason for this choice.
     pub reason: String,
 }
 
-/// Body of `GET /v1/system`.
+/// Response of `GET /v1/system`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SystemAnswer {
-    /// Version of the program.
+    /// Version of the server.
     pub version: String,
-    /// Version of the renderer: part of every picture key.
+    /// Version of the renderer. It is part of every picture key.
     pub renderer_version: u32,
-    /// The evaluator of the worker that reported last; null before the first report.
+    /// Evaluator of the worker that reported last; null before the first report.
     pub backend: Option<BackendReport>,
-    /// Workers heard of in the last minute.
+    /// Names of the workers that were active in the last minute.
     pub workers: Vec<String>,
-    /// Version of the embedded database.
+    /// Version of the embedded SQLite library.
     pub sqlite_version: String,
-    /// Limits by name, in the unit that the name ends in.
+    /// Limits of the server by name. The last word of a name is its unit.
     pub limits: std::collections::BTreeMap<String, u64>,
 }

@@ -1,4 +1,4 @@
-//! What searches are to match, as it is uploaded and answered.
+//! Requests and responses for search targets.
 
 use brood_scene::{Sampling, Scene};
 use serde::{Deserialize, Serialize};
@@ -6,153 +6,160 @@ use serde::{Deserialize, Serialize};
 use crate::TargetId;
 use crate::schema::{PixelSamples, SceneOrId};
 
-/// The part `spec` of an upload.
+/// Part `spec` of a target upload.
 #[derive(Debug, Clone, PartialEq, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TargetSpec {
-    /// `samples` (CSV), `slice` (EXR), `merl`, `rgl`, `cornell` or `image` (EXR or HDR of linear radiance, PNG or JPEG as shown).
+    /// Kind of the file: `samples` (CSV), `slice` (EXR), `merl`, `rgl`, `cornell`, or `image` (EXR
+    /// or HDR with linear radiance, PNG or JPEG as displayed).
     pub kind: String,
-    /// What people call it.
+    /// Display name, up to 200 characters. Default: empty.
     #[serde(default)]
     pub name: String,
-    /// What a picture shows: a scene, or the id of a stored one; the default scene unless said. The other kinds have none.
+    /// Scene of an image, or the id of a stored scene. Default: the default scene. Only for the
+    /// kind `image`.
     #[serde(default)]
     #[schema(value_type = Option<SceneOrId>)]
     pub scene: Option<serde_json::Value>,
-    /// How the pixels of a picture were sampled: `adaptive`, or 1 to 64 in every pixel; adaptive unless said.
+    /// Sampling of an image's pixels: `adaptive`, or 1 to 64 samples in every pixel. Default:
+    /// `adaptive`.
     #[serde(default)]
     #[schema(value_type = Option<PixelSamples>)]
     pub samples: Option<Sampling>,
-    /// Whether the brightness of a picture is not known, so that a gain is solved for.
+    /// True if the brightness of an image is unknown, so that a gain is solved for. Default: false.
     #[serde(default)]
     pub gain: Option<bool>,
-    /// Several pictures, 1 to 16, each in a part of its own; then nothing is said for all of them.
+    /// Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples` and
+    /// `gain`.
     #[serde(default)]
     pub views: Option<Vec<ViewSpec>>,
 }
 
-/// One of several pictures.
+/// One of several images.
 #[derive(Debug, Clone, PartialEq, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewSpec {
-    /// The part that the picture is in.
+    /// Name of the part with the image.
     pub picture: String,
-    /// The part that its mask is in: a picture of the same size, white where it is looked at.
+    /// Name of the part with the mask: an image of the same size, white where pixels are used.
     #[serde(default)]
     pub mask: Option<String>,
-    /// What it shows: a scene, or the id of a stored one; the default scene unless said.
+    /// Scene of the image, or the id of a stored scene. Default: the default scene.
     #[serde(default)]
     #[schema(value_type = Option<SceneOrId>)]
     pub scene: Option<serde_json::Value>,
-    /// How its pixels were sampled: `adaptive`, or 1 to 64 in every pixel; adaptive unless said.
+    /// Sampling of the pixels: `adaptive`, or 1 to 64 samples in every pixel. Default: `adaptive`.
     #[serde(default)]
     #[schema(value_type = Option<PixelSamples>)]
     pub samples: Option<Sampling>,
-    /// Whether its brightness is not known.
+    /// True if the brightness is unknown, so that a gain is solved for. Default: false.
     #[serde(default)]
     pub gain: bool,
-    /// Whether nothing is fitted to it: it is only compared with what was found.
+    /// True to hold the image out: it is not fitted, only compared with the results. Default:
+    /// false.
     #[serde(default)]
     pub held_out: bool,
 }
 
-/// An upload as it is sent: `multipart/form-data`. With `views` in the spec the parts have the names that stand there instead of `file`
-/// and `mask`.
+/// Target upload: `multipart/form-data`. If the spec has `views`, the parts have the names given
+/// there instead of `file` and `mask`.
 #[derive(utoipa::ToSchema)]
-#[expect(dead_code, reason = "a description of the body, which is read part by part")]
+#[expect(dead_code, reason = "description of the body, which the server reads part by part")]
 pub struct TargetUpload {
     spec: TargetSpec,
     #[schema(value_type = String, format = Binary)]
     file: Vec<u8>,
-    /// Of a picture: white where it is looked at.
+    /// Mask of an image: white where pixels are used.
     #[schema(value_type = Option<String>, format = Binary)]
     mask: Option<Vec<u8>>,
 }
 
-/// A target that was taken in.
+/// Target of searches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Target {
-    /// Its id.
+    /// Id of the target.
     pub id: TargetId,
-    /// `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`.
+    /// Kind of the file: `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`.
     pub kind: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
-    /// Samples that are fitted or held out, in all.
+    /// Number of samples: fitted and held out.
     pub samples: u64,
-    /// Samples that a search fits.
+    /// Number of samples that searches fit.
     pub fitted_samples: u64,
-    /// Samples that are held out, to measure by.
+    /// Number of held-out samples, which searches do not see: reported errors are measured on them.
     pub held_out_samples: u64,
-    /// Samples of the file that are not above the surface; 0 where it is known everywhere.
+    /// Number of samples in the file that were skipped because a direction is below the surface; 0
+    /// for measurements that cover all directions.
     pub skipped_samples: u64,
-    /// The largest reflectance that is fitted.
+    /// Largest fitted reflectance f, per steradian.
     pub largest_f: f64,
-    /// E_log below which no reciprocal material comes; null where only one of a pair and its exchange was measured.
+    /// Lowest E_log that a reciprocal material can reach; null unless both orders of direction
+    /// pairs were measured.
     pub reciprocal_floor: Option<f64>,
-    /// The largest share of the light from one direction that is sent back, where it is known everywhere: above 1 that is more than
-    /// what is found may reflect.
+    /// Largest directional albedo, for measurements that cover all directions. If it is above 1,
+    /// found materials reflect less than the measurement.
     #[serde(default)]
     pub largest_albedo: Option<LargestAlbedo>,
-    /// Hash of the file; of pictures, of all that was stored of them.
+    /// Content hash: of the file, or of the bundle of all images.
     pub hash: String,
-    /// Bytes of the same.
+    /// Size of the same, in bytes.
     pub bytes: u64,
-    /// When it was taken in, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// The pictures, in the order of the upload; none of what was measured at directions.
+    /// Images, in the order of the upload; empty for other kinds.
     #[serde(default)]
     pub views: Vec<TargetView>,
 }
 
-/// Where most is reflected.
+/// Largest directional albedo of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct LargestAlbedo {
-    /// Of the channel that reflects most.
+    /// Albedo of the channel that reflects most.
     pub albedo: f64,
-    /// Of the light, from the normal.
+    /// Angle of the light from the normal, in degrees.
     pub theta_deg: f64,
 }
 
-/// A picture of a target, as it was understood.
+/// Image of a target, as the server has interpreted it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TargetView {
-    /// Its side.
+    /// Side in pixels.
     pub size_px: u32,
-    /// The full scene, every field present.
+    /// The scene with every field present.
     pub scene: Scene,
-    /// How its pixels were sampled: `adaptive` or a number.
+    /// Sampling of the pixels: `adaptive` or a number of samples.
     #[schema(value_type = PixelSamples)]
     pub samples: Sampling,
-    /// Whether its brightness is not known, so that a gain is solved for.
+    /// True if the brightness is unknown, so that a gain is solved for.
     pub gain_solved: bool,
-    /// Whether nothing is fitted to it.
+    /// True if the image is held out: it is not fitted.
     pub held_out: bool,
-    /// What became of its pixels.
+    /// Number of pixels by status.
     pub pixels: TargetPixels,
 }
 
-/// How many pixels of a picture say something of the material, and why the others do not.
+/// Numbers of pixels by status: used as a sample, or the reason for not being used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TargetPixels {
-    /// All of them.
+    /// All pixels.
     pub pixels: u64,
-    /// Those that are samples.
+    /// Used as samples.
     pub used: u64,
-    /// Left out by the mask.
+    /// Excluded by the mask.
     pub masked: u64,
-    /// Nothing is there.
+    /// Background: the mesh does not cover the pixel.
     pub background: u64,
-    /// The edge of the object, or one within it.
+    /// On a silhouette, or on a crease or depth edge within the object.
     pub edge: u64,
-    /// As bright as the picture can show.
+    /// Clipped: as bright as the file format can show.
     pub clipped: u64,
-    /// No light arrives.
+    /// Unlit.
     pub unlit: u64,
-    /// The edge of light and shadow.
+    /// At the edge of a shadow.
     pub half_lit: u64,
-    /// Light of several lamps arrives, which cannot be told apart.
+    /// Lit by several lights, whose contributions cannot be separated.
     pub several_lights: u64,
-    /// Light or eye is at the horizon.
+    /// Grazing: the cosine of the light or view direction is below 0.01.
     pub grazing: u64,
 }

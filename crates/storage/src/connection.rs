@@ -1,5 +1,5 @@
-//! How connections are opened, and the proof that they are as durability needs them. Owns pragmas, the least version
-//! of SQLite, migrations and the check after an unclean end; refuses to know tables.
+//! Options of the database connections, checks of the pragmas that durability depends on, the
+//! required SQLite version, migrations, and the check after an unclean shutdown.
 
 use std::path::Path;
 use std::time::Duration;
@@ -10,15 +10,15 @@ use sqlx::{ConnectOptions, Row, SqliteConnection};
 
 use crate::StorageError;
 
-/// Older ones have bugs in the write-ahead log.
-const LEAST_SQLITE: [u32; 3] = [3, 51, 3];
+/// Oldest supported SQLite: earlier versions have bugs in the write-ahead log.
+const MIN_SQLITE: [u32; 3] = [3, 51, 3];
 const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
-/// The log is cut back to this size after a checkpoint.
+/// The log file is truncated to this size after a checkpoint.
 const JOURNAL_SIZE_LIMIT_BYTES: i64 = 64 << 20;
 
 static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations");
 
-/// Options of the one connection that writes.
+/// Returns the options of the write connection.
 pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
         .filename(file)
@@ -33,7 +33,7 @@ pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
         .disable_statement_logging()
 }
 
-/// Options of connections that only read.
+/// Returns the options of a read connection.
 pub(crate) fn reading(file: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
         .filename(file)
@@ -45,7 +45,7 @@ pub(crate) fn reading(file: &Path) -> SqliteConnectOptions {
         .disable_statement_logging()
 }
 
-/// Fails unless the write connection has what durability rests on.
+/// Error if a pragma of the write connection does not have the value that durability requires.
 pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     let mode: String = sqlx::query_scalar("PRAGMA journal_mode").fetch_one(&mut *conn).await?;
     if mode != "wal" {
@@ -60,7 +60,7 @@ pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<(), St
     expect(conn, "busy_timeout", "PRAGMA busy_timeout", busy_ms).await
 }
 
-/// Fails unless the connection cannot write.
+/// Error if the connection can write.
 pub(crate) async fn assert_reading(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     expect(conn, "query_only", "PRAGMA query_only", 1).await
 }
@@ -75,31 +75,33 @@ async fn expect(
     if found == wanted {
         return Ok(());
     }
-    Err(StorageError::Unsupported(format!("SQLite set {name} to {found} instead of {wanted}")))
+    Err(StorageError::Unsupported(format!("SQLite's {name} must be {wanted}, got {found}")))
 }
 
-/// The library's version, refused where it is too old.
+/// Returns the version of the SQLite library. Error if it is too old.
 pub(crate) async fn sqlite_version(conn: &mut SqliteConnection) -> Result<String, StorageError> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(conn).await?;
     if is_recent_enough(&version) {
         return Ok(version);
     }
-    let [major, minor, patch] = LEAST_SQLITE;
+    let [major, minor, patch] = MIN_SQLITE;
     Err(StorageError::Unsupported(format!(
-        "SQLite is {version}; at least {major}.{minor}.{patch} is needed"
+        "SQLite must be at least {major}.{minor}.{patch}, got {version}"
     )))
 }
 
 fn is_recent_enough(version: &str) -> bool {
     let numbers: Result<Vec<u32>, _> = version.split('.').map(str::parse).collect();
-    numbers.is_ok_and(|numbers| numbers.as_slice() >= LEAST_SQLITE.as_slice())
+    numbers.is_ok_and(|numbers| numbers.as_slice() >= MIN_SQLITE.as_slice())
 }
 
-/// Brings the tables up to date; refuses a file that a later build has written.
+/// Applies missing migrations. Error if a newer or different build has written the file.
 pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     match MIGRATIONS.run(conn).await {
         Ok(()) => Ok(()),
-        Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => Err(foreign()),
+        Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {
+            Err(other_version())
+        }
         Err(MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) => {
             Err(error.into())
         }
@@ -107,7 +109,8 @@ pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<(), StorageEr
     }
 }
 
-/// Fails unless the tables are those of this build, for those who come second and must not migrate.
+/// Error if the applied migrations differ from those of this build. For processes that do not own
+/// the directory and must not migrate.
 pub(crate) async fn assert_migrated(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
     let rows = sqlx::query(sql).fetch_all(conn).await?;
@@ -116,14 +119,17 @@ pub(crate) async fn assert_migrated(conn: &mut SqliteConnection) -> Result<(), S
         applied.push((row.try_get::<i64, _>("version")?, row.try_get::<Vec<u8>, _>("checksum")?));
     }
     let known = MIGRATIONS.iter().map(|step| (step.version, step.checksum.to_vec()));
-    if known.eq(applied) { Ok(()) } else { Err(foreign()) }
+    if known.eq(applied) { Ok(()) } else { Err(other_version()) }
 }
 
-fn foreign() -> StorageError {
-    StorageError::Unsupported("the data directory belongs to another version of brood".to_owned())
+fn other_version() -> StorageError {
+    StorageError::Unsupported(
+        "the data directory was written by another version of brood".to_owned(),
+    )
 }
 
-/// Looks the whole file over. Costs time with its size, so it is done after unclean ends only.
+/// Checks the integrity of the whole file. Its time grows with the size of the file, so it runs
+/// after an unclean shutdown only.
 pub(crate) async fn check(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     let verdict: String = sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&mut *conn).await?;
     if verdict != "ok" {
@@ -133,7 +139,7 @@ pub(crate) async fn check(conn: &mut SqliteConnection) -> Result<(), StorageErro
         None => Ok(()),
         Some(row) => {
             let table: String = row.try_get(0)?;
-            Err(StorageError::Corrupt(format!("a row of {table} refers to nothing")))
+            Err(StorageError::Corrupt(format!("a row of {table} violates a foreign key")))
         }
     }
 }
@@ -143,7 +149,7 @@ mod tests {
     use super::is_recent_enough;
 
     #[test]
-    fn sqlite_is_refused_when_older_or_unreadable() {
+    fn sqlite_version_is_rejected_when_older_or_unreadable() {
         for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
             assert!(is_recent_enough(version), "{version}");
         }

@@ -1,67 +1,68 @@
-//! What can go wrong in the store. Owns the reading of SQLite's result codes; refuses to know status codes, and names
-//! no path in any message.
+//! Errors of the store, and their classification by SQLite's result codes. Messages contain no
+//! paths.
 
 use sqlx::error::ErrorKind;
 
-/// Why the store could not do what was asked.
+/// Error of a store operation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StorageError {
-    /// Nothing has that id, or something that the write refers to does not exist.
-    #[error("there is no such thing")]
+    /// No record has this id, or the write refers to a record that does not exist.
+    #[error("no such record")]
     NotFound,
-    /// Another write was there first.
-    #[error("{what} is taken or has changed")]
+    /// The write conflicts with an earlier one.
+    #[error("{what}")]
     Conflict {
-        /// What the two writes meet in.
+        /// Description of the conflict.
         what: &'static str,
     },
-    /// The thing has changed since the caller read it.
-    #[error("the version is {current} by now")]
+    /// The record has changed since the caller read it.
+    #[error("the record has changed: its version is now {current}")]
     StaleVersion {
-        /// Its present version.
+        /// Current version of the record.
         current: u64,
     },
-    /// The disk is full. Nothing was written; reads go on, and writes work again when there is room.
+    /// The disk is full. Nothing was written. Reads still work; writes work again once there is
+    /// space.
     #[error("the disk is full")]
     Full,
-    /// A write to the disk failed earlier. Nothing is written until the process is started again.
-    #[error("an earlier write to the disk failed; the store takes no more writes")]
+    /// A write to the disk failed earlier. All writes fail until the process is restarted.
+    #[error("the store is read-only since a write to the disk failed; restart the server")]
     Poisoned,
-    /// More is waiting than the store takes on; nothing was written.
-    #[error("the store is busy")]
+    /// Too many writes are waiting, or no read connection became free in time. Nothing was written.
+    #[error("the store is busy; try again later")]
     Busy,
-    /// The work queue holds as many jobs as it may; nothing was written.
-    #[error("the work queue is full")]
+    /// The queue has reached its limit. Nothing was written.
+    #[error("the queue is full")]
     QueueFull,
-    /// Another process has the data directory.
-    #[error("another brood server uses this data directory")]
+    /// Another process has locked the data directory.
+    #[error("another brood server is using this data directory")]
     Locked,
-    /// The store was closed.
+    /// The store is closed.
     #[error("the store is closed")]
     Closed,
-    /// The file, the library or a name is not one that this build can work with.
+    /// The file, the SQLite library or a file name is not supported by this build.
     #[error("{0}")]
     Unsupported(String),
-    /// The file is damaged or holds what was never written.
+    /// The database file is damaged.
     #[error("the database is damaged: {0}")]
     Corrupt(String),
-    /// The data directory cannot be used.
-    #[error("the data directory cannot be used: {}", .0.kind())]
+    /// The data directory is not accessible.
+    #[error("cannot access the data directory: {}", .0.kind())]
     Directory(#[source] std::io::Error),
-    /// Anything else that SQLite said.
-    #[error("the database failed")]
+    /// Any other error of SQLite.
+    #[error("database error")]
     Database(#[source] sqlx::Error),
 }
 
-/// How far a failure inside a transaction reaches.
+/// Scope of a failure inside a transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Reach {
-    /// The operation alone: its savepoint is rolled back.
+pub(crate) enum FailureScope {
+    /// Only the operation failed: its savepoint is rolled back.
     Operation,
-    /// The transaction: it is rolled back, and the next one may work.
+    /// The transaction failed: it is rolled back, and the next one may succeed.
     Transaction,
-    /// The disk cannot be trusted any more.
+    /// The disk failed: no later write can be trusted.
     Store,
 }
 
@@ -71,25 +72,25 @@ const SQLITE_IOERR: i32 = 10;
 const SQLITE_CORRUPT: i32 = 11;
 const SQLITE_FULL: i32 = 13;
 const SQLITE_NOTADB: i32 = 26;
-/// Growing the shared index of the log failed. Nothing was written, and the one usual cause is a full disk.
+/// Growing the shared index of the log failed. Nothing was written; the usual cause is a full disk.
 const SQLITE_IOERR_SHMSIZE: i32 = 4874;
 
-/// The extended result code, where the error comes from SQLite itself.
+/// Returns the extended result code if the error comes from SQLite.
 fn code(error: &sqlx::Error) -> Option<i32> {
     error.as_database_error()?.code()?.parse().ok()
 }
 
 impl StorageError {
-    /// How far this failure reaches when it happens in the middle of a transaction.
-    pub(crate) fn reach(&self) -> Reach {
+    /// Returns the scope of this failure when it happens inside a transaction.
+    pub(crate) fn failure_scope(&self) -> FailureScope {
         match self {
-            Self::Full => Reach::Transaction,
-            Self::Poisoned => Reach::Store,
-            Self::Database(sqlx::Error::Io(_) | sqlx::Error::WorkerCrashed) => Reach::Store,
+            Self::Full => FailureScope::Transaction,
+            Self::Poisoned => FailureScope::Store,
+            Self::Database(sqlx::Error::Io(_) | sqlx::Error::WorkerCrashed) => FailureScope::Store,
             Self::Database(error) if code(error).is_some_and(|c| c & 0xff == SQLITE_IOERR) => {
-                Reach::Store
+                FailureScope::Store
             }
-            _ => Reach::Operation,
+            _ => FailureScope::Operation,
         }
     }
 }
@@ -101,20 +102,22 @@ impl From<sqlx::Error> for StorageError {
             sqlx::Error::PoolTimedOut => return Self::Busy,
             sqlx::Error::PoolClosed => return Self::Closed,
             sqlx::Error::ColumnDecode { index, .. } => {
-                return Self::Corrupt(format!("column {index} holds what was never written"));
+                return Self::Corrupt(format!("column {index} has an invalid value"));
             }
             _ => {}
         }
         let kind = error.as_database_error().map(|database| database.kind());
         match (kind, code(&error)) {
             (Some(ErrorKind::ForeignKeyViolation), _) => Self::NotFound,
-            (Some(ErrorKind::UniqueViolation), _) => Self::Conflict { what: "the id" },
+            (Some(ErrorKind::UniqueViolation), _) => {
+                Self::Conflict { what: "the id is already in use" }
+            }
             (_, Some(SQLITE_IOERR_SHMSIZE)) => Self::Full,
             (_, Some(code)) => match code & 0xff {
                 SQLITE_FULL => Self::Full,
                 SQLITE_BUSY | SQLITE_LOCKED => Self::Busy,
                 SQLITE_CORRUPT => Self::Corrupt("a page is malformed".to_owned()),
-                SQLITE_NOTADB => Self::Corrupt("the file is no SQLite database".to_owned()),
+                SQLITE_NOTADB => Self::Corrupt("the file is not an SQLite database".to_owned()),
                 _ => Self::Database(error),
             },
             _ => Self::Database(error),
@@ -122,8 +125,8 @@ impl From<sqlx::Error> for StorageError {
     }
 }
 
-/// Reads a broken uniqueness as a conflict over `what`.
-pub(crate) fn taken(what: &'static str) -> impl Fn(sqlx::Error) -> StorageError {
+/// Converts a violated uniqueness constraint into a conflict described by `what`.
+pub(crate) fn unique_conflict(what: &'static str) -> impl Fn(sqlx::Error) -> StorageError {
     move |error| match StorageError::from(error) {
         StorageError::Conflict { .. } => StorageError::Conflict { what },
         other => other,

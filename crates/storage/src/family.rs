@@ -1,5 +1,4 @@
-//! The family tree across lineages. Owns the walks along parents and children; refuses to know how individuals are
-//! stored.
+//! Ancestors and descendants across lineages.
 
 use std::collections::HashSet;
 
@@ -9,11 +8,11 @@ use crate::individual::{fetch, fetch_all, select_individual, with_parents};
 use crate::row::Key;
 use crate::{StorageError, Store, StoredIndividual};
 
-/// More ancestors are not given, whatever the depth asked for.
+/// Largest number of ancestors returned, for any depth.
 const MAX_ANCESTORS: usize = 10_000;
 
-/// Broods whose parents are an individual, then broods with parents in those broods, each brood once however many ways
-/// lead to it. The bound is on broods; what is beyond it is not found.
+/// Broods with the individual as a parent, then broods with parents in those broods, each brood
+/// once. At most 10,000 broods; later ones are not found.
 const DESCENDANTS: &str = select_individual!(
     "WHERE individual.generation_id IN (
          WITH RECURSIVE brood (id) AS (
@@ -32,8 +31,11 @@ const DESCENDANTS: &str = select_individual!(
 );
 
 impl Store {
-    /// The ancestors of an individual, itself left out: parents first, then grandparents, `depth` steps at most and
-    /// 10,000 individuals at most. Each is given once, where it is nearest.
+    /// Returns the ancestors of an individual, without itself: parents first, then grandparents, up
+    /// to `depth` steps and 10,000 individuals. Each is returned once, at its nearest place.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the individual does not exist.
     pub async fn ancestry(
         &self,
         id: IndividualId,
@@ -43,8 +45,8 @@ impl Store {
         let mut level = vec![fetch(&mut conn, id).await?];
         let mut seen = HashSet::from([id]);
         let mut ancestors = Vec::new();
-        // Level by level rather than in one recursive query: SQLite can tell rows apart by (individual, depth) only,
-        // and there are as many of those as there are ways up when relatives are bred.
+        // One query per level, not one recursive query: SQLite can only deduplicate rows by
+        // (individual, depth), and with inbreeding the number of paths grows exponentially.
         for _ in 0..depth {
             let parents = level.iter().flat_map(|one| &one.parents);
             let wanted: Vec<_> = parents
@@ -69,8 +71,11 @@ impl Store {
         Ok(ancestors)
     }
 
-    /// The descendants of an individual, eldest first, after the cursor: its children, their children and so on, in
-    /// all lineages, from at most 10,000 broods.
+    /// Returns the descendants of an individual in all lineages, the oldest first, after the
+    /// cursor, from at most 10,000 broods.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the individual does not exist.
     pub async fn descendants(
         &self,
         id: IndividualId,

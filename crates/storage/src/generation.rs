@@ -1,5 +1,5 @@
-//! Generations: births and history. Owns the tables `generation` and `generation_parent`, and the one transaction that
-//! a birth is; refuses to know how children are made.
+//! Generations: the transaction that inserts one, and the history. Owner of the tables `generation`
+//! and `generation_parent`. Independent of how children are bred.
 
 use std::sync::atomic::Ordering;
 
@@ -12,110 +12,110 @@ use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 
 use crate::genome::{self, CHUNK_ROWS, NewGenome};
 use crate::individual::{self, StoredIndividual, select_individual};
-use crate::row::{Columns, Key, damaged, narrow, set, signed};
+use crate::row::{Columns, Key, corrupt_column, f32_from_real, json_set, signed};
 use crate::{
     Committed, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency, job,
     picture, search_lease,
 };
 
-/// A generation to be stored, with all that becomes true with it.
+/// Generation to be stored, with everything that is written in the same transaction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewGeneration {
-    /// Its id.
+    /// Id of the generation.
     pub id: GenerationId,
-    /// Its lineage.
+    /// Id of its lineage.
     pub lineage: LineageId,
-    /// The seed.
+    /// Seed of the brood.
     pub seed: Seed,
-    /// The parents of all its individuals.
+    /// Parents of all its individuals.
     pub parents: Vec<ParentRef>,
-    /// The parent shown large.
+    /// Parent that is shown large.
     pub centre: Option<IndividualId>,
-    /// Amount of mutation.
+    /// Mutation amount, 0 to 1.
     pub mutation: f32,
-    /// Expected share of the second parent.
+    /// Expected share of the second parent's blocks, 0 to 1.
     pub recombination: f32,
-    /// How much was done for variety.
+    /// Effort for variety.
     pub curation: Curation,
-    /// Overrides as asked for.
+    /// Overrides of the dialect, as requested.
     pub constraints: DialectConstraints,
-    /// Colour matrix as asked for.
+    /// Colour saturation, as requested.
     pub saturation: Option<f32>,
-    /// Energy limit as asked for.
+    /// Energy limit, as requested.
     pub energy_limit: Option<bool>,
-    /// Parts of the first parent that are kept.
+    /// Locked parts of the first parent.
     pub locks: Option<Locks>,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// The children.
+    /// Children.
     pub individuals: Vec<NewIndividual>,
     /// Keys of their pictures.
     pub pictures: Vec<NewPicture>,
-    /// The job that renders them.
+    /// Job that renders them.
     pub job: Option<NewJob>,
-    /// The step of the search that found them.
+    /// Step of the search that found them.
     pub search: Option<SearchStep>,
-    /// The answer to be remembered.
+    /// Idempotency record to be stored with it.
     pub idempotency: Option<Idempotency>,
 }
 
-/// A child to be stored.
+/// Child to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewIndividual {
-    /// Its id.
+    /// Id of the individual.
     pub id: IndividualId,
-    /// Place in its brood.
+    /// Slot in the brood, from 0.
     pub slot: u32,
-    /// Hash of its genome.
+    /// Content hash of the genome.
     pub hash: GenomeHash,
-    /// Canonical bytes of its genome.
+    /// Canonical bytes of the genome.
     pub genome_bytes: Vec<u8>,
-    /// Hash of its program.
+    /// Hash of the program.
     pub program_hash: [u8; 32],
-    /// `random`, `mutate` or `recombine`.
+    /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
     pub operator: &'static str,
-    /// Instructions that can change the result.
+    /// Number of live instructions.
     pub live_instructions: u32,
-    /// The models that it has besides its program, lowest first.
+    /// Models of the genome's layers, lowest first.
     pub layers: Vec<ModelKind>,
-    /// How often it was drawn, at least once.
+    /// Number of draws for this slot, at least 1.
     pub attempts: u32,
-    /// No draw gave a program unlike its parents' and siblings'.
+    /// True if no draw gave a program that differs from those of its parents and siblings.
     pub twin: bool,
 }
 
-/// A generation as it is stored.
+/// Stored generation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredGeneration {
-    /// Its id.
+    /// Id of the generation.
     pub id: GenerationId,
-    /// Its lineage.
+    /// Id of its lineage.
     pub lineage: LineageId,
     /// Position in the lineage, from 0.
     pub index: u64,
-    /// The seed.
+    /// Seed of the brood.
     pub seed: Seed,
-    /// The parents: by id, or by hash where they were given so or are gone.
+    /// Parents: by id, or by hash if they were given so or have been removed.
     pub parents: Vec<ParentRef>,
-    /// The parent shown large, unless it is gone.
+    /// Parent that is shown large, unless it has been removed.
     pub centre: Option<StoredIndividual>,
-    /// Amount of mutation.
+    /// Mutation amount, 0 to 1.
     pub mutation: f32,
-    /// Expected share of the second parent.
+    /// Expected share of the second parent's blocks, 0 to 1.
     pub recombination: f32,
-    /// How much was done for variety.
+    /// Effort for variety.
     pub curation: Curation,
-    /// Overrides as asked for.
+    /// Overrides of the dialect, as requested.
     pub constraints: DialectConstraints,
-    /// Colour matrix as asked for.
+    /// Colour saturation, as requested.
     pub saturation: Option<f32>,
-    /// Energy limit as asked for.
+    /// Energy limit, as requested.
     pub energy_limit: Option<bool>,
-    /// Parts of the first parent that are kept.
+    /// Locked parts of the first parent.
     pub locks: Option<Locks>,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// The children by slot.
+    /// Children, by slot.
     pub individuals: Vec<StoredIndividual>,
 }
 
@@ -139,9 +139,13 @@ const CHILDREN: &str = select_individual!(
 );
 
 impl Store {
-    /// Stores a generation with its individuals, genomes, parents, picture keys, job and remembered answer: all of it
-    /// or nothing. Its index is the next free one of the lineage. A lineage, parent or scene that does not exist:
-    /// [`StorageError::NotFound`].
+    /// Stores a generation with its individuals, genomes, parents, picture keys, job, search step
+    /// and idempotency record, in one transaction. Its index is the next one of the lineage.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the lineage, a parent or a scene does not exist,
+    /// [`StorageError::Conflict`] if an id or the idempotency key is in use or the search's lease
+    /// is no longer valid.
     pub async fn create_generation(
         &self,
         new: NewGeneration,
@@ -149,7 +153,11 @@ impl Store {
         Ok(self.create_generation_timed(new).await?.0)
     }
 
-    /// The same, with where the time went. Once it was polled, whatever else is written comes after it.
+    /// Like [`Store::create_generation`], and returns the times of the commit. Once the future was
+    /// polled, all later writes are ordered after it.
+    ///
+    /// # Errors
+    /// As [`Store::create_generation`].
     pub async fn create_generation_timed(
         &self,
         new: NewGeneration,
@@ -160,15 +168,21 @@ impl Store {
         self.write_timed(move |conn| Box::pin(async move { insert(conn, new).await })).await
     }
 
-    /// One generation.
+    /// Returns a generation.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn generation(&self, id: GenerationId) -> Result<StoredGeneration, StorageError> {
         let mut conn = self.snapshot().await?;
         let row = sqlx::query(BY_ID).bind(id.key()).fetch_one(&mut *conn).await?;
-        let mut generations = complete(&mut conn, std::slice::from_ref(&row)).await?;
+        let mut generations = read_with_relations(&mut conn, std::slice::from_ref(&row)).await?;
         generations.pop().ok_or(StorageError::NotFound)
     }
 
-    /// The generations of a lineage, oldest first, after an index.
+    /// Lists the generations of a lineage, the oldest first, those after `after_index`.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn list_generations(
         &self,
         lineage: LineageId,
@@ -183,11 +197,11 @@ impl Store {
             .bind(limit)
             .fetch_all(&mut *conn)
             .await?;
-        complete(&mut conn, &rows).await
+        read_with_relations(&mut conn, &rows).await
     }
 }
 
-/// Stores a generation with all that belongs to it.
+/// Inserts a generation with everything that belongs to it.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     new: NewGeneration,
@@ -230,7 +244,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(new.centre.as_ref().map(|id| id.key().to_vec()))
     .bind(new.mutation)
     .bind(new.recombination)
-    .bind(curation_word(new.curation))
+    .bind(curation_name(new.curation))
     .bind(new.constraints.isotropic)
     .bind(new.constraints.homogeneous)
     .bind(new.saturation)
@@ -306,7 +320,7 @@ fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
     individuals.iter().map(genome).collect()
 }
 
-/// What reading the generation back would give, without the reading.
+/// Returns what reading the generation back would return, without the read.
 fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> StoredGeneration {
     let child = |child: NewIndividual| StoredIndividual {
         id: child.id,
@@ -346,14 +360,14 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
     }
 }
 
-/// Generations from their rows, with parents, centres and children.
-async fn complete(
+/// Reads generations with their parents, centres and children.
+async fn read_with_relations(
     conn: &mut SqliteConnection,
     rows: &[SqliteRow],
 ) -> Result<Vec<StoredGeneration>, StorageError> {
     let mut generations = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let mut parents = individual::parents(conn, generations.iter().map(|(one, _)| one.id)).await?;
-    let wanted = set(generations.iter().map(|(one, _)| one.id.key()));
+    let wanted = json_set(generations.iter().map(|(one, _)| one.id.key()));
     let children = sqlx::query(CHILDREN).bind(wanted).fetch_all(&mut *conn).await?;
     let children = individual::with_parents(conn, &children).await?;
     let centres: Vec<_> = generations.iter().filter_map(|(_, centre)| *centre).collect();
@@ -361,7 +375,7 @@ async fn complete(
     for (generation, centre) in &mut generations {
         generation.parents = parents.remove(&generation.id).unwrap_or_default();
         generation.centre = centres.iter().find(|one| Some(one.id) == *centre).cloned();
-        // Children come sorted by generation and slot.
+        // Children are sorted by generation and slot.
         let start = children.partition_point(|child| child.generation < generation.id);
         let own = children[start..].iter().take_while(|child| child.generation == generation.id);
         generation.individuals = own.cloned().collect();
@@ -369,7 +383,7 @@ async fn complete(
     Ok(generations.into_iter().map(|(generation, _)| generation).collect())
 }
 
-/// A generation without its relations, and the id of its centre.
+/// Reads a generation without its relations, and the id of its centre.
 fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), StorageError> {
     let generation = StoredGeneration {
         id: row.id("id")?,
@@ -384,13 +398,13 @@ fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), Sto
             "off" => Curation::Off,
             "distinct" => Curation::Distinct,
             "diverse" => Curation::Diverse,
-            _ => return Err(damaged("curation")),
+            _ => return Err(corrupt_column("curation")),
         },
         constraints: DialectConstraints {
             isotropic: row.try_get("isotropic")?,
             homogeneous: row.try_get("homogeneous")?,
         },
-        saturation: row.try_get::<Option<f64>, _>("saturation")?.map(narrow),
+        saturation: row.try_get::<Option<f64>, _>("saturation")?.map(f32_from_real),
         energy_limit: row.try_get("energy_limit")?,
         locks: locks(row)?,
         created_ms: row.integer("created_ms")?,
@@ -401,10 +415,10 @@ fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), Sto
 
 fn locks(row: &SqliteRow) -> Result<Option<Locks>, StorageError> {
     let json: Option<&str> = row.try_get("locks_json")?;
-    json.map(serde_json::from_str).transpose().map_err(|_| damaged("locks_json"))
+    json.map(serde_json::from_str).transpose().map_err(|_| corrupt_column("locks_json"))
 }
 
-fn curation_word(curation: Curation) -> &'static str {
+fn curation_name(curation: Curation) -> &'static str {
     match curation {
         Curation::Off => "off",
         Curation::Distinct => "distinct",

@@ -1,5 +1,5 @@
-//! Genomes: their bytes by content hash. Owns the table `genome`; refuses to know what the bytes mean, but for the models of
-//! rows that do not say them.
+//! Genomes by content hash. Owner of the table `genome`. Genomes are opaque bytes here, except for
+//! rows without the column `layers`, whose layers are decoded.
 
 use std::collections::HashMap;
 
@@ -7,39 +7,42 @@ use brood_genome::{Genome, GenomeHash, ModelKind};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::row::{Columns, damaged, set};
+use crate::row::{Columns, corrupt_column, json_set};
 use crate::{StorageError, Store};
 
-/// Rows of one INSERT: keeps statements small however large a brood is.
+/// Number of rows per INSERT, so that statements stay small for large broods.
 pub(crate) const CHUNK_ROWS: usize = 256;
 
-/// A genome to be stored.
+/// Genome to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewGenome {
     /// Content hash.
     pub hash: GenomeHash,
     /// Canonical bytes.
     pub bytes: Vec<u8>,
-    /// Hash of the program that it lowers to.
+    /// Hash of the lowered program.
     pub program_hash: [u8; 32],
-    /// Instructions that can change the result.
+    /// Number of live instructions.
     pub live_instructions: u32,
-    /// The models that it has besides its program, lowest first.
+    /// Models of the genome's layers, lowest first.
     pub layers: Vec<ModelKind>,
 }
 
-/// A genome as it was stored.
+/// Stored genome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoredGenome {
     /// Canonical bytes.
     Bytes(Vec<u8>),
-    /// Canonical text: rows of the first version, three times as large and slow to write.
+    /// Canonical text, in rows of the first version; three times as large and slow to write.
     Text(String),
 }
 
 impl Store {
-    /// Stores a genome that someone saves by hand; one that is there already is kept from now on, whatever becomes of
-    /// the individuals that carry it.
+    /// Stores a genome that a user saves. It is kept from now on, even when all individuals with it
+    /// are removed.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn put_genome(&self, genome: NewGenome) -> Result<(), StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -54,7 +57,10 @@ impl Store {
         .await
     }
 
-    /// A genome.
+    /// Returns a genome.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome, StorageError> {
         let query = sqlx::query("SELECT bytes, text FROM genome WHERE hash = ?");
         let mut conn = self.reader().await?;
@@ -62,12 +68,15 @@ impl Store {
         StoredGenome::read(&row)
     }
 
-    /// Many genomes; unknown ones are left out.
+    /// Returns several genomes, without the unknown ones.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn genomes(
         &self,
         hashes: &[GenomeHash],
     ) -> Result<HashMap<GenomeHash, StoredGenome>, StorageError> {
-        let wanted = set(hashes.iter().map(|hash| hash.as_bytes().as_slice()));
+        let wanted = json_set(hashes.iter().map(|hash| hash.as_bytes().as_slice()));
         let rows = sqlx::query(
             "SELECT hash, bytes, text FROM genome
              WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
@@ -90,7 +99,7 @@ impl StoredGenome {
     }
 }
 
-/// Stores genomes; those that are there already stay as they are.
+/// Inserts genomes. Existing ones are unchanged.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     genomes: &[NewGenome],
@@ -103,7 +112,7 @@ pub(crate) async fn insert(
             row.push_bind(genome.hash.as_bytes().as_slice())
                 .push_bind(genome.program_hash.as_slice())
                 .push_bind(genome.live_instructions)
-                .push_bind(names(&genome.layers))
+                .push_bind(layer_names(&genome.layers))
                 .push("0")
                 .push("''")
                 .push_bind(genome.bytes.as_slice());
@@ -114,20 +123,23 @@ pub(crate) async fn insert(
     Ok(())
 }
 
-/// Models as the column has them.
-fn names(layers: &[ModelKind]) -> String {
+/// Encodes layers for the column `layers`.
+fn layer_names(layers: &[ModelKind]) -> String {
     layers.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(" ")
 }
 
-/// The models of a row of `layers` and, where that is NULL, `unread_bytes`; a genome of the first version, which is text, had none.
+/// Reads the layers of a row from `layers` or, if that is NULL, from the genome in `unread_bytes`.
+/// Genomes of the first version, stored as text, have none.
 pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>, StorageError> {
     const COLUMN: &str = "layers";
     match (row.optional_text(COLUMN)?, row.optional_blob("unread_bytes")?) {
-        (Some(names), _) => {
-            names.split_whitespace().map(|name| name.parse().map_err(|_| damaged(COLUMN))).collect()
-        }
+        (Some(names), _) => names
+            .split_whitespace()
+            .map(|name| name.parse().map_err(|_| corrupt_column(COLUMN)))
+            .collect(),
         (None, Some(bytes)) => {
-            let genome = Genome::from_canonical_bytes(&bytes).map_err(|_| damaged("bytes"))?;
+            let genome =
+                Genome::from_canonical_bytes(&bytes).map_err(|_| corrupt_column("bytes"))?;
             Ok(genome.layers().iter().map(|model| model.kind()).collect())
         }
         (None, None) => Ok(Vec::new()),

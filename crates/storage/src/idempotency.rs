@@ -1,38 +1,39 @@
-//! Answers remembered under the caller's key, so that a retry gets the same answer and has no second effect. Owns the
-//! table `idempotency`; refuses to know what an answer means.
+//! Idempotency records: responses stored under the client's key, so that a retry gets the same
+//! response and has no second effect. Owner of the table `idempotency`. Independent of the content
+//! of responses.
 
 use sqlx::SqliteConnection;
 
-use crate::error::taken;
+use crate::error::unique_conflict;
 use crate::row::Columns;
 use crate::{StorageError, Store};
 
-/// An answer to be remembered with the write that it answers for.
+/// Idempotency record, stored in the transaction of the write that it answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Idempotency {
-    /// The caller's key.
+    /// Key chosen by the client.
     pub key: String,
-    /// The route, with its ids: keys of different routes do not meet.
+    /// Route with its ids. Keys of different routes are independent.
     pub route: String,
-    /// Hash of the request's body.
+    /// Hash of the request body.
     pub body_hash: [u8; 32],
-    /// Status of the answer.
+    /// Status code of the response.
     pub status: u16,
-    /// The answer, in whatever form the caller reads: what is only known once the write is done (the index of a
-    /// generation) is looked up again by an id that stands here.
+    /// Response, in the caller's format. Values that are known only after the write (such as a
+    /// generation's index) are looked up again by an id in it.
     pub answer: Vec<u8>,
 }
 
-/// What is remembered of a request.
+/// Result of looking up a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Remembered {
-    /// Nothing.
+    /// There is no record: the request is new.
     Fresh,
-    /// It was answered so.
+    /// There is a record with the same body.
     Replay {
-        /// Status of the answer.
+        /// Status code of the response.
         status: u16,
-        /// The answer, as it was handed over.
+        /// Response, in the caller's format.
         body: Vec<u8>,
     },
     /// The key was used with another body.
@@ -40,7 +41,10 @@ pub enum Remembered {
 }
 
 impl Store {
-    /// Looks a request up.
+    /// Looks up a request.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn lookup_idempotent(
         &self,
         key: &str,
@@ -61,7 +65,10 @@ impl Store {
         Ok(Remembered::Replay { status: row.whole("status")?, body: row.blob("answer")? })
     }
 
-    /// Remembers the answer of a write that has the same effect however often it is done.
+    /// Stores a record on its own, for a write that is idempotent itself.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the key is in use.
     pub async fn remember_answer(
         &self,
         answer: Idempotency,
@@ -71,7 +78,10 @@ impl Store {
             .await
     }
 
-    /// Forgets answers given before a moment; returns how many.
+    /// Deletes the records created before `before_ms`. Returns their number.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64, StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -83,7 +93,7 @@ impl Store {
     }
 }
 
-/// Remembers an answer; a key that is taken ends the transaction that the answer is for.
+/// Inserts a record. If the key is in use, this fails the transaction that it belongs to.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     answer: &Idempotency,
@@ -101,6 +111,6 @@ pub(crate) async fn insert(
     .bind(answer.answer.as_slice())
     .execute(conn)
     .await
-    .map_err(taken("the idempotency key"))?;
+    .map_err(unique_conflict("the idempotency key is already in use"))?;
     Ok(())
 }

@@ -1,5 +1,4 @@
-//! Taking in a whole lineage at once. Owns the one transaction that makes an import all or nothing; refuses to know the
-//! form of lineage files.
+//! Import of a whole lineage in one transaction. Independent of the format of lineage files.
 
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
@@ -9,23 +8,27 @@ use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
 };
 
-/// A lineage to be taken in.
+/// Lineage to be imported.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewImport {
     /// The lineage.
     pub lineage: NewLineage,
     /// Genomes of parents that are not among its individuals.
     pub genomes: Vec<NewGenome>,
-    /// Its generations, oldest first.
+    /// Generations, the oldest first.
     pub generations: Vec<NewGeneration>,
     /// Favourites and notes of its individuals.
     pub marks: Vec<(IndividualId, PatchIndividual)>,
-    /// The answer to be remembered.
+    /// Idempotency record to be stored with it.
     pub idempotency: Option<Idempotency>,
 }
 
 impl Store {
-    /// Stores a lineage with its whole history: all of it or nothing.
+    /// Stores a lineage with its whole history, in one transaction.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if a scene, parent or marked individual does not exist,
+    /// [`StorageError::Conflict`] if an id or the idempotency key is in use.
     pub async fn import_lineage(&self, new: NewImport) -> Result<Lineage, StorageError> {
         self.write(move |conn| {
             Box::pin(async move {

@@ -1,5 +1,5 @@
-//! Individuals: reading them with their parents, marking favourites, notes. Owns the table `individual`; they are born
-//! in `generation`, and their relations are `family`'s.
+//! Individuals: reading them with their parents, favourites, notes. Owner of the table
+//! `individual`. See `generation` for inserting them, `family` for their relations.
 
 use std::collections::HashMap;
 use std::collections::HashSet;
@@ -9,45 +9,45 @@ use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndi
 use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteRow;
 
-use crate::row::{Columns, Key, set, signed};
+use crate::row::{Columns, Key, json_set, signed};
 use crate::{StorageError, Store, genome};
 
-/// An individual as it is stored.
+/// Stored individual.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredIndividual {
-    /// Its id.
+    /// Id of the individual.
     pub id: IndividualId,
-    /// Its lineage.
+    /// Id of its lineage.
     pub lineage: LineageId,
-    /// Its generation.
+    /// Id of its generation.
     pub generation: GenerationId,
-    /// Its genome.
+    /// Content hash of its genome.
     pub hash: GenomeHash,
-    /// The program that the genome lowered to when it was stored.
+    /// Hash of the program that the genome lowered to when it was stored.
     pub program_hash: [u8; 32],
-    /// Place in its brood.
+    /// Slot in its brood, from 0.
     pub slot: u32,
-    /// Its parents: by id, or by hash where they were given so or are gone.
+    /// Parents: by id, or by hash if they were given so or have been removed.
     pub parents: Vec<ParentRef>,
-    /// `random`, `mutate` or `recombine`.
+    /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
     pub operator: String,
-    /// Instructions that can change the result.
+    /// Number of live instructions.
     pub live_instructions: u32,
-    /// The models that it has besides its program, lowest first.
+    /// Models of the genome's layers, lowest first.
     pub layers: Vec<ModelKind>,
-    /// How often it was drawn.
+    /// Number of draws for this slot.
     pub attempts: u32,
-    /// No draw gave a program unlike its parents' and siblings'.
+    /// True if no draw gave a program that differs from those of its parents and siblings.
     pub twin: bool,
-    /// Marked by a person.
+    /// True if marked as a favourite.
     pub favourite: bool,
-    /// A person's words.
+    /// Note of a user.
     pub note: String,
-    /// Counted up by each change.
+    /// Number of changes.
     pub version: u64,
 }
 
-/// A SELECT of all that [`read`] needs, followed by what is given.
+/// SELECT with all columns that [`read`] needs, followed by the given clauses.
 macro_rules! select_individual {
     ($rest:literal) => {
         concat!(
@@ -82,12 +82,18 @@ const FAVOURITES: &str = select_individual!(
 );
 
 impl Store {
-    /// One individual.
+    /// Returns an individual.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn individual(&self, id: IndividualId) -> Result<StoredIndividual, StorageError> {
         fetch(&mut *self.snapshot().await?, id).await
     }
 
-    /// Many individuals, in the order asked for; one that does not exist: [`StorageError::NotFound`].
+    /// Returns several individuals, in the order of `ids`.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if one does not exist.
     pub async fn individuals(
         &self,
         ids: &[IndividualId],
@@ -98,14 +104,17 @@ impl Store {
         ids.iter().map(|id| found.get(id).cloned().ok_or(StorageError::NotFound)).collect()
     }
 
-    /// The individual that stands for each of these lineages: the newest favourite, else the newest generation's centre or
-    /// first child; none for a lineage without any.
+    /// Returns the cover of each of these lineages: the newest favourite, else the newest
+    /// generation's centre or first child. Lineages without individuals are left out.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn covers(
         &self,
         lineages: &[LineageId],
     ) -> Result<HashMap<LineageId, StoredIndividual>, StorageError> {
         let mut conn = self.snapshot().await?;
-        let wanted = set(lineages.iter().map(Key::key));
+        let wanted = json_set(lineages.iter().map(Key::key));
         let rows = sqlx::query(COVERS).bind(wanted).fetch_all(&mut *conn).await?;
         let mut chosen = Vec::with_capacity(rows.len());
         for row in &rows {
@@ -120,7 +129,11 @@ impl Store {
         Ok(chosen.into_iter().filter_map(cover).collect())
     }
 
-    /// Marks an individual or changes its note, if it still has the version that the caller has seen.
+    /// Changes the favourite mark or the note of an individual.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::StaleVersion`] if its version is not `expected_version`,
+    /// [`StorageError::NotFound`] if it does not exist.
     pub async fn patch_individual(
         &self,
         id: IndividualId,
@@ -150,7 +163,10 @@ impl Store {
         .await
     }
 
-    /// Favourites of lineages that are not hidden, youngest first, after the cursor.
+    /// Lists the favourites of visible lineages, the youngest first, after the cursor.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn favourites(
         &self,
         cursor: Option<IndividualId>,
@@ -166,7 +182,7 @@ impl Store {
     }
 }
 
-/// Reads one individual.
+/// Reads an individual.
 pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: IndividualId,
@@ -174,17 +190,17 @@ pub(crate) async fn fetch(
     fetch_all(conn, &[id]).await?.pop().ok_or(StorageError::NotFound)
 }
 
-/// Reads those individuals that exist, in any order.
+/// Reads those of the individuals that exist, in any order.
 pub(crate) async fn fetch_all(
     conn: &mut SqliteConnection,
     ids: &[IndividualId],
 ) -> Result<Vec<StoredIndividual>, StorageError> {
-    let wanted = set(ids.iter().map(Key::key));
+    let wanted = json_set(ids.iter().map(Key::key));
     let rows = sqlx::query(BY_IDS).bind(wanted).fetch_all(&mut *conn).await?;
     with_parents(conn, &rows).await
 }
 
-/// Individuals from rows of `select_individual`, with the parents of their generations.
+/// Reads individuals from rows of `select_individual`, with the parents of their generations.
 pub(crate) async fn with_parents(
     conn: &mut SqliteConnection,
     rows: &[SqliteRow],
@@ -200,7 +216,7 @@ pub(crate) async fn with_parents(
     Ok(individuals)
 }
 
-/// The parents of generations, in their places.
+/// Reads the parents of generations, in order.
 pub(crate) async fn parents(
     conn: &mut SqliteConnection,
     generations: impl IntoIterator<Item = GenerationId>,
@@ -211,7 +227,7 @@ pub(crate) async fn parents(
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?))
          ORDER BY generation_id, place",
     )
-    .bind(set(generations.iter().map(Key::key)))
+    .bind(json_set(generations.iter().map(Key::key)))
     .fetch_all(conn)
     .await?;
     let mut parents: HashMap<_, Vec<_>> = HashMap::new();
@@ -225,7 +241,7 @@ pub(crate) async fn parents(
     Ok(parents)
 }
 
-/// An individual without its parents, which its generation has.
+/// Reads an individual without its parents, which are stored with its generation.
 fn read(row: &SqliteRow) -> Result<StoredIndividual, StorageError> {
     Ok(StoredIndividual {
         id: row.id("id")?,

@@ -1,8 +1,10 @@
-//! The work queue: enqueueing, leasing, finishing. Owns the table `job` and its transitions, each a compare-and-set on
-//! id, epoch and state; refuses to know clocks (leases expire elsewhere) and what a payload says.
+//! Render queue: enqueue, claim, complete, fail, release. Owner of the table `job`; each transition
+//! is a compare-and-set on id, epoch and state. It reads no clock (leases expire in the server) and
+//! does not interpret payloads.
 //!
-//! Transitions survive the death of the process but not the loss of power: what a power cut undoes is done again, and
-//! doing a job twice stores one result. Jobs written with a generation are as durable as the generation.
+//! Transitions survive the end of the process but not a power loss: then jobs run again, and a
+//! repeated job stores one result. A job inserted with a generation is as durable as the
+//! generation.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
@@ -10,18 +12,19 @@ use std::sync::atomic::Ordering;
 use brood_protocol::JobId;
 use sqlx::{Row, SqliteConnection};
 
-use crate::row::{Columns, Key, damaged, signed};
+use crate::row::{Columns, Key, corrupt_column, signed};
 use crate::{StorageError, Store};
 
-/// One claim in so many looks at the batch queue first, so that people never starve searches altogether.
-const BATCH_TURN: u64 = 8;
-/// A job that has seen so many workers die is not given to another one.
+/// One claim in this many tries the batch queue first, so that it is not starved by interactive
+/// jobs.
+const BATCH_INTERVAL: u64 = 8;
+/// A job is marked dead after this many workers died while running it.
 const MAX_DEATHS: i64 = 3;
-/// Failed and dead jobs are kept for a look at them; this many.
-const KEPT_FAILURES: i64 = 100;
+/// Number of failed and dead jobs that are kept for inspection.
+const MAX_KEPT_FAILURES: i64 = 100;
 
-macro_rules! words {
-    ($(#[$doc:meta])* $name:ident, $column:literal { $($(#[$case_doc:meta])* $case:ident = $word:literal),* $(,)? }) => {
+macro_rules! named_enum {
+    ($(#[$doc:meta])* $name:ident, $column:literal { $($(#[$case_doc:meta])* $case:ident = $name_text:literal),* $(,)? }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum $name {
@@ -29,128 +32,128 @@ macro_rules! words {
         }
 
         impl $name {
-            /// The word in the table and in metrics.
+            /// Name in the table and in metrics.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
-                    $(Self::$case => $word,)*
+                    $(Self::$case => $name_text,)*
                 }
             }
 
-            fn read(word: &str) -> Result<Self, StorageError> {
-                match word {
-                    $($word => Ok(Self::$case),)*
-                    _ => Err(damaged($column)),
+            fn parse(text: &str) -> Result<Self, StorageError> {
+                match text {
+                    $($name_text => Ok(Self::$case),)*
+                    _ => Err(corrupt_column($column)),
                 }
             }
         }
     };
 }
 
-words! {
-    /// What is to be done.
+named_enum! {
+    /// Kind of a job.
     JobKind, "kind" {
-        /// Pictures of programs.
+        /// Renders pictures of programs.
         Render = "render",
     }
 }
 
-words! {
-    /// Who waits for it.
+named_enum! {
+    /// Queue of a job; it decides the priority.
     Queue, "queue" {
-        /// A person.
+        /// A person is waiting.
         Interactive = "interactive",
-        /// A script or a search.
+        /// A script or a search is waiting.
         Batch = "batch",
     }
 }
 
-words! {
-    /// Where a job stands. A finished render job is not kept.
+named_enum! {
+    /// State of a job. Completed render jobs are deleted.
     JobState, "state" {
         /// Waiting for a worker.
         Queued = "queued",
-        /// In a worker's hands.
+        /// Leased to a worker.
         Leased = "leased",
-        /// It cannot be done.
+        /// Failed for good.
         Failed = "failed",
-        /// Too many workers died of it.
+        /// Given up: its workers died repeatedly.
         Dead = "dead",
     }
 }
 
-/// The epoch of a job's first lease.
+/// Epoch of a job's first lease.
 pub const FIRST_EPOCH: u64 = 1;
 
-/// A job to be enqueued.
+/// Job to be enqueued.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewJob {
-    /// Its id; within a queue, lower ids go first.
+    /// Id of the job. Within a queue, jobs are claimed in the order of their ids.
     pub id: JobId,
-    /// What is to be done.
+    /// Kind of the job.
     pub kind: JobKind,
-    /// Who waits for it.
+    /// Queue of the job.
     pub queue: Queue,
-    /// The worker that has it from the start, under [`FIRST_EPOCH`]; none where it waits in its queue.
+    /// Worker that gets the job immediately, with [`FIRST_EPOCH`]; `None` to enqueue it.
     pub leased_to: Option<String>,
-    /// The work, in whatever form the caller reads.
+    /// Payload; its format is the caller's.
     pub payload: Vec<u8>,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
 }
 
-/// A job that was just leased.
+/// Job that has just been leased.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClaimedJob {
-    /// Its id.
+    /// Id of the job.
     pub id: JobId,
-    /// Counted up by each lease; to be named in every later word about it.
+    /// Epoch of this lease. Every later transition must name it.
     pub epoch: u64,
-    /// What is to be done.
+    /// Kind of the job.
     pub kind: JobKind,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// The work.
+    /// Payload.
     pub payload: Vec<u8>,
 }
 
-/// A job without its payload.
+/// Job without its payload.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JobRow {
-    /// Its id.
+    /// Id of the job.
     pub id: JobId,
-    /// What is to be done.
+    /// Kind of the job.
     pub kind: JobKind,
-    /// Who waits for it.
+    /// Queue of the job.
     pub queue: Queue,
-    /// Where it stands.
+    /// State of the job.
     pub state: JobState,
-    /// How often it was leased.
+    /// Number of leases so far.
     pub epoch: u64,
-    /// How many workers died of it.
+    /// Number of workers that died while running it.
     pub deaths: u32,
-    /// Who has it.
+    /// Worker that has the lease.
     pub worker: Option<String>,
-    /// Why it failed.
+    /// Reason of a failure.
     pub reason: Option<String>,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
 }
 
-/// Jobs by queue and state.
+/// Number of jobs by queue and state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct QueueDepth {
     counts: BTreeMap<(Queue, JobState), u64>,
 }
 
 impl QueueDepth {
-    /// How many jobs of a queue are in a state.
+    /// Returns the number of jobs of a queue in a state.
     #[must_use]
     pub fn of(&self, queue: Queue, state: JobState) -> u64 {
         self.counts.get(&(queue, state)).copied().unwrap_or(0)
     }
 
-    /// All that are not 0.
+    /// Returns all numbers that are not 0.
     pub fn iter(&self) -> impl Iterator<Item = (Queue, JobState, u64)> + '_ {
         self.counts.iter().map(|(&(queue, state), &jobs)| (queue, state, jobs))
     }
@@ -166,11 +169,14 @@ const RELEASE: &str = "UPDATE job SET
         worker = NULL
     WHERE id = ?3 AND epoch = ?4 AND state = 'leased'
     RETURNING state";
-const FORGET_FAILURES: &str = "DELETE FROM job WHERE state IN ('failed', 'dead') AND id NOT IN (
+const PRUNE_FAILURES: &str = "DELETE FROM job WHERE state IN ('failed', 'dead') AND id NOT IN (
         SELECT id FROM job WHERE state IN ('failed', 'dead') ORDER BY id DESC LIMIT ?)";
 
 impl Store {
-    /// Enqueues a job unless its queue holds `max_queued` that wait: then [`StorageError::QueueFull`].
+    /// Enqueues a job.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::QueueFull`] if `max_queued` jobs are waiting in its queue.
     pub async fn enqueue(&self, job: NewJob, max_queued: u64) -> Result<(), StorageError> {
         self.write_relaxed(move |conn| {
             Box::pin(async move {
@@ -189,11 +195,15 @@ impl Store {
         .await
     }
 
-    /// Leases the next job: interactive ones first, except that each eighth grant tries the batch queue first.
+    /// Leases the next job. Interactive jobs go first, except that every eighth claim tries the
+    /// batch queue first. Returns `None` if no job is queued.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn claim(&self, worker: &str) -> Result<Option<ClaimedJob>, StorageError> {
         let worker = worker.to_owned();
-        let turn = self.claims().load(Ordering::Relaxed) % BATCH_TURN;
-        let queues = if turn == BATCH_TURN - 1 {
+        let turn = self.claims().load(Ordering::Relaxed) % BATCH_INTERVAL;
+        let queues = if turn == BATCH_INTERVAL - 1 {
             [Queue::Batch, Queue::Interactive]
         } else {
             [Queue::Interactive, Queue::Batch]
@@ -207,7 +217,7 @@ impl Store {
                             return Ok(Some(ClaimedJob {
                                 id: row.id("id")?,
                                 epoch: row.whole("epoch")?,
-                                kind: JobKind::read(&row.text("kind")?)?,
+                                kind: JobKind::parse(&row.text("kind")?)?,
                                 created_ms: row.integer("created_ms")?,
                                 payload: row.blob("payload")?,
                             }));
@@ -223,20 +233,26 @@ impl Store {
         Ok(claimed)
     }
 
-    /// A leased job is done. A stale epoch changes nothing: [`StorageError::Conflict`].
+    /// Completes a leased job and deletes it.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn complete(&self, id: JobId, epoch: u64) -> Result<(), StorageError> {
         self.write_relaxed(move |conn| {
             Box::pin(async move {
                 let query =
                     sqlx::query("DELETE FROM job WHERE id = ? AND epoch = ? AND state = 'leased'");
                 let query = query.bind(id.key()).bind(signed(epoch));
-                changed(query.execute(conn).await?.rows_affected())
+                check_changed(query.execute(conn).await?.rows_affected())
             })
         })
         .await
     }
 
-    /// A leased job cannot be done. A stale epoch changes nothing: [`StorageError::Conflict`].
+    /// Marks a leased job as failed.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn fail(&self, id: JobId, epoch: u64, reason: &str) -> Result<(), StorageError> {
         let reason = reason.to_owned();
         self.write_relaxed(move |conn| {
@@ -250,15 +266,18 @@ impl Store {
                 .bind(signed(epoch))
                 .execute(&mut *conn)
                 .await?;
-                changed(done.rows_affected())?;
-                forget_failures(conn).await
+                check_changed(done.rows_affected())?;
+                prune_failures(conn).await
             })
         })
         .await
     }
 
-    /// A leased job comes back undone, to the front of its queue. The third worker's death makes it dead. A stale epoch
-    /// changes nothing: [`StorageError::Conflict`]. Returns where it stands now.
+    /// Returns a leased job to the front of its queue. After the death of the third worker it
+    /// becomes dead instead. Returns the new state.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn release(
         &self,
         id: JobId,
@@ -275,14 +294,18 @@ impl Store {
                     .fetch_optional(&mut *conn)
                     .await?
                     .ok_or(STALE)?;
-                forget_failures(conn).await?;
-                JobState::read(&row.text("state")?)
+                prune_failures(conn).await?;
+                JobState::parse(&row.text("state")?)
             })
         })
         .await
     }
 
-    /// Puts all leased jobs back: for the start, when no lease of the last run holds any more. Returns how many.
+    /// Returns all leased jobs to their queues, at the start of the server, when all leases of the
+    /// previous run are void. Returns the number of jobs.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn requeue_all_leased(&self) -> Result<u64, StorageError> {
         self.write_relaxed(move |conn| {
             Box::pin(async move {
@@ -293,19 +316,28 @@ impl Store {
         .await
     }
 
-    /// Whether a job waits for a worker. Reading is cheaper than a claim, which writes.
+    /// True if a job is queued. Cheaper than a claim, which writes.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn any_queued(&self) -> Result<bool, StorageError> {
         let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued')");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 
-    /// When the job that waits longest was made, in milliseconds since 1970.
+    /// Returns the creation time of the oldest queued job, in milliseconds since 1970-01-01 UTC.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn oldest_queued_ms(&self) -> Result<Option<i64>, StorageError> {
         let query = sqlx::query_scalar("SELECT min(created_ms) FROM job WHERE state = 'queued'");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 
-    /// How many jobs there are.
+    /// Returns the number of jobs by queue and state.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn queue_depth(&self) -> Result<QueueDepth, StorageError> {
         let rows =
             sqlx::query("SELECT queue, state, count(*) AS jobs FROM job GROUP BY state, queue")
@@ -313,14 +345,17 @@ impl Store {
                 .await?;
         let mut counts = BTreeMap::new();
         for row in rows {
-            let queue = Queue::read(&row.text("queue")?)?;
-            let state = JobState::read(&row.text("state")?)?;
+            let queue = Queue::parse(&row.text("queue")?)?;
+            let state = JobState::parse(&row.text("state")?)?;
             counts.insert((queue, state), row.whole("jobs")?);
         }
         Ok(QueueDepth { counts })
     }
 
-    /// A job that is not finished.
+    /// Returns a job.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if there is no such job or it has completed.
     pub async fn job(&self, id: JobId) -> Result<JobRow, StorageError> {
         let row = sqlx::query(
             "SELECT id, kind, queue, state, epoch, deaths, worker, reason, created_ms
@@ -331,9 +366,9 @@ impl Store {
         .await?;
         Ok(JobRow {
             id: row.id("id")?,
-            kind: JobKind::read(&row.text("kind")?)?,
-            queue: Queue::read(&row.text("queue")?)?,
-            state: JobState::read(&row.text("state")?)?,
+            kind: JobKind::parse(&row.text("kind")?)?,
+            queue: Queue::parse(&row.text("queue")?)?,
+            state: JobState::parse(&row.text("state")?)?,
             epoch: row.whole("epoch")?,
             deaths: row.whole("deaths")?,
             worker: row.try_get("worker")?,
@@ -343,13 +378,13 @@ impl Store {
     }
 }
 
-const STALE: StorageError = StorageError::Conflict { what: "the lease" };
+const STALE: StorageError = StorageError::Conflict { what: "the lease is no longer valid" };
 
-fn changed(rows: u64) -> Result<(), StorageError> {
+fn check_changed(rows: u64) -> Result<(), StorageError> {
     if rows == 0 { Err(STALE) } else { Ok(()) }
 }
 
-/// Stores a job without looking at how many wait.
+/// Inserts a job without checking the length of the queue.
 pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<(), StorageError> {
     let (state, epoch) = match job.leased_to {
         Some(_) => (JobState::Leased, FIRST_EPOCH),
@@ -372,7 +407,7 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<
     Ok(())
 }
 
-async fn forget_failures(conn: &mut SqliteConnection) -> Result<(), StorageError> {
-    sqlx::query(FORGET_FAILURES).bind(KEPT_FAILURES).execute(conn).await?;
+async fn prune_failures(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+    sqlx::query(PRUNE_FAILURES).bind(MAX_KEPT_FAILURES).execute(conn).await?;
     Ok(())
 }

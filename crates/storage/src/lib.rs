@@ -1,12 +1,13 @@
-//! Durable facts in one SQLite file: lineages, generations, individuals, genomes, scenes, meshes, what picture keys
-//! stand for, the work queue, idempotency records and tokens.
+//! SQLite store of the server: lineages, generations, individuals, genomes, scenes, meshes, picture
+//! keys, search targets, searches, the render queue, idempotency records and tokens.
 //!
-//! This crate owns all SQL, the one write connection and its group commits, the read pool, and the lock of the data
-//! directory. It refuses to know routes, status codes, evaluators and pixels.
+//! All SQL is in this crate. [`Store`] owns the write connection with its group commits, a pool of
+//! read connections, and the lock of the data directory. It does not depend on routes, status codes
+//! or evaluators.
 //!
-//! What a write promises: when it returns, its transaction is on disk (WAL, `synchronous=FULL`), together with the
-//! writes of others that were committed in the same group. Only movements of the work queue are content with
-//! surviving the process; a power cut may undo them, and the work is done again.
+//! Durability: when a write returns, its transaction is on disk (WAL, `synchronous=FULL`), together
+//! with the other writes of its group commit. Transitions of the render queue survive the end of
+//! the process only; after a power loss the jobs run again.
 //!
 //! ```
 //! # let runtime = tokio::runtime::Runtime::new().unwrap();

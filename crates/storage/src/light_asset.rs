@@ -1,12 +1,16 @@
-//! Files that lights refer to, by content. Owns the table `light_asset`; refuses to know what is in them.
+//! Light assets, identified by content. Owner of the table `light_asset`. Independent of the
+//! content of files.
 
 use brood_protocol::LightAssetKind;
 
-use crate::row::Columns;
+use crate::row::{Columns, corrupt_column};
 use crate::{StorageError, Store};
 
 impl Store {
-    /// Stores a file; the same bytes are stored once.
+    /// Stores a file. Equal files are stored once.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn put_light_asset(
         &self,
         hash: [u8; 32],
@@ -30,14 +34,20 @@ impl Store {
         .await
     }
 
-    /// What kind of file it is.
+    /// Returns the kind of a file.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn light_asset_kind(&self, hash: [u8; 32]) -> Result<LightAssetKind, StorageError> {
         let query = sqlx::query("SELECT kind FROM light_asset WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
         kind(&row)
     }
 
-    /// A file and its kind.
+    /// Returns a file and its kind.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn light_asset(
         &self,
         hash: [u8; 32],
@@ -50,6 +60,5 @@ impl Store {
 
 fn kind(row: &sqlx::sqlite::SqliteRow) -> Result<LightAssetKind, StorageError> {
     let name = row.text("kind")?;
-    LightAssetKind::from_name(&name)
-        .ok_or_else(|| StorageError::Corrupt("light_asset.kind".to_owned()))
+    LightAssetKind::from_name(&name).ok_or_else(|| corrupt_column("kind"))
 }

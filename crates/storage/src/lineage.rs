@@ -1,4 +1,5 @@
-//! Lineages: making, listing, changing, hiding. Owns the table `lineage`; removing one for good is `purge`'s.
+//! Lineages: create, list, change, hide. Owner of the table `lineage`. See `purge` for permanent
+//! removal.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,48 +10,48 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Columns, Key, damaged, signed};
+use crate::row::{Columns, Key, corrupt_column, signed};
 use crate::{StorageError, Store};
 
-/// A lineage to be stored.
+/// Lineage to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewLineage {
-    /// Its id.
+    /// Id of the lineage.
     pub id: LineageId,
-    /// Its name.
+    /// Display name.
     pub name: String,
-    /// Free text.
+    /// Notes.
     pub notes: String,
-    /// The scene its thumbnails show.
+    /// Scene of the thumbnails.
     pub scene: SceneId,
-    /// Side of its thumbnails in pixels.
+    /// Side of the thumbnails in pixels.
     pub thumbnail_px: u32,
-    /// What its genomes may use.
+    /// Dialect of its genomes.
     pub dialect: Dialect,
-    /// Colour matrix of random children.
+    /// Colour saturation of random children, 0 to 1.
     pub saturation: f32,
-    /// Whether random children are under the energy limit.
+    /// True if random children are under the energy limit.
     pub energy_limit: bool,
-    /// When it was made, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
 }
 
-/// A place in the list of lineages: after the one that it names, whether or not that one is still there.
+/// Position in the list of lineages: after the lineage it names, even if that has been removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineageCursor {
-    /// When the lineage was made, milliseconds since 1970.
+    /// Creation time of the lineage, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// Its id.
+    /// Id of the lineage.
     pub id: LineageId,
 }
 
-/// A text that no list has given as a cursor.
+/// Error of parsing a [`LineageCursor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("not a place in the list of lineages")]
+#[error("the cursor must be the `next` of an earlier page")]
 pub struct BadCursor;
 
 impl LineageCursor {
-    /// The place of a lineage.
+    /// Returns the position of a lineage.
     #[must_use]
     pub fn of(lineage: &Lineage) -> Self {
         Self { created_ms: lineage.created_ms, id: lineage.id }
@@ -93,7 +94,11 @@ const NEWEST_AFTER: &str = select!(
 );
 
 impl Store {
-    /// Stores a lineage. A scene that does not exist: [`StorageError::NotFound`].
+    /// Stores a lineage.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the scene does not exist, [`StorageError::Conflict`]
+    /// if the id or the idempotency key is in use.
     pub async fn create_lineage(
         &self,
         new: NewLineage,
@@ -111,7 +116,10 @@ impl Store {
         .await
     }
 
-    /// Lineages, newest first, after the cursor.
+    /// Lists lineages, the newest first, after the cursor.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn list_lineages(
         &self,
         cursor: Option<LineageCursor>,
@@ -131,12 +139,19 @@ impl Store {
         rows.iter().map(read).collect()
     }
 
-    /// A lineage, hidden or not.
+    /// Returns a lineage, hidden or not.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn lineage(&self, id: LineageId) -> Result<Lineage, StorageError> {
         fetch(&mut *self.reader().await?, id).await
     }
 
-    /// Changes a lineage, if it still has the version that the caller has seen.
+    /// Changes a lineage.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::StaleVersion`] if its version is not `expected_version`,
+    /// [`StorageError::NotFound`] if it or the new scene does not exist.
     pub async fn patch_lineage(
         &self,
         id: LineageId,
@@ -171,7 +186,10 @@ impl Store {
         .await
     }
 
-    /// Leaves a lineage out of lists. Everything stays, and its links keep working.
+    /// Hides a lineage from lists. It is kept, and links to it still work.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn hide_lineage(&self, id: LineageId) -> Result<(), StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -186,12 +204,12 @@ impl Store {
     }
 }
 
-/// Stores a lineage.
+/// Inserts a lineage.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     new: &NewLineage,
 ) -> Result<(), StorageError> {
-    let dialect = serde_json::to_string(&new.dialect).expect("a dialect is words and numbers");
+    let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage
              (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
@@ -212,7 +230,7 @@ pub(crate) async fn insert(
     Ok(())
 }
 
-/// Reads one lineage.
+/// Reads a lineage.
 pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: LineageId,
@@ -228,7 +246,7 @@ fn read(row: &SqliteRow) -> Result<Lineage, StorageError> {
         notes: row.text("notes")?,
         scene: row.id("scene_id")?,
         thumbnail_px: row.whole("thumbnail_px")?,
-        dialect: serde_json::from_str(dialect).map_err(|_| damaged("dialect_json"))?,
+        dialect: serde_json::from_str(dialect).map_err(|_| corrupt_column("dialect_json"))?,
         saturation: row.single("saturation")?,
         energy_limit: row.flag("energy_limit")?,
         generations: row.whole("generations")?,

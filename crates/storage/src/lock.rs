@@ -1,18 +1,18 @@
-//! The lock of the data directory: one server a directory. Owns the lock file; refuses to know what else is there.
+//! Lock of the data directory: at most one server per directory.
 
 use std::fs::{DirBuilder, File, TryLockError};
 use std::path::Path;
 
 use crate::StorageError;
 
-/// Held for as long as the write connection is open.
+/// Held while the write connection is open.
 #[derive(Debug)]
 pub(crate) struct DirectoryLock {
     _file: File,
 }
 
 impl DirectoryLock {
-    /// Makes the directory where it is missing, and takes its lock.
+    /// Creates the directory if needed and locks it.
     pub(crate) fn take(dir: &Path) -> Result<Self, StorageError> {
         let mut builder = DirBuilder::new();
         builder.recursive(true);

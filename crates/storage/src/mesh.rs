@@ -1,48 +1,52 @@
-//! Uploaded meshes by content. Owns the table `mesh`; refuses to know how the data is laid out.
+//! Uploaded meshes, identified by content. Owner of the table `mesh`. Independent of the format of
+//! the data.
 
 use brood_protocol::MeshId;
 
 use crate::row::{Columns, Key, signed};
 use crate::{StorageError, Store};
 
-/// A mesh to be stored.
+/// Mesh to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewMesh {
-    /// Its id, unless the same content has one already.
+    /// Id of the mesh, unless a mesh with the same content exists.
     pub id: MeshId,
     /// Hash of the content.
     pub content_hash: [u8; 32],
-    /// Vertices after joining equal corners.
+    /// Number of vertices after merging equal corners.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Whether the file had texture coordinates.
+    /// True if the file has texture coordinates.
     pub has_uv: bool,
-    /// What was odd, as JSON.
+    /// Warnings of the parser, as JSON.
     pub warnings_json: String,
-    /// The mesh itself, in whatever form the caller reads.
+    /// Mesh data, in the caller's format.
     pub data: Vec<u8>,
 }
 
-/// A stored mesh without its data.
+/// Stored mesh without its data.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MeshRow {
-    /// Its id.
+    /// Id of the mesh.
     pub id: MeshId,
     /// Hash of the content.
     pub content_hash: [u8; 32],
-    /// Vertices after joining equal corners.
+    /// Number of vertices after merging equal corners.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Whether the file had texture coordinates.
+    /// True if the file has texture coordinates.
     pub has_uv: bool,
-    /// What was odd, as JSON.
+    /// Warnings of the parser, as JSON.
     pub warnings_json: String,
 }
 
 impl Store {
-    /// Stores a mesh; the same content keeps the id that it got the first time.
+    /// Stores a mesh. Returns its id; equal content keeps its first id.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn put_mesh(&self, mesh: NewMesh) -> Result<MeshId, StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -70,7 +74,10 @@ impl Store {
         .await
     }
 
-    /// A mesh without its data.
+    /// Returns a mesh without its data.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn mesh(&self, id: MeshId) -> Result<MeshRow, StorageError> {
         let row = sqlx::query(
             "SELECT id, content_hash, vertices, triangles, has_uv, warnings_json
@@ -89,7 +96,10 @@ impl Store {
         })
     }
 
-    /// The data of a mesh.
+    /// Returns the data of a mesh.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn mesh_data(&self, content_hash: [u8; 32]) -> Result<Vec<u8>, StorageError> {
         let query = sqlx::query_scalar("SELECT data FROM mesh WHERE content_hash = ?");
         Ok(query.bind(content_hash.as_slice()).fetch_one(&mut *self.reader().await?).await?)

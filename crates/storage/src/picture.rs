@@ -1,4 +1,5 @@
-//! What picture keys stand for. Owns the table `picture`; refuses to know pixels, which are derived and kept elsewhere.
+//! Picture keys and their parameters. Owner of the table `picture`. Pixels are derived and cached
+//! elsewhere.
 
 use brood_genome::GenomeHash;
 use brood_protocol::{Backend, PictureFormat, PictureKey, PixelArea, Sampling, SceneId};
@@ -6,17 +7,17 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
 use crate::genome::CHUNK_ROWS;
-use crate::row::{Columns, Key, damaged, set};
+use crate::row::{Columns, Key, corrupt_column, json_set};
 use crate::{StorageError, Store};
 
-/// All that is needed to render a picture, under its key.
+/// Parameters that are needed to render a picture, with its key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureRow {
-    /// The key.
+    /// Key of the picture.
     pub key: PictureKey,
-    /// A genome whose program it shows.
+    /// Genome with the picture's program.
     pub genome_hash: GenomeHash,
-    /// The scene.
+    /// Id of the scene.
     pub scene: SceneId,
     /// Position of the light on the scene's light circle, in degrees.
     pub light_deg: f64,
@@ -24,23 +25,26 @@ pub struct PictureRow {
     pub size_px: u32,
     /// Samples per pixel.
     pub sampling: Sampling,
-    /// The part that it shows; all of it if absent.
+    /// Area of the picture; `None` for the whole.
     pub area: Option<PixelArea>,
-    /// The file.
+    /// File format.
     pub format: PictureFormat,
-    /// The evaluator.
+    /// Evaluator.
     pub backend: Backend,
-    /// The renderer that the key was made for.
+    /// Version of the renderer that the key was made for.
     pub renderer_version: u32,
 }
 
-/// A picture key to be stored: the same facts as are read back.
+/// Picture key to be stored; the same as is read back.
 pub type NewPicture = PictureRow;
 
 impl Store {
-    /// Stores keys; those that are there already stay as they are. Writes nothing where all are.
+    /// Stores keys. Existing keys are unchanged; nothing is written if all exist.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if a genome or scene does not exist.
     pub async fn put_pictures(&self, mut pictures: Vec<NewPicture>) -> Result<(), StorageError> {
-        let known = set(pictures.iter().map(|picture| picture.key.0.as_slice()));
+        let known = json_set(pictures.iter().map(|picture| picture.key.0.as_slice()));
         let rows = sqlx::query(
             "SELECT key FROM picture WHERE key IN (SELECT unhex(value) FROM json_each(?))",
         )
@@ -58,7 +62,10 @@ impl Store {
         self.write(move |conn| Box::pin(async move { insert(conn, &pictures).await })).await
     }
 
-    /// What a key stands for.
+    /// Returns the parameters of a key.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the key is unknown.
     pub async fn picture(&self, key: PictureKey) -> Result<PictureRow, StorageError> {
         let row = sqlx::query(
             "SELECT key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
@@ -72,7 +79,7 @@ impl Store {
     }
 }
 
-/// Stores keys; those that are there already stay as they are.
+/// Inserts keys. Existing keys are unchanged.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     pictures: &[NewPicture],
@@ -91,7 +98,7 @@ pub(crate) async fn insert(
                 .push_bind(picture.sampling.least())
                 .push_bind(picture.sampling == Sampling::Adaptive)
                 .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
-                .push_bind(format_word(picture.format))
+                .push_bind(format_name(picture.format))
                 .push_bind(picture.backend.name())
                 .push_bind(picture.renderer_version);
         });
@@ -110,23 +117,25 @@ fn read(row: &SqliteRow) -> Result<PictureRow, StorageError> {
         size_px: row.whole("size_px")?,
         sampling: match row.flag("adaptive")? {
             true => Sampling::Adaptive,
-            false => Sampling::fixed(row.whole("samples")?).map_err(|_| damaged("samples"))?,
+            false => {
+                Sampling::fixed(row.whole("samples")?).map_err(|_| corrupt_column("samples"))?
+            }
         },
         area: match row.text("area")?.as_str() {
             "" => None,
-            text => Some(text.parse().map_err(|_| damaged("area"))?),
+            text => Some(text.parse().map_err(|_| corrupt_column("area"))?),
         },
         format: match row.text("format")?.as_str() {
             "png" => PictureFormat::Png,
             "exr" => PictureFormat::Exr,
-            _ => return Err(damaged("format")),
+            _ => return Err(corrupt_column("format")),
         },
-        backend: row.text("backend")?.parse().map_err(|_| damaged("backend"))?,
+        backend: row.text("backend")?.parse().map_err(|_| corrupt_column("backend"))?,
         renderer_version: row.whole("renderer_version")?,
     })
 }
 
-fn format_word(format: PictureFormat) -> &'static str {
+fn format_name(format: PictureFormat) -> &'static str {
     match format {
         PictureFormat::Png => "png",
         PictureFormat::Exr => "exr",

@@ -1,5 +1,6 @@
-//! Removing a lineage for good. Owns what may go with it (genomes and picture keys that nobody else refers to) and what
-//! must not (hashes of parents in other lineages, genomes that were saved by hand, twins' pictures).
+//! Permanent removal of a lineage. It also removes genomes and picture keys without other
+//! references. It keeps hashes of parents in other lineages, genomes saved by hand, and pictures of
+//! programs that a remaining genome shares.
 
 use brood_protocol::LineageId;
 use sqlx::SqliteConnection;
@@ -7,49 +8,55 @@ use sqlx::SqliteConnection;
 use crate::row::Key;
 use crate::{StorageError, Store};
 
-/// Genomes that may be left without anyone who refers to them. Temporary: gone with the connection.
-const REMEMBER: &str =
-    "CREATE TEMP TABLE IF NOT EXISTS doomed (hash BLOB NOT NULL PRIMARY KEY) STRICT";
-const FORGET: &str = "DELETE FROM temp.doomed";
-const CANDIDATES: &str = "INSERT INTO temp.doomed
+/// Temporary table of genomes that may lose their last reference. It is dropped with the
+/// connection.
+const CREATE_CANDIDATES: &str =
+    "CREATE TEMP TABLE IF NOT EXISTS purge_candidate (hash BLOB NOT NULL PRIMARY KEY) STRICT";
+const CLEAR_CANDIDATES: &str = "DELETE FROM temp.purge_candidate";
+const FILL_CANDIDATES: &str = "INSERT INTO temp.purge_candidate
     SELECT genome_hash FROM individual WHERE lineage_id = ?1
     UNION
     SELECT genome_hash FROM generation_parent
         WHERE generation_id IN (SELECT id FROM generation WHERE lineage_id = ?1)";
-/// Individuals and generations, and with those their parents' places, go by cascade.
-const REMOVE: &str = "DELETE FROM lineage WHERE id = ?";
-const SPARE: &str = "DELETE FROM temp.doomed WHERE
+/// Individuals, generations and their parent rows are deleted by cascade.
+const REMOVE_LINEAGE: &str = "DELETE FROM lineage WHERE id = ?";
+const KEEP_REFERENCED: &str = "DELETE FROM temp.purge_candidate WHERE
     hash IN (SELECT hash FROM genome WHERE kept = 1)
-    OR EXISTS (SELECT 1 FROM individual WHERE genome_hash = doomed.hash)
-    OR EXISTS (SELECT 1 FROM generation_parent WHERE genome_hash = doomed.hash)";
-/// A picture belongs to a program: a surviving genome with the same program takes it over.
-const HAND_OVER: &str = "UPDATE picture SET genome_hash = coalesce(
+    OR EXISTS (SELECT 1 FROM individual WHERE genome_hash = purge_candidate.hash)
+    OR EXISTS (SELECT 1 FROM generation_parent WHERE genome_hash = purge_candidate.hash)";
+/// A picture belongs to a program: assign it to a remaining genome with the same program.
+const REASSIGN_PICTURES: &str = "UPDATE picture SET genome_hash = coalesce(
         (SELECT twin.hash FROM genome AS twin
          WHERE twin.program_hash =
                  (SELECT program_hash FROM genome WHERE hash = picture.genome_hash)
-             AND twin.hash NOT IN (SELECT hash FROM temp.doomed)
+             AND twin.hash NOT IN (SELECT hash FROM temp.purge_candidate)
          LIMIT 1),
         genome_hash)
-    WHERE genome_hash IN (SELECT hash FROM temp.doomed)";
-const REMOVE_GENOMES: &str = "DELETE FROM genome WHERE hash IN (SELECT hash FROM temp.doomed)";
+    WHERE genome_hash IN (SELECT hash FROM temp.purge_candidate)";
+const REMOVE_GENOMES: &str =
+    "DELETE FROM genome WHERE hash IN (SELECT hash FROM temp.purge_candidate)";
 
 impl Store {
-    /// Removes a lineage with its generations, individuals, and the genomes and picture keys that nothing else needs.
-    /// Children of its individuals in other lineages keep their parent's hash.
+    /// Removes a lineage with its generations and individuals, and the genomes and picture keys
+    /// without other references. Children of its individuals in other lineages keep the parent's
+    /// hash.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn purge_lineage(&self, id: LineageId) -> Result<(), StorageError> {
         self.write(move |conn| Box::pin(async move { purge(conn, id).await })).await
     }
 }
 
 async fn purge(conn: &mut SqliteConnection, id: LineageId) -> Result<(), StorageError> {
-    for sql in [REMEMBER, FORGET] {
+    for sql in [CREATE_CANDIDATES, CLEAR_CANDIDATES] {
         sqlx::query(sql).execute(&mut *conn).await?;
     }
-    sqlx::query(CANDIDATES).bind(id.key()).execute(&mut *conn).await?;
-    if sqlx::query(REMOVE).bind(id.key()).execute(&mut *conn).await?.rows_affected() == 0 {
+    sqlx::query(FILL_CANDIDATES).bind(id.key()).execute(&mut *conn).await?;
+    if sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(&mut *conn).await?.rows_affected() == 0 {
         return Err(StorageError::NotFound);
     }
-    for sql in [SPARE, HAND_OVER, REMOVE_GENOMES, FORGET] {
+    for sql in [KEEP_REFERENCED, REASSIGN_PICTURES, REMOVE_GENOMES, CLEAR_CANDIDATES] {
         sqlx::query(sql).execute(&mut *conn).await?;
     }
     Ok(())

@@ -1,5 +1,5 @@
-//! Between Rust's types and SQLite's: ids, hashes and whole numbers as columns, sets as JSON parameters. Owns the
-//! conversions; refuses to know tables.
+//! Conversions between Rust types and SQLite values: ids, hashes and integers as columns, sets as
+//! JSON parameters. Independent of tables.
 
 use brood_protocol::{GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId};
 use sqlx::Row;
@@ -7,7 +7,7 @@ use sqlx::sqlite::SqliteRow;
 
 use crate::StorageError;
 
-/// An id that is kept as 16 bytes.
+/// Id that is stored as a BLOB of 16 bytes.
 pub(crate) trait Key: Copy {
     fn from_key(bytes: [u8; 16]) -> Self;
     fn key(&self) -> &[u8];
@@ -29,7 +29,7 @@ macro_rules! keys {
 
 keys!(GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId);
 
-/// Columns by name. What cannot be read was never written: the file is damaged.
+/// Typed access to columns by name. A value of the wrong form means that the file is damaged.
 pub(crate) trait Columns {
     fn blob(&self, column: &str) -> Result<Vec<u8>, StorageError>;
     fn optional_blob(&self, column: &str) -> Result<Option<Vec<u8>>, StorageError>;
@@ -52,7 +52,7 @@ pub(crate) trait Columns {
     }
 
     fn whole<T: TryFrom<i64>>(&self, column: &str) -> Result<T, StorageError> {
-        T::try_from(self.integer(column)?).map_err(|_| damaged(column))
+        T::try_from(self.integer(column)?).map_err(|_| corrupt_column(column))
     }
 
     fn flag(&self, column: &str) -> Result<bool, StorageError> {
@@ -60,7 +60,7 @@ pub(crate) trait Columns {
     }
 
     fn single(&self, column: &str) -> Result<f32, StorageError> {
-        self.real(column).map(narrow)
+        self.real(column).map(f32_from_real)
     }
 }
 
@@ -90,34 +90,35 @@ impl Columns for SqliteRow {
     }
 }
 
-/// A REAL that was an f32 when it was written, and is one again without loss.
-pub(crate) fn narrow(real: f64) -> f32 {
+/// Converts a REAL that was stored from an f32; the conversion is exact.
+pub(crate) fn f32_from_real(real: f64) -> f32 {
     real as f32
 }
 
-/// The damage that an unreadable column is.
-pub(crate) fn damaged(column: &str) -> StorageError {
-    StorageError::Corrupt(format!("column {column} holds what was never written"))
+/// Error for a column with an invalid value.
+pub(crate) fn corrupt_column(column: &str) -> StorageError {
+    StorageError::Corrupt(format!("column {column} has an invalid value"))
 }
 
 fn exact<const N: usize>(bytes: &[u8], column: &str) -> Result<[u8; N], StorageError> {
-    bytes.try_into().map_err(|_| damaged(column))
+    bytes.try_into().map_err(|_| corrupt_column(column))
 }
 
-/// A count or version as SQLite's signed integer; what does not fit could not have been stored and matches nothing.
+/// Converts a count or version to SQLite's signed integer. A value that does not fit was never
+/// stored and matches no row.
 pub(crate) fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
 
-/// A set of byte strings as one parameter, to be read back with `SELECT unhex(value) FROM json_each(?)`: the statement
-/// stays the same however large the set is.
-pub(crate) fn set<'a>(items: impl IntoIterator<Item = &'a [u8]>) -> String {
+/// Encodes a set of byte strings as one parameter, to be read with `SELECT unhex(value) FROM
+/// json_each(?)`: the statement is the same for every size of the set.
+pub(crate) fn json_set<'a>(items: impl IntoIterator<Item = &'a [u8]>) -> String {
     use std::fmt::Write as _;
     let mut json = String::from("[");
     for item in items {
         json.push_str(if json.len() == 1 { "\"" } else { ",\"" });
         for byte in item {
-            write!(json, "{byte:02x}").expect("a string takes all that is written to it");
+            write!(json, "{byte:02x}").expect("writing to a string does not fail");
         }
         json.push('"');
     }

@@ -1,4 +1,5 @@
-//! Scenes by content. Owns the table `scene`; refuses to know what the JSON says.
+//! Scenes, identified by content. Owner of the table `scene`. Independent of the content of the
+//! JSON text.
 
 use brood_protocol::SceneId;
 
@@ -6,7 +7,10 @@ use crate::row::{Columns, Key};
 use crate::{StorageError, Store};
 
 impl Store {
-    /// Stores a scene; equal JSON, told by its hash, gets the id that it got the first time.
+    /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn put_scene(
         &self,
         json: &str,
@@ -36,7 +40,10 @@ impl Store {
         .await
     }
 
-    /// The JSON of a scene.
+    /// Returns the JSON text of a scene.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn scene(&self, id: SceneId) -> Result<String, StorageError> {
         let query = sqlx::query_scalar("SELECT json FROM scene WHERE id = ?");
         Ok(query.bind(id.key()).fetch_one(&mut *self.reader().await?).await?)

@@ -1,6 +1,6 @@
-//! Searches as people see them: asked for, listed, paused, resumed, cancelled. Owns the tables `search` and `search_log`
-//! together with `search_lease`, which is the workers' side. Every change is a compare-and-set on the state, and counts the epoch
-//! up, so that a worker which still has the search is told to leave it.
+//! Searches as users see them: create, list, pause, resume, cancel. Owner of the tables `search`
+//! and `search_log`, together with `search_lease`, the workers' side. Each change is a
+//! compare-and-set on the state. It increments the epoch and so invalidates the lease of a worker.
 
 use std::collections::BTreeMap;
 
@@ -12,87 +12,87 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 
 use crate::lineage::{self, NewLineage};
-use crate::row::{Columns, Key, damaged};
+use crate::row::{Columns, Key, corrupt_column};
 use crate::{Idempotency, StorageError, Store, idempotency};
 
-/// A search to be stored.
+/// Search to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewSearch {
-    /// Its id.
+    /// Id of the search.
     pub id: JobId,
-    /// What is to be matched.
+    /// Id of the target.
     pub target: TargetId,
-    /// Where its results are born.
+    /// Lineage of the results.
     pub lineage: LineageId,
-    /// That lineage, where it is to be made.
+    /// That lineage, if it is to be created.
     pub new_lineage: Option<NewLineage>,
-    /// How it goes about it.
+    /// Options of the search.
     pub options: SearchOptions,
-    /// The genomes that it starts from, in whatever form the caller reads.
+    /// Genomes to start from, in the caller's format.
     pub start: Vec<u8>,
-    /// When it was asked for, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// The answer to be remembered.
+    /// Idempotency record to be stored with it.
     pub idempotency: Option<Idempotency>,
 }
 
-/// A search without its checkpoint.
+/// Search without its checkpoint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredSearch {
-    /// Its id.
+    /// Id of the search.
     pub id: JobId,
-    /// What is to be matched.
+    /// Id of the target.
     pub target: TargetId,
-    /// Where its results are born.
+    /// Lineage of the results.
     pub lineage: LineageId,
-    /// Where it stands.
+    /// State of the search.
     pub state: SearchState,
-    /// Counted up by whatever happens to it.
+    /// Epoch; incremented by every change except a step that keeps the lease.
     pub epoch: u64,
-    /// Workers that died over it since it last came forward.
+    /// Consecutive worker deaths since the last step.
     pub deaths: u32,
-    /// Who has it.
+    /// Worker that has the lease.
     pub worker: Option<String>,
-    /// Why it failed.
+    /// Reason of a failure.
     pub reason: Option<String>,
-    /// Generations so far.
+    /// Number of generations so far.
     pub generation: u32,
-    /// How often a material has been held against samples.
+    /// Number of evaluated candidates so far.
     pub evaluations: u64,
-    /// Time searched.
+    /// Search time so far, in seconds.
     pub seconds: f64,
-    /// Error of the best where it is fitted.
+    /// E_log of the best candidate on the fitted samples.
     pub fitted: Option<f64>,
-    /// Error of the best where it is held back.
+    /// E_log of the best candidate on the validation samples.
     pub held: Option<f64>,
-    /// Hash of its checkpoint.
+    /// Hash of the checkpoint.
     pub population: Option<[u8; 32]>,
-    /// How it goes about it.
+    /// Options of the search.
     pub options: SearchOptions,
-    /// The best that was made an individual.
+    /// Best material that is an individual.
     pub best: Option<FoundMaterial>,
-    /// When it was asked for, milliseconds since 1970.
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// When a worker first had it.
+    /// Time of the first lease, in milliseconds since 1970-01-01 UTC.
     pub started_ms: Option<i64>,
-    /// When it ended.
+    /// Time of the end, in milliseconds since 1970-01-01 UTC.
     pub ended_ms: Option<i64>,
 }
 
-/// What somebody wants of a search.
+/// Change of a search's state by a user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchChange {
-    /// To wait.
+    /// Stops a queued or running search until it is resumed.
     Pause,
-    /// To go on.
+    /// Returns a paused search to the queue.
     Resume,
-    /// To end.
+    /// Ends a search.
     Cancel,
 }
 
 impl SearchChange {
-    /// Where it leads, and from where.
-    fn way(self) -> (SearchState, &'static [SearchState]) {
+    /// Returns the new state and the states from which the change is allowed.
+    fn transition(self) -> (SearchState, &'static [SearchState]) {
         use SearchState::{Cancelled, Paused, Queued, Running};
         match self {
             Self::Pause => (Paused, &[Queued, Running]),
@@ -102,8 +102,8 @@ impl SearchChange {
     }
 }
 
-/// The place behind all others.
-pub(crate) const LAST_TURN: &str = "(SELECT coalesce(max(turn), 0) + 1 FROM search)";
+/// Position at the end of the queue.
+pub(crate) const NEXT_TURN: &str = "(SELECT coalesce(max(turn), 0) + 1 FROM search)";
 
 macro_rules! select {
     ($rest:literal) => {
@@ -124,18 +124,28 @@ const NEWEST: &str = select!(
 );
 
 impl Store {
-    /// Stores a search that waits for a worker, unless so many wait already: [`StorageError::QueueFull`]. A target or a
-    /// lineage that does not exist: [`StorageError::NotFound`].
+    /// Stores a search and enqueues it.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::QueueFull`] if `max_queued` searches are queued,
+    /// [`StorageError::NotFound`] if the target or the lineage does not exist.
     pub async fn create_search(&self, new: NewSearch, max_queued: u32) -> Result<(), StorageError> {
         self.write(move |conn| Box::pin(async move { insert(conn, new, max_queued).await })).await
     }
 
-    /// One search.
+    /// Returns a search.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn search(&self, id: JobId) -> Result<StoredSearch, StorageError> {
         fetch(&mut *self.reader().await?, id).await
     }
 
-    /// Searches, newest first, before one of them; only those of a lineage where one is named.
+    /// Lists searches, the newest first, those before `before`; only those of `lineage` if it is
+    /// given.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn list_searches(
         &self,
         before: Option<JobId>,
@@ -148,7 +158,11 @@ impl Store {
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(read).collect()
     }
 
-    /// Pauses, resumes or cancels a search; where it stands, if it cannot be done from there.
+    /// Pauses, resumes or cancels a search. The inner error is the current state, if the change is
+    /// not allowed from it.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the search does not exist.
     pub async fn change_search(
         &self,
         id: JobId,
@@ -158,13 +172,13 @@ impl Store {
         self.write(move |conn| {
             Box::pin(async move {
                 let present = fetch(conn, id).await?;
-                let (to, from) = change.way();
+                let (to, from) = change.transition();
                 if !from.contains(&present.state) {
                     return Ok(Err(present.state));
                 }
                 let sql = format!(
                     "UPDATE search SET state = ?1, epoch = epoch + 1, worker = NULL, deaths = 0,
-                         ended_ms = ?2, turn = {LAST_TURN}
+                         ended_ms = ?2, turn = {NEXT_TURN}
                      WHERE id = ?3"
                 );
                 sqlx::query(sqlx::AssertSqlSafe(sql))
@@ -179,17 +193,23 @@ impl Store {
         .await
     }
 
-    /// The front of a search that has ended; empty before.
+    /// Returns the front of a search. It is empty until the search has ended.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the search does not exist.
     pub async fn search_front(&self, id: JobId) -> Result<Vec<FoundMaterial>, StorageError> {
         let query = sqlx::query("SELECT front_json FROM search WHERE id = ?").bind(id.key());
         let row = query.fetch_one(&mut *self.reader().await?).await?;
         let json = row.optional_text("front_json")?;
         json.map_or(Ok(Vec::new()), |json| {
-            serde_json::from_str(&json).map_err(|_| damaged("front_json"))
+            serde_json::from_str(&json).map_err(|_| corrupt_column("front_json"))
         })
     }
 
-    /// Lines of a search's log after a generation, in order.
+    /// Returns log lines of a search after generation `after`, in order.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn search_log(
         &self,
         id: JobId,
@@ -226,7 +246,10 @@ impl Store {
         rows.iter().map(line).collect()
     }
 
-    /// How many searches there are, by state.
+    /// Returns the number of searches by state.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>, StorageError> {
         let sql = "SELECT state, count(*) AS searches FROM search GROUP BY state";
         let rows = sqlx::query(sql).fetch_all(&mut *self.reader().await?).await?;
@@ -260,7 +283,7 @@ async fn insert(
     let sql = format!(
         "INSERT INTO search (id, target_id, target_kind, target_hash, lineage_id, state, epoch,
              turn, deaths, generation, evaluations, seconds, created_ms, options_json, start)
-         SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {LAST_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5
+         SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {NEXT_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5
          FROM target WHERE id = ?6"
     );
     let done = sqlx::query(sqlx::AssertSqlSafe(sql))
@@ -275,7 +298,7 @@ async fn insert(
     if done.rows_affected() == 0 { Err(StorageError::NotFound) } else { Ok(()) }
 }
 
-/// One search.
+/// Reads a search.
 pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: JobId,
@@ -305,18 +328,18 @@ fn read(row: &SqliteRow) -> Result<StoredSearch, StorageError> {
             None => None,
         },
         options: options(row)?,
-        best: best.map_err(|_| damaged("best_json"))?,
+        best: best.map_err(|_| corrupt_column("best_json"))?,
         created_ms: row.integer("created_ms")?,
         started_ms: row.try_get("started_ms")?,
         ended_ms: row.try_get("ended_ms")?,
     })
 }
 
-/// How a search goes about it.
+/// Reads the options of a search.
 pub(crate) fn options(row: &SqliteRow) -> Result<SearchOptions, StorageError> {
-    serde_json::from_str(&row.text("options_json")?).map_err(|_| damaged("options_json"))
+    serde_json::from_str(&row.text("options_json")?).map_err(|_| corrupt_column("options_json"))
 }
 
 fn state(row: &SqliteRow) -> Result<SearchState, StorageError> {
-    SearchState::from_name(&row.text("state")?).ok_or_else(|| damaged("state"))
+    SearchState::from_name(&row.text("state")?).ok_or_else(|| corrupt_column("state"))
 }

@@ -1,80 +1,80 @@
-//! Searches in workers' hands: claimed, brought forward, ended, given back. The workers' side of the table `search`; every
-//! movement is a compare-and-set on id, epoch and state.
+//! Leases of searches: claim, step, end, release. The workers' side of the table `search`; each
+//! transition is a compare-and-set on id, epoch and state.
 //!
-//! What a worker tells between two recorded individuals survives the death of the process but not the loss of power: the
-//! search is the same sequence of generations every time, so what a power cut undoes is done again. What is recorded is as
-//! durable as a birth.
+//! A step without a recorded individual survives the end of the process but not a power loss: a
+//! search computes the same sequence of generations every time, so lost steps are repeated. A step
+//! that records an individual is as durable as a generation.
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 
 use crate::row::{Columns, Key, signed};
-use crate::search::{self, LAST_TURN, StoredSearch};
+use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::{StorageError, Store};
 
-/// So many workers in a row die over one search before it is given up. One that comes forward in between starts afresh: a long
-/// search must not fail because its machine was short of memory once a day.
+/// A search fails after this many consecutive worker deaths without progress. Every step resets the
+/// count: a long search must not fail because its machine runs out of memory once a day.
 const MAX_DEATHS: i64 = 3;
-/// Lines that are written by one statement.
+/// Number of log lines per INSERT.
 const CHUNK_LINES: usize = 100;
 
-/// A search that was just leased.
+/// Search that has just been leased.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClaimedSearch {
-    /// Its id.
+    /// Id of the search.
     pub id: JobId,
-    /// Counted up by whatever happens to it.
+    /// Epoch of this lease. Every other change of the search increments it.
     pub epoch: u64,
-    /// What kind of file the target is.
+    /// Kind of the target's file.
     pub target_kind: String,
-    /// The target's file.
+    /// Content hash of the target's file.
     pub target_hash: [u8; 32],
-    /// How it goes about it.
+    /// Options of the search.
     pub options: SearchOptions,
-    /// Time searched before.
+    /// Search time so far, in seconds.
     pub seconds: f64,
-    /// Error, where it is held back, of the best that was made an individual.
+    /// Validation error of the best material that is already an individual.
     pub recorded: Option<f64>,
-    /// The genomes that it starts from, as they were handed over.
+    /// Genomes to start from, in the caller's format.
     pub start: Vec<u8>,
-    /// The state to go on from.
+    /// Checkpoint to resume from.
     pub checkpoint: Option<Vec<u8>>,
 }
 
-/// How far a worker has brought a search.
+/// Progress of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchStep {
-    /// The search.
+    /// Id of the search.
     pub id: JobId,
-    /// Its epoch.
+    /// Epoch of the lease.
     pub epoch: u64,
-    /// The generations since the step before.
+    /// Generations since the previous step.
     pub lines: Vec<GenerationLine>,
-    /// The state after them, and its hash.
+    /// Checkpoint after them, and its hash.
     pub checkpoint: Option<(Vec<u8>, [u8; 32])>,
-    /// The best that becomes an individual with this step.
+    /// Best material, if it becomes an individual with this step.
     pub best: Option<FoundMaterial>,
-    /// The hash of the best before this step.
+    /// Genome hash of the best individual before this step.
     pub best_before: Option<GenomeHash>,
-    /// Time searched in all.
+    /// Total search time, in seconds.
     pub seconds: f64,
-    /// Whether it goes behind the others that wait.
+    /// True to give up the lease and move to the end of the queue.
     pub yields: bool,
-    /// How it ends, where it does.
+    /// End of the search, if it ends with this step.
     pub end: Option<SearchEnd>,
 }
 
-/// How a search ends.
+/// End of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchEnd {
-    /// Where it stands from now on.
+    /// Final state.
     pub state: SearchState,
-    /// Why, where it failed.
+    /// Reason of a failure.
     pub reason: Option<String>,
-    /// What it found.
+    /// Materials of the front.
     pub front: Vec<FoundMaterial>,
-    /// When, milliseconds since 1970.
+    /// Time of the end, in milliseconds since 1970-01-01 UTC.
     pub ended_ms: i64,
 }
 
@@ -91,10 +91,13 @@ const RELEASE: &str = "UPDATE search SET
         worker = NULL
     WHERE id = ?4 AND epoch = ?5 AND state = 'running'";
 
-const STALE: StorageError = StorageError::Conflict { what: "the lease" };
+const STALE: StorageError = StorageError::Conflict { what: "the lease is no longer valid" };
 
 impl Store {
-    /// Leases the search whose turn it is.
+    /// Leases the first search of the queue. Returns `None` if no search is queued.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn claim_search(
         &self,
         worker: &str,
@@ -121,13 +124,20 @@ impl Store {
         .await
     }
 
-    /// Whether a search waits for a worker.
+    /// True if a search is queued.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn any_search_queued(&self) -> Result<bool, StorageError> {
         let sql = "SELECT EXISTS (SELECT 1 FROM search WHERE state = 'queued')";
         Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
     }
 
-    /// Writes a step that brings forth no individual. A stale epoch changes nothing: [`StorageError::Conflict`].
+    /// Stores a step without an individual. For a step with one, see
+    /// [`NewGeneration::search`](crate::NewGeneration::search).
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch, StorageError> {
         if step.end.is_some() {
             return self
@@ -138,8 +148,11 @@ impl Store {
             .await
     }
 
-    /// A leased search comes back to its queue, or is given up where workers died over it again and again. A stale epoch
-    /// changes nothing: [`StorageError::Conflict`].
+    /// Returns a leased search to its queue. After the third consecutive worker death it fails
+    /// instead.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn release_search(
         &self,
         id: JobId,
@@ -166,7 +179,11 @@ impl Store {
         .await
     }
 
-    /// Puts all leased searches back: for the start, when no lease of the last run holds any more. Returns how many.
+    /// Returns all leased searches to the queue, at the start of the server, when all leases of the
+    /// previous run are void. Returns the number of searches.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
     pub async fn requeue_all_searches(&self) -> Result<u64, StorageError> {
         self.write_relaxed(move |conn| {
             Box::pin(async move {
@@ -187,7 +204,7 @@ async fn step_and_fetch(
     search::fetch(conn, step.id).await
 }
 
-/// Writes a step.
+/// Stores a step.
 pub(crate) async fn apply(
     conn: &mut SqliteConnection,
     step: &SearchStep,
@@ -197,16 +214,16 @@ pub(crate) async fn apply(
         (None, true) => SearchState::Queued,
         (None, false) => SearchState::Running,
     };
-    let goes_on = state == SearchState::Running;
+    let keeps_lease = state == SearchState::Running;
     let last = step.lines.last();
-    let json = |best| serde_json::to_string(best).expect("what was found is plain data");
+    let json = |best| serde_json::to_string(best).expect("found materials are plain data");
     let front = step.end.as_ref().map(|end| serde_json::to_string(&end.front));
-    let front = front.transpose().expect("what was found is plain data");
+    let front = front.transpose().expect("found materials are plain data");
     let sql = format!(
         "UPDATE search SET state = ?1, deaths = 0,
              epoch = epoch + (CASE WHEN ?2 THEN 0 ELSE 1 END),
              worker = CASE WHEN ?2 THEN worker END,
-             turn = CASE WHEN ?3 THEN {LAST_TURN} ELSE turn END,
+             turn = CASE WHEN ?3 THEN {NEXT_TURN} ELSE turn END,
              generation = coalesce(?4, generation), evaluations = coalesce(?5, evaluations),
              seconds = ?6, fitted = coalesce(?7, fitted), held = coalesce(?8, held),
              recorded = CASE WHEN ?9 IS NULL THEN recorded ELSE coalesce(?8, recorded) END,
@@ -217,7 +234,7 @@ pub(crate) async fn apply(
     );
     let done = sqlx::query(sqlx::AssertSqlSafe(sql))
         .bind(state.name())
-        .bind(goes_on)
+        .bind(keeps_lease)
         .bind(step.yields)
         .bind(last.map(|line| line.generation))
         .bind(last.map(|line| signed(line.evaluations)))
@@ -267,7 +284,8 @@ async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), Stora
     Ok(())
 }
 
-/// Errors before there is anything are infinite, which neither the table nor JSON has a word for.
+/// Returns `None` for an infinite error, which neither SQLite nor JSON can represent. Errors are
+/// infinite before the first candidate.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }

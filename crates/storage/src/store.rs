@@ -1,5 +1,5 @@
-//! The store as a whole: opening, closing, backup, counts. Owns the directory's layout and who may be in it; the
-//! aggregates add their own methods in files of their own.
+//! The store: opening, closing, backup, row counts, and access to the read and write connections.
+//! The methods for each kind of record are in the other modules.
 
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
@@ -13,15 +13,15 @@ use tokio::task::JoinHandle;
 
 use crate::lock::DirectoryLock;
 use crate::row::Columns;
-use crate::writer::{Committed, Durability, Running, Writer};
+use crate::writer::{Committed, Durability, WriteFuture, Writer};
 use crate::{StorageError, connection};
 
 const FILE: &str = "brood.db";
-/// Each has a thread of its own; reads are short.
+/// Number of read connections. Each has its own thread; reads are short.
 const READERS: u32 = 4;
 const READER_WAIT: Duration = Duration::from_secs(5);
 
-/// The data directory of one server. Clones share it.
+/// Store of one data directory. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Store {
     inner: Arc<Inner>,
@@ -37,10 +37,10 @@ struct Inner {
     claims: AtomicU64,
 }
 
-/// Rows by table.
+/// Number of rows by table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StoreCounts {
-    /// Lineages, hidden ones too.
+    /// Lineages, including hidden ones.
     pub lineages: u64,
     /// Generations.
     pub generations: u64,
@@ -52,22 +52,27 @@ pub struct StoreCounts {
     pub scenes: u64,
     /// Uploaded meshes.
     pub meshes: u64,
-    /// Uploaded profiles and environments.
+    /// Uploaded light assets.
     pub light_assets: u64,
     /// Picture keys.
     pub pictures: u64,
-    /// Jobs in any state.
+    /// Jobs of the render queue in any state.
     pub jobs: u64,
-    /// Remembered answers.
+    /// Idempotency records.
     pub idempotency: u64,
     /// Tokens.
     pub tokens: u64,
 }
 
 impl Store {
-    /// Opens a data directory, makes what is missing in it, and keeps other servers off it.
+    /// Opens a data directory, creates what is missing in it, and locks it against other servers.
     ///
-    /// After an end without [`Store::close`] the whole file is checked first.
+    /// If the last process did not call [`Store::close`], the whole file is checked first.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Locked`] if another server uses the directory,
+    /// [`StorageError::Unsupported`] if it belongs to another version, [`StorageError::Corrupt`] if
+    /// the check fails, [`StorageError::Directory`] if it is not accessible.
     pub async fn open(dir: &Path) -> Result<Self, StorageError> {
         let lock = DirectoryLock::take(dir)?;
         let file = dir.join(FILE);
@@ -79,16 +84,22 @@ impl Store {
             let start = Instant::now();
             connection::check(&mut conn).await?;
             let elapsed_ms = start.elapsed().as_millis();
-            tracing::info!(elapsed_ms, "the last end was unclean; the database is sound");
+            tracing::info!(
+                elapsed_ms,
+                "the last shutdown was not clean; the database check passed"
+            );
         }
         connection::migrate(&mut conn).await?;
         Self::start(conn, &file, Some(lock), sqlite_version).await
     }
 
-    /// Opens a data directory for one short command, beside a running server or alone.
+    /// Opens a data directory for a short command, also while a server is using it.
     ///
-    /// Beside a server the directory must have been made by the same version, and SQLite's own locks order the writes
-    /// of the two processes.
+    /// While a server is running, the directory must have been created by the same version;
+    /// SQLite's locks then order the writes of the two processes.
+    ///
+    /// # Errors
+    /// As [`Store::open`], except [`StorageError::Locked`].
     pub async fn open_beside(dir: &Path) -> Result<Self, StorageError> {
         match Self::open(dir).await {
             Err(StorageError::Locked) => {}
@@ -125,63 +136,78 @@ impl Store {
         Ok(Self { inner: Arc::new(inner) })
     }
 
-    /// Version of the embedded database.
+    /// Returns the version of the embedded SQLite library.
     #[must_use]
     pub fn sqlite_version(&self) -> &str {
         &self.inner.sqlite_version
     }
 
-    /// Whether a write to the disk has failed, so that all writes are refused until the process is started again.
+    /// True if a write to the disk has failed, so that all writes fail until the process is
+    /// restarted.
     #[must_use]
     pub fn is_poisoned(&self) -> bool {
         self.inner.writer.is_poisoned()
     }
 
-    /// Waits for the writes that were asked for, empties the log and closes the file. Other clones answer
-    /// [`StorageError::Closed`] from then on.
+    /// Waits for pending writes, empties the log and closes the file. Other clones then return
+    /// [`StorageError::Closed`].
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed, other variants if
+    /// the log cannot be written back.
     pub async fn close(self) -> Result<(), StorageError> {
-        // Readers go first: one that is in the middle of a read would keep the log from being emptied.
+        // Readers first: an active read would prevent the log from being emptied.
         self.inner.readers.close().await;
         let closed = self.inner.writer.close().await;
-        let task = self.inner.task.lock().expect("nothing panics under this lock").take();
+        let task = self.inner.task.lock().expect("no code panics while holding this lock").take();
         if let Some(task) = task
             && let Err(error) = task.await
         {
-            tracing::error!(%error, "the writer ended badly");
+            tracing::error!(%error, "the writer task panicked");
             return Err(StorageError::Poisoned);
         }
         closed
     }
 
-    /// Writes a copy of the database, as it is at this moment, into a new file.
+    /// Writes a consistent copy of the database into a new file.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the file exists, [`StorageError::Directory`] if it
+    /// cannot be created.
     pub async fn backup(&self, file: &Path) -> Result<(), StorageError> {
         let name = file.to_str().ok_or_else(|| {
-            StorageError::Unsupported("the name of a backup file must be UTF-8".to_owned())
+            StorageError::Unsupported("the path of the backup file must be UTF-8".to_owned())
         })?;
-        // Claiming the name first makes sure that nobody's file is touched; SQLite takes an empty file as new.
+        // Creating the file first ensures that no existing file is overwritten. SQLite treats an
+        // empty file as a new database.
         let claimed = std::fs::File::options().write(true).create_new(true).open(file);
         let claimed = claimed.map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => StorageError::Conflict { what: "the file name" },
+            std::io::ErrorKind::AlreadyExists => {
+                StorageError::Conflict { what: "the backup file already exists" }
+            }
             _ => StorageError::Directory(error),
         })?;
         let result = self.copy_into(name).await;
         if result.is_ok() {
-            return synced(&claimed, file).map_err(StorageError::Directory);
+            return sync_file(&claimed, file).map_err(StorageError::Directory);
         }
         if let Err(error) = std::fs::remove_file(file) {
-            tracing::warn!(%error, "a broken backup could not be removed");
+            tracing::warn!(%error, "cannot remove an incomplete backup");
         }
         result
     }
 
     async fn copy_into(&self, name: &str) -> Result<(), StorageError> {
-        // A connection of its own: copying takes long, and the pool is for short reads.
+        // A separate connection: copying takes long, and the pool is for short reads.
         let mut conn = self.inner.backup.connect().await?;
         sqlx::query("VACUUM INTO ?").bind(name).execute(&mut conn).await?;
         Ok(conn.close().await?)
     }
 
     /// Counts the rows of each table, for monitoring.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn counts(&self) -> Result<StoreCounts, StorageError> {
         let row = sqlx::query(COUNTS).fetch_one(&mut *self.reader().await?).await?;
         Ok(StoreCounts {
@@ -199,51 +225,51 @@ impl Store {
         })
     }
 
-    /// How many claims were granted since the start.
+    /// Returns the number of claims granted since the start.
     pub(crate) fn claims(&self) -> &AtomicU64 {
         &self.inner.claims
     }
 
-    /// A connection for one read.
+    /// Returns a connection for one read.
     pub(crate) async fn reader(&self) -> Result<PoolConnection<Sqlite>, StorageError> {
         Ok(self.inner.readers.acquire().await?)
     }
 
-    /// A connection for several reads of one state.
+    /// Returns a connection for several reads of one consistent state.
     pub(crate) async fn snapshot(&self) -> Result<Transaction<'static, Sqlite>, StorageError> {
         Ok(self.inner.readers.begin().await?)
     }
 
-    /// Writes facts: durable when this returns.
+    /// Runs a write that is durable against power loss when this returns.
     pub(crate) async fn write<T, F>(&self, operation: F) -> Result<T, StorageError>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
             + Send
             + 'static,
     {
         Ok(self.write_timed(operation).await?.0)
     }
 
-    /// The same, with where the time went.
+    /// Like [`Store::write`], and returns the times of the commit.
     pub(crate) async fn write_timed<T, F>(
         &self,
         operation: F,
     ) -> Result<(T, Committed), StorageError>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
             + Send
             + 'static,
     {
         self.inner.writer.write(Durability::PowerLoss, operation).await
     }
 
-    /// Writes what is made again when a power cut takes it.
+    /// Runs a write that survives the end of the process but not a power loss.
     pub(crate) async fn write_relaxed<T, F>(&self, operation: F) -> Result<T, StorageError>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
             + Send
             + 'static,
     {
@@ -264,8 +290,8 @@ const COUNTS: &str = "SELECT
     (SELECT count(*) FROM idempotency) AS answers,
     (SELECT count(*) FROM token) AS tokens";
 
-/// Waits until a file and its name are on disk.
-fn synced(file: &std::fs::File, path: &Path) -> std::io::Result<()> {
+/// Flushes a file and its directory entry to disk.
+fn sync_file(file: &std::fs::File, path: &Path) -> std::io::Result<()> {
     file.sync_all()?;
     #[cfg(unix)]
     if let Some(dir) = path.parent() {
@@ -275,7 +301,7 @@ fn synced(file: &std::fs::File, path: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Size of the write-ahead log: a clean end leaves none.
+/// Returns the size of the write-ahead log. It is 0 after a clean shutdown.
 fn log_bytes(dir: &Path) -> u64 {
     std::fs::metadata(dir.join(format!("{FILE}-wal"))).map_or(0, |meta| meta.len())
 }

@@ -1,28 +1,33 @@
-//! What searches are to match. Owns the tables `target` and `target_file`; refuses to know what is in a file.
+//! Search targets. Owner of the tables `target` and `target_file`. Independent of the content of
+//! files.
 
 use brood_protocol::{Target, TargetId};
 use sqlx::sqlite::SqliteRow;
 
-use crate::row::{Columns, Key, damaged};
+use crate::row::{Columns, Key, corrupt_column};
 use crate::{Idempotency, StorageError, Store, idempotency};
 
-/// A target to be stored.
+/// Target to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewTarget {
-    /// As it is answered.
+    /// The target, as the API returns it.
     pub target: Target,
-    /// Hash of its file.
+    /// Content hash of the file.
     pub hash: [u8; 32],
-    /// Its file; the same bytes are stored once.
+    /// Contents of the file. Equal files are stored once.
     pub bytes: Vec<u8>,
-    /// The answer to be remembered.
+    /// Idempotency record to be stored with it.
     pub idempotency: Option<Idempotency>,
 }
 
-const BUSY: StorageError = StorageError::Conflict { what: "the target, which a job still uses," };
+const IN_USE: StorageError =
+    StorageError::Conflict { what: "an unfinished search uses the target" };
 
 impl Store {
     /// Stores a target.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the id or the idempotency key is in use.
     pub async fn create_target(&self, new: NewTarget) -> Result<(), StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -37,7 +42,7 @@ impl Store {
                 .bind(bytes)
                 .execute(&mut *conn)
                 .await?;
-                let json = serde_json::to_string(&target).expect("answers are plain data");
+                let json = serde_json::to_string(&target).expect("a target is plain data");
                 sqlx::query(
                     "INSERT INTO target (id, kind, file_hash, created_ms, json)
                      VALUES (?, ?, ?, ?, ?)",
@@ -55,13 +60,19 @@ impl Store {
         .await
     }
 
-    /// One target.
+    /// Returns a target.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target(&self, id: TargetId) -> Result<Target, StorageError> {
         let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
         read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
 
-    /// Targets, newest first, before one of them.
+    /// Lists targets, the newest first, those before `before`.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn list_targets(
         &self,
         before: Option<TargetId>,
@@ -72,15 +83,21 @@ impl Store {
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(read).collect()
     }
 
-    /// A target's file by its hash.
+    /// Returns a target's file by its content hash.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>, StorageError> {
         let query = sqlx::query("SELECT bytes FROM target_file WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
         row.blob("bytes")
     }
 
-    /// Removes a target, and its file where no other has it. One that a search is still to match stays:
-    /// [`StorageError::Conflict`].
+    /// Deletes a target, and its file unless another target has the same.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if an
+    /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<(), StorageError> {
         self.write(move |conn| {
             Box::pin(async move {
@@ -92,7 +109,7 @@ impl Store {
                 .fetch_one(&mut *conn)
                 .await?;
                 if used > 0 {
-                    return Err(BUSY);
+                    return Err(IN_USE);
                 }
                 let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
                 let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *conn).await?;
@@ -111,5 +128,5 @@ impl Store {
 }
 
 fn read(row: &SqliteRow) -> Result<Target, StorageError> {
-    serde_json::from_str(&row.text("json")?).map_err(|_| damaged("json"))
+    serde_json::from_str(&row.text("json")?).map_err(|_| corrupt_column("json"))
 }

@@ -1,4 +1,5 @@
-//! Tests of the store through its public methods, on real files. Here: the facts that they share.
+//! Tests of the store through its public methods, on real files. This module has the shared
+//! fixtures.
 
 mod access;
 mod content;
@@ -35,7 +36,7 @@ fn genome(name: &str) -> GenomeHash {
     GenomeHash::from_bytes(hash(name))
 }
 
-/// A genome to be saved by hand, told by its name, its bytes and its program's name.
+/// Genome to be saved by hand, with the hashes of the given names.
 fn saved(name: &str, bytes: &[u8], program: &str) -> NewGenome {
     NewGenome {
         hash: genome(name),
@@ -77,7 +78,7 @@ async fn lineage(store: &Store) -> LineageId {
     store.create_lineage(new, None).await.unwrap().id
 }
 
-/// A child whose genome and program are told by their names.
+/// Child with genome and program hashes derived from a name.
 fn child(slot: u32, genome_name: &str) -> NewIndividual {
     NewIndividual {
         id: IndividualId::fresh(),
@@ -93,7 +94,7 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
     }
 }
 
-/// A generation of three, with genomes named after the given name.
+/// Generation of three children; their genomes are named after `name`.
 fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewGeneration {
     NewGeneration {
         id: GenerationId::fresh(),

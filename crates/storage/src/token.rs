@@ -1,27 +1,28 @@
-//! Tokens by the hash of their secret. Owns the table `token` and what scopes allow; refuses to see a secret.
+//! Access tokens, identified by the hash of their secret. Owner of the table `token` and of the
+//! scopes' permissions. Secrets never reach this module.
 
 use sqlx::sqlite::SqliteRow;
 
-use crate::error::taken;
-use crate::row::{Columns, damaged};
+use crate::error::unique_conflict;
+use crate::row::{Columns, corrupt_column};
 use crate::{StorageError, Store};
 
-/// What a token is good for.
+/// Permissions of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scope {
-    /// Looking.
+    /// Read only.
     Read,
-    /// Looking and breeding.
+    /// Read and breed.
     Breed,
-    /// Taking leases and handing results in, and nothing else.
+    /// Lease jobs and submit results, nothing else.
     Work,
     /// Everything.
     Admin,
 }
 
 impl Scope {
-    /// Whether a token of this scope opens what needs the other: `read` < `breed` < `admin`, and `work` apart from
-    /// both.
+    /// True if a token of this scope may do what requires `needed`: `read` < `breed` < `admin`,
+    /// with `work` separate from `read` and `breed`.
     #[must_use]
     pub fn allows(self, needed: Self) -> bool {
         match self {
@@ -31,7 +32,7 @@ impl Scope {
         }
     }
 
-    /// The word on the command line.
+    /// Returns the name used on the command line and in the table.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -56,23 +57,26 @@ impl std::str::FromStr for Scope {
         [Self::Read, Self::Breed, Self::Work, Self::Admin]
             .into_iter()
             .find(|scope| scope.name() == text)
-            .ok_or_else(|| "a scope is read, breed, work or admin".to_owned())
+            .ok_or_else(|| "the scope must be read, breed, work or admin".to_owned())
     }
 }
 
-/// A token without its secret.
+/// Token without its secret.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Token {
-    /// Its name.
+    /// Name of the token.
     pub name: String,
-    /// What it is good for.
+    /// Scope of the token.
     pub scope: Scope,
-    /// When it ends, milliseconds since 1970.
+    /// Expiry time, in milliseconds since 1970-01-01 UTC; `None` for no expiry.
     pub expires_ms: Option<i64>,
 }
 
 impl Store {
-    /// Stores a token; a name that is taken: [`StorageError::Conflict`].
+    /// Stores a token.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the name is in use.
     pub async fn create_token(
         &self,
         name: &str,
@@ -92,21 +96,27 @@ impl Store {
                 .bind(expires_ms)
                 .execute(conn)
                 .await
-                .map_err(taken("the name of the token"))?;
+                .map_err(unique_conflict("a token with this name already exists"))?;
                 Ok(())
             })
         })
         .await
     }
 
-    /// All tokens by name, expired ones too.
+    /// Lists all tokens by name, including expired ones.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn list_tokens(&self) -> Result<Vec<Token>, StorageError> {
         let query = sqlx::query("SELECT name, scope, expires_ms FROM token ORDER BY name");
         let rows = query.fetch_all(&mut *self.reader().await?).await?;
         rows.iter().map(read).collect()
     }
 
-    /// Removes a token.
+    /// Deletes a token.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if there is no token with this name.
     pub async fn revoke_token(&self, name: &str) -> Result<(), StorageError> {
         let name = name.to_owned();
         self.write(move |conn| {
@@ -121,14 +131,20 @@ impl Store {
         .await
     }
 
-    /// The token with that hash; the caller, who has a clock, looks whether it has expired.
+    /// Returns the token with this hash, or `None`. The caller checks if it has expired.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn token_by_hash(&self, hash: [u8; 32]) -> Result<Option<Token>, StorageError> {
         let query = sqlx::query("SELECT name, scope, expires_ms FROM token WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_optional(&mut *self.reader().await?).await?;
         row.as_ref().map(read).transpose()
     }
 
-    /// Whether there is a token at all, expired or not.
+    /// True if there is any token, expired or not.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
     pub async fn any_token(&self) -> Result<bool, StorageError> {
         let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
@@ -138,7 +154,7 @@ impl Store {
 fn read(row: &SqliteRow) -> Result<Token, StorageError> {
     Ok(Token {
         name: row.text("name")?,
-        scope: row.text("scope")?.parse().map_err(|_| damaged("scope"))?,
+        scope: row.text("scope")?.parse().map_err(|_| corrupt_column("scope"))?,
         expires_ms: sqlx::Row::try_get(row, "expires_ms")?,
     })
 }

@@ -1,11 +1,11 @@
-//! The one task that writes. Owns the write connection, its transactions and their order; refuses to know what is
-//! written.
+//! Writer task: owns the write connection and groups write operations into transactions.
 //!
-//! Operations come over a bounded channel. The task takes one, opens a transaction, and keeps taking what has arrived
-//! until the channel is empty; each operation runs in a savepoint of its own, one commit makes them all durable, and
-//! then all are answered. Under load the operations that arrive while the disk is busy share the next commit, and a
-//! lone one is committed at once: no timer is needed for either. Statements between operations go to the connection's
-//! thread together, because each way there and back waits for a processor.
+//! Operations arrive through a bounded channel. The task takes one, opens a transaction and adds
+//! all operations that have arrived until the channel is empty. Each operation has its own
+//! savepoint; one commit makes the group durable, and then every operation is answered. Under load,
+//! operations that arrive during a commit share the next one; a single operation is committed
+//! immediately. No timer is needed in either case. Statements between operations are sent to the
+//! connection's thread together, because each round trip waits for a processor.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -16,105 +16,109 @@ use sqlx::{Connection, Row, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::StorageError;
-use crate::error::Reach;
+use crate::error::FailureScope;
 use crate::lock::DirectoryLock;
 
-/// More than this waiting is answered as busy.
+/// Capacity of the channel. If it is full, [`StorageError::Busy`] is returned.
 const CHANNEL_OPERATIONS: usize = 256;
-/// Bounds how long the first of a group waits for the others.
+/// Largest group. It bounds the latency of a group's first operation.
 const GROUP_OPERATIONS: usize = 128;
-/// The log is copied into the file when so many operations are in it and nothing was asked for a while ...
+/// Checkpoint when idle: the log contains this many operations and none arrived for
+/// `CHECKPOINT_IDLE`.
 const CHECKPOINT_OPERATIONS: usize = 8;
-const CHECKPOINT_SILENCE: Duration = Duration::from_millis(250);
-/// ... and in any case when it has so many pages, 24 MiB of them. Whoever writes next waits for that, tens of
-/// milliseconds on a slow disk; among broods without a pause in between it is fewer than one in a hundred.
+const CHECKPOINT_IDLE: Duration = Duration::from_millis(250);
+/// Unconditional checkpoint: the log contains this many pages (24 MiB). The next write waits for
+/// it, tens of milliseconds on a slow disk; with continuous breeding fewer than 1 in 100 writes do.
 const CHECKPOINT_PAGES: i64 = 6144;
-/// How long the log is, is looked at after each fact, and after so many operations of any kind.
-const LOOK_OPERATIONS: usize = 64;
+/// The length of the log is checked after every durable write, and after this many operations of
+/// any kind.
+const LOG_CHECK_OPERATIONS: usize = 64;
 
-/// A future on the write connection.
-pub(crate) type Running<'c, T> = Pin<Box<dyn Future<Output = T> + Send + 'c>>;
-/// Answers a caller: with the operation's own result, or with what became of the whole group.
-type Settle = Box<dyn FnOnce(Result<Times, StorageError>) + Send>;
+/// Future that runs on the write connection.
+pub(crate) type WriteFuture<'c, T> = Pin<Box<dyn Future<Output = T> + Send + 'c>>;
+/// Answers a caller, with the operation's result or with the error of its group.
+type Reply = Box<dyn FnOnce(Result<GroupTimes, StorageError>) + Send>;
 
-/// When the stages of a group ended.
+/// End times of the stages of a group.
 #[derive(Debug, Clone, Copy)]
-struct Times {
-    begun: Instant,
+struct GroupTimes {
+    started: Instant,
     written: Instant,
     synced: Instant,
 }
 
-/// Where the time of a write went.
+/// Durations of the stages of a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Committed {
-    /// Waiting for the writes before it.
+    /// Waiting for earlier writes.
     pub queued: Duration,
-    /// Running the statements of its group.
+    /// Running the statements of the group.
     pub written: Duration,
-    /// Committing: writing the log and waiting for the disk.
+    /// Committing: writing the log and flushing it to disk.
     pub synced: Duration,
 }
 
-/// What an answered write survives.
+/// Failure that an answered write survives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Durability {
-    /// The loss of power: for facts.
+    /// Power loss: for data that cannot be computed again.
     PowerLoss,
-    /// The death of the process: for what is made again when it is lost.
+    /// End of the process: for work that is repeated if it is lost.
     ProcessDeath,
 }
 
-/// An operation with the channel that its answer goes to.
+/// Operation with the channel for its answer.
 struct Pending<T, F> {
     operation: F,
-    asked: Instant,
+    enqueued: Instant,
     answer: oneshot::Sender<Result<(T, Committed), StorageError>>,
 }
 
-/// [`Pending`] with its types forgotten.
+/// Type-erased [`Pending`].
 trait Operation: Send {
-    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> Running<'c, Ran>;
-    fn refuse(self: Box<Self>, error: StorageError);
+    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> WriteFuture<'c, Executed>;
+    fn reject(self: Box<Self>, error: StorageError);
 }
 
-/// An operation that was run but is not committed yet.
-struct Ran {
-    /// Where it failed, how far that reaches.
-    failure: Option<Reach>,
-    settle: Settle,
+/// Operation that has run but is not committed yet.
+struct Executed {
+    /// Scope of the failure, if the operation failed.
+    failure: Option<FailureScope>,
+    reply: Reply,
 }
 
 impl<T, F> Operation for Pending<T, F>
 where
     T: Send + 'static,
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+    F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
         + Send
         + 'static,
 {
-    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> Running<'c, Ran> {
+    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> WriteFuture<'c, Executed> {
         Box::pin(async move {
             let result = (self.operation)(conn).await;
-            let failure = result.as_ref().err().map(StorageError::reach);
-            if let (Some(Reach::Transaction | Reach::Store), Err(error)) = (failure, &result) {
-                tracing::error!(%error, detail = ?error, "a write failed");
+            let failure = result.as_ref().err().map(StorageError::failure_scope);
+            if let (Some(FailureScope::Transaction | FailureScope::Store), Err(error)) =
+                (failure, &result)
+            {
+                tracing::error!(%error, detail = ?error, "write failed");
             }
-            let (answer, asked) = (self.answer, self.asked);
-            let settle = Box::new(move |fate: Result<Times, StorageError>| {
-                let committed = |times: Times| Committed {
-                    queued: times.begun.saturating_duration_since(asked),
-                    written: times.written - times.begun,
+            let (answer, enqueued) = (self.answer, self.enqueued);
+            let reply = Box::new(move |outcome: Result<GroupTimes, StorageError>| {
+                let committed = |times: GroupTimes| Committed {
+                    queued: times.started.saturating_duration_since(enqueued),
+                    written: times.written - times.started,
                     synced: times.synced - times.written,
                 };
-                let answered = fate.and_then(|times| Ok((result?, committed(times))));
-                // A caller that has gone away does not matter: the write happened all the same.
+                let answered = outcome.and_then(|times| Ok((result?, committed(times))));
+                // The caller may be gone; the write is committed nevertheless.
                 let _ = answer.send(answered);
             });
-            Ran { failure, settle }
+            Executed { failure, reply }
         })
     }
 
-    fn refuse(self: Box<Self>, error: StorageError) {
+    fn reject(self: Box<Self>, error: StorageError) {
         let _ = self.answer.send(Err(error));
     }
 }
@@ -129,7 +133,7 @@ enum Message {
     Close(oneshot::Sender<Result<(), StorageError>>),
 }
 
-/// The callers' end of the channel.
+/// Sending end of the channel.
 #[derive(Debug, Clone)]
 pub(crate) struct Writer {
     sender: mpsc::Sender<Message>,
@@ -137,7 +141,7 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts the task. It ends when it is told to close, or when all callers are gone.
+    /// Starts the task. It ends on [`Writer::close`] or when all senders are dropped.
     pub(crate) fn start(
         conn: SqliteConnection,
         lock: Option<DirectoryLock>,
@@ -151,13 +155,13 @@ impl Writer {
             lock,
             synced: true,
             logged: 0,
-            looked: 0,
+            checked: 0,
             copied_pages: 0,
         };
         (Self { sender, poisoned }, tokio::spawn(task.run()))
     }
 
-    /// Whether a write to the disk has failed.
+    /// True if a write to the disk has failed.
     pub(crate) fn is_poisoned(&self) -> bool {
         self.poisoned.load(Ordering::Acquire)
     }
@@ -170,12 +174,12 @@ impl Writer {
     ) -> Result<(T, Committed), StorageError>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> Running<'c, Result<T, StorageError>>
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
             + Send
             + 'static,
     {
         let (answer, answered) = oneshot::channel();
-        let operation = Box::new(Pending { operation, asked: Instant::now(), answer });
+        let operation = Box::new(Pending { operation, enqueued: Instant::now(), answer });
         let message = Message::Write(Request { durability, operation });
         match self.sender.try_send(message) {
             Ok(()) => answered.await.unwrap_or_else(|_| Err(self.ended())),
@@ -184,7 +188,7 @@ impl Writer {
         }
     }
 
-    /// Waits for the writes that were asked for before, then closes the connection.
+    /// Waits for pending writes, then closes the connection.
     pub(crate) async fn close(&self) -> Result<(), StorageError> {
         let (answer, answered) = oneshot::channel();
         self.sender.send(Message::Close(answer)).await.map_err(|_| self.ended())?;
@@ -202,19 +206,20 @@ struct WriterTask {
     receiver: mpsc::Receiver<Message>,
     poisoned: Arc<AtomicBool>,
     lock: Option<DirectoryLock>,
-    /// Whether the connection is set to wait for the disk at each commit.
+    /// True if the connection flushes to disk at each commit (`synchronous=FULL`).
     synced: bool,
-    /// Operations committed since the log was last copied into the file.
+    /// Number of operations committed since the last checkpoint.
     logged: usize,
-    /// How many of them there were when the length of the log was last looked at.
-    looked: usize,
-    /// Pages that were in the log when it was last copied: they stay there until no reader needs them.
+    /// Value of `logged` when the length of the log was last checked.
+    checked: usize,
+    /// Number of pages in the log after the last checkpoint. They stay until no reader needs them.
     copied_pages: i64,
 }
 
 impl Drop for WriterTask {
     fn drop(&mut self) {
-        // A bug in an operation has unwound the task: what callers are told must not be that all is well.
+        // A panic in an operation has unwound the task: later writes must not report `Closed`,
+        // which means a clean shutdown.
         if std::thread::panicking() {
             self.poisoned.store(true, Ordering::Release);
         }
@@ -225,11 +230,11 @@ impl WriterTask {
     async fn run(mut self) {
         let mut next = self.receiver.recv().await;
         while let Some(message) = next {
-            let held = match message {
+            let deferred = match message {
                 Message::Write(first) => self.commit_group(first).await,
                 Message::Close(answer) => return self.close(answer).await,
             };
-            next = match held {
+            next = match deferred {
                 Some(message) => Some(message),
                 None => self.wait().await,
             };
@@ -237,19 +242,19 @@ impl WriterTask {
         if let Some(conn) = self.conn.take()
             && let Err(error) = conn.close().await
         {
-            tracing::error!(%error, "closing the database failed");
+            tracing::error!(%error, "cannot close the database");
         }
         drop(self.lock.take());
     }
 
-    /// The next message; silence is used for copying the log into the file.
+    /// Returns the next message. Checkpoints in idle time.
     async fn wait(&mut self) -> Option<Message> {
-        // A fact is followed by work elsewhere, mostly rendering: nobody waits for this connection then.
-        if self.logged > 0 && (self.synced || self.logged >= self.looked + LOOK_OPERATIONS) {
-            self.looked = self.logged;
+        // After a durable write this connection is usually idle, because rendering follows.
+        if self.logged > 0 && (self.synced || self.logged >= self.checked + LOG_CHECK_OPERATIONS) {
+            self.checked = self.logged;
             let pages = self.log_pages().await;
             if pages < self.copied_pages {
-                // It was begun anew.
+                // The log was restarted.
                 self.copied_pages = 0;
             }
             if pages - self.copied_pages >= CHECKPOINT_PAGES {
@@ -257,7 +262,7 @@ impl WriterTask {
             }
         }
         if self.logged >= CHECKPOINT_OPERATIONS {
-            match tokio::time::timeout(CHECKPOINT_SILENCE, self.receiver.recv()).await {
+            match tokio::time::timeout(CHECKPOINT_IDLE, self.receiver.recv()).await {
                 Ok(message) => return message,
                 Err(_) => self.checkpoint().await,
             }
@@ -265,106 +270,112 @@ impl WriterTask {
         self.receiver.recv().await
     }
 
-    /// Pages in the log. Where it cannot be found out, the next copying will tell why.
+    /// Returns the number of pages in the log. If it is unknown, returns a value that triggers a
+    /// checkpoint, which reports the cause.
     async fn log_pages(&mut self) -> i64 {
         let Some(conn) = self.conn.as_mut() else { return 0 };
-        pages_after(conn, "PRAGMA wal_checkpoint(NOOP)").await.unwrap_or(i64::MAX)
+        run_checkpoint(conn, "PRAGMA wal_checkpoint(NOOP)").await.unwrap_or(i64::MAX)
     }
 
-    /// Copies the log into the file. SQLite would do it by itself, inside of somebody's commit, and would keep a
-    /// failure to itself; but a flush that fails here may be the only one that tells of a failing disk.
+    /// Copies the log into the database file. SQLite's automatic checkpoint is off: it would run
+    /// inside a caller's commit and hide its errors, but a failed flush here may be the only sign
+    /// of a failing disk.
     async fn checkpoint(&mut self) {
-        (self.logged, self.looked) = (0, 0);
+        (self.logged, self.checked) = (0, 0);
         let Some(conn) = self.conn.as_mut() else { return };
-        match pages_after(conn, "PRAGMA wal_checkpoint(PASSIVE)").await {
+        match run_checkpoint(conn, "PRAGMA wal_checkpoint(PASSIVE)").await {
             Ok(pages) => self.copied_pages = pages,
-            // The log keeps everything until there is room for it.
+            // The log keeps everything until there is space.
             Err(error @ (StorageError::Full | StorageError::Busy)) => {
-                tracing::warn!(%error, "the log cannot be copied into the database yet");
+                tracing::warn!(%error, "cannot write the log back into the database yet");
             }
             Err(error) => self.poison(&error),
         }
     }
 
-    /// Writes a group; returns the message that ended it, which is still to be dealt with.
+    /// Commits a group. Returns the message that ended it and is not yet processed.
     async fn commit_group(&mut self, first: Request) -> Option<Message> {
         let Some(conn) = self.conn.as_mut() else {
-            first.operation.refuse(StorageError::Poisoned);
+            first.operation.reject(StorageError::Poisoned);
             return None;
         };
         let durability = first.durability;
-        let begun = Instant::now();
+        let started = Instant::now();
         if let Err(error) = begin(conn, durability, &mut self.synced).await {
             match error {
-                StorageError::Full | StorageError::Busy => first.operation.refuse(error),
+                StorageError::Full | StorageError::Busy => first.operation.reject(error),
                 error => {
-                    first.operation.refuse(StorageError::Poisoned);
+                    first.operation.reject(StorageError::Poisoned);
                     self.poison(&error);
                 }
             }
             return None;
         }
-        let mut settles = Vec::new();
+        let mut replies = Vec::new();
         let mut operation = first.operation;
-        let mut written = begun;
-        let (end, held) = loop {
-            let Ran { failure, settle } = operation.run(conn).await;
-            settles.push(settle);
-            let undo = match failure {
+        let mut written = started;
+        let (end, deferred) = loop {
+            let Executed { failure, reply } = operation.run(conn).await;
+            replies.push(reply);
+            let rollback = match failure {
                 None => false,
-                Some(Reach::Operation) => true,
-                Some(Reach::Transaction) => break (Err(StorageError::Full), None),
-                Some(Reach::Store) => break (Err(StorageError::Poisoned), None),
+                Some(FailureScope::Operation) => true,
+                Some(FailureScope::Transaction) => break (Err(StorageError::Full), None),
+                Some(FailureScope::Store) => break (Err(StorageError::Poisoned), None),
             };
-            let full = settles.len() == GROUP_OPERATIONS;
+            let full = replies.len() == GROUP_OPERATIONS;
             match if full { None } else { self.receiver.try_recv().ok() } {
-                // A fact must not ride in a transaction that does not wait for the disk.
+                // A durable operation must not join a transaction that is not flushed to disk.
                 Some(Message::Write(next)) if is_covered(next.durability, durability) => {
-                    if let Err(error) = execute(conn, if undo { UNDO } else { KEEP }).await {
-                        let full = error.reach() == Reach::Transaction;
-                        next.operation.refuse(fate(full));
+                    if let Err(error) =
+                        execute(conn, if rollback { ROLLBACK_TO } else { RELEASE }).await
+                    {
+                        let full = error.failure_scope() == FailureScope::Transaction;
+                        next.operation.reject(group_error(full));
                         break (Err(error), None);
                     }
                     operation = next.operation;
                 }
-                held => {
+                deferred => {
                     written = Instant::now();
-                    let end = if undo { UNDO_AND_COMMIT } else { KEEP_AND_COMMIT };
-                    break (execute(conn, end).await, held);
+                    let end = if rollback { ROLLBACK_AND_COMMIT } else { RELEASE_AND_COMMIT };
+                    break (execute(conn, end).await, deferred);
                 }
             }
         };
         match end {
             Ok(()) => {
-                self.logged += settles.len();
-                let times = Times { begun, written, synced: Instant::now() };
-                settles.into_iter().for_each(|settle| settle(Ok(times)));
+                self.logged += replies.len();
+                let times = GroupTimes { started, written, synced: Instant::now() };
+                replies.into_iter().for_each(|reply| reply(Ok(times)));
             }
-            Err(error) => self.give_up(error, settles).await,
+            Err(error) => self.fail_group(error, replies).await,
         }
-        held
+        deferred
     }
 
-    /// Rolls the transaction back after a full disk; stops for good after anything else.
-    async fn give_up(&mut self, error: StorageError, settles: Vec<Settle>) {
-        let full = error.reach() == Reach::Transaction;
+    /// Fails all operations of a group: rolls back if the disk is full, otherwise poisons the
+    /// store.
+    async fn fail_group(&mut self, error: StorageError, replies: Vec<Reply>) {
+        let full = error.failure_scope() == FailureScope::Transaction;
         if full && let Some(conn) = self.conn.as_mut() {
-            // SQLite may have rolled back by itself already, and then says that there is nothing to roll back.
+            // SQLite may have rolled back already, so that there is nothing to roll back.
             if let Err(error) = execute(conn, "ROLLBACK").await {
-                tracing::debug!(detail = ?error, "rolling back after a full disk");
+                tracing::debug!(detail = ?error, "rollback after a full disk failed");
             }
         } else {
             self.poison(&error);
         }
-        settles.into_iter().for_each(|settle| settle(Err(fate(full))));
+        replies.into_iter().for_each(|reply| reply(Err(group_error(full))));
     }
 
-    /// Stops writing until the process ends.
+    /// Rejects all writes until the process ends.
     fn poison(&mut self, error: &StorageError) {
-        tracing::error!(%error, detail = ?error, "the store takes no more writes");
+        tracing::error!(%error, detail = ?error, "a write to the disk failed; the store is read-only");
         self.poisoned.store(true, Ordering::Release);
-        // Closing the connection could checkpoint: it would copy pages that the disk may have lost while the page
-        // cache still shows them. Only the next start, reading what is really there, may do that.
+        // Closing the connection could run a checkpoint. It would copy pages that the disk may have
+        // lost although the page cache still has them. Only the next start, which reads the disk,
+        // may do that.
         std::mem::forget(self.conn.take());
     }
 
@@ -372,7 +383,7 @@ impl WriterTask {
         self.receiver.close();
         while let Some(message) = self.receiver.recv().await {
             match message {
-                Message::Write(request) => request.operation.refuse(StorageError::Closed),
+                Message::Write(request) => request.operation.reject(StorageError::Closed),
                 Message::Close(answer) => {
                     let _ = answer.send(Err(StorageError::Closed));
                 }
@@ -380,7 +391,7 @@ impl WriterTask {
         }
         let result = match self.conn.take() {
             None => Err(StorageError::Poisoned),
-            Some(conn) => shut(conn, self.lock.is_some()).await,
+            Some(conn) => close_connection(conn, self.lock.is_some()).await,
         };
         drop(self.lock.take());
         let _ = answer.send(result);
@@ -391,23 +402,24 @@ fn is_covered(wanted: Durability, given: Durability) -> bool {
     given == Durability::PowerLoss || wanted == Durability::ProcessDeath
 }
 
-/// What a group is told that came to nothing.
-fn fate(full: bool) -> StorageError {
+/// Error returned to every operation of a failed group.
+fn group_error(full: bool) -> StorageError {
     if full { StorageError::Full } else { StorageError::Poisoned }
 }
 
 const BEGIN: &str = "BEGIN IMMEDIATE; SAVEPOINT operation";
-// In WAL mode the later FULL commit also flushes what earlier NORMAL ones have left in the log.
+// In WAL mode, the later FULL commit also flushes what earlier NORMAL commits have left in the log.
 const BEGIN_SYNCED: &str = "PRAGMA synchronous = FULL; BEGIN IMMEDIATE; SAVEPOINT operation";
 const BEGIN_UNSYNCED: &str = "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE; SAVEPOINT operation";
-const KEEP: &str = "RELEASE operation; SAVEPOINT operation";
+const RELEASE: &str = "RELEASE operation; SAVEPOINT operation";
 /// The savepoint stays, and the next operation runs in it.
-const UNDO: &str = "ROLLBACK TO operation";
-// Releasing is not needed for the commit: it fails where an operation has ended the transaction that it ran in.
-const KEEP_AND_COMMIT: &str = "RELEASE operation; COMMIT";
-const UNDO_AND_COMMIT: &str = "ROLLBACK TO operation; RELEASE operation; COMMIT";
+const ROLLBACK_TO: &str = "ROLLBACK TO operation";
+// RELEASE is not needed for the commit. It detects an operation that ended its transaction: then it
+// fails.
+const RELEASE_AND_COMMIT: &str = "RELEASE operation; COMMIT";
+const ROLLBACK_AND_COMMIT: &str = "ROLLBACK TO operation; RELEASE operation; COMMIT";
 
-/// Opens a transaction that commits with the durability asked for, and the savepoint of its first operation.
+/// Opens a transaction with the requested durability, and the savepoint of its first operation.
 async fn begin(
     conn: &mut SqliteConnection,
     durability: Durability,
@@ -420,7 +432,8 @@ async fn begin(
         (false, false) => BEGIN_UNSYNCED,
     };
     if !wanted {
-        // Not believed to be synced even if only the first statement is done: a fact would not be durable.
+        // Reset first: if only the pragma is executed, a durable write would otherwise skip the
+        // flush.
         *synced = false;
     }
     execute(conn, sql).await?;
@@ -428,14 +441,14 @@ async fn begin(
     Ok(())
 }
 
-/// Empties the log into the file and closes. Whoever came second leaves the log to the first.
-async fn shut(mut conn: SqliteConnection, owner: bool) -> Result<(), StorageError> {
+/// Closes the connection. The owner of the data directory also writes the log back.
+async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<(), StorageError> {
     if owner {
-        match empty_log(&mut conn).await {
+        match truncate_log(&mut conn).await {
             Ok(true) => {}
-            Ok(false) => tracing::warn!("a reader kept the log from being emptied"),
+            Ok(false) => tracing::warn!("the log was not truncated because of an active reader"),
             Err(error) => {
-                // Closing would try the same again: see `poison`.
+                // Closing would try to write the log again: see `poison`.
                 std::mem::forget(conn);
                 return Err(error);
             }
@@ -444,14 +457,17 @@ async fn shut(mut conn: SqliteConnection, owner: bool) -> Result<(), StorageErro
     Ok(conn.close().await?)
 }
 
-/// Whether nobody stood in the way.
-async fn empty_log(conn: &mut SqliteConnection) -> Result<bool, StorageError> {
+/// Writes the log back and truncates it. Returns true if no reader blocked the checkpoint.
+async fn truncate_log(conn: &mut SqliteConnection) -> Result<bool, StorageError> {
     let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(conn).await?;
     Ok(row.try_get::<i64, _>(0)? == 0)
 }
 
-/// Runs a checkpoint of some kind; returns how many pages are in the log.
-async fn pages_after(conn: &mut SqliteConnection, sql: &'static str) -> Result<i64, StorageError> {
+/// Runs a checkpoint pragma. Returns the number of pages in the log.
+async fn run_checkpoint(
+    conn: &mut SqliteConnection,
+    sql: &'static str,
+) -> Result<i64, StorageError> {
     Ok(sqlx::query(sql).fetch_one(conn).await?.try_get(1)?)
 }
 

@@ -1,4 +1,4 @@
-//! Tokens and remembered answers.
+//! Tests of tokens and idempotency records.
 
 use brood_protocol::ParentRef;
 
@@ -23,7 +23,7 @@ async fn token_is_found_by_hash_until_revoked() {
 }
 
 #[tokio::test]
-async fn token_is_refused_when_its_name_is_taken() {
+async fn token_is_rejected_when_name_is_in_use() {
     let (_dir, store) = open().await;
     store.create_token("a", Scope::Read, hash("1"), None).await.unwrap();
     let second = store.create_token("a", Scope::Read, hash("2"), None).await;
@@ -31,7 +31,7 @@ async fn token_is_refused_when_its_name_is_taken() {
 }
 
 #[test]
-fn scope_allows_what_it_says() {
+fn scope_allows_its_permissions_only() {
     use Scope::{Admin, Breed, Read, Work};
     let all = [Read, Breed, Work, Admin];
     let allowed =
@@ -46,7 +46,7 @@ fn scope_allows_what_it_says() {
 }
 
 #[tokio::test]
-async fn answer_is_replayed_when_key_route_and_body_are_equal() {
+async fn response_is_replayed_when_key_route_and_body_are_equal() {
     let (_dir, store) = open().await;
     let answer = idempotency("k");
     let new = new_lineage("once", scene(&store).await, 5);
@@ -61,11 +61,14 @@ async fn answer_is_replayed_when_key_route_and_body_are_equal() {
     assert_eq!(look("k", "POST /v1/lineages", "other").await, Remembered::OtherBody);
     assert_eq!(look("k", "POST /v1/scenes", "body").await, Remembered::Fresh);
 
-    // The loser of a race writes nothing at all.
+    // The second of two concurrent writes stores nothing.
     let again = new_lineage("twice", new.scene, 6);
     let lost = store.create_lineage(again, Some(answer)).await;
     assert!(
-        matches!(lost, Err(StorageError::Conflict { what: "the idempotency key" })),
+        matches!(
+            lost,
+            Err(StorageError::Conflict { what: "the idempotency key is already in use" })
+        ),
         "{lost:?}"
     );
     assert_eq!(store.counts().await.unwrap().lineages, 1);
@@ -76,10 +79,10 @@ async fn answer_is_replayed_when_key_route_and_body_are_equal() {
 }
 
 #[tokio::test]
-async fn answer_is_forgotten_when_its_write_fails() {
+async fn record_is_rolled_back_when_write_fails() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
-    let mut new = new_generation(lineage, &[ParentRef::Genome(genome("nobody"))], "x");
+    let mut new = new_generation(lineage, &[ParentRef::Genome(genome("missing"))], "x");
     new.idempotency = Some(idempotency("k"));
     let failed = store.create_generation(new).await;
     assert!(matches!(failed, Err(StorageError::NotFound)), "{failed:?}");

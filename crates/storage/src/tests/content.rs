@@ -1,4 +1,4 @@
-//! Genomes, scenes, meshes and picture keys: what is told by content.
+//! Tests of records identified by content: genomes, scenes, meshes, picture keys.
 
 use std::collections::HashMap;
 
@@ -25,7 +25,7 @@ async fn genome_is_stored_once() {
 }
 
 #[tokio::test]
-async fn genome_of_the_first_version_is_found_as_its_text() {
+async fn genome_is_returned_as_text_when_stored_by_first_version() {
     let (_dir, store) = open().await;
     store.put_genome(saved("a", b"bytes", "p")).await.unwrap();
     let age = "UPDATE genome SET text = 'brood 1', bytes = NULL";
@@ -38,7 +38,7 @@ async fn genome_of_the_first_version_is_found_as_its_text() {
     aged.await.unwrap();
     let old = StoredGenome::Text("brood 1".to_owned());
     assert_eq!(store.genome(genome("a")).await.unwrap(), old);
-    // Born again, it stays as it is.
+    // Storing the genome again does not change the row.
     store.put_genome(saved("a", b"bytes", "p")).await.unwrap();
     assert_eq!(store.genomes(&[genome("a")]).await.unwrap()[&genome("a")], old);
 }
@@ -84,7 +84,7 @@ async fn mesh_keeps_its_id_when_stored_again() {
 }
 
 #[tokio::test]
-async fn picture_keys_stay_as_first_stored() {
+async fn picture_key_is_unchanged_when_stored_again() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
     store.put_genome(saved("a", b"", "p")).await.unwrap();
@@ -98,6 +98,6 @@ async fn picture_keys_stay_as_first_stored() {
     assert_eq!(store.picture(key("1")).await.unwrap(), first);
     assert_eq!(store.picture(key("2")).await.unwrap(), picture("2", "a", scene));
     assert!(matches!(store.picture(key("3")).await, Err(StorageError::NotFound)));
-    let unknown = store.put_pictures(vec![picture("3", "nobody", scene)]).await;
+    let unknown = store.put_pictures(vec![picture("3", "missing", scene)]).await;
     assert!(matches!(unknown, Err(StorageError::NotFound)), "{unknown:?}");
 }

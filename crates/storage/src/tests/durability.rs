@@ -1,4 +1,4 @@
-//! What survives, and who is kept out.
+//! Tests of durability, locking, and recovery from failures.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Queue, Scope, StorageError, Store, connection};
 
-/// The files as a killed process would leave them at this moment.
+/// Returns a copy of the files, as a killed process would leave them at this moment.
 fn image(dir: &Path) -> TempDir {
     let copy = tempfile::tempdir().unwrap();
     for name in ["brood.db", "brood.db-wal"] {
@@ -21,7 +21,7 @@ fn image(dir: &Path) -> TempDir {
 }
 
 #[tokio::test]
-async fn acknowledged_writes_are_there_when_the_process_is_killed() {
+async fn acknowledged_writes_survive_when_process_is_killed() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     let mut made = Vec::new();
@@ -44,7 +44,7 @@ async fn acknowledged_writes_are_there_when_the_process_is_killed() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
-async fn concurrent_births_are_all_acknowledged_and_all_there() {
+async fn concurrent_generations_are_all_stored() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     let mut births = tokio::task::JoinSet::new();
@@ -62,7 +62,7 @@ async fn concurrent_births_are_all_acknowledged_and_all_there() {
 }
 
 #[tokio::test]
-async fn flood_is_answered_as_busy_and_nothing_acknowledged_is_lost() {
+async fn writes_return_busy_when_channel_is_full_and_acknowledged_ones_survive() {
     let (_dir, store) = open().await;
     let mut flood = tokio::task::JoinSet::new();
     for n in 0..1000 {
@@ -80,7 +80,7 @@ async fn flood_is_answered_as_busy_and_nothing_acknowledged_is_lost() {
 }
 
 #[tokio::test]
-async fn refused_operation_leaves_its_group_alone() {
+async fn failed_operation_does_not_affect_its_group() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
     let good = new_lineage("good", scene, 1);
@@ -95,7 +95,7 @@ async fn refused_operation_leaves_its_group_alone() {
 }
 
 #[tokio::test]
-async fn second_server_is_kept_out_until_the_first_is_closed() {
+async fn second_server_is_rejected_until_first_is_closed() {
     let (dir, store) = open().await;
     let second = Store::open(dir.path()).await;
     assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
@@ -111,7 +111,7 @@ async fn second_server_is_kept_out_until_the_first_is_closed() {
 }
 
 #[tokio::test]
-async fn directory_is_free_when_all_clones_are_dropped() {
+async fn directory_is_unlocked_when_all_clones_are_dropped() {
     let (dir, store) = open().await;
     store.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
     drop(store);
@@ -128,7 +128,7 @@ async fn directory_is_free_when_all_clones_are_dropped() {
 }
 
 #[tokio::test]
-async fn command_works_beside_a_running_server() {
+async fn command_opens_store_while_server_runs() {
     let (dir, server) = open().await;
     let command = Store::open_beside(dir.path()).await.unwrap();
     command.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
@@ -145,7 +145,7 @@ async fn command_works_beside_a_running_server() {
 }
 
 #[tokio::test]
-async fn backup_is_a_store_of_its_own() {
+async fn backup_can_be_opened_as_store() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let made = generation(&store, lineage, &[], "a").await;
@@ -162,7 +162,7 @@ async fn backup_is_a_store_of_its_own() {
 }
 
 #[tokio::test]
-async fn full_disk_refuses_writes_and_recovers() {
+async fn writes_fail_while_disk_is_full_and_recover() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let made = generation(&store, lineage, &[], "a").await;
@@ -190,7 +190,7 @@ async fn limit_pages(store: &Store, sql: &'static str) {
 }
 
 #[tokio::test]
-async fn store_takes_no_more_writes_when_the_disk_has_failed() {
+async fn store_rejects_writes_when_disk_has_failed() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     let failed: Result<(), _> = store
@@ -211,7 +211,7 @@ async fn store_takes_no_more_writes_when_the_disk_has_failed() {
 }
 
 #[tokio::test]
-async fn store_takes_no_more_writes_when_a_transaction_is_lost() {
+async fn store_rejects_writes_when_transaction_is_lost() {
     let (_dir, store) = open().await;
     let lost = store
         .write(|conn| {
@@ -225,7 +225,7 @@ async fn store_takes_no_more_writes_when_a_transaction_is_lost() {
 }
 
 #[tokio::test]
-async fn store_takes_no_more_writes_when_an_operation_panics() {
+async fn store_rejects_writes_when_operation_panics() {
     let (_dir, store) = open().await;
     let bug: Result<(), _> = store.write(|_| Box::pin(async { panic!("a bug") })).await;
     assert!(matches!(bug, Err(StorageError::Poisoned)), "{bug:?}");
@@ -234,7 +234,7 @@ async fn store_takes_no_more_writes_when_an_operation_panics() {
 }
 
 #[tokio::test]
-async fn relaxed_commits_do_not_loosen_later_facts() {
+async fn durable_writes_are_flushed_after_relaxed_commits() {
     let (_dir, store) = open().await;
     store.enqueue(job(Queue::Interactive), 9).await.unwrap();
     let level = |store: Store| async move {
@@ -253,7 +253,7 @@ async fn relaxed_commits_do_not_loosen_later_facts() {
 }
 
 #[tokio::test]
-async fn log_does_not_grow_without_end() {
+async fn log_size_is_bounded() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     for n in 0..300 {
@@ -274,11 +274,11 @@ async fn readers_cannot_write() {
 }
 
 #[tokio::test]
-async fn damage_is_told_when_the_last_end_was_unclean() {
+async fn damage_is_reported_when_last_shutdown_was_unclean() {
     let (dir, store) = open().await;
     let killed = image(dir.path());
     drop(store);
-    // A row that refers to nothing can only come from outside: SQLite refuses to write it.
+    // Only other programs can write such a row: SQLite enforces foreign keys here.
     let options = connection::writing(&killed.path().join("brood.db"), false).foreign_keys(false);
     let mut conn = options.connect().await.unwrap();
     sqlx::query(
@@ -296,7 +296,7 @@ async fn damage_is_told_when_the_last_end_was_unclean() {
 }
 
 #[tokio::test]
-async fn file_is_refused_when_it_is_not_ours() {
+async fn file_is_rejected_when_foreign_or_newer() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(
         dir.path().join("brood.db"),

@@ -1,4 +1,4 @@
-//! Ancestors and descendants.
+//! Tests of ancestors and descendants.
 
 use brood_protocol::{IndividualId, ParentRef};
 
@@ -6,7 +6,7 @@ use super::{generation, genome, lineage, open};
 use crate::StorageError;
 
 #[tokio::test]
-async fn ancestors_come_nearest_first_and_once() {
+async fn ancestors_are_returned_once_and_nearest_first() {
     let (_dir, store) = open().await;
     let (one, two) = (lineage(&store).await, lineage(&store).await);
     let root = generation(&store, one, &[], "root").await.individuals;
@@ -27,12 +27,12 @@ async fn ancestors_come_nearest_first_and_once() {
     assert_eq!(ids(1).await, all[..1]);
     assert!(ids(0).await.is_empty());
     assert!(store.ancestry(root[1].id, 9).await.unwrap().is_empty());
-    let nobody = store.ancestry(IndividualId::fresh(), 9).await;
-    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let missing = store.ancestry(IndividualId::fresh(), 9).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
 }
 
 #[tokio::test]
-async fn ancestors_are_all_found_when_each_generation_is_bred_back() {
+async fn ancestors_are_complete_when_generations_are_inbred() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let mut line = vec![generation(&store, lineage, &[], "0").await.individuals[0].id];
@@ -56,13 +56,13 @@ async fn descendants_are_paged_across_lineages() {
     let mut expected = generation(&store, one, &mother, "child").await.individuals;
     let both = [expected[0].id, expected[1].id].map(ParentRef::Individual);
     expected.extend(generation(&store, two, &both, "grandchild").await.individuals);
-    // Named by hash, nobody is a descendant of an individual.
+    // Children of a parent given by hash are not descendants of an individual.
     generation(&store, two, &[ParentRef::Genome(genome("root 0"))], "stranger").await;
 
     let first = store.descendants(root[0].id, None, 4).await.unwrap();
     let rest = store.descendants(root[0].id, Some(first[3].id), 4).await.unwrap();
     assert_eq!([first, rest].concat(), expected);
     assert!(store.descendants(root[1].id, None, 4).await.unwrap().is_empty());
-    let nobody = store.descendants(IndividualId::fresh(), None, 9).await;
-    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let missing = store.descendants(IndividualId::fresh(), None, 9).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
 }

@@ -1,4 +1,4 @@
-//! Lineages, generations and individuals.
+//! Tests of lineages, generations and individuals.
 
 use brood_genome::ModelKind;
 use brood_protocol::{
@@ -34,7 +34,7 @@ async fn lineage_is_read_back_as_written() {
 }
 
 #[tokio::test]
-async fn lineage_is_not_changed_when_the_version_is_stale() {
+async fn lineage_is_unchanged_when_version_is_stale() {
     let (_dir, store) = open().await;
     let id = lineage(&store).await;
     let patch = PatchLineage { name: Some("second".to_owned()), ..PatchLineage::default() };
@@ -45,15 +45,15 @@ async fn lineage_is_not_changed_when_the_version_is_stale() {
     let stale = store.patch_lineage(id, 1, patch.clone()).await;
     assert!(matches!(stale, Err(StorageError::StaleVersion { current: 2 })), "{stale:?}");
     assert_eq!(store.lineage(id).await.unwrap(), changed);
-    let nobody = store.patch_lineage(LineageId::fresh(), 1, patch).await;
-    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let missing = store.patch_lineage(LineageId::fresh(), 1, patch).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
     let patch = PatchLineage { scene: Some(SceneId::fresh()), ..PatchLineage::default() };
     let nowhere = store.patch_lineage(id, 2, patch).await;
     assert!(matches!(nowhere, Err(StorageError::NotFound)), "{nowhere:?}");
 }
 
 #[tokio::test]
-async fn lineages_are_paged_without_loss_when_made_in_one_millisecond() {
+async fn lineages_are_paged_without_gaps_when_created_in_same_millisecond() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
     let mut ids = Vec::new();
@@ -80,7 +80,7 @@ async fn lineages_are_paged_without_loss_when_made_in_one_millisecond() {
 }
 
 #[tokio::test]
-async fn list_goes_on_when_the_lineage_of_the_cursor_is_purged() {
+async fn list_continues_when_lineage_of_cursor_is_purged() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
     let mut places = Vec::new();
@@ -132,7 +132,7 @@ async fn generation_is_read_back_as_written() {
 }
 
 #[tokio::test]
-async fn generation_leaves_nothing_behind_when_a_part_of_it_is_refused() {
+async fn generation_is_rolled_back_when_part_is_rejected() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let parent = ParentRef::Individual(IndividualId::fresh());
@@ -141,7 +141,7 @@ async fn generation_leaves_nothing_behind_when_a_part_of_it_is_refused() {
     orphans.push(new_generation(lineage, &[], "x"));
     orphans[2].centre = Some(IndividualId::fresh());
     orphans.push(new_generation(lineage, &[], "x"));
-    orphans[3].pictures = vec![picture("p", "nobody", scene(&store).await)];
+    orphans[3].pictures = vec![picture("p", "missing", scene(&store).await)];
     for mut orphan in orphans {
         orphan.job = Some(job(Queue::Interactive));
         let refused = store.create_generation(orphan).await;
@@ -168,12 +168,12 @@ async fn generations_are_listed_oldest_first() {
     assert_eq!(store.list_generations(one, None, 50).await.unwrap(), made);
     assert_eq!(store.list_generations(one, Some(1), 2).await.unwrap(), made[2..4]);
     assert!(store.list_generations(one, Some(4), 2).await.unwrap().is_empty());
-    let nobody = store.list_generations(LineageId::fresh(), None, 2).await;
-    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let missing = store.list_generations(LineageId::fresh(), None, 2).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
 }
 
 #[tokio::test]
-async fn individuals_come_in_the_order_asked_for() {
+async fn individuals_are_returned_in_requested_order() {
     let (_dir, store) = open().await;
     let made = generation(&store, lineage(&store).await, &[], "a").await.individuals;
     let ids = [made[2].id, made[0].id, made[2].id];
@@ -184,7 +184,7 @@ async fn individuals_come_in_the_order_asked_for() {
 }
 
 #[tokio::test]
-async fn favourites_are_paged_youngest_first_and_leave_hidden_lineages_out() {
+async fn favourites_are_paged_youngest_first_without_hidden_lineages() {
     let (_dir, store) = open().await;
     let (shown, hidden) = (lineage(&store).await, lineage(&store).await);
     let mark = PatchIndividual { favourite: Some(true), note: None };
@@ -235,7 +235,7 @@ async fn import_is_all_or_nothing() {
 }
 
 #[tokio::test]
-async fn models_of_an_individual_are_told_whether_its_row_says_them_or_not() {
+async fn layers_are_read_from_column_or_decoded_from_genome() {
     const PLASTIC: &str = "brood 1\n.model lambert\n.model cook-torrance\n";
     let (_dir, store) = open().await;
     let id = lineage(&store).await;
@@ -246,16 +246,16 @@ async fn models_of_an_individual_are_told_whether_its_row_says_them_or_not() {
     new.individuals[2].layers = Vec::new();
     let ids: Vec<_> = new.individuals.iter().map(|child| child.id).collect();
     let made = store.create_generation(new).await.unwrap();
-    let told = |found: &[crate::StoredIndividual]| -> Vec<String> {
+    let layer_names = |found: &[crate::StoredIndividual]| -> Vec<String> {
         let names =
             |layers: &[ModelKind]| -> Vec<&str> { layers.iter().map(|kind| kind.name()).collect() };
         found.iter().map(|one| names(&one.layers).join(" ")).collect()
     };
     let found = store.individuals(&ids).await.unwrap();
-    assert_eq!(told(&found), ["lambert", "lambert cook-torrance", ""]);
+    assert_eq!(layer_names(&found), ["lambert", "lambert cook-torrance", ""]);
     assert_eq!(made.individuals, found);
 
-    // As rows were before they said it: bytes, or the text of the first version.
+    // Rows of earlier versions have no layers: bytes, or the text of the first version.
     let age = "UPDATE genome SET layers = NULL,
                    bytes = CASE WHEN layers = 'lambert cook-torrance' THEN bytes END";
     let aged = store.write(move |conn| {
@@ -266,5 +266,5 @@ async fn models_of_an_individual_are_told_whether_its_row_says_them_or_not() {
     });
     aged.await.unwrap();
     let found = store.individuals(&ids).await.unwrap();
-    assert_eq!(told(&found), ["", "lambert cook-torrance", ""]);
+    assert_eq!(layer_names(&found), ["", "lambert cook-torrance", ""]);
 }

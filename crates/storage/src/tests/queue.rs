@@ -1,4 +1,4 @@
-//! The work queue.
+//! Tests of the render queue.
 
 use super::{job, lineage, new_generation, open};
 use crate::{FIRST_EPOCH, JobState, NewJob, Queue, StorageError, Store};
@@ -13,7 +13,7 @@ async fn enqueue(store: &Store, queue: Queue) -> brood_protocol::JobId {
 }
 
 #[tokio::test]
-async fn job_goes_from_queue_to_worker_to_nowhere() {
+async fn job_is_deleted_when_completed() {
     let (_dir, store) = open().await;
     assert_eq!(store.claim("w").await.unwrap(), None);
     let id = enqueue(&store, Queue::Interactive).await;
@@ -30,7 +30,7 @@ async fn job_goes_from_queue_to_worker_to_nowhere() {
 }
 
 #[tokio::test]
-async fn stale_epoch_changes_nothing() {
+async fn transition_is_rejected_when_epoch_is_stale() {
     let (_dir, store) = open().await;
     let id = enqueue(&store, Queue::Interactive).await;
     let first = store.claim("slow").await.unwrap().unwrap();
@@ -53,7 +53,7 @@ async fn stale_epoch_changes_nothing() {
 }
 
 #[tokio::test]
-async fn job_is_dead_when_three_workers_died_of_it() {
+async fn job_becomes_dead_when_three_workers_died() {
     let (_dir, store) = open().await;
     let id = enqueue(&store, Queue::Interactive).await;
     let mut states = Vec::new();
@@ -69,7 +69,7 @@ async fn job_is_dead_when_three_workers_died_of_it() {
 }
 
 #[tokio::test]
-async fn failed_job_is_kept_with_its_reason() {
+async fn job_keeps_reason_when_failed() {
     let (_dir, store) = open().await;
     let id = enqueue(&store, Queue::Batch).await;
     let epoch = store.claim("w").await.unwrap().unwrap().epoch;
@@ -86,7 +86,7 @@ async fn failed_job_is_kept_with_its_reason() {
 }
 
 #[tokio::test]
-async fn batch_is_served_now_and_then_when_people_keep_coming() {
+async fn batch_job_is_claimed_when_interactive_queue_is_never_empty() {
     let (_dir, store) = open().await;
     for _ in 0..20 {
         enqueue(&store, Queue::Interactive).await;
@@ -108,7 +108,7 @@ async fn batch_is_served_now_and_then_when_people_keep_coming() {
 }
 
 #[tokio::test]
-async fn queue_is_bounded_each_for_itself() {
+async fn queues_have_separate_limits() {
     let (_dir, store) = open().await;
     store.enqueue(job(Queue::Batch), 2).await.unwrap();
     store.enqueue(job(Queue::Batch), 2).await.unwrap();
@@ -124,7 +124,7 @@ async fn queue_is_bounded_each_for_itself() {
 }
 
 #[tokio::test]
-async fn leased_jobs_are_requeued_at_start() {
+async fn leased_jobs_are_requeued_when_server_starts() {
     let (_dir, store) = open().await;
     let id = enqueue(&store, Queue::Interactive).await;
     enqueue(&store, Queue::Interactive).await;
@@ -136,7 +136,7 @@ async fn leased_jobs_are_requeued_at_start() {
 }
 
 #[tokio::test]
-async fn job_is_in_a_workers_hands_from_the_start_when_it_was_leased_at_birth() {
+async fn job_is_leased_at_once_when_inserted_with_worker() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     assert!(!store.any_queued().await.unwrap());
@@ -151,7 +151,8 @@ async fn job_is_in_a_workers_hands_from_the_start_when_it_was_leased_at_birth() 
     let row = store.job(id).await.unwrap();
     let found = (row.state, row.epoch, row.worker.as_deref());
     assert_eq!(found, (JobState::Leased, FIRST_EPOCH, Some("w")));
-    // The lease is like any other: it is given back, claimed under the next epoch, and only that one counts.
+    // The lease behaves like any other: it is released and claimed under the next epoch, and only
+    // that epoch counts.
     assert_eq!(store.release(id, FIRST_EPOCH, false).await.unwrap(), JobState::Queued);
     assert!(store.any_queued().await.unwrap());
     assert_eq!(store.oldest_queued_ms().await.unwrap(), Some(created_ms));
@@ -160,5 +161,5 @@ async fn job_is_in_a_workers_hands_from_the_start_when_it_was_leased_at_birth() 
     assert!(store.complete(id, FIRST_EPOCH).await.is_err());
     store.close().await.unwrap();
     let again = Store::open(dir.path()).await.unwrap();
-    assert_eq!(again.requeue_all_leased().await.unwrap(), 1, "nobody holds it after a restart");
+    assert_eq!(again.requeue_all_leased().await.unwrap(), 1, "leases end with the process");
 }

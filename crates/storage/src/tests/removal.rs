@@ -1,4 +1,4 @@
-//! Purging lineages.
+//! Tests of purging lineages.
 
 use brood_protocol::{GenerationId, LineageId, ParentRef};
 
@@ -9,7 +9,7 @@ use super::{
 use crate::{Queue, StorageError};
 
 #[tokio::test]
-async fn purge_takes_everything_when_nothing_is_shared() {
+async fn purge_removes_everything_when_nothing_is_shared() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let first = generation(&store, lineage, &[], "a").await;
@@ -27,7 +27,7 @@ async fn purge_takes_everything_when_nothing_is_shared() {
 }
 
 #[tokio::test]
-async fn purge_leaves_hashes_to_children_elsewhere() {
+async fn purge_keeps_parent_hashes_of_children_in_other_lineages() {
     let (_dir, store) = open().await;
     let (old, young) = (lineage(&store).await, lineage(&store).await);
     let mother = generation(&store, old, &[], "a").await.individuals.remove(1);
@@ -46,7 +46,7 @@ async fn purge_leaves_hashes_to_children_elsewhere() {
 }
 
 #[tokio::test]
-async fn purge_spares_what_is_shared_or_saved() {
+async fn purge_keeps_genomes_when_shared_or_saved() {
     let (_dir, store) = open().await;
     let (old, young) = (lineage(&store).await, lineage(&store).await);
     let scene = scene(&store).await;
@@ -80,6 +80,6 @@ async fn hidden_lineage_can_still_be_purged() {
     let id: GenerationId = store.create_generation(new).await.unwrap().id;
     store.purge_lineage(lineage).await.unwrap();
     assert!(matches!(store.generation(id).await, Err(StorageError::NotFound)));
-    let nobody = store.hide_lineage(LineageId::fresh()).await;
-    assert!(matches!(nobody, Err(StorageError::NotFound)), "{nobody:?}");
+    let missing = store.hide_lineage(LineageId::fresh()).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
 }

@@ -1,4 +1,4 @@
-//! Searches: claimed in turn, brought forward, changed by people, given up; a stale epoch changes nothing.
+//! Tests of searches: claims in turn, steps, changes by users, worker deaths, stale epochs.
 
 use brood_protocol::{
     Budget, FoundMaterial, GenerationLine, SearchOptions, SearchState, Target, TargetId,
@@ -82,7 +82,7 @@ fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> 
 }
 
 async fn claim(store: &Store) -> ClaimedSearch {
-    store.claim_search("worker", 20).await.unwrap().expect("a search waits")
+    store.claim_search("worker", 20).await.unwrap().expect("a search is queued")
 }
 
 async fn change(
@@ -93,7 +93,7 @@ async fn change(
     store.change_search(id, change, 30).await.unwrap().map(|search: StoredSearch| search.state)
 }
 
-async fn world() -> (TempDir, Store, TargetId, LineageId) {
+async fn fixture() -> (TempDir, Store, TargetId, LineageId) {
     let (dir, store) = open().await;
     let new = target();
     let target = new.target.id;
@@ -103,8 +103,8 @@ async fn world() -> (TempDir, Store, TargetId, LineageId) {
 }
 
 #[tokio::test]
-async fn search_goes_on_from_what_was_taken_down() {
-    let (_dir, store, target, lineage) = world().await;
+async fn search_resumes_from_stored_checkpoint() {
+    let (_dir, store, target, lineage) = fixture().await;
     let id = search(&store, target, lineage).await;
     let claimed = claim(&store).await;
     assert_eq!((claimed.id, claimed.checkpoint.clone(), &claimed.start[..]), (id, None, &[9][..]));
@@ -135,15 +135,15 @@ async fn search_goes_on_from_what_was_taken_down() {
 }
 
 #[tokio::test]
-async fn searches_take_turns_and_people_come_between() {
-    let (_dir, store, target, lineage) = world().await;
+async fn searches_take_turns_and_users_can_interrupt() {
+    let (_dir, store, target, lineage) = fixture().await;
     let (first, second) =
         (search(&store, target, lineage).await, search(&store, target, lineage).await);
     let claimed = claim(&store).await;
     assert_eq!(claimed.id, first);
     store.step_search(SearchStep { yields: true, ..step(&claimed, 1..=1) }).await.unwrap();
     let other = claim(&store).await;
-    assert_eq!(other.id, second, "the first has gone behind it");
+    assert_eq!(other.id, second, "the first search moved to the end of the queue");
     assert_eq!(change(&store, second, SearchChange::Resume).await, Err(SearchState::Running));
     assert_eq!(change(&store, second, SearchChange::Pause).await, Ok(SearchState::Paused));
     let late = store.step_search(step(&other, 1..=1)).await;
@@ -166,13 +166,13 @@ async fn searches_take_turns_and_people_come_between() {
 }
 
 #[tokio::test]
-async fn search_is_given_up_when_three_workers_die_and_it_never_comes_forward() {
-    let (_dir, store, target, lineage) = world().await;
+async fn search_fails_when_three_workers_die_without_progress() {
+    let (_dir, store, target, lineage) = fixture().await;
     let id = search(&store, target, lineage).await;
     for round in 0..5 {
         let claimed = claim(&store).await;
         if round == 1 {
-            // It came forward: what was before does not count.
+            // A step resets the count of deaths.
             store.step_search(step(&claimed, 1..=1)).await.unwrap();
         }
         let now = store.release_search(id, claimed.epoch, true, 60).await.unwrap();

@@ -1,5 +1,5 @@
-//! CPU against GPU, measured when a worker starts: one small picture and one brood, and from both how much work a batch
-//! must be for the GPU to be worth the way there and back.
+//! Benchmark of CPU against GPU at the start of a worker. It measures one small picture and one
+//! brood, and derives the smallest batch for which the GPU is worth the transfers.
 
 use std::time::{Duration, Instant};
 
@@ -8,15 +8,16 @@ use brood_genome::{BirthKey, Dialect, Variation};
 use brood_program::Program;
 use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
 
-/// A GPU must be this much faster than the CPU to be preferred: on a shared machine measurements vary.
+/// Required speed-up of the GPU: measurements on a shared machine vary.
 const MARGIN: f64 = 1.2;
-/// Time for one evaluator on one workload, warming up included; four of them are under two seconds.
-const PATIENCE: Duration = Duration::from_millis(450);
-/// Batches that are not counted: drivers compile, buffers grow, the pace of submissions is learnt.
+/// Time limit for one evaluator on one workload, including warm-up. All four take less than two
+/// seconds.
+const TIME_LIMIT: Duration = Duration::from_millis(450);
+/// Batches before the measurement: drivers compile shaders, buffers grow, submission timing adapts.
 const WARM_UP: u32 = 3;
 const REPEATS: u32 = 9;
 
-/// What one workload takes.
+/// Times of one workload.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Times {
     /// Scalar operations times samples.
@@ -25,17 +26,17 @@ pub(crate) struct Times {
     pub(crate) gpu_s: f64,
 }
 
-/// Both workloads.
+/// Times of both workloads.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Comparison {
+pub(crate) struct GpuBenchmark {
     /// One program at 128 x 128.
     pub(crate) small: Times,
     /// Twenty programs at 256 x 256.
     pub(crate) brood: Times,
 }
 
-impl Comparison {
-    /// Measures both; results are those that evaluators hand out, back in memory.
+impl GpuBenchmark {
+    /// Measures both workloads. The times include the transfer of results to host memory.
     pub(crate) fn measure(cpu: &dyn Evaluator, gpu: &dyn Evaluator) -> Result<Self, EvalError> {
         let random = Variation::random(Dialect::default());
         let birth = |slot| random.birth(BirthKey { seed: 1, slot, attempt: 0 });
@@ -45,17 +46,18 @@ impl Comparison {
             let set = SampleSet::render(&mesh, &Scene::default(), size_px, 1);
             let programs: Vec<&Program> = programs.iter().collect();
             Ok(Times {
-                work: work(&programs, &set),
-                cpu_s: least_s(cpu, &programs, &set)?,
-                gpu_s: least_s(gpu, &programs, &set)?,
+                work: batch_operations(&programs, &set),
+                cpu_s: fastest_s(cpu, &programs, &set)?,
+                gpu_s: fastest_s(gpu, &programs, &set)?,
             })
         };
         Ok(Self { small: times(&programs[..1], 128)?, brood: times(&programs, 256)? })
     }
 
-    /// The least work of a batch that the GPU is faster with, by the margin; `None` where it is not even with a brood.
-    /// Between the two workloads times are taken to lie on a line.
-    pub(crate) fn least_work(&self) -> Option<u64> {
+    /// Returns the smallest batch, in operations, for which the GPU is faster by the margin, or
+    /// `None` if it is not even for a brood. Times are interpolated linearly between the two
+    /// workloads.
+    pub(crate) fn gpu_threshold(&self) -> Option<u64> {
         let gain = |times: &Times| times.cpu_s - MARGIN * times.gpu_s;
         let (small, brood) = (gain(&self.small), gain(&self.brood));
         if brood <= 0.0 {
@@ -64,12 +66,12 @@ impl Comparison {
         if small > 0.0 {
             return Some(0);
         }
-        let way = -small / (brood - small);
-        let further = self.brood.work.saturating_sub(self.small.work) as f64 * way;
-        Some(self.small.work.saturating_add(further as u64))
+        let fraction = -small / (brood - small);
+        let extra = self.brood.work.saturating_sub(self.small.work) as f64 * fraction;
+        Some(self.small.work.saturating_add(extra as u64))
     }
 
-    /// For a report.
+    /// Returns the measured times as text for the report.
     pub(crate) fn describe(&self, adapter: &str) -> String {
         let ms = |seconds: f64| format!("{:.2} ms", 1e3 * seconds);
         let pair =
@@ -78,35 +80,35 @@ impl Comparison {
     }
 }
 
-/// Scalar operations that a batch executes.
-pub(crate) fn work(programs: &[&Program], set: &SampleSet) -> u64 {
+/// Returns the number of scalar operations of a batch: operations times samples.
+pub(crate) fn batch_operations(programs: &[&Program], set: &SampleSet) -> u64 {
     let operations: u64 = programs.iter().map(|program| program.steps().len() as u64).sum();
     operations.saturating_mul(set.len() as u64)
 }
 
-fn least_s(
+fn fastest_s(
     evaluator: &dyn Evaluator,
     programs: &[&Program],
     set: &SampleSet,
 ) -> Result<f64, EvalError> {
     let mut out = Vec::new();
-    let begun = Instant::now();
+    let first = Instant::now();
     for _ in 0..WARM_UP {
         evaluator.eval(programs, set, &mut out)?;
-        if begun.elapsed() > PATIENCE / 2 {
+        if first.elapsed() > TIME_LIMIT / 2 {
             break;
         }
     }
-    let mut least_s = f64::INFINITY;
+    let mut fastest_s = f64::INFINITY;
     for _ in 0..REPEATS {
         let started = Instant::now();
         evaluator.eval(programs, set, &mut out)?;
-        least_s = least_s.min(started.elapsed().as_secs_f64());
-        if begun.elapsed() > PATIENCE {
+        fastest_s = fastest_s.min(started.elapsed().as_secs_f64());
+        if first.elapsed() > TIME_LIMIT {
             break;
         }
     }
-    Ok(least_s)
+    Ok(fastest_s)
 }
 
 #[cfg(test)]
@@ -114,36 +116,36 @@ mod tests {
     use super::*;
     use brood_eval::CanonicalEvaluator;
 
-    fn comparison(small: (f64, f64), brood: (f64, f64)) -> Comparison {
+    fn benchmark(small: (f64, f64), brood: (f64, f64)) -> GpuBenchmark {
         let times = |work, (cpu_s, gpu_s)| Times { work, cpu_s, gpu_s };
-        Comparison { small: times(100, small), brood: times(1100, brood) }
+        GpuBenchmark { small: times(100, small), brood: times(1100, brood) }
     }
 
     #[test]
-    fn gpu_gets_nothing_when_it_is_not_clearly_faster_with_a_brood() {
-        assert_eq!(comparison((1.0, 0.1), (10.0, 10.0)).least_work(), None);
-        assert_eq!(comparison((1.0, 0.1), (10.0, 9.0)).least_work(), None);
+    fn gpu_is_not_used_when_not_clearly_faster_for_brood() {
+        assert_eq!(benchmark((1.0, 0.1), (10.0, 10.0)).gpu_threshold(), None);
+        assert_eq!(benchmark((1.0, 0.1), (10.0, 9.0)).gpu_threshold(), None);
     }
 
     #[test]
-    fn gpu_gets_everything_when_it_is_faster_with_one_picture_too() {
-        assert_eq!(comparison((1.0, 0.1), (10.0, 1.0)).least_work(), Some(0));
+    fn gpu_gets_every_batch_when_faster_for_one_picture() {
+        assert_eq!(benchmark((1.0, 0.1), (10.0, 1.0)).gpu_threshold(), Some(0));
     }
 
     #[test]
-    fn small_batches_stay_on_the_cpu_when_the_way_costs_more() {
-        // Gains of -1.2 + 0.2 = -1 and 7 - 6 = 1: they meet in the middle.
-        let least = comparison((0.2, 1.0), (7.0, 5.0)).least_work().unwrap();
+    fn small_batches_stay_on_cpu_when_transfer_costs_more() {
+        // Gains are 0.2 - 1.2 * 1 = -1 and 7 - 1.2 * 5 = 1, so the threshold is half-way.
+        let least = benchmark((0.2, 1.0), (7.0, 5.0)).gpu_threshold().unwrap();
         assert!((599..=601).contains(&least), "{least}");
     }
 
     #[test]
-    fn evaluator_compared_with_itself_is_not_preferred() {
+    fn benchmark_measures_finite_times() {
         let cpu = CanonicalEvaluator::default();
         let started = Instant::now();
-        let comparison = Comparison::measure(&cpu, &cpu).unwrap();
-        println!("{} in {:?}", comparison.describe("itself"), started.elapsed());
-        assert!(comparison.brood.work > 50 * comparison.small.work / 4);
-        assert!(comparison.brood.cpu_s.is_finite() && comparison.small.gpu_s.is_finite());
+        let benchmark = GpuBenchmark::measure(&cpu, &cpu).unwrap();
+        println!("{} in {:?}", benchmark.describe("itself"), started.elapsed());
+        assert!(benchmark.brood.work > 50 * benchmark.small.work / 4);
+        assert!(benchmark.brood.cpu_s.is_finite() && benchmark.small.gpu_s.is_finite());
     }
 }

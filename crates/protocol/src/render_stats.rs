@@ -1,49 +1,52 @@
-//! What a job took, and what the engine did not have to do for it: counters that add up over pictures, jobs and workers.
+//! Counters of rendering work that was done and of work that was avoided.
 //!
-//! Every number of work done stands beside the number it would have been, so that a share can be read off either.
+//! Every counter of work done has a counterpart for the work without the optimisation, so that the
+//! share saved can be computed.
 
 use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Counters of rendering. A renderer fills one for each call and adds them up; nothing here decides a pixel.
+/// Counters of rendering work, summed over pictures. They do not affect any pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
+#[schema(as = Work)]
 pub struct Work {
-    /// Pictures made.
+    /// Number of pictures rendered.
     pub pictures: u64,
-    /// Scalar operations of the genomes as written, times the rays of their pictures: what running everything costs.
+    /// Scalar operations of the genomes as written, times the rays of their pictures: the cost
+    /// without dead code removal and without skipping unlit rays.
     pub operations_written: u64,
-    /// Scalar operations executed: those of the programs, times the samples shaded.
+    /// Scalar operations executed: operations of the lowered programs, times the samples shaded.
     pub operations_executed: u64,
-    /// Inputs that there are, counted for each picture.
+    /// Number of available inputs, summed over pictures.
     pub inputs_known: u64,
-    /// Inputs that the programs read.
+    /// Number of inputs that the programs read, summed over pictures.
     pub inputs_read: u64,
-    /// Rays shot for the pictures, counted for each picture also where a sample set is shared.
+    /// Camera rays, summed over pictures, also where pictures share one sample set.
     pub rays: u64,
     /// Rays that hit the mesh.
     pub samples_covered: u64,
-    /// Hits that light reaches and the camera sees the front of: only these are shaded.
+    /// Hits that are lit and face the camera. Only these are shaded.
     pub samples_lit: u64,
-    /// Pixels that looked rough and were sampled again.
+    /// Pixels that were supersampled because they differ from their neighbours.
     pub rough_pixels: u64,
-    /// Samples shaded in them.
+    /// Samples shaded in supersampled pixels.
     pub rough_samples: u64,
-    /// Sample sets that were at hand.
+    /// Sample sets taken from the cache.
     pub sets_reused: u64,
-    /// Sample sets made.
+    /// Sample sets computed.
     pub sets_made: u64,
-    /// Programs whose translation was at hand.
+    /// Compiled programs taken from the cache.
     pub translations_reused: u64,
-    /// Programs translated.
+    /// Programs compiled.
     pub translations_made: u64,
-    /// Time of jobs on the render thread, from programs to encoded pictures, in microseconds.
+    /// Time on the render thread, from programs to encoded pictures, in microseconds.
     pub busy_us: u64,
-    /// Time to make or find sample sets, in microseconds.
+    /// Time to compute or look up sample sets, in microseconds.
     pub sets_us: u64,
     /// Time to evaluate programs, in microseconds.
     pub evaluation_us: u64,
-    /// Time for film and encoding, in microseconds.
+    /// Time to develop and encode pictures, in microseconds.
     pub film_us: u64,
 }
 

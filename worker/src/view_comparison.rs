@@ -1,27 +1,27 @@
-//! A material held against a picture of a known scene: both as linear light at one exposure, and how far they are apart.
-//!
-//! Owns the exposure that they have in common and the figures. Refuses to know what becomes of them.
+//! Comparison of a material with an image of a known scene: both as linear images at one exposure,
+//! with their differences.
 
 use brood_inspect::{LinearImage, Shade, Shot};
 use brood_search::{ImageError, KnownView};
 
-/// A picture and what a material looks like in its scene.
+/// Image of a target and the rendered material in the same scene.
 #[derive(Debug)]
 pub struct Beside {
-    /// The picture, as bright as the material where its brightness is not known.
+    /// The target image, scaled to the material's brightness if its own is unknown.
     pub wanted: LinearImage,
-    /// The material.
+    /// The rendered material.
     pub found: LinearImage,
-    /// How far apart they are as linear radiance.
+    /// Difference in linear radiance.
     pub error: ImageError,
-    /// Mean FLIP error of both as exposed.
+    /// Mean FLIP error of the exposed images.
     pub flip: f64,
-    /// The exposure of both: the scene's own, or what is automatic for the material.
+    /// Exposure of both images, in EV: that of the scene, or the automatic exposure of the
+    /// material.
     pub exposure_ev: f64,
 }
 
 impl Beside {
-    /// Draws a material in the scene of a picture.
+    /// Renders a material in the scene of an image and compares the two.
     #[must_use]
     pub fn of(known: &KnownView, material: &(impl Shade + ?Sized)) -> Self {
         let (setting, view, side) = (&known.setting, &known.view, known.side());

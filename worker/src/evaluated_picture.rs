@@ -1,6 +1,5 @@
-//! One program's samples, evaluated, on their way to a picture: developed, and its rough pixels sampled again.
-//!
-//! It refuses to know how batches are evaluated and how pictures are encoded.
+//! Development of one program's evaluated samples into a picture, including supersampling of rough
+//! pixels.
 
 use std::sync::{Arc, OnceLock};
 
@@ -12,23 +11,23 @@ use brood_program::Program;
 use brood_protocol::{Backend, Frame, Work};
 use brood_scene::{PixelArea, SampleSet};
 
-use crate::cache::{Raster, View};
+use crate::cache::{Raster, SceneView};
 use crate::renderer::{RenderError, Renderer};
 
-/// A program's samples, evaluated.
-pub(crate) struct Shot<'a> {
+/// Evaluated samples of one program.
+pub(crate) struct EvaluatedPicture<'a> {
     pub(crate) set: &'a SampleSet,
     pub(crate) f: &'a [f32],
     pub(crate) gain: Gain,
-    /// The part of the set's image that is wanted, in the pixels of the whole picture.
+    /// Requested part of the set's image, in pixels of the whole picture.
     pub(crate) area: PixelArea,
     pub(crate) refiner: Refiner<'a>,
 }
 
-/// What is needed to sample some pixels again.
+/// Inputs for supersampling some of the pixels.
 pub(crate) struct Refiner<'a> {
     pub(crate) renderer: &'a Renderer,
-    pub(crate) view: &'a View<'a>,
+    pub(crate) view: &'a SceneView<'a>,
     pub(crate) frame: &'a Frame,
     pub(crate) program: &'a Program,
     pub(crate) tiles: &'a FineTiles,
@@ -46,22 +45,24 @@ impl FineTiles {
         Self { size_px, sets }
     }
 
-    /// Traced where they are first needed, and kept with the other sample sets.
-    fn set(&self, renderer: &Renderer, view: &View<'_>, rough: &RoughTile) -> &SampleSet {
-        let kept = &self.sets[rough.number];
-        if kept.get().is_none() {
+    /// Returns the fine samples of a tile. They are traced on first use and kept in the sample set
+    /// cache.
+    fn set(&self, renderer: &Renderer, view: &SceneView<'_>, rough: &RoughTile) -> &SampleSet {
+        let cell = &self.sets[rough.number];
+        if cell.get().is_none() {
             let raster =
                 Raster { size_px: self.size_px, sampling: RoughTile::SAMPLING, area: rough.tile };
-            // Not inside `get_or_init`: who makes it may be given another task meanwhile, which may want it too.
-            let set = renderer.caches.sample_set_in_task(view, raster);
-            kept.get_or_init(|| set);
+            // Not inside `get_or_init`: while this thread traces rays, rayon may run another task
+            // on it that needs the same tile, which would deadlock.
+            let set = renderer.caches.sample_set_nonblocking(view, raster);
+            cell.get_or_init(|| set);
         }
-        kept.get().expect("it has just been put there")
+        cell.get().expect("the cell was filled above")
     }
 }
 
-impl Shot<'_> {
-    /// The picture.
+impl EvaluatedPicture<'_> {
+    /// Returns the developed picture.
     pub(crate) fn develop(&self) -> Result<Developed, RenderError> {
         let mut developed = develop_samples(self.set, self.f, self.gain);
         let rough = rough_tiles(self.set, &developed);
@@ -72,11 +73,11 @@ impl Shot<'_> {
         })
     }
 
-    /// Linear radiance.
+    /// Returns the picture as linear radiance.
     pub(crate) fn radiance(&self) -> Result<RadianceImage, RenderError> {
         let rough = rough_tiles(self.set, &develop_samples(self.set, self.f, self.gain));
         let mut image = shade(self.set, self.f);
-        // Rough pixels are covered whole: radiance is radiance times coverage.
+        // Rough pixels are fully covered, so their radiance equals radiance times coverage.
         self.refine(rough, |pixel, radiance| image.put(pixel, radiance))?;
         Ok(match self.own_area() {
             Some(own) => image.crop(own),
@@ -84,7 +85,7 @@ impl Shot<'_> {
         })
     }
 
-    /// Calls back with the rough pixels and their radiance. All are evaluated together.
+    /// Evaluates all rough pixels and calls `put` with each pixel's index and radiance.
     fn refine(
         &self,
         rough: Vec<RoughTile>,
@@ -94,7 +95,7 @@ impl Shot<'_> {
             return Ok(());
         }
         let Refiner { renderer, view, frame, program, tiles } = &self.refiner;
-        // Too few samples for a GPU; the exact evaluators give the same bits.
+        // Too few samples for a GPU. The exact evaluators compute the same bits.
         let backend = match frame.backend {
             Backend::Reference => Backend::Reference,
             Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
@@ -106,15 +107,16 @@ impl Shot<'_> {
             renderer.evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
             fine.radiance(&f, &mut put);
             let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);
-            renderer.caches.tally.add(Work { rough_pixels, rough_samples, ..Work::default() });
+            renderer.caches.counters.add(Work { rough_pixels, rough_samples, ..Work::default() });
         }
         Ok(())
     }
 
-    /// The wanted part in the pixels of the set's image, where that is not all of it.
+    /// Returns the requested part in pixels of the set's image, or `None` if it is the whole image.
     fn own_area(&self) -> Option<PixelArea> {
-        let seen = self.set.image().expect("the samples are those of a picture").area;
-        let own = PixelArea { x: self.area.x - seen.x, y: self.area.y - seen.y, ..self.area };
-        (seen != self.area).then_some(own)
+        let image_area = self.set.image().expect("the samples are those of a picture").area;
+        let own =
+            PixelArea { x: self.area.x - image_area.x, y: self.area.y - image_area.y, ..self.area };
+        (image_area != self.area).then_some(own)
     }
 }

@@ -1,25 +1,25 @@
-//! What rendering took since it was last asked: the part of [`Work`] that only the renderer and its caches know.
+//! Accumulated render counters: the part of [`Work`] that the renderer and its caches count.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use brood_protocol::Work;
 
-/// Counters that grow until they are taken.
+/// Thread-safe counters that grow until they are taken.
 #[derive(Debug, Default)]
-pub(crate) struct Tally(Mutex<Work>);
+pub(crate) struct RenderCounters(Mutex<Work>);
 
-impl Tally {
+impl RenderCounters {
     pub(crate) fn add(&self, work: Work) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) += work;
     }
 
-    /// What came together, and back to nothing.
+    /// Returns the counters and resets them to zero.
     pub(crate) fn take(&self) -> Work {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Runs something and adds its time by `counted`.
+    /// Runs a closure and adds its duration in microseconds, converted by `counted`.
     pub(crate) fn timed<T>(&self, run: impl FnOnce() -> T, counted: fn(u64) -> Work) -> T {
         let start = Instant::now();
         let result = run();
