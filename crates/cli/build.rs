@@ -1,4 +1,5 @@
-//! Notes the compiler and its settings in the binary, so that recorded benchmarks can say what was measured.
+//! Stores the compiler and its settings in the binary, so that recorded benchmarks name what was
+//! measured.
 
 use std::process::Command;
 

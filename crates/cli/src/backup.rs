@@ -1,4 +1,4 @@
-//! `brood backup`: the whole database in one file, beside a running server or without one.
+//! `brood backup`: copies the database into one file, whether or not a server is running.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,9 +13,9 @@ use crate::{logging, output, place};
 /// Options of `brood backup`.
 #[derive(Debug, Args)]
 pub struct BackupArgs {
-    /// The file to write; it must not be there yet
+    /// File to write; must not exist yet
     file: PathBuf,
-    /// The server's data directory
+    /// Data directory of the server
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
@@ -23,9 +23,17 @@ pub struct BackupArgs {
 /// Runs the command.
 pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    ensure!(!args.file.exists(), "{} is there already", args.file.display());
+    ensure!(
+        !args.file.exists(),
+        "{} exists already; choose another file name",
+        args.file.display()
+    );
     let data = place::data_dir(args.data.as_ref())?;
-    ensure!(data.join("brood.db").exists(), "there is no data in {}", data.display());
+    ensure!(
+        data.join("brood.db").exists(),
+        "{} holds no brood.db; name the data directory with --data",
+        data.display()
+    );
     let part = output::name_beside(&args.file)?;
     let spinner = output::spinner("copying");
     let copied = place::runtime()?.block_on(async {
@@ -36,8 +44,9 @@ pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
     });
     spinner.finish_and_clear();
     copied?;
-    fs::rename(&part, &args.file).with_context(|| format!("name {}", args.file.display()))?;
-    let bytes = fs::metadata(&args.file).context("look at the backup")?.len();
+    fs::rename(&part, &args.file)
+        .with_context(|| format!("rename the backup to {}", args.file.display()))?;
+    let bytes = fs::metadata(&args.file).context("read the size of the backup")?.len();
     if json {
         return output::print_json(&json!({ "file": args.file, "bytes": bytes }));
     }

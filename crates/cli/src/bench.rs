@@ -1,4 +1,4 @@
-//! `brood bench`: measurements of the whole road, as a user meets it.
+//! `brood bench`: benchmarks of the server, the evaluators and the searches, as a user meets them.
 
 mod all;
 mod amount;
@@ -25,38 +25,41 @@ mod target;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// What is measured.
+/// Subcommands of `brood bench`.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// Every benchmark in turn, into one folder with the machine it ran on
+    /// Run every benchmark and write all results, with a description of the machine, into one
+    /// folder
     All(all::BenchAllArgs),
-    /// What the amounts of mutation and recombination do to pictures, with a chart
+    /// Measure how far pictures change at each amount of mutation and recombination, with a chart
     Amount(amount::BenchAmountArgs),
-    /// From the request for a brood to the last byte of all its thumbnails, over HTTP
+    /// Time from the request for a brood to the last byte of all its thumbnails, over HTTP
     Breed(breed::BenchBreedArgs),
-    /// How many frames of a brood are worth looking at, with each kind of curation
+    /// Count the useful pictures of a brood under each kind of curation
     Brood(brood::BenchBroodArgs),
-    /// Normal equations of constants, forwards and backwards, beside plain evaluation
+    /// Time the normal equations of a program's constants, in forward and reverse mode, against
+    /// plain evaluation
     Derivative(derivative::BenchDerivativeArgs),
-    /// A page that holds exported programs, run by a browser, against the bits they must have
+    /// Write a page that runs exported programs in a browser and compares their bits with the
+    /// canonical ones
     Export(export::BenchExportArgs),
-    /// Fits of measured materials after some seconds, beside published ones
+    /// Fit measured materials within time budgets and compare the errors with published fits
     Fit(fit::BenchFitArgs),
-    /// Genomes a second against a target, everything included
+    /// Count genomes scored against a target per second, lowering included
     Fitness(fitness::BenchFitnessArgs),
-    /// New materials on a known scene, in memory: lowered, evaluated, developed, encoded
+    /// Time new materials on a known scene, in memory: lowering, evaluation, film, PNG
     Frame(frame::BenchFrameArgs),
-    /// Known kinds of material recovered from one picture, from random starts
+    /// Recover known kinds of material from one picture, from random starts
     Inverse(inverse::BenchInverseArgs),
-    /// Models of reflectance: time a sample, and what breaks on hard parameters and directions
+    /// Time the reflectance models and check them at hard parameters and directions
     Model(model::BenchModelArgs),
-    /// Scalar operations a second on one core, at every level of vector instructions
+    /// Count scalar operations per second on one core, at every instruction set level
     Ops(ops::BenchOpsArgs),
-    /// Run time against error: each choice of the product swept, with charts
+    /// Sweep each quality setting and chart run time against error
     Pareto(pareto::BenchParetoArgs),
-    /// What each kind of skipping is worth, measured with it and without
+    /// Time each optimisation that skips work, with it and without it
     Skip(skip::BenchSkipArgs),
-    /// Random programs on directions that break formulas: anything not finite, any bit that differs, the error of f32
+    /// Run random programs on extreme directions: non-finite results, differing bits, error of f32
     Stress(stress::BenchStressArgs),
 }
 

@@ -1,4 +1,5 @@
-//! `brood breed`: a brood without a server, the same one that a server breeds from the same options.
+//! `brood breed`: breeds a brood without a server; a server breeds the same one from the same
+//! options.
 
 use std::path::PathBuf;
 
@@ -16,69 +17,73 @@ use crate::frame::FrameArgs;
 use crate::lock::LockWords;
 use crate::{genome_file, logging, output};
 
-/// Between the pictures of a sheet.
+/// Gap between the pictures of a sheet.
 const GAP_PX: u32 = 4;
-/// Children that go around a centre.
+/// Number of children around a centre.
 const RING: usize = 20;
 
 /// Options of `brood breed`.
 #[derive(Debug, Args)]
 pub struct BreedArgs {
-    /// None: a random start. One: mutation. Two: recombination, then mutation
+    /// Parent genome; give it twice for two parents. None: random start. One: mutation. Two:
+    /// recombination, then mutation
     #[arg(long = "parent", value_name = "GENOME")]
     pub parents: Vec<PathBuf>,
-    /// Drawn and reported where absent
+    /// Seed of the brood; by default a random one, which is printed
     #[arg(long)]
     pub seed: Option<u64>,
-    /// How many children
+    /// Number of children
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub count: u32,
     /// Amount of mutation, 0 to 1
     #[arg(long, value_name = "X", default_value_t = 0.3, value_parser = amount)]
     pub mutation: f32,
-    /// Expected share of the second parent, 0 to 1
+    /// Expected share of the second parent in a child, 0 to 1
     #[arg(long, value_name = "Y", default_value_t = 0.5, value_parser = amount)]
     pub recombination: f32,
-    /// How much is done for variety
+    /// Rule for redrawing children
     #[arg(long, value_name = "CURATION", default_value = "distinct")]
     pub curation: CurationWord,
-    /// Colour of the children: 0 grey to 1 as evolved; absent: as the first parent
+    /// Colour of the children, 0 grey to 1 as evolved; by default that of the first parent
     #[arg(long, value_name = "X", value_parser = amount)]
     pub saturation: Option<f32>,
-    /// Divide what children reflect by their largest albedo where it is above 1; absent: as the first parent
+    /// Energy limit: divide the reflectance of a child by its largest albedo if that is above 1; by
+    /// default as the first parent
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub limit: Option<bool>,
-    /// What children keep of the first parent: instructions by number from 0, constants as C5, channels as r, g, b, layers
-    /// as L0, their parameters as L0.roughness
+    /// Parts of the first parent that children keep: instructions by number from 0, constants as
+    /// C5, channels as r, g, b, layers as L0, their parameters as L0.roughness; comma-separated
     #[arg(long, value_name = "LIST")]
     pub lock: Option<LockWords>,
-    /// What random genomes may use, as in 'smooth registers 7' or 'extended registers 12 length 60'
+    /// Dialect of random genomes, for example 'smooth registers 7' or 'extended registers 12 length
+    /// 60'
     #[arg(long, value_name = "WORDS")]
     pub dialect: Option<DialectWords>,
-    /// Random genomes are models of reflectance: the dialect of length 0
+    /// Start from random models of reflectance: the dialect of length 0
     #[arg(long, conflicts_with = "dialect")]
     pub models: bool,
-    /// Children are unchanged by rotations about the normal
+    /// Children are isotropic: unchanged by rotations about the normal
     #[arg(long)]
     pub isotropic: bool,
-    /// Children are the same everywhere on the surface
+    /// Children are homogeneous: the same everywhere on the surface
     #[arg(long)]
     pub homogeneous: bool,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Where the genomes and the sheet go
+    /// Folder for the genomes and the sheet
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }
 
-/// The words of [`Curation`].
+/// Command-line words of [`Curation`].
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum CurationWord {
-    /// First draws as they are
+    /// No redraws
     Off,
-    /// Redraws until the program hash is new
+    /// Redraw until the program is new
     Distinct,
-    /// Redraws also until a small preview is not black and unlike its parents' and siblings'
+    /// Redraw also until a small preview is not black and differs from those of parents and
+    /// siblings
     Diverse,
 }
 
@@ -92,18 +97,18 @@ impl From<CurationWord> for Curation {
     }
 }
 
-/// The words of a switch.
+/// Parses `on` or `off`.
 pub fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),
-        _ => Err("this is on or off".to_owned()),
+        _ => Err("must be on or off".to_owned()),
     }
 }
 
 fn amount(text: &str) -> Result<f32, String> {
     let amount = text.parse().ok().filter(|amount| (0.0..=1.0).contains(amount));
-    amount.ok_or_else(|| "an amount is a number from 0 to 1".to_owned())
+    amount.ok_or_else(|| "must be a number from 0 to 1".to_owned())
 }
 
 /// Runs the command.
@@ -138,33 +143,36 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
     let variation = match parents {
         [] => {
             let length = if args.models { 0 } else { Dialect::default().length };
-            let usual = Dialect { length, ..Dialect::default() };
-            let dialect = args.dialect.map_or(usual, |words| words.0);
+            let default = Dialect { length, ..Dialect::default() };
+            let dialect = args.dialect.map_or(default, |words| words.0);
             Variation::random(dialect)
         }
         [parent] => {
-            ensure!(args.mutation > 0.0, "one parent with mutation 0 would only give copies");
+            ensure!(
+                args.mutation > 0.0,
+                "--mutation must be above 0 with one parent: at 0 every child is a copy"
+            );
             Variation::mutate(parent, args.mutation)
         }
         [first, second] => {
             ensure!(
                 first.dialect().is_compatible(second.dialect()),
-                "the parents are of different dialects and cannot be crossed"
+                "the parents have different dialects; only parents of one dialect can be recombined"
             );
             let variation = Variation::recombine(first, second, args.recombination, args.mutation);
             ensure!(
                 !variation.is_settled(),
-                "these parents with mutation 0 and recombination {} would only give copies",
+                "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",
                 args.recombination
             );
             variation
         }
-        _ => bail!("a brood has at most two parents"),
+        _ => bail!("--parent may be given at most twice"),
     };
     if let (Some(DialectWords(dialect)), Some(parent)) = (args.dialect, parents.first()) {
         ensure!(
             dialect.is_compatible(parent.dialect()),
-            "the parents are of another dialect than --dialect says"
+            "--dialect must match the dialect of the parents, or be left out"
         );
     }
     let constraints = Constraints {
@@ -174,7 +182,7 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
     let output = args.saturation.map(Output::saturation).transpose()?;
     if let Some(LockWords(locks)) = &args.lock {
         let Some(parent) = parents.first() else {
-            bail!("a random start has no parent to keep anything of");
+            bail!("--lock needs a --parent");
         };
         locks.validate_for(parent)?;
     }
@@ -183,14 +191,14 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
     Ok(variation.with_limit(args.limit).with_locks(locks))
 }
 
-/// Below 2^53, so that every JSON reader keeps it whole.
+/// Random seed below 2^53, which every JSON reader represents exactly.
 fn random_seed() -> Result<u64> {
     let mut bytes = [0; 8];
     getrandom::fill(&mut bytes).context("draw a seed")?;
     Ok(u64::from_le_bytes(bytes) >> 11)
 }
 
-/// The children around the first parent, or around the first child where there is no parent.
+/// Sheet of the children around the first parent, or around the first child for a random start.
 fn sheet(
     args: &BreedArgs,
     renderer: &Renderer,

@@ -1,7 +1,8 @@
-//! Charts and tables: what a benchmark found, as SVG to look at and as CSV and JSON to compute with.
+//! Charts and tables of results: SVG for people, CSV and JSON for programs.
 //!
-//! Owns axes, marks and text placement. Refuses to know what is measured and where files go. The same data give the same
-//! bytes. Charts bring their own light ground, so that they read alike on white and on dark pages.
+//! Owns axes, marks and text placement. Independent of what is measured and of files. Equal data
+//! give equal bytes. Charts draw their own light background, so that they look alike on white and
+//! on dark pages.
 
 mod axis;
 mod bars;
@@ -12,4 +13,4 @@ mod table;
 pub use axis::{Axis, Scale, number};
 pub use bars::{Bar, BarChart, Group};
 pub use plot::{Plot, Point, Series};
-pub use table::{Cell, Table};
+pub use table::{Cell, ResultTable};

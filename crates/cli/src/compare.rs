@@ -1,6 +1,8 @@
-//! `brood compare`: materials side by side in one scene, how far they are apart, and what their reflection has of physics.
+//! `brood compare`: compares materials in one scene: differences between their pictures, and
+//! physical measures of each.
 //!
-//! Owns the options and the files: pictures, differences, curves as CSV and SVG, a report, and a page that shows them all.
+//! Owns the options and the files: pictures, differences, curves as CSV and SVG, a report, and a
+//! page that shows everything.
 
 mod curve;
 mod page;
@@ -27,32 +29,34 @@ pub use subject::Subject;
 /// Options of `brood compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// Two to six materials: `.brood` or JSON files of genomes and models, or measured tables; the others are held against the first
+    /// Two to six materials: `.brood` or JSON files of genomes or models, or measured tables; the
+    /// first is the reference
     #[arg(required = true, num_args = COMPARED)]
     pub materials: Vec<PathBuf>,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Where the pictures, the curves and the page index.html go
+    /// Folder for the pictures, the curves and the page index.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }
 
-/// A material with all that was found of it.
-pub struct Found {
+/// Results of one material.
+pub struct ComparedMaterial {
     pub name: String,
     pub curves: Vec<CurvePoint>,
     pub phenomena: Phenomena,
-    /// Its pictures, relative to the page.
+    /// Path of its picture, relative to the page.
     pub picture: String,
+    /// Path of its picture under the other light, relative to the page.
     pub other_light: String,
-    /// How far it is from the first; none for the first itself.
-    pub difference: Option<Difference>,
+    /// Difference from the reference; `None` for the reference itself.
+    pub difference: Option<ReferenceDifference>,
 }
 
-/// How far a picture is from the first.
-pub struct Difference {
+/// Difference of a picture from that of the reference.
+pub struct ReferenceDifference {
     pub picture: String,
-    /// Of linear RGB as exposed.
+    /// RMSE of linear RGB after exposure.
     pub rmse: f64,
     pub flip: f64,
 }
@@ -72,7 +76,7 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
     };
     let spinner = output::spinner("comparing");
     let circle = LightCircle::trace(mesh.mesh(), &scene, &assets);
-    // One exposure for all, or what is darker would not look so.
+    // One exposure for all, so that a darker material looks darker.
     let exposure_ev = circle.ev(&subjects[0].specimen(), scene.film);
     scene.film.exposure = Exposure::Ev(exposure_ev);
     let other = scene.with_light_deg(scene.light_deg + OTHER_LIGHT_DEG);
@@ -95,14 +99,17 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
             Some(reference) => {
                 let file = format!("{index:02}-difference.png");
                 let (width, height) = own.size();
-                let apart = reference.absolute_difference(&own).encoded_rgba();
-                output::write_file(&args.output.join(&file), &encode_png(width, height, &apart))?;
+                let absolute = reference.absolute_difference(&own).encoded_rgba();
+                output::write_file(
+                    &args.output.join(&file),
+                    &encode_png(width, height, &absolute),
+                )?;
                 let (rmse, flip) = (reference.rmse(&own), reference.flip(&own));
-                Some(Difference { picture: file, rmse, flip })
+                Some(ReferenceDifference { picture: file, rmse, flip })
             }
         };
         let curves = curves(&subject.specimen());
-        all.push(Found {
+        all.push(ComparedMaterial {
             name: subject.name().to_owned(),
             phenomena: Phenomena::of(&subject.specimen(), &curves, &circle),
             curves,
@@ -121,17 +128,17 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
     if json { output::print_json(&report) } else { output::print(&table(&all, args)) }
 }
 
-/// Linear pixels as exposed, over black.
+/// Linear pixels after exposure, over black.
 fn pixels(picture: &Picture, exposure_ev: f64) -> LinearImage {
     let radiance = &picture.radiance;
     let linear = radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
     LinearImage::new(radiance.width(), radiance.height(), linear).exposed(exposure_ev)
 }
 
-fn report(all: &[Found], exposure_ev: f64) -> Value {
-    let one = |found: &Found| {
+fn report(all: &[ComparedMaterial], exposure_ev: f64) -> Value {
+    let one = |found: &ComparedMaterial| {
         let difference = found.difference.as_ref().map(
-            |Difference { picture, rmse, flip }| json!({ "picture": picture, "rmse": rmse, "flip": flip }),
+            |ReferenceDifference { picture, rmse, flip }| json!({ "picture": picture, "rmse": rmse, "flip": flip }),
         );
         json!({
             "name": found.name,
@@ -145,7 +152,7 @@ fn report(all: &[Found], exposure_ev: f64) -> Value {
     json!({ "exposure_ev": exposure_ev, "materials": all.iter().map(one).collect::<Vec<Value>>() })
 }
 
-fn table(all: &[Found], args: &CompareArgs) -> String {
+fn table(all: &[ComparedMaterial], args: &CompareArgs) -> String {
     let width = all.iter().map(|found| found.name.chars().count()).max().unwrap_or(0);
     let mut text = format!(
         "{:width$}  {:>8} {:>8}  {:>8} {:>9}  {:>13}\n",
@@ -153,7 +160,9 @@ fn table(all: &[Found], args: &CompareArgs) -> String {
     );
     for found in all {
         let (rmse, flip) = match &found.difference {
-            Some(Difference { rmse, flip, .. }) => (format!("{rmse:.4}"), format!("{flip:.4}")),
+            Some(ReferenceDifference { rmse, flip, .. }) => {
+                (format!("{rmse:.4}"), format!("{flip:.4}"))
+            }
             None => ("-".to_owned(), "-".to_owned()),
         };
         let Phenomena { fresnel_rise, largest_albedo, exposures_ev: [low, high], .. } =

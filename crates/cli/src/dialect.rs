@@ -1,26 +1,31 @@
-//! The words of `--dialect`: those of the text form's `.dialect` line, each of them optional.
+//! Parser of `--dialect`: the words of the `.dialect` line of a genome's text form, each optional.
 
 use std::iter::Peekable;
 use std::str::{FromStr, SplitWhitespace};
 
 use brood_genome::{Dialect, OpcodeSet, Parametrisation};
 
-/// A dialect as the command line gives it.
+/// Dialect given on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DialectWords(pub Dialect);
 
 impl FromStr for DialectWords {
     type Err = String;
 
-    /// `[paper|extended] [smooth|paper] [registers N] [length N] [isotropic] [homogeneous]`; a single `paper` is the
-    /// parametrisation, because the paper's opcodes are the default anyway.
+    /// Parses `[paper|extended] [smooth|paper] [registers N] [length N] [isotropic] [homogeneous]`.
+    /// A single `paper` is the parametrisation, because the paper's opcodes are the default.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut words = text.split_whitespace().peekable();
         let mut dialect = Dialect::default();
         let first = words.next_if(|word| matches!(*word, "paper" | "extended" | "smooth"));
         let second = words.next_if(|word| matches!(*word, "paper" | "smooth"));
         match (first, second) {
-            (Some("smooth"), Some(_)) => return Err("opcodes come before parametrisation".into()),
+            (Some("smooth"), Some(_)) => {
+                return Err(
+                    "the opcode set must come before the parametrisation, as in 'extended smooth'"
+                        .into(),
+                );
+            }
             (Some("extended"), _) => dialect = extended(dialect),
             _ => {}
         }
@@ -33,7 +38,11 @@ impl FromStr for DialectWords {
                 "length" => dialect.length = number(&mut words, "length")?,
                 "isotropic" => dialect.isotropic = true,
                 "homogeneous" => dialect.homogeneous = true,
-                _ => return Err(format!("`{word}` is not a word of a dialect")),
+                _ => {
+                    return Err(format!(
+                        "unknown word `{word}`; expected paper, extended, smooth, registers N, length N, isotropic or homogeneous"
+                    ));
+                }
             }
         }
         dialect.validate().map_err(|error| error.to_string())?;
@@ -46,7 +55,10 @@ fn extended(dialect: Dialect) -> Dialect {
 }
 
 fn number<T: FromStr>(words: &mut Peekable<SplitWhitespace<'_>>, name: &str) -> Result<T, String> {
-    words.next().and_then(|word| word.parse().ok()).ok_or(format!("`{name}` takes a number"))
+    words
+        .next()
+        .and_then(|word| word.parse().ok())
+        .ok_or(format!("`{name}` must be followed by a number"))
 }
 
 #[cfg(test)]
@@ -58,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn words_make_the_dialect_they_name() {
+    fn words_select_the_dialect() {
         let default = Dialect::default();
         assert_eq!(parse(""), Ok(default));
         assert_eq!(parse("smooth registers 7"), Ok(default));
@@ -68,14 +80,14 @@ mod tests {
         assert_eq!(parse("paper paper length 30").map(|d| (d.parametrisation, d.length)), {
             Ok((Parametrisation::Paper, 30))
         });
-        assert_eq!(parse("length 0").map(|d| d.length), Ok(0), "models alone");
+        assert_eq!(parse("length 0").map(|d| d.length), Ok(0), "models only");
         let wide = Dialect { isotropic: true, ..extended(default) };
         assert_eq!(parse("extended isotropic"), Ok(wide));
         assert_eq!(parse("extended paper registers 12").map(|d| d.registers), Ok(12));
     }
 
     #[test]
-    fn words_are_refused_when_they_are_no_dialect() {
+    fn words_are_rejected_when_they_are_not_a_dialect() {
         for text in
             ["registers", "registers x", "smooth extended", "registers 3", "length 1025", "foo"]
         {

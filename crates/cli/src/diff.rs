@@ -1,4 +1,4 @@
-//! `brood diff`: how far apart two pictures are, in a named metric.
+//! `brood diff`: difference of two pictures in a named metric.
 
 pub mod itp;
 mod picture;
@@ -15,27 +15,26 @@ pub use picture::read;
 /// Options of `brood diff`.
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// The reference: PNG or EXR
+    /// Reference picture, PNG or EXR
     pub a: PathBuf,
-    /// What is held against it: PNG or EXR
+    /// Picture to compare, PNG or EXR
     pub b: PathBuf,
-    /// rmse: root mean square error of linear RGB; ssim: structural similarity, 1 for equal pictures; flip: mean FLIP
-    /// error; itp: mean colour difference of BT.2124
+    /// Metric of the difference
     #[arg(long, default_value = "rmse")]
     pub metric: Metric,
-    /// Luminance of linear 1 in cd/m2, for itp
+    /// Luminance of linear 1 in cd/m2; only for itp
     #[arg(long, value_name = "L", default_value_t = 100.0, value_parser = luminance)]
     pub white: f64,
 }
 
-/// How pictures are compared.
+/// Metrics of picture differences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Metric {
     /// Root mean square error of linear RGB
     Rmse,
-    /// Structural similarity of 8-bit sRGB
+    /// Structural similarity of 8-bit sRGB; 1 for equal pictures
     Ssim,
-    /// Mean error of the FLIP difference evaluator
+    /// Mean FLIP error
     Flip,
     /// Mean colour difference of BT.2124
     Itp,
@@ -43,7 +42,7 @@ pub enum Metric {
 
 fn luminance(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value| (1e-3..=10_000.0).contains(value));
-    value.ok_or_else(|| "a luminance is a number from 0.001 to 10000".to_owned())
+    value.ok_or_else(|| "must be a number from 0.001 to 10000".to_owned())
 }
 
 /// Runs the command.
@@ -52,13 +51,13 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     ensure!(
         a.size() == b.size(),
-        "the pictures are of different sizes: {:?} and {:?}",
+        "the pictures must have the same size, got {:?} and {:?}",
         a.size(),
         b.size()
     );
     let value = match args.metric {
         Metric::Rmse => a.rmse(&b),
-        Metric::Ssim => a.ssim(&b).context("pictures for ssim are at least 11 x 11 pixels")?,
+        Metric::Ssim => a.ssim(&b).context("ssim needs pictures of at least 11 x 11 pixels")?,
         Metric::Flip => a.flip(&b),
         Metric::Itp => itp::mean_difference(a.linear(), b.linear(), args.white),
     };

@@ -1,4 +1,4 @@
-//! `brood eval`: reflectance for anyone's pairs of directions.
+//! `brood eval`: prints the reflectance of a material for given direction pairs.
 
 use std::fmt::Write;
 use std::io::Read;
@@ -14,7 +14,7 @@ use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
 
-use crate::material_file::{self, Material};
+use crate::material_file::{self, MaterialFile};
 use crate::pairs::{self, Row};
 use crate::{logging, output};
 
@@ -25,19 +25,21 @@ const BATCH: usize = 1 << 18;
 /// Options of `brood eval`.
 #[derive(Debug, Args)]
 pub struct EvalArgs {
-    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
-    /// `.brdf`, or an image slice as `.exr`; - is stdin
+    /// Material: a `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`,
+    /// samples as `.csv`, a goniometer's `.brdf`, or an image slice as `.exr`; - is stdin
     pub genome: PathBuf,
-    /// CSV with the columns wix, wiy, wiz, wox, woy, woz, and u, v where wanted; - is stdin
+    /// CSV of direction pairs with the columns wix, wiy, wiz, wox, woy, woz, and optionally u, v; -
+    /// is stdin
     pub pairs: PathBuf,
-    /// auto, cpu, gpu or reference
+    /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, default_value = "auto")]
     pub backend: Backend,
-    /// Divide by the largest albedo where it is above 1, also where the genome does not ask for it
+    /// Apply the energy limit even if the genome does not: divide by the largest albedo if that is
+    /// above 1
     #[arg(long)]
     pub limit: bool,
-    /// Keep the values below 0 of RGL's tables, which are 0 otherwise: colours beyond the display's have them, and other
-    /// renderers keep them
+    /// Keep negative values of RGL tables (colours outside the display's gamut), as other renderers
+    /// do; by default they become 0
     #[arg(long)]
     pub keep_negative: bool,
 }
@@ -46,10 +48,13 @@ pub struct EvalArgs {
 pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let stdin = Path::new("-");
-    ensure!(args.genome != stdin || args.pairs != stdin, "only one file can come from stdin");
+    ensure!(
+        args.genome != stdin || args.pairs != stdin,
+        "only one of the two files can be - (stdin)"
+    );
     let genome = match material_file::read_with(&args.genome, args.keep_negative)? {
-        Material::Bred(genome) => *genome,
-        Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, json),
+        MaterialFile::Bred(genome) => *genome,
+        MaterialFile::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, json),
     };
     let limited = args.limit || genome.is_limited();
     let mut program = Program::lower(&genome);
@@ -85,11 +90,11 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     output::print(&table(&values))
 }
 
-/// The same of what was measured, in f64.
+/// Runs the command for a measured material, in f64.
 fn run_brdf(args: &EvalArgs, brdf: &dyn Brdf, kind: &str, json: bool) -> Result<()> {
     ensure!(
         !args.limit,
-        "the energy limit is for genomes; brood model albedo measures how much is reflected"
+        "--limit needs a genome; `brood model albedo` prints the albedo of measured materials"
     );
     let text = read_text(&args.pairs)?;
     let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
@@ -103,12 +108,12 @@ fn run_brdf(args: &EvalArgs, brdf: &dyn Brdf, kind: &str, json: bool) -> Result<
 fn table<T: std::fmt::Display>(values: &[[T; 3]]) -> String {
     let mut text = String::from("r,g,b\n");
     for [r, g, b] in values {
-        writeln!(text, "{r},{g},{b}").expect("a string takes everything");
+        writeln!(text, "{r},{g},{b}").expect("writing to a string cannot fail");
     }
     text
 }
 
-/// f of each row; nothing is reflected where a direction is not above the surface.
+/// f of each row; 0 if a direction is not above the surface.
 fn evaluate(
     renderer: &Renderer,
     backend: Backend,
@@ -130,7 +135,8 @@ fn evaluate(
 fn read_text(path: &Path) -> Result<String> {
     if path != Path::new("-") {
         let bytes = output::read_file(path, LIMIT_BYTES)?;
-        return String::from_utf8(bytes).with_context(|| format!("{} is no text", path.display()));
+        return String::from_utf8(bytes)
+            .with_context(|| format!("{} is not UTF-8 text", path.display()));
     }
     let mut text = String::new();
     let stdin = std::io::stdin().lock();

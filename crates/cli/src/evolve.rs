@@ -1,7 +1,7 @@
-//! `brood evolve`: genomes bred against a measure that somebody else owns. Each line of standard output asks about genomes, each line
-//! of standard input tells how far off they are.
+//! `brood evolve`: breeds genomes against a fitness measure of another program. Each line of
+//! standard output contains genomes to evaluate, each line of standard input their errors.
 //!
-//! Owns the lines and the files. What is bred of what was told is the search's business.
+//! Owns the line protocol and the files; breeding is done by the search crate.
 
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
@@ -17,44 +17,46 @@ use serde_json::{Value, json};
 use crate::dialect::DialectWords;
 use crate::{genome_file, logging, output};
 
-/// As much as a line of numbers can have.
+/// Largest length of an input line.
 const LINE_BYTES: u64 = 1 << 20;
 const STATE_BYTES: u64 = 256 << 20;
 
 /// Options of `brood evolve`.
 #[derive(Debug, Args)]
 pub struct EvolveArgs {
-    /// A genome to begin with; may be given again. None: random ones
+    /// Genome to start from; may be given several times. By default the search starts from random
+    /// genomes
     #[arg(long = "start", value_name = "GENOME")]
     pub start: Vec<PathBuf>,
-    /// What random genomes may use, as in 'smooth registers 7'; that of searches where absent
+    /// Dialect of random genomes, for example 'smooth registers 7'; by default that of searches
     #[arg(long, value_name = "WORDS", conflicts_with = "start")]
     pub dialect: Option<DialectWords>,
-    /// What it draws from: the same seed and the same errors lead to the same genomes
+    /// Seed: equal seeds and errors give equal genomes
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
-    /// Genomes that are asked about at once
+    /// Number of genomes per line of output
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub count: u32,
-    /// Genomes that are kept to breed from
+    /// Number of genomes kept to breed from
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(2..=4096))]
     pub kept: u16,
-    /// Goes on from this file where it exists; it is written after every answer
+    /// File of the search's state: resumes from it if it exists, and writes it after every line of
+    /// input
     #[arg(long, value_name = "FILE")]
     pub state: Option<PathBuf>,
-    /// Where best.brood and the front of error against operations go at the end
+    /// Folder for best.brood and the front of error against operations, written at the end
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }
 
-/// An answer.
+/// Line of input.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Answer {
-    /// Null: of no use.
+    /// Errors of the genomes of the last line of output; null if a genome is useless.
     #[serde(default)]
     errors: Option<Vec<Option<f64>>>,
-    /// Nothing more is asked.
+    /// Ends the search.
     #[serde(default)]
     end: bool,
 }
@@ -64,11 +66,15 @@ pub fn run(args: &EvolveArgs) -> Result<()> {
     logging::start_offline();
     let start: Vec<Genome> = args.start.iter().map(genome_file::read).collect::<Result<_>>()?;
     if let Some(other) = start.iter().find(|one| !one.dialect().is_compatible(start[0].dialect())) {
-        bail!("{} and {} cannot be bred together", start[0].dialect(), other.dialect());
+        bail!(
+            "the starting genomes must have one dialect, got {} and {}",
+            start[0].dialect(),
+            other.dialect()
+        );
     }
     ensure!(
         start.len() <= args.count as usize,
-        "--count {} is too few for {} genomes to begin with",
+        "--count {} is below the number of --start genomes, {}",
         args.count,
         start.len()
     );
@@ -83,8 +89,9 @@ pub fn run(args: &EvolveArgs) -> Result<()> {
         if answer.end {
             break;
         }
-        let errors =
-            answer.errors.context("a line of input is {\"errors\": [...]} or {\"end\": true}")?;
+        let errors = answer
+            .errors
+            .context("a line of input must be {\"errors\": [...]} or {\"end\": true}")?;
         let errors: Vec<f64> = errors.iter().map(|error| error.unwrap_or(f64::INFINITY)).collect();
         search.tell(&errors)?;
         if let Some(state) = &args.state {
@@ -107,7 +114,7 @@ fn begin(options: AskOptions, state: Option<&Path>) -> Result<AskTell> {
     }
 }
 
-/// The next line; nothing at the end of input. An empty line is passed over.
+/// Reads the next non-empty line; `None` at the end of input.
 fn read(input: &mut impl BufRead) -> Result<Option<Answer>> {
     loop {
         let mut line = String::new();
@@ -115,7 +122,10 @@ fn read(input: &mut impl BufRead) -> Result<Option<Answer>> {
         if count == 0 {
             return Ok(None);
         }
-        ensure!((count as u64) < LINE_BYTES, "a line of input has at most {LINE_BYTES} bytes");
+        ensure!(
+            (count as u64) < LINE_BYTES,
+            "a line of input must be shorter than {LINE_BYTES} bytes"
+        );
         if !line.trim().is_empty() {
             return serde_json::from_str(&line).map(Some).context("read a line of input");
         }
@@ -148,9 +158,11 @@ fn ending(search: &AskTell) -> Value {
     json!({ "end": true, "front": search.front().iter().rev().map(told).collect::<Vec<_>>() })
 }
 
-/// The best, and the front from the longest to the shortest.
+/// Writes the best genome, and the front from the longest to the shortest.
 fn write(folder: &Path, search: &AskTell) -> Result<()> {
-    let best = search.best().context("nothing was of use, and there is nothing to write")?;
+    let best = search
+        .best()
+        .context("no genome got a finite error, so there is no best.brood to write")?;
     let genomes = folder.join("front");
     output::make_dir(folder)?;
     output::make_dir(&genomes)?;

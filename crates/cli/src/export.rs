@@ -1,4 +1,4 @@
-//! `brood export`: a genome as source code for other renderers.
+//! `brood export`: prints a genome as source code for other renderers.
 
 use std::path::PathBuf;
 
@@ -14,15 +14,15 @@ use crate::{genome_file, logging, output};
 /// Options of `brood export`.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// A `.brood` or JSON file; - is stdin
+    /// Genome, as a `.brood` or JSON file; - is stdin
     genome: PathBuf,
-    /// glsl-es-300, glsl-410 or wgsl
+    /// Language: glsl-es-300, glsl-410 or wgsl
     #[arg(long, value_name = "FORMAT", default_value = "glsl-es-300")]
     format: Format,
-    /// Divide by the largest albedo where it is above 1; absent: as the genome asks
+    /// Energy limit: divide by the largest albedo if that is above 1; by default as the genome says
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     limit: Option<bool>,
-    /// The file to write; stdout where absent
+    /// File to write; stdout by default
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 }

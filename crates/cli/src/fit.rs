@@ -1,6 +1,8 @@
-//! `brood fit`: a search for a material that matches a measured one or pictures of one, without a server.
+//! `brood fit`: searches for a material that matches a measured one, or pictures of one, without a
+//! server.
 //!
-//! Owns the options, the budget and the files; how far off what was found is, and what physics says of it, stands in `report`.
+//! Owns the options, the budget and the files. The errors and physical measures of the result are
+//! computed in `report`.
 
 pub mod budget;
 mod image;
@@ -23,54 +25,58 @@ use clap::Args;
 use crate::compare::Subject;
 use crate::frame::FrameArgs;
 use crate::{logging, material_file, output};
-use budget::{Budget, spend};
+use budget::{FitBudget, spend};
 use log::Log;
 use report::Report;
 
+/// Default budget in seconds.
 const SECONDS: f64 = 10.0;
 
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
-    /// What is to be matched: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's `.brdf`, an image slice as
-    /// `.exr`; with --scene a picture of that scene as `.exr`, `.hdr`, `.png` or `.jpg`; several pictures as `.json`
+    /// Target to match: a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
+    /// `.brdf`, an image slice as `.exr`; with --scene a picture of that scene as `.exr`, `.hdr`,
+    /// `.png` or `.jpg`; several pictures as `.json`
     pub target: PathBuf,
-    /// How to search
+    /// Search strategy: lobes, analytic, gp or hybrid
     #[arg(long, value_name = "S", default_value_t = Strategy::Hybrid, value_parser = str::parse::<Strategy>)]
     pub strategy: Strategy,
-    /// Search for that long; 10 seconds where no budget is given
+    /// Time budget in seconds; 10 if no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
     pub seconds: Option<f64>,
-    /// Search for so many generations: the same result on every machine
+    /// Budget as a number of generations; gives the same result on every machine
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub generations: Option<u32>,
-    /// Threads to use; all of the machine's where it is not given
+    /// Number of threads; all cores by default
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// What the search draws from
+    /// Seed of the search
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
-    /// The material is its own mirror image, so that the fit need not tell left from right
+    /// Treat the material as its own mirror image, so that the fit does not distinguish left from
+    /// right
     #[arg(long)]
     pub mirrored: bool,
-    /// Models that strategy analytic may use, with commas between them; all reciprocal ones where none is named
+    /// Models for strategy analytic, comma-separated; all reciprocal ones by default
     #[arg(long, value_name = "MODEL", value_delimiter = ',', value_parser = str::parse::<ModelKind>)]
     pub models: Vec<ModelKind>,
-    /// A picture of the target's size: pixels that are looked at are white in it
+    /// Picture of the target's size whose white pixels are used
     #[arg(long, value_name = "PICTURE")]
     pub mask: Option<PathBuf>,
-    /// The brightness of the picture is not known: a gain is solved for
+    /// Solve for a gain, because the brightness of the picture is unknown
     #[arg(long)]
     pub gain: bool,
-    /// An .exr is an image slice, also where there is a scene
+    /// Read an .exr as an image slice, even with --scene
     #[arg(long)]
     pub slice: bool,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// One line of JSON a generation goes there: the best, the middle of the population, how much it differs, candidates spared
+    /// File for one line of JSON per generation: best and median error, diversity and repeats of
+    /// the population
     #[arg(long, value_name = "FILE.ndjson")]
     pub log: Option<PathBuf>,
-    /// Where best.brood, the front, the report and the pictures go
+    /// Folder for best.brood, the front, the report and the pictures
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }
@@ -79,11 +85,14 @@ pub struct FitArgs {
 pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let seconds = args.seconds.unwrap_or(SECONDS);
-    ensure!(seconds > 0.0 && seconds <= 1e6, "--seconds is a number above 0, up to a million");
+    ensure!(
+        seconds > 0.0 && seconds <= 1e6,
+        "--seconds must be above 0 and at most 1000000, got {seconds}"
+    );
     let is_analytic = args.strategy == Strategy::Analytic;
-    ensure!(args.models.is_empty() || is_analytic, "--models is for --strategy analytic");
+    ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let renderer = Renderer::new(args.frame.backend);
-    // Before the search, so that what cannot be drawn is known at once.
+    // Loaded before the search, so that a bad scene fails at once.
     let images = image::read(args, &renderer)?;
     let (target, kind) = match &images {
         Some(images) => (images.target(), "picture"),
@@ -102,7 +111,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (outcome, progress) = pool.install(|| search(args, &target, seconds))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =
-        pool.install(|| Found::all(&outcome.front, &target)).context("evaluate what was found")?;
+        pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
     let best = &front[outcome.best];
     write_front(&args.output, &front)?;
     output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;
@@ -119,21 +128,21 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         "strategy": args.strategy, "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
-    let mut told = report.json(&run);
+    let mut report_json = report.json(&run);
     if let Some(images) = &images {
-        told["target"]["pixels"] = serde_json::json!(images.counts());
-        told["image_rmse"] = views[0]["rmse"].clone();
-        told["views"] = serde_json::json!(views);
+        report_json["target"]["pixels"] = serde_json::json!(images.counts());
+        report_json["image_rmse"] = views[0]["rmse"].clone();
+        report_json["views"] = serde_json::json!(views);
     }
-    let text = serde_json::to_string_pretty(&told).context("write JSON")?;
+    let text = serde_json::to_string_pretty(&report_json).context("write JSON")?;
     output::write_file(&args.output.join("report.json"), text.as_bytes())?;
     if json {
         return output::print(&format!("{text}\n"));
     }
-    let of_pictures =
+    let pictures_text =
         images.map_or_else(String::new, |images| image::text(&views, images.counts()));
     output::print(&format!(
-        "{}{of_pictures}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
+        "{}{pictures_text}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
          front.csv with its genomes, and report.json\n",
         report.text(),
         progress.generation,
@@ -141,32 +150,32 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     ))
 }
 
-/// Searches until the budget is used up; also what the last generation came to.
+/// Searches until the budget is spent; also returns the progress of the last generation.
 fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, Progress)> {
     let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
     let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
-    let budget = args.generations.map_or(Budget::Seconds(seconds), Budget::Generations);
+    let budget = args.generations.map_or(FitBudget::Seconds(seconds), FitBudget::Generations);
     let mut search = match args.models.as_slice() {
         [] => Search::new(&target.fitted, &options),
         kinds => Search::of_kinds(&target.fitted, &options, kinds.to_vec()),
     };
     let mut log = args.log.as_deref().map(Log::create).transpose()?;
     let spinner = output::spinner("searching");
-    let mut told = f64::INFINITY;
+    let mut printed = f64::INFINITY;
     let found = spend(&mut search, budget, |search, progress, elapsed| {
         if let Some(log) = &mut log {
             log.add(progress, &search.probe(), elapsed);
         }
         let line = format!(
-            "generation {}, {:.1} s: E_log {:.5} where it was fitted, {:.5} where it was not",
+            "generation {}, {:.1} s: E_log {:.5} on fitted samples, {:.5} on held-back samples",
             progress.generation,
             elapsed.as_secs_f64(),
             progress.fitted,
             progress.held,
         );
-        // Every tenth off is news, on a terminal as elsewhere.
-        if progress.held < 0.9 * told {
-            told = progress.held;
+        // A line is printed whenever the error has dropped by a tenth, on a terminal and elsewhere.
+        if progress.held < 0.9 * printed {
+            printed = progress.held;
             spinner.suspend(|| eprintln!("{line}"));
         }
         spinner.set_message(line);
@@ -176,7 +185,7 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
     found.context("the search found nothing")
 }
 
-/// The front as CSV and its genomes, from the longest to the shortest.
+/// Writes the front as CSV and its genomes, from the longest to the shortest.
 fn write_front(folder: &Path, front: &[Found]) -> Result<()> {
     let genomes = folder.join("front");
     output::make_dir(&genomes)?;
@@ -190,7 +199,7 @@ fn write_front(folder: &Path, front: &[Found]) -> Result<()> {
     output::write_file(&folder.join("front.csv"), text.as_bytes())
 }
 
-/// The target and what was found, at the exposure of the target.
+/// Writes pictures of the target and of the best genome, at the exposure of the target.
 fn pictures(args: &FitArgs, renderer: &Renderer, best: &Genome) -> Result<()> {
     let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;

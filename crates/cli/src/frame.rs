@@ -1,4 +1,4 @@
-//! What offline pictures show: the options for scene, mesh, light, size and evaluator.
+//! Options of offline pictures: scene, mesh, light, size and evaluator.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -16,13 +16,14 @@ use crate::light_file;
 use crate::output::read_file;
 
 const SCENE_LIMIT_BYTES: u64 = 256 << 10;
-/// Most samples in every pixel.
-const SAMPLES_MOST: u32 = 1024;
-/// Most samples of a picture, were it all covered and lit; each takes about a hundred bytes.
-const SAMPLES_IN_ALL: u64 = 1 << 32;
+/// Largest fixed number of samples per pixel.
+const PIXEL_SAMPLES_MAX: u32 = 1024;
+/// Largest number of samples of a fully covered and lit picture; a sample takes about a hundred
+/// bytes.
+const PICTURE_SAMPLES_MAX: u64 = 1 << 32;
 const OBJ_LIMIT_BYTES: u64 = 32 << 20;
 
-/// Options that `render` and `breed` share.
+/// Options shared by the commands that render.
 #[derive(Debug, Args)]
 pub struct FrameArgs {
     /// Side of a picture in pixels
@@ -31,45 +32,46 @@ pub struct FrameArgs {
     /// Samples per pixel: adaptive, or 1 to 1024 in every pixel
     #[arg(long, value_name = "adaptive|N", default_value = "adaptive", value_parser = sampling)]
     pub samples: Sampling,
-    /// An OBJ file, or sphere, torus, cube or knob
+    /// Mesh: an OBJ file, or sphere, torus, cube or knob
     #[arg(long, value_name = "OBJ")]
     pub mesh: Option<String>,
-    /// A scene as JSON; IES profiles and pictures of environments are named from its folder
+    /// Scene as JSON; its IES profiles and environment pictures are read from its folder
     #[arg(long, value_name = "JSON")]
     pub scene: Option<PathBuf>,
-    /// One point light at this position, as bright as the default light
+    /// Replace the lights by one point light at this position, as bright as the default light
     #[arg(long, value_name = "X,Y,Z", conflicts_with = "light_deg", allow_hyphen_values = true)]
     pub light: Option<Position>,
-    /// Position on the light circle in degrees
+    /// Position of the light on its circle in degrees
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     pub light_deg: Option<f64>,
-    /// `auto`, or exposure in EV
+    /// Exposure in EV, or `auto`
     #[arg(long, value_name = "auto|EV", allow_hyphen_values = true)]
     pub exposure: Option<ExposureWord>,
     /// Tone curve: none, reinhard or filmic
     #[arg(long, value_name = "CURVE", value_parser = tone)]
     pub tone: Option<Tone>,
-    /// auto, cpu, gpu or reference
+    /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     pub backend: Backend,
 }
 
-/// `x,y,z`.
+/// Position given as `x,y,z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Position(pub [f64; 3]);
 
-/// `auto` or a number.
+/// Exposure given as `auto` or a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExposureWord(pub Exposure);
 
 fn sampling(text: &str) -> Result<Sampling, String> {
-    let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= SAMPLES_MOST);
-    known.ok_or_else(|| format!("samples are adaptive or a number from 1 to {SAMPLES_MOST}"))
+    let known =
+        text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= PIXEL_SAMPLES_MAX);
+    known.ok_or_else(|| format!("must be adaptive or a number from 1 to {PIXEL_SAMPLES_MAX}"))
 }
 
 fn tone(text: &str) -> Result<Tone, String> {
     let known = Tone::ALL.into_iter().find(|tone| tone.name() == text);
-    known.ok_or_else(|| "a tone curve is none, reinhard or filmic".to_owned())
+    known.ok_or_else(|| "must be none, reinhard or filmic".to_owned())
 }
 
 impl FromStr for Position {
@@ -81,7 +83,7 @@ impl FromStr for Position {
             .filter(|numbers| numbers.iter().all(|n: &f64| n.is_finite()))
             .and_then(|numbers| numbers.try_into().ok())
             .map(Self)
-            .ok_or_else(|| "a position is three numbers, as in 1,2.5,-3".to_owned())
+            .ok_or_else(|| "must be three numbers, as in 1,2.5,-3".to_owned())
     }
 }
 
@@ -93,12 +95,12 @@ impl FromStr for ExposureWord {
             return Ok(Self(Exposure::Auto));
         }
         let ev = text.parse().ok().filter(|ev: &f64| ev.is_finite());
-        ev.map(|ev| Self(Exposure::Ev(ev))).ok_or_else(|| "an exposure is auto or a number".into())
+        ev.map(|ev| Self(Exposure::Ev(ev))).ok_or_else(|| "must be auto or a number".into())
     }
 }
 
 impl FrameArgs {
-    /// The frame and its mesh.
+    /// Loads the scene, its light assets and the mesh.
     pub fn load(
         &self,
         renderer: &Renderer,
@@ -123,21 +125,21 @@ impl FrameArgs {
             },
             (None, MeshRef::Builtin(mesh)) => (renderer.builtin(*mesh), MeshSource::Builtin),
             (None, MeshRef::Uploaded(_)) => {
-                bail!("the scene shows an uploaded mesh; give its file with --mesh")
+                bail!("the scene uses an uploaded mesh; give its OBJ file with --mesh")
             }
         };
         let how = (format, self.backend);
         Ok((Frame::new(&scene, source, self.size, self.samples, how), mesh))
     }
 
-    /// Refuses what would take more memory than machines have.
+    /// Returns an error if the picture could need more memory than machines have.
     fn check_memory(&self, scene: &Scene) -> Result<()> {
         let pixels = u64::from(self.size) * u64::from(self.size);
-        let most = pixels * u64::from(self.samples.least()) * u64::from(scene.light_samples());
+        let samples = pixels * u64::from(self.samples.least()) * u64::from(scene.light_samples());
         ensure!(
-            most <= SAMPLES_IN_ALL,
-            "this may take {most} samples, over {SAMPLES_IN_ALL}: ask for a smaller picture, fewer samples a pixel or \
-             fewer of each light"
+            samples <= PICTURE_SAMPLES_MAX,
+            "this picture may need {samples} samples, at most {PICTURE_SAMPLES_MAX} are possible: reduce --size, --samples or \
+             the samples of the lights"
         );
         Ok(())
     }
@@ -162,12 +164,12 @@ impl FrameArgs {
         if let Some(tone) = self.tone {
             scene.film.tone = tone;
         }
-        scene.validate().context("the scene is refused")?;
+        scene.validate().context("the scene is invalid")?;
         Ok(scene)
     }
 }
 
-/// Reads an OBJ file; says on stderr what is odd about it.
+/// Reads an OBJ file; prints the reader's warnings on stderr.
 pub fn read_obj(path: &Path) -> Result<LoadedMesh> {
     let bytes = read_file(path, OBJ_LIMIT_BYTES)?;
     let file =

@@ -1,7 +1,8 @@
-//! `brood model gallery`: pictures of every model, of layers and of lights, with a page of captions and a contact sheet.
+//! `brood model gallery`: pictures of every model, of layers and of lights, with a page of captions
+//! and a contact sheet.
 //!
-//! Owns the options, the rendering and the files. What is shown is `exhibit`'s, the words around it are `page`'s. The same
-//! version writes the same bytes everywhere.
+//! Owns the options, the rendering and the files; `exhibit` lists the pictures, `page` writes the
+//! page. One version writes the same bytes on every machine.
 
 mod exhibit;
 mod page;
@@ -21,23 +22,24 @@ use serde_json::json;
 use crate::{logging, output};
 use exhibit::Exhibit;
 
-/// Side of a picture, and of a cell of the contact sheet with the gap between two.
+/// Side of a picture in pixels.
 const SIZE_PX: u32 = 112;
+/// Side of a cell of the contact sheet.
 const CELL_PX: u32 = 80;
 const GAP_PX: u32 = 4;
-/// Where pictures are, from the page.
+/// Folder of the pictures, relative to the page.
 const FOLDER: &str = "pictures/gallery";
 const SHEET: &str = "pictures/gallery.png";
 
 /// Options of `brood model gallery`.
 #[derive(Debug, Args)]
 pub struct GalleryArgs {
-    /// Where gallery.md and pictures/ go
+    /// Folder for gallery.md and pictures/
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
 
-/// What a picture is taken of.
+/// Program that is rendered.
 struct Surface(Program);
 
 impl Shade for Surface {
@@ -51,15 +53,15 @@ impl Shade for Surface {
 /// Runs the command.
 pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let rooms = exhibit::rooms()?;
-    let all: Vec<&Exhibit> = rooms.iter().flat_map(|room| &room.exhibits).collect();
+    let sections = exhibit::sections()?;
+    let all: Vec<&Exhibit> = sections.iter().flat_map(|section| &section.exhibits).collect();
     output::make_dir(&args.output.join(FOLDER))?;
     let bar = output::bar(all.len() as u64, "pictures");
     let mut pictures = Vec::with_capacity(all.len());
     for exhibit in &all {
-        let picture = taken(exhibit)?;
+        let picture = render(exhibit)?;
         let file = args.output.join(FOLDER).join(exhibit.file());
-        output::write_file(&file, &encoded(picture.width, picture.height, &picture.rgba)?)?;
+        output::write_file(&file, &encode(picture.width, picture.height, &picture.rgba)?)?;
         pictures.push(picture);
         bar.inc(1);
     }
@@ -73,9 +75,9 @@ pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
         })
         .collect();
     let (width, height, rgba) = sheet(&cells, None, CELL_PX, GAP_PX);
-    output::write_file(&args.output.join(SHEET), &encoded(width, height, &rgba)?)?;
+    output::write_file(&args.output.join(SHEET), &encode(width, height, &rgba)?)?;
     let page = args.output.join("gallery.md");
-    output::write_file(&page, page::markdown(&rooms).as_bytes())?;
+    output::write_file(&page, page::markdown(&sections).as_bytes())?;
     if json {
         let names: Vec<String> = all.iter().map(|exhibit| exhibit.file()).collect();
         return output::print_json(&json!({ "page": page, "pictures": names }));
@@ -83,9 +85,9 @@ pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
     output::print(&format!("{} pictures, {}\n", all.len(), page.display()))
 }
 
-fn taken(exhibit: &Exhibit) -> Result<Developed> {
+fn render(exhibit: &Exhibit) -> Result<Developed> {
     let MeshRef::Builtin(name) = exhibit.scene.mesh else {
-        anyhow::bail!("{} is shown on a mesh that is not built in", exhibit.name)
+        anyhow::bail!("{} must be shown on a built-in mesh", exhibit.name)
     };
     let mesh = Mesh::builtin(name);
     let (scene, assets) = (&exhibit.scene, &exhibit.assets);
@@ -93,11 +95,11 @@ fn taken(exhibit: &Exhibit) -> Result<Developed> {
     Ok(shot.take(&Surface(express(&exhibit.genome))).developed)
 }
 
-/// A PNG as small as it gets: these are kept beside the text.
-fn encoded(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>> {
+/// Encodes a PNG at the best compression, because these files are stored in the repository.
+fn encode(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
         .write_image(rgba, width, height, ExtendedColorType::Rgba8)
-        .context("write a picture")?;
+        .context("encode the PNG")?;
     Ok(bytes)
 }

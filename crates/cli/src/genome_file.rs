@@ -1,4 +1,4 @@
-//! GENOME arguments: a `.brood` text or a JSON file, or stdin.
+//! GENOME arguments: a `.brood` or JSON file, or stdin.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use brood_genome::Genome;
 
 use crate::output::read_file;
 
-/// More than any genome of 1024 instructions takes.
+/// Upper bound of a genome of 1024 instructions.
 const LIMIT_BYTES: u64 = 1 << 20;
 
-/// Reads the genome that an argument names; `-` is stdin.
+/// Reads the genome at `path`; `-` is stdin.
 pub fn read(path: &PathBuf) -> Result<Genome> {
     let bytes = read_bytes(path)?;
     let name = || {
@@ -24,7 +24,7 @@ pub fn read(path: &PathBuf) -> Result<Genome> {
     parse(&bytes).with_context(name)
 }
 
-/// What is in the file, or comes from stdin.
+/// Reads the bytes of the file or of stdin.
 pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
     if path != Path::new("-") {
         return read_file(path, LIMIT_BYTES);
@@ -32,13 +32,16 @@ pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let stdin = std::io::stdin().lock();
     stdin.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).context("read the genome from stdin")?;
-    ensure!(bytes.len() as u64 <= LIMIT_BYTES, "a genome has at most {LIMIT_BYTES} bytes");
+    ensure!(
+        bytes.len() as u64 <= LIMIT_BYTES,
+        "a genome must not be longer than {LIMIT_BYTES} bytes"
+    );
     Ok(bytes)
 }
 
-/// A genome as text or JSON.
+/// Parses a genome as text or JSON.
 pub fn parse(bytes: &[u8]) -> Result<Genome> {
-    let text = std::str::from_utf8(bytes).context("a genome is UTF-8 text")?;
+    let text = std::str::from_utf8(bytes).context("a genome must be UTF-8 text")?;
     if text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {
         let json = serde_json::from_str(text.trim_start_matches('\u{feff}'))?;
         return Ok(Genome::from_json(json)?);
@@ -61,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn error_carries_line_and_column() {
+    fn error_names_line_and_column() {
         let error = format!(
             "{:#}",
             parse(b"brood 1\n.dialect paper smooth registers 7\nFOO R1\n").unwrap_err()

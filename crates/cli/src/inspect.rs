@@ -1,4 +1,4 @@
-//! `brood inspect`: what a genome is, what of it lives, and whether it is physical.
+//! `brood inspect`: prints the identity, live code, cost and physical checks of a genome.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -13,9 +13,10 @@ use crate::{genome_file, logging, output};
 /// Options of `brood inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArgs {
-    /// A `.brood` or JSON file; - is stdin
+    /// Genome, as a `.brood` or JSON file; - is stdin
     pub genome: PathBuf,
-    /// Also write the image slice as a PNG: half angle from left to right, difference angle from bottom to top
+    /// PNG file for the image slice: half angle from left to right, difference angle from bottom to
+    /// top
     #[arg(long, value_name = "FILE")]
     pub slice: Option<PathBuf>,
     /// Side of the image slice in pixels
@@ -61,8 +62,8 @@ fn text(inspection: &Inspection) -> Result<String> {
     writeln!(text, "registers     {} in use at once", counts.registers)?;
     writeln!(
         text,
-        "reciprocity   exact by construction; {} pairs swapped, {} differ",
-        physics.swapped_pairs, physics.not_reciprocal
+        "reciprocity   exact by construction; {} of {} swapped pairs differ",
+        physics.not_reciprocal, physics.swapped_pairs
     )?;
     writeln!(
         text,
@@ -71,7 +72,7 @@ fn text(inspection: &Inspection) -> Result<String> {
     )?;
     writeln!(
         text,
-        "reflects      at most {:.6} (theta_i {:.1} degrees), error bound {:.1e}; {}",
+        "largest albedo {:.6} (theta_i {:.1} degrees), error bound {:.1e}; {}",
         energy.max_albedo,
         energy.theta_deg,
         energy.error_bound,

@@ -1,4 +1,5 @@
-//! Files that lights of a scene name: IES profiles and pictures of environments, beside the scene's own file.
+//! Files named by the lights of a scene: IES profiles and environment pictures, relative to the
+//! scene's folder.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use crate::output::read_file;
 const PROFILE_BYTES: u64 = 16 << 20;
 const ENVIRONMENT_BYTES: u64 = 512 << 20;
 
-/// Reads what the lights refer to; names are paths from `folder`.
+/// Reads the assets of the lights; names are paths relative to `folder`.
 pub fn read(scene: &Scene, folder: &Path) -> Result<LightAssets> {
     let mut assets = LightAssets::default();
     for asset in scene.lights.iter().filter_map(Light::asset) {
@@ -40,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_paths_from_the_folder_of_the_scene() {
+    fn names_are_paths_relative_to_the_folder_of_the_scene() {
         let folder = tempfile::tempdir().unwrap();
         let text = "TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
         std::fs::write(folder.path().join("a.ies"), text).unwrap();

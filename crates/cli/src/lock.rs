@@ -1,10 +1,11 @@
-//! LIST arguments of locks: numbers of instructions, constants, channels, layers and their parameters in one list.
+//! LIST arguments of locks: instructions, constants, channels, layers and their parameters in one
+//! list.
 
 use std::str::FromStr;
 
 use brood_genome::{Channel, Locks, ParameterLock};
 
-/// Locks as they are written on the command line: `12,30,C5,r,L0,L1.roughness`.
+/// Locks given on the command line, for example `12,30,C5,r,L0,L1.roughness`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LockWords(pub Locks);
 
@@ -18,10 +19,10 @@ impl FromStr for LockWords {
                 "r" => locks.channels.push(Channel::Red),
                 "g" => locks.channels.push(Channel::Green),
                 "b" => locks.channels.push(Channel::Blue),
-                _ => put(word, &mut locks).ok_or_else(|| {
+                _ => parse_word(word, &mut locks).ok_or_else(|| {
                     format!(
-                        "`{word}` is neither the number of an instruction, nor a constant as C5, nor r, g or b, nor a \
-                         layer as L0, nor a parameter as L0.roughness"
+                        "unknown lock `{word}`: expected an instruction number, a constant as C5, a channel r, g or b, a \
+                         layer as L0 or a parameter as L0.roughness"
                     )
                 })?,
             }
@@ -30,8 +31,8 @@ impl FromStr for LockWords {
     }
 }
 
-/// One word that is no channel; none where it names nothing.
-fn put(word: &str, locks: &mut Locks) -> Option<()> {
+/// Adds the lock of a word other than a channel; `None` if the word is not a lock.
+fn parse_word(word: &str, locks: &mut Locks) -> Option<()> {
     if let Some(layer) = word.strip_prefix('L') {
         match layer.split_once('.') {
             None => locks.layers.push(layer.parse().ok()?),
@@ -65,7 +66,7 @@ mod tests {
         assert_eq!("12, C5,r,0,b,L1,L0.f0".parse(), Ok(LockWords(locks)));
         for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0."] {
             let error = text.parse::<LockWords>().unwrap_err();
-            assert!(error.contains("neither the number of an instruction"), "{text}: {error}");
+            assert!(error.contains("unknown lock"), "{text}: {error}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The `brood` binary: one command line over the server, the worker and the libraries.
 //!
-//! This file owns the list of commands and the exit codes: 0 done, 1 refused or failed with one line on stderr, 2 bad
-//! usage. What a command does stands in the module of its name.
+//! This file owns the list of commands and the exit codes: 0 success, 1 failure with one line on
+//! stderr, 2 bad usage. Each command is implemented in the module of its name.
 
 mod backup;
 mod bench;
@@ -38,7 +38,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Breeds materials by eye, by script and by search. Without a command it serves.
+/// Evolves materials by eye, by script and by search. Without a command it runs `serve`.
 #[derive(Parser)]
 #[command(name = "brood", version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -46,21 +46,21 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     serve: serve::ServeArgs,
-    /// Machine-readable output
+    /// Print JSON instead of text
     #[arg(long, global = true)]
     json: bool,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Serve the page and the API, with workers of its own (the default)
+    /// Serve the page and the API, with its own worker processes (the default command)
     Serve(serve::ServeArgs),
-    /// Render for a server
+    /// Render, or search, for a server
     Worker(worker::WorkerArgs),
-    /// Make, list and revoke tokens
+    /// Create, list and revoke tokens
     #[command(subcommand)]
     Token(token::TokenCommand),
-    /// Write the database into one file
+    /// Copy the database into one file
     Backup(backup::BackupArgs),
     /// Breed a brood without a server
     Breed(breed::BreedArgs),
@@ -68,26 +68,27 @@ enum Command {
     Render(render::RenderArgs),
     /// Print the reflectance of a material for pairs of directions
     Eval(eval::EvalArgs),
-    /// Search for a material that matches a measured one
+    /// Search for a material that matches a measured one or pictures
     Fit(fit::FitArgs),
-    /// Breed against a measure of your own: genomes asked about on standard output, errors told on standard input
+    /// Breed against your own fitness measure: writes genomes to standard output, reads their
+    /// errors from standard input
     Evolve(evolve::EvolveArgs),
     /// Print a genome as source code for other renderers
     Export(export::ExportArgs),
-    /// Write a mesh with its tangents as glTF, for renderers that exported materials go to
+    /// Write a mesh with tangents as glTF, for renderers that use exported materials
     Mesh(mesh::MeshArgs),
-    /// Show what a genome is and check its physics
+    /// Show the contents of a genome and check its physics
     Inspect(inspect::InspectArgs),
-    /// List the materials to start from, or print one
+    /// List the preset materials, or print one
     Preset(preset::PresetArgs),
-    /// Models of reflectance: list them, print one, measure what it sends back
+    /// List reflectance models, print one, or measure an albedo
     #[command(subcommand)]
     Model(model::ModelCommand),
-    /// Show materials side by side in one scene, their differences and what physics makes of them
+    /// Compare materials in one scene: pictures, differences and physical measures
     Compare(compare::CompareArgs),
-    /// Compare two pictures
+    /// Print the difference of two pictures
     Diff(diff::DiffArgs),
-    /// Measure
+    /// Run benchmarks
     #[command(subcommand)]
     Bench(bench::BenchCommand),
 }
@@ -123,7 +124,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The error and its causes; a cause that the error's own text quotes is not said twice.
+/// The error and its causes in one line; a cause already quoted by the text before is skipped.
 fn one_line(error: &anyhow::Error) -> String {
     let mut line = String::new();
     for cause in error.chain() {
@@ -158,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn cause_is_said_once_when_the_error_quotes_it() {
+    fn cause_is_printed_once_when_the_error_quotes_it() {
         let cause = std::io::Error::other("the disk\nis gone");
         let quoting = anyhow::Error::from(cause).context("write x: the disk is gone");
         assert_eq!(one_line(&quoting), "write x: the disk is gone");
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn json_is_taken_after_any_command() {
+    fn json_flag_is_accepted_after_any_command() {
         let cli = Cli::try_parse_from(["brood", "inspect", "x.brood", "--json"]).unwrap();
         assert!(cli.json);
     }

@@ -1,4 +1,4 @@
-//! Files of materials: a genome of programs and models, or a measured table.
+//! Material files: a genome of programs and models, or a measured table.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,48 +11,49 @@ use brood_search::{MeasuredFile, MeasuredTarget, TargetFile, TargetKind};
 use crate::genome_file;
 use crate::output::read_file;
 
-/// A little more than a MERL table takes.
+/// Slightly above the size of a MERL table.
 const MERL_BYTES: u64 = 40 << 20;
-/// A hundred times what RGL's isotropic materials take in RGB; azimuths multiply it.
+/// A hundred times the size of RGL's isotropic materials in RGB; anisotropic ones have more
+/// azimuths.
 const RGL_BYTES: u64 = 128 << 20;
-/// As many samples as are read, with some thirty wavelengths each.
+/// The largest number of samples that is read, with about thirty wavelengths each.
 const SAMPLES_BYTES: u64 = 128 << 20;
-/// The most of these.
+/// Largest of the limits above that a target may use.
 const TARGET_BYTES: u64 = 128 << 20;
 
-/// What a file holds.
-pub enum Material {
-    /// A program, models, or both, bred or written.
+/// Contents of a material file.
+pub enum MaterialFile {
+    /// Genome: a program, models, or both.
     Bred(Box<Genome>),
-    /// What was measured, and which kind of table it is.
+    /// Measured reflectance and the kind of its table.
     Measured(Box<dyn Brdf>, &'static str),
 }
 
-/// Reads the material that an argument names; `-` is stdin. What was measured is told by the ending of its name.
-pub fn read(path: &PathBuf) -> Result<Material> {
+/// Reads the material at `path`; `-` is stdin. The file extension selects a measured format.
+pub fn read(path: &PathBuf) -> Result<MaterialFile> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
-        return Ok(Material::Bred(Box::new(genome_file::read(path)?)));
+        return Ok(MaterialFile::Bred(Box::new(genome_file::read(path)?)));
     };
     let bytes = read_file(path, limit_bytes(kind))?;
     let MeasuredFile { brdf, skipped, rows } =
         MeasuredFile::read(kind, &bytes).with_context(|| name(path))?;
     if skipped > 0 {
-        tell_skipped(path, skipped, rows);
+        warn_skipped(path, skipped, rows);
     }
-    Ok(Material::Measured(brdf, kind.words()))
+    Ok(MaterialFile::Measured(brdf, kind.words()))
 }
 
-/// The same with values below 0 kept where that is asked for, which only RGL's tables have.
-pub fn read_with(path: &PathBuf, keep_negative: bool) -> Result<Material> {
+/// Like [`read`]; `keep_negative` keeps values below 0, which only RGL tables have.
+pub fn read_with(path: &PathBuf, keep_negative: bool) -> Result<MaterialFile> {
     if !keep_negative {
         return read(path);
     }
     let kind = TargetKind::Rgl;
     if TargetKind::of_extension(&extension(path)) != Some(kind) {
-        bail!("--keep-negative is for RGL's .bsdf, and {} is none", name(path));
+        bail!("--keep-negative needs an RGL .bsdf, got {}", name(path));
     }
     let rgl = Rgl::read(&read_file(path, RGL_BYTES)?).with_context(|| name(path))?;
-    Ok(Material::Measured(Box::new(rgl.keep_negative()), kind.words()))
+    Ok(MaterialFile::Measured(Box::new(rgl.keep_negative()), kind.words()))
 }
 
 fn limit_bytes(kind: TargetKind) -> u64 {
@@ -64,17 +65,17 @@ fn limit_bytes(kind: TargetKind) -> u64 {
     }
 }
 
-/// Reads what a search is to match, and says which kind of table it is.
+/// Reads the target of a search; also returns the kind of its table.
 pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
         let is_file = path != Path::new("-");
         if is_file {
-            // What is not there is said to be that, whatever its name.
+            // A missing file is reported as missing, whatever its name.
             fs::metadata(path).with_context(|| format!("read {}", name(path)))?;
         }
         let what = match is_file && genome_file::read(&path.to_path_buf()).is_ok() {
             true => "is a genome already",
-            false => "has no ending of a target",
+            false => "has no file extension of a target",
         };
         bail!(
             "{} {what}; a target is a MERL .binary, an RGL .bsdf, samples as .csv, a goniometer's .brdf, or an image slice as \
@@ -86,7 +87,7 @@ pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let TargetFile { target, skipped, rows, .. } =
         TargetFile::read(kind, &bytes).with_context(|| name(path))?;
     if skipped > 0 {
-        tell_skipped(path, skipped, rows);
+        warn_skipped(path, skipped, rows);
     }
     Ok((target, kind.words()))
 }
@@ -96,8 +97,8 @@ fn extension(path: &Path) -> String {
     extension.to_ascii_lowercase()
 }
 
-/// Says on stderr that some samples could not be used.
-fn tell_skipped(path: &Path, skipped: usize, all: usize) {
+/// Prints the number of unusable samples on stderr.
+fn warn_skipped(path: &Path, skipped: usize, all: usize) {
     eprintln!("{}: {skipped} of {all} samples are not above the surface", name(path));
 }
 
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn measurements_are_told_by_the_ending_of_the_name() {
+    fn measured_formats_are_recognised_by_file_extension() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
@@ -118,20 +119,23 @@ mod tests {
             path
         };
         let csv = write("a.CSV", "wix,wiy,wiz,wox,woy,woz,r,g,b\n0,0,1,0,0,1,1,1,1\n");
-        assert!(matches!(read(&csv).unwrap(), Material::Measured(_, "scattered samples")));
+        assert!(matches!(read(&csv).unwrap(), MaterialFile::Measured(_, "scattered samples")));
         let text = write("a.brdf", "1 550 0 0 0 0 0.5");
-        assert!(matches!(read(&text).unwrap(), Material::Measured(_, "goniometer measurements")));
-        let refused = |path: &PathBuf| format!("{:#}", read(path).err().unwrap());
+        assert!(matches!(
+            read(&text).unwrap(),
+            MaterialFile::Measured(_, "goniometer measurements")
+        ));
+        let error_of = |path: &PathBuf| format!("{:#}", read(path).err().unwrap());
         assert!(
-            refused(&write("b.brdf", "analytic\n"))
+            error_of(&write("b.brdf", "analytic\n"))
                 .contains("b.brdf: this .brdf file is a formula")
         );
-        assert!(refused(&write("b.bsdf", "tensor")).contains("it ends within its head"));
-        assert!(refused(&write("b.csv", "r,g,b\n")).contains("column wix"));
+        assert!(error_of(&write("b.bsdf", "tensor")).contains("it ends within its head"));
+        assert!(error_of(&write("b.csv", "r,g,b\n")).contains("column wix"));
     }
 
     #[test]
-    fn target_is_refused_with_the_reason_when_it_is_none() {
+    fn target_error_gives_the_reason_when_the_file_is_no_target() {
         let folder = tempfile::tempdir().unwrap();
         let refused = |path: &Path| format!("{:#}", read_target(path).err().unwrap());
         for name in ["nofile", "nofile.brood"] {
@@ -146,7 +150,10 @@ mod tests {
         let large = vec![0; 2 << 20];
         for bytes in [b"wix,wiy\n".as_slice(), &[0xff, 0], &large] {
             let words = refused(&write("table", bytes));
-            assert!(words.contains("no ending of a target") && words.contains(".csv"), "{words}");
+            assert!(
+                words.contains("no file extension of a target") && words.contains(".csv"),
+                "{words}"
+            );
         }
         let gold = brood_preset::Preset::find("gold").unwrap().genome().to_string();
         let words = refused(&write("gold.brood", gold.as_bytes()));

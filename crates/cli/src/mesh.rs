@@ -1,4 +1,4 @@
-//! `brood mesh`: a mesh with its tangents, for renderers that exported materials go to.
+//! `brood mesh`: writes a mesh with its tangents for renderers that use exported materials.
 
 use std::path::{Path, PathBuf};
 
@@ -13,9 +13,9 @@ use crate::{logging, output};
 /// Options of `brood mesh`.
 #[derive(Debug, Args)]
 pub struct MeshArgs {
-    /// An OBJ file, or sphere, torus, cube or knob
+    /// Mesh: an OBJ file, or sphere, torus, cube or knob
     mesh: String,
-    /// The glTF binary to write
+    /// glTF binary to write
     #[arg(long, short, value_name = "FILE.glb")]
     output: PathBuf,
 }
@@ -24,8 +24,8 @@ pub struct MeshArgs {
 pub fn run(args: &MeshArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let (vertices, triangles, bytes) = match BuiltinMesh::from_name(&args.mesh) {
-        Some(name) => described(&Mesh::builtin(name)),
-        None => described(read_obj(Path::new(&args.mesh))?.mesh()),
+        Some(name) => encode(&Mesh::builtin(name)),
+        None => encode(read_obj(Path::new(&args.mesh))?.mesh()),
     };
     output::write_file(&args.output, &bytes)?;
     if json {
@@ -37,6 +37,6 @@ pub fn run(args: &MeshArgs, json: bool) -> Result<()> {
     Ok(())
 }
 
-fn described(mesh: &Mesh) -> (usize, usize, Vec<u8>) {
+fn encode(mesh: &Mesh) -> (usize, usize, Vec<u8>) {
     (mesh.vertex_count(), mesh.triangle_count(), mesh.to_glb())
 }

@@ -1,4 +1,4 @@
-//! `brood model`: the models of reflectance, their parameters, and how much light they send back.
+//! `brood model`: lists reflectance models, prints them and measures their directional albedo.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use crate::gallery::{self, GalleryArgs};
-use crate::material_file::{self, Material};
+use crate::material_file::{self, MaterialFile};
 use crate::output;
 
 /// Subcommands of `brood model`.
@@ -19,12 +19,12 @@ use crate::output;
 pub enum ModelCommand {
     /// List the models and the known substances
     List,
-    /// Print a model, or a known substance, as a file to be changed
+    /// Print a model, or a known substance, as a file to edit
     Show {
-        /// A name that `brood model list` has
+        /// Name from `brood model list`
         name: String,
     },
-    /// Print how much of the light a material sends back, by the angle of incidence
+    /// Print the directional albedo of a material at several angles of incidence
     Albedo(AlbedoArgs),
     /// Render all models, layers and lights, with a page of captions
     Gallery(GalleryArgs),
@@ -33,15 +33,15 @@ pub enum ModelCommand {
 /// Options of `brood model albedo`.
 #[derive(Debug, Args)]
 pub struct AlbedoArgs {
-    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
-    /// `.brdf`, or an image slice as `.exr`; - is stdin
+    /// Material: a `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`,
+    /// samples as `.csv`, a goniometer's `.brdf`, or an image slice as `.exr`; - is stdin
     file: PathBuf,
-    /// Rings of directions; twice as many azimuths
+    /// Order of the quadrature: N rings of directions with 2N azimuths each
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u16).range(2..=1024))]
     order: u16,
 }
 
-/// Degrees of incidence that are printed.
+/// Printed angles of incidence in degrees.
 const THETA_DEG: [f64; 11] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0];
 
 /// Runs the command.
@@ -61,7 +61,7 @@ fn list(json: bool) -> Result<()> {
             .iter()
             .map(|preset| json!({ "name": preset.name, "about": preset.about, "model": preset.model.kind().name() }))
             .collect();
-        let models: Vec<Value> = ModelKind::ALL.into_iter().map(described).collect();
+        let models: Vec<Value> = ModelKind::ALL.into_iter().map(kind_json).collect();
         return output::print_json(&json!({ "models": models, "substances": substances }));
     }
     let width = ModelKind::ALL.map(|kind| kind.name().len()).into_iter().max().unwrap_or(0);
@@ -80,12 +80,12 @@ fn show(name: &str, json: bool) -> Result<()> {
     let substance = model_presets().into_iter().find(|preset| preset.name == name);
     let model = match substance {
         Some(preset) => preset.model,
-        None => Model::new(name.parse().context("brood model list has all names")?),
+        None => Model::new(name.parse().context("run `brood model list` for all names")?),
     };
     let kind = model.kind();
     let plain = Genome::of_models(vec![model])?.to_string();
     if json {
-        let mut found = described(kind);
+        let mut found = kind_json(kind);
         found["text"] = json!(plain);
         return output::print_json(&found);
     }
@@ -101,7 +101,7 @@ fn show(name: &str, json: bool) -> Result<()> {
     output::print(&text)
 }
 
-/// What a parameter is and may be, in a line.
+/// Meaning, range and unit of a parameter, in one line.
 fn bounds(parameter: &Parameter) -> String {
     let (low, high) = parameter.range;
     let range = match parameter.shape {
@@ -113,12 +113,12 @@ fn bounds(parameter: &Parameter) -> String {
     format!("{}; {range}{unit}", parameter.about)
 }
 
-fn described(kind: ModelKind) -> Value {
-    let parameters: Vec<Value> = kind.parameters().iter().map(parameter).collect();
+fn kind_json(kind: ModelKind) -> Value {
+    let parameters: Vec<Value> = kind.parameters().iter().map(parameter_json).collect();
     json!({ "name": kind.name(), "about": kind.about(), "source": kind.source(), "parameters": parameters })
 }
 
-fn parameter(parameter: &Parameter) -> Value {
+fn parameter_json(parameter: &Parameter) -> Value {
     let (low, high) = parameter.range;
     let mut found =
         json!({ "name": parameter.name, "about": parameter.about, "unit": parameter.unit });
@@ -138,20 +138,22 @@ fn parameter(parameter: &Parameter) -> Value {
 fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
     let material = material_file::read(&args.file)?;
     let program = match &material {
-        Material::Bred(genome) => Some(express(genome)),
-        Material::Measured(..) => None,
+        MaterialFile::Bred(genome) => Some(express(genome)),
+        MaterialFile::Measured(..) => None,
     };
     let order = usize::from(args.order);
-    let reflected = |theta: f64, order: usize| match (&material, &program) {
-        (Material::Measured(brdf, _), _) => reflected(&**brdf, theta, &Quadrature::new(order)),
-        (Material::Bred(_), program) => {
-            let program = program.as_ref().expect("what was bred has been expressed");
+    let albedo_of = |theta: f64, order: usize| match (&material, &program) {
+        (MaterialFile::Measured(brdf, _), _) => {
+            directional_albedo(&**brdf, theta, &Quadrature::new(order))
+        }
+        (MaterialFile::Bred(_), program) => {
+            let program = program.as_ref().expect("a genome has been expressed");
             channel_albedos(program, theta, order)
         }
     };
     let rows = THETA_DEG.map(|theta| {
-        let found = reflected(theta, order);
-        let other = reflected(theta, order.div_ceil(2));
+        let found = albedo_of(theta, order);
+        let other = albedo_of(theta, order.div_ceil(2));
         let error = found.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         (theta, found, error)
     });
@@ -172,11 +174,12 @@ fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
     output::print(&text)
 }
 
-/// Laws that hold whatever is measured: of a program that it is reciprocal, of a model what its source promises.
-fn claims(material: &Material) -> Claims {
+/// Guaranteed properties: those of the model's source, or for a genome those of its layers and its
+/// energy limit.
+fn claims(material: &MaterialFile) -> Claims {
     match material {
-        Material::Measured(brdf, _) => brdf.claims(),
-        Material::Bred(genome) => {
+        MaterialFile::Measured(brdf, _) => brdf.claims(),
+        MaterialFile::Bred(genome) => {
             let of_layers: Vec<Claims> =
                 genome.layers().iter().map(|model| model.brdf().claims()).collect();
             let alone = genome.instructions().is_empty() && *genome.output() == Output::IDENTITY;
@@ -189,8 +192,8 @@ fn claims(material: &Material) -> Claims {
     }
 }
 
-/// Directional albedo of the channels.
-fn reflected(brdf: &dyn Brdf, theta_deg: f64, quadrature: &Quadrature) -> [f64; 3] {
+/// Directional albedo of each channel.
+fn directional_albedo(brdf: &dyn Brdf, theta_deg: f64, quadrature: &Quadrature) -> [f64; 3] {
     let (sine, cosine) = libm::sincos(theta_deg.to_radians());
     let wi = around(sine, cosine, 0.0);
     let f: Vec<[f64; 3]> =

@@ -1,4 +1,4 @@
-//! How results leave: whole files by rename, whole texts to stdout, progress on a terminal's stderr.
+//! Output of the commands: files written atomically, text on stdout, progress on stderr.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-/// Writes a file so that nobody ever sees a part of it.
+/// Writes a file atomically: readers see the old content or the new one.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let context = || format!("write {}", path.display());
     let mut builder = tempfile::Builder::new();
@@ -21,18 +21,18 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// A free name beside `path` for something that is to be renamed to it.
+/// Unused name in the folder of `path` for a file that is renamed to `path` later.
 pub fn name_beside(path: &Path) -> Result<PathBuf> {
-    let name = path.file_name().context("the output is a directory, not a file")?;
+    let name = path.file_name().context("the output must be a file name")?;
     let mut random = [0; 8];
     getrandom::fill(&mut random).context("draw a random name")?;
     let tag = u64::from_le_bytes(random);
     Ok(folder(path).join(format!(".{}.{tag:016x}", name.to_string_lossy())))
 }
 
-/// Makes a directory where it is missing.
+/// Creates a directory and its parents if missing.
 pub fn make_dir(dir: &Path) -> Result<()> {
-    fs::create_dir_all(dir).with_context(|| format!("make the directory {}", dir.display()))
+    fs::create_dir_all(dir).with_context(|| format!("create the directory {}", dir.display()))
 }
 
 /// Reads a whole file of at most `limit_bytes`.
@@ -41,13 +41,13 @@ pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let length = fs::metadata(path).with_context(context)?.len();
     anyhow::ensure!(
         length <= limit_bytes,
-        "{} has {length} bytes; at most {limit_bytes} are read",
+        "{} has {length} bytes, more than the limit of {limit_bytes}",
         path.display()
     );
     fs::read(path).with_context(context)
 }
 
-/// Prints a text; a reader that has seen enough is no error.
+/// Prints a text to stdout; a closed pipe is not an error.
 pub fn print(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -61,7 +61,7 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", serde_json::to_string(value).context("write JSON")?))
 }
 
-/// A bar on a terminal's stderr, nothing elsewhere.
+/// Progress bar on stderr; hidden if stderr is not a terminal.
 pub fn bar(steps: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(steps).with_message(what);
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
@@ -69,7 +69,7 @@ pub fn bar(steps: u64, what: &'static str) -> ProgressBar {
     bar
 }
 
-/// A spinner on a terminal's stderr, for work of unknown length.
+/// Spinner on stderr for work of unknown length; hidden if stderr is not a terminal.
 pub fn spinner(what: &'static str) -> ProgressBar {
     let spinner = ProgressBar::new_spinner().with_message(what);
     spinner.enable_steady_tick(Duration::from_millis(200));
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn file_is_replaced_whole_and_nothing_is_left_beside_it() {
+    fn file_is_replaced_atomically_and_leaves_no_other_file() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.txt");
         write_file(&path, b"first").unwrap();

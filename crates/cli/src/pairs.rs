@@ -1,29 +1,28 @@
-//! Direction pairs in CSV: the columns wix, wiy, wiz, wox, woy, woz, and u, v where given.
-//!
-//! It refuses to know what is evaluated on the pairs.
+//! CSV of direction pairs: the columns wix, wiy, wiz, wox, woy, woz, and optionally u, v.
+//! Independent of what is evaluated.
 
 use std::fmt;
 
 use brood_brdf::{DirectionError, DirectionPair};
 use glam::{DVec2, DVec3};
 
-/// One row.
+/// One row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The directions.
+    /// Directions to the light and to the eye.
     pub pair: DirectionPair,
-    /// The texture position, 0 where the file has none.
+    /// Texture position; 0 without the columns u and v.
     pub uv: DVec2,
 }
 
-/// What is wrong with a file of pairs. Rows count from 1 after the header.
+/// Error in a file of pairs. Rows count from 1 after the header.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PairsError {
-    /// A column is missing or there twice.
+    /// A required column is missing, or a column occurs twice.
     Column(&'static str),
-    /// A row has no such field, or it is no number.
+    /// A row lacks a field, or the field is not a finite number.
     Number(usize, &'static str),
-    /// A row's vector is no direction.
+    /// A vector of a row is not a unit direction.
     Direction(usize, &'static str, DirectionError),
 }
 
@@ -41,10 +40,10 @@ impl std::error::Error for PairsError {}
 
 const COLUMNS: [&str; 6] = ["wix", "wiy", "wiz", "wox", "woy", "woz"];
 
-/// Reads all rows, refusing the file at the first bad one.
+/// Reads all rows; fails at the first bad one.
 pub fn parse(text: &str) -> Result<Vec<Row>, PairsError> {
     let text = text.trim_start_matches('\u{feff}');
-    // Lines of `#` before the header say where a table comes from.
+    // Lines starting with # before the header are comments.
     let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(field).collect();
     let mut places = [0; COLUMNS.len()];
@@ -81,11 +80,11 @@ fn row(
     };
     let [wix, wiy, wiz, wox, woy, woz] = values;
     let (wi, wo) = (DVec3::new(wix, wiy, wiz), DVec3::new(wox, woy, woz));
-    let refused = |name| move |error| PairsError::Direction(number, name, error);
-    // Each against itself first, so that the message can say which of the two it is.
-    DirectionPair::new(wi, wi).map_err(refused("wi"))?;
-    DirectionPair::new(wo, wo).map_err(refused("wo"))?;
-    let pair = DirectionPair::new(wi, wo).map_err(refused("wi, wo"))?;
+    let at = |name| move |error| PairsError::Direction(number, name, error);
+    // Each direction is paired with itself first, so that the error names the bad one.
+    DirectionPair::new(wi, wi).map_err(at("wi"))?;
+    DirectionPair::new(wo, wo).map_err(at("wo"))?;
+    let pair = DirectionPair::new(wi, wo).map_err(at("wi, wo"))?;
     Ok(Row { pair, uv: DVec2::new(texture(uv[0])?, texture(uv[1])?) })
 }
 
@@ -111,13 +110,13 @@ mod tests {
     }
 
     #[test]
-    fn bad_row_is_refused_with_its_number() {
+    fn bad_row_is_rejected_with_its_number() {
         let check = |row: &str, expected: &str| {
             let text = format!("{HEADER}\n0,0,1,0,0,1\n{row}\n");
             let error = parse(&text).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");
         };
-        check("0,0,1,0,0,1.0011", "row 2: wo: the direction has length 1.0011");
+        check("0,0,1,0,0,1.0011", "row 2: wo: the length of the direction must be 1");
         check("0,0,0.99,0,0,1", "row 2: wi: ");
         check("0,0,1,0,0", "row 2: woz");
         check("0,0,1,x,0,1", "row 2: wox");
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn file_is_refused_when_a_column_is_missing_or_double() {
+    fn file_is_rejected_when_a_column_is_missing_or_repeated() {
         assert_eq!(parse(""), Err(PairsError::Column("wix")));
         assert_eq!(parse("wix,wiy,wiz,wox,woy\n"), Err(PairsError::Column("woz")));
         assert_eq!(parse("wix,wiy,wiz,wox,woy,woz,wix\n"), Err(PairsError::Column("wix")));

@@ -1,30 +1,30 @@
-//! Where data is kept on this computer. Refuses to know what is kept there.
+//! Location of the data directory, and the async runtime of a command.
 
 use std::env;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 
-/// The data directory: as said, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.
-pub fn data_dir(said: Option<&PathBuf>) -> Result<PathBuf> {
-    if let Some(dir) = said {
+/// Data directory: `given`, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.
+pub fn data_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
+    if let Some(dir) = given {
         return Ok(dir.clone());
     }
     choose(env::var_os("XDG_DATA_HOME").map(PathBuf::from), env::home_dir())
 }
 
 fn choose(xdg: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathBuf> {
-    // A relative XDG_DATA_HOME is to be ignored by its specification.
+    // The XDG specification says to ignore a relative path.
     if let Some(xdg) = xdg.filter(|dir| dir.is_absolute()) {
         return Ok(xdg.join("brood"));
     }
     match home.filter(|dir| dir.is_absolute()) {
         Some(home) => Ok(home.join(".local/share/brood")),
-        None => bail!("there is no home directory to keep data in; say where with --data DIR"),
+        None => bail!("no home directory to store data in; name a directory with --data DIR"),
     }
 }
 
-/// A runtime for one command.
+/// Creates the async runtime of a command.
 pub fn runtime() -> Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_multi_thread()
         .enable_all()

@@ -1,4 +1,4 @@
-//! `brood preset`: the materials to start from, listed or printed.
+//! `brood preset`: lists the preset materials, or prints one.
 
 use anyhow::{Context, Result};
 use brood_preset::{PRESETS, Preset};
@@ -10,7 +10,7 @@ use crate::output;
 /// Options of `brood preset`.
 #[derive(Debug, Args)]
 pub struct PresetArgs {
-    /// The one whose text is printed; without it all are listed
+    /// Name of the preset to print; without it all presets are listed
     name: Option<String>,
 }
 
@@ -18,22 +18,23 @@ pub struct PresetArgs {
 pub fn run(args: &PresetArgs, json: bool) -> Result<()> {
     if let Some(name) = &args.name {
         let preset = Preset::find(name);
-        let preset = preset
-            .with_context(|| format!("there is no preset {name}; brood preset lists them"))?;
+        let preset = preset.with_context(|| {
+            format!("no preset is named {name}; run `brood preset` for all names")
+        })?;
         return match json {
-            true => output::print_json(&described(preset)),
+            true => output::print_json(&preset_json(preset)),
             false => output::print(preset.text),
         };
     }
     if json {
-        return output::print_json(&PRESETS.iter().map(described).collect::<Vec<_>>());
+        return output::print_json(&PRESETS.iter().map(preset_json).collect::<Vec<_>>());
     }
     let width = PRESETS.iter().map(|preset| preset.name.len()).max().unwrap_or(0);
     let line = |preset: &Preset| format!("{:width$}  {}\n", preset.name, preset.words);
     output::print(&PRESETS.iter().map(line).collect::<String>())
 }
 
-fn described(preset: &Preset) -> serde_json::Value {
+fn preset_json(preset: &Preset) -> serde_json::Value {
     let Preset { name, title, words, text, .. } = preset;
     json!({ "name": name, "title": title, "words": words, "text": text })
 }

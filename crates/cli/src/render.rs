@@ -1,4 +1,4 @@
-//! `brood render`: one material, one picture.
+//! `brood render`: renders one picture of a material.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -14,29 +14,29 @@ use clap::Args;
 use serde_json::json;
 
 use crate::frame::FrameArgs;
-use crate::material_file::{self, Material};
+use crate::material_file::{self, MaterialFile};
 use crate::{logging, output};
 
 /// Options of `brood render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`, samples as `.csv`, a goniometer's
-    /// `.brdf`, or an image slice as `.exr`; - is stdin
+    /// Material: a `.brood` or JSON file of a genome or a model, a MERL `.binary`, an RGL `.bsdf`,
+    /// samples as `.csv`, a goniometer's `.brdf`, or an image slice as `.exr`; - is stdin
     pub genome: PathBuf,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Only this part of the picture, in its pixels from the upper left
+    /// Render only this part of the picture, in pixels from the upper left corner
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", allow_hyphen_values = true)]
     pub area: Option<PixelArea>,
-    /// Exchange the directions to the light and to the eye, as renderers do that follow light from the eye; it shows how far a
-    /// measured material is from reciprocal
+    /// Exchange the directions to light and eye of a measured material, as path tracers from the
+    /// eye do; shows its deviation from reciprocity
     #[arg(long)]
     pub swap: bool,
-    /// Keep the values below 0 of RGL's tables, which are 0 otherwise: colours beyond the display's have them, and other
-    /// renderers keep them
+    /// Keep negative values of RGL tables (colours outside the display's gamut), as other renderers
+    /// do; by default they become 0
     #[arg(long)]
     pub keep_negative: bool,
-    /// The picture: .png is developed, .exr is linear
+    /// Picture to write: .png is developed, .exr is linear
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 }
@@ -48,20 +48,22 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     let format = match extension.as_ref().and_then(|ext| ext.to_str()) {
         Some("png") => PictureFormat::Png,
         Some("exr") => PictureFormat::Exr,
-        _ => bail!("the output's name must end in .png or .exr"),
+        _ => bail!("--output must end in .png or .exr"),
     };
     let program = match material_file::read_with(&args.genome, args.keep_negative)? {
-        Material::Bred(_) if args.swap => bail!("--swap is for what was measured"),
-        Material::Bred(genome) => express(&genome),
-        Material::Measured(brdf, kind) if args.swap => {
+        MaterialFile::Bred(_) if args.swap => {
+            bail!("--swap needs a measured material; genomes are reciprocal")
+        }
+        MaterialFile::Bred(genome) => express(&genome),
+        MaterialFile::Measured(brdf, kind) if args.swap => {
             return run_brdf(args, &Swapped(&*brdf), kind, (format, json));
         }
-        Material::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, (format, json)),
+        MaterialFile::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, (format, json)),
     };
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
     if let Some(area) = args.area.filter(|area| !area.is_within(args.frame.size)) {
-        bail!("the area {area} is not within a picture of {} pixels", args.frame.size);
+        bail!("--area {area} must lie within the picture of {0} x {0} pixels", args.frame.size);
     }
     let frame = frame.with_area(args.area);
     let spinner = output::spinner("rendering");
@@ -69,7 +71,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     let pictures = renderer.render(&frame, &mesh, &[&program])?;
     let elapsed = start.elapsed();
     spinner.finish_and_clear();
-    let picture = pictures.first().context("one program gives one picture")?;
+    let picture = pictures.first().context("the renderer returned no picture")?;
     output::write_file(&args.output, &picture.bytes)?;
     let report = renderer.report();
     if json {
@@ -95,7 +97,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     ))
 }
 
-/// The same of what was measured, which the CPU computes in f64.
+/// Renders a measured material, on the CPU in f64.
 fn run_brdf(
     args: &RenderArgs,
     brdf: &dyn Brdf,
@@ -105,12 +107,12 @@ fn run_brdf(
     let frame = &args.frame;
     if args.area.is_some() || frame.backend == Backend::Gpu {
         bail!(
-            "measured materials are rendered whole and on the CPU: leave --area and --backend gpu out"
+            "measured materials are rendered whole and on the CPU: leave out --area and --backend gpu"
         );
     }
     let renderer = Renderer::new(Backend::Cpu);
-    let (asked, mesh) = frame.load(&renderer, format)?;
-    let scene = asked.scene()?;
+    let (requested, mesh) = frame.load(&renderer, format)?;
+    let scene = requested.scene()?;
     let start = Instant::now();
     let shot = Shot {
         mesh: mesh.mesh(),

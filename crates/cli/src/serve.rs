@@ -1,4 +1,4 @@
-//! `brood serve`: the server, and workers of its own around it.
+//! `brood serve`: runs the server and its local worker processes.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::num::NonZeroUsize;
@@ -17,22 +17,23 @@ use crate::{logging, output, place};
 /// Options of `brood serve`.
 #[derive(Debug, Args)]
 pub struct ServeArgs {
-    /// Address and port; port 0 takes a free one
+    /// Address and port to listen on; port 0 selects a free one
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7320")]
     pub listen: SocketAddr,
-    /// Where everything is kept; $XDG_DATA_HOME/brood or ~/.local/share/brood unless said
+    /// Data directory; by default $XDG_DATA_HOME/brood or ~/.local/share/brood
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// Worker processes that render, beside one that searches; 0 where others do all the work
+    /// Number of worker processes that render; one more runs searches. 0 starts none, for a server
+    /// with remote workers only
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub workers: u16,
-    /// auto, cpu, gpu or reference
+    /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     pub backend: Backend,
-    /// Bound of the cache of rendered pictures
+    /// Largest size of the cache of rendered pictures in MiB
     #[arg(long, value_name = "MIB", default_value_t = 1024)]
     pub cache_mib: u64,
-    /// A host name to answer to besides localhost
+    /// Additional host name to answer to, besides localhost; may be given several times
     #[arg(long = "allow-host", value_name = "NAME")]
     pub allow_hosts: Vec<String>,
     /// Serve the page from this directory instead of the embedded copy
@@ -54,7 +55,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         web_dir: args.web_dir.clone(),
         ..ServerConfig::new(args.listen, place::data_dir(args.data.as_ref())?)
     };
-    // Before the line that says the server is there: who reads it may send a signal at once.
+    // Before the printed line: its reader may send a signal at once.
     let shutdown = shutdown_on_signal()?;
     let server = Server::bind(config).await?;
     let address = server.local_addr();
@@ -72,16 +73,16 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         searches: false,
         undertaker: server.undertaker(),
     };
-    // Workers outlive the server's drain, so that what is being waited for is still rendered.
+    // Workers stop after the server has drained, so that pending renders are still done.
     let stop = CancellationToken::new();
     let workers = tokio::spawn(supervisor::supervise(args.workers, plan, stop.clone()));
     let result = server.run(shutdown).await;
     stop.cancel();
-    workers.await.context("end the workers")?;
+    workers.await.context("stop the workers")?;
     Ok(result?)
 }
 
-/// Cancelled by SIGINT or SIGTERM.
+/// Returns a token that SIGINT or SIGTERM cancels.
 pub fn shutdown_on_signal() -> Result<CancellationToken> {
     let token = CancellationToken::new();
     #[cfg(unix)]
@@ -110,7 +111,7 @@ pub fn shutdown_on_signal() -> Result<CancellationToken> {
     Ok(token)
 }
 
-/// The address that a process on this machine can connect to.
+/// Address that a process on this machine can connect to.
 fn reachable(listen: SocketAddr) -> SocketAddr {
     let ip = match listen.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
@@ -120,7 +121,7 @@ fn reachable(listen: SocketAddr) -> SocketAddr {
     SocketAddr::new(ip, listen.port())
 }
 
-/// The cores shared out among the workers; one worker takes what it finds.
+/// Threads of each worker when several share the cores; `None` for a single worker, which uses all.
 fn threads_each(workers: u16) -> Option<NonZeroUsize> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     (workers > 1).then(|| NonZeroUsize::new(cores.div_ceil(workers.into()))).flatten()

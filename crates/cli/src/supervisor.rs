@@ -1,7 +1,9 @@
-//! Worker processes of this binary: started, started again when they die, ended with the server.
+//! Supervisor of the local worker processes: starts them, restarts them when they die, stops them
+//! with the server.
 //!
-//! A worker's stdin is a pipe from here: it ends when the pipe closes, so no worker outlives its server however that
-//! one ended. The token travels in the environment, where other users of the machine cannot read it.
+//! A worker's stdin is a pipe from the supervisor, and the worker exits when it closes; so no
+//! worker outlives its server, even if the server is killed. The token is passed in the
+//! environment, which other users of the machine cannot read.
 
 use std::num::NonZeroUsize;
 use std::process::{ExitStatus, Stdio};
@@ -15,52 +17,55 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, timeout};
 use tokio_util::sync::CancellationToken;
 
-/// The environment variable that carries a worker's token.
+/// Environment variable with a worker's token.
 pub const TOKEN_VARIABLE: &str = "BROOD_TOKEN";
-const FIRST_WAIT: Duration = Duration::from_millis(200);
-const LONGEST_WAIT: Duration = Duration::from_secs(10);
-/// A worker that lived this long did not die of its start.
-const STEADY: Duration = Duration::from_secs(30);
-const FAREWELL: Duration = Duration::from_secs(5);
+/// Delay before the first restart; doubled after each early death.
+const INITIAL_BACKOFF: Duration = Duration::from_millis(200);
+const MAX_BACKOFF: Duration = Duration::from_secs(10);
+/// A worker that ran longer than this resets the back-off.
+const STABLE_AFTER: Duration = Duration::from_secs(30);
+/// Time for a worker to exit before it is killed.
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// How workers are started, and who is told when one dies.
+/// Settings of the local workers.
 #[derive(Clone)]
 pub struct WorkerPlan {
     /// URL of the server.
     pub server: String,
     /// Token of scope work.
     pub token: String,
-    /// Which evaluator.
+    /// Evaluator.
     pub backend: Backend,
-    /// Threads of each; all cores where absent.
+    /// Number of threads of each worker; all cores if absent.
     pub threads: Option<NonZeroUsize>,
-    /// Whether they search instead of rendering.
+    /// True if the worker searches instead of rendering.
     pub searches: bool,
-    /// Told of each death.
+    /// Notified of each worker that died.
     pub undertaker: Undertaker,
 }
 
-/// Keeps that many workers alive until `stop`, and where there is one, another that searches; then ends them.
+/// Keeps `workers` rendering workers running until `stop`, plus one search worker if there is at
+/// least one, then stops them.
 pub async fn supervise(workers: u16, plan: WorkerPlan, stop: CancellationToken) {
-    let mut keepers = JoinSet::new();
+    let mut tasks = JoinSet::new();
     for number in 1..=workers {
-        keepers.spawn(keep(format!("local-{number}"), plan.clone(), stop.clone()));
+        tasks.spawn(keep(format!("local-{number}"), plan.clone(), stop.clone()));
     }
     if workers > 0 {
         let plan = WorkerPlan { searches: true, threads: None, ..plan };
-        keepers.spawn(keep("search-1".to_owned(), plan, stop.clone()));
+        tasks.spawn(keep("search-1".to_owned(), plan, stop.clone()));
     }
-    while keepers.join_next().await.is_some() {}
+    while tasks.join_next().await.is_some() {}
 }
 
 async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
-    let mut wait = FIRST_WAIT;
+    let mut backoff = INITIAL_BACKOFF;
     while !stop.is_cancelled() {
-        let born = Instant::now();
+        let started = Instant::now();
         match start(&name, &plan) {
             Ok(mut child) => {
                 tracing::debug!(name, pid = child.id(), "worker started");
-                // Held here, because waiting for a child closes its stdin.
+                // Taken out of the child, because `wait` closes its stdin.
                 let stdin = child.stdin.take();
                 tokio::select! {
                     ended = child.wait() => {
@@ -75,9 +80,10 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
             }
             Err(error) => tracing::error!(name, "{error:#}"),
         }
-        wait = if born.elapsed() > STEADY { FIRST_WAIT } else { (wait * 2).min(LONGEST_WAIT) };
+        let is_stable = started.elapsed() > STABLE_AFTER;
+        backoff = if is_stable { INITIAL_BACKOFF } else { (backoff * 2).min(MAX_BACKOFF) };
         tokio::select! {
-            () = sleep(wait) => {}
+            () = sleep(backoff) => {}
             () = stop.cancelled() => {}
         }
     }
@@ -94,7 +100,7 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         .stdout(Stdio::null())
         .kill_on_drop(true);
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // Vulkan drivers look for a desktop there and complain on stderr where a server has none.
+        // Without this, Vulkan drivers print warnings about the missing directory on servers.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
     }
     if plan.searches {
@@ -108,14 +114,14 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
 
 fn report(name: &str, ended: std::io::Result<ExitStatus>) {
     match ended {
-        Ok(status) => tracing::warn!(name, %status, "worker died; starting it again"),
-        Err(error) => tracing::error!(name, %error, "worker lost"),
+        Ok(status) => tracing::warn!(name, %status, "worker died; restarting it"),
+        Err(error) => tracing::error!(name, %error, "waiting for the worker failed"),
     }
 }
 
 async fn end(name: &str, mut child: Child) {
-    if timeout(FAREWELL, child.wait()).await.is_err() {
-        tracing::warn!(name, "worker does not end; killing it");
+    if timeout(STOP_TIMEOUT, child.wait()).await.is_err() {
+        tracing::warn!(name, "worker did not stop in time; killing it");
         if let Err(error) = child.kill().await {
             tracing::error!(name, %error, "worker cannot be killed");
         }

@@ -1,4 +1,4 @@
-//! `brood token`: makes, lists and revokes tokens, beside a running server or without one.
+//! `brood token`: creates, lists and revokes tokens, whether or not a server is running.
 
 use std::path::PathBuf;
 
@@ -9,26 +9,26 @@ use serde_json::json;
 
 use crate::{logging, output, place};
 
-/// What `brood token` does.
+/// Subcommands of `brood token`.
 #[derive(Debug, Subcommand)]
 pub enum TokenCommand {
-    /// Make a token and print it; it cannot be shown again
+    /// Create a token and print it; it cannot be shown again
     Add(AddArgs),
     /// List the tokens by name and scope
     List(ListArgs),
-    /// Take a token's rights away
+    /// Revoke a token
     Revoke(RevokeArgs),
 }
 
 /// Options of `brood token add`.
 #[derive(Debug, Args)]
 pub struct AddArgs {
-    /// What it is called
+    /// Name of the token, 1 to 200 characters
     name: String,
-    /// What its bearer may do
+    /// Rights of the token
     #[arg(long)]
     scope: ScopeWord,
-    /// The server's data directory
+    /// Data directory of the server
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
@@ -36,7 +36,7 @@ pub struct AddArgs {
 /// Options of `brood token list`.
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// The server's data directory
+    /// Data directory of the server
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
@@ -44,21 +44,21 @@ pub struct ListArgs {
 /// Options of `brood token revoke`.
 #[derive(Debug, Args)]
 pub struct RevokeArgs {
-    /// What it is called
+    /// Name of the token
     name: String,
-    /// The server's data directory
+    /// Data directory of the server
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
 
-/// The words of [`Scope`].
+/// Command-line words of [`Scope`].
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum ScopeWord {
-    /// Look at everything
+    /// Read everything
     Read,
-    /// Make lineages and breed as well
+    /// Read everything, create lineages and breed
     Breed,
-    /// Take leases and hand results back, nothing else
+    /// Take leases and return results, nothing else
     Work,
     /// Everything
     Admin,
@@ -90,17 +90,17 @@ pub fn run(command: &TokenCommand, json: bool) -> Result<()> {
 async fn add(args: &AddArgs, json: bool) -> Result<()> {
     anyhow::ensure!(
         (1..=200).contains(&args.name.chars().count()),
-        "a token's name has 1 to 200 characters"
+        "a token's name must have 1 to 200 characters"
     );
     let mut secret = [0; 32];
     getrandom::fill(&mut secret).context("draw a token")?;
     let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
     let hash = *blake3::hash(token.as_bytes()).as_bytes();
     let store = open(args.data.as_ref()).await?;
-    let made = store.create_token(&args.name, args.scope.into(), hash, None).await;
+    let created = store.create_token(&args.name, args.scope.into(), hash, None).await;
     store.close().await?;
-    made.map_err(|error| match error {
-        StorageError::Conflict { .. } => anyhow::anyhow!("there is a token of that name already"),
+    created.map_err(|error| match error {
+        StorageError::Conflict { .. } => anyhow::anyhow!("a token of that name exists already"),
         error => error.into(),
     })?;
     if json {
@@ -128,7 +128,9 @@ async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
     let revoked = store.revoke_token(&args.name).await;
     store.close().await?;
     revoked.map_err(|error| match error {
-        StorageError::NotFound => anyhow::anyhow!("there is no token of that name"),
+        StorageError::NotFound => {
+            anyhow::anyhow!("no token has that name; `brood token list` shows all")
+        }
         error => error.into(),
     })?;
     if json {

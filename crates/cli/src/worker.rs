@@ -1,4 +1,4 @@
-//! `brood worker`: renders for a server, or searches for it, on this machine or another.
+//! `brood worker`: renders or searches for a server, on this machine or another.
 
 use std::io::Read;
 use std::num::NonZeroUsize;
@@ -13,9 +13,9 @@ use tokio_util::sync::CancellationToken;
 use crate::supervisor::TOKEN_VARIABLE;
 use crate::{logging, place, serve};
 
-/// The lowest priority that there is.
+/// Lowest scheduling priority.
 #[cfg(unix)]
-const LAST: i32 = 19;
+const LOWEST_PRIORITY: i32 = 19;
 
 /// Options of `brood worker`.
 #[derive(Args)]
@@ -23,55 +23,56 @@ pub struct WorkerArgs {
     /// URL of the server
     #[arg(long, value_name = "URL")]
     server: String,
-    /// A token of scope work
+    /// Token of scope work
     #[arg(long, value_name = "TOKEN", env = TOKEN_VARIABLE, hide_env_values = true)]
     token: String,
-    /// auto, cpu, gpu or reference
+    /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     backend: Backend,
-    /// What the server calls it; the machine's name and the process id unless said
+    /// Name of the worker; by default the host name and the process id
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Threads that render; all cores unless said
+    /// Number of threads; all cores by default
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Room for sample sets and meshes
+    /// Largest size of the cache of sample sets and meshes in MiB
     #[arg(long, value_name = "MIB", default_value_t = 512)]
     cache_mib: u64,
-    /// Search instead of rendering, with what other programs leave of the processors
+    /// Search instead of rendering, at the lowest CPU priority
     #[arg(long)]
     searches: bool,
-    /// End when stdin is closed
+    /// Exit when stdin is closed
     #[arg(long, hide = true)]
     while_stdin_is_open: bool,
 }
 
-/// Runs the command until SIGINT or SIGTERM, or until the server refuses the token.
+/// Runs the command until SIGINT, SIGTERM, or until the server rejects the token.
 pub fn run(args: WorkerArgs) -> Result<()> {
     logging::start_service();
     if args.searches {
-        // Before any thread is started: on Linux each has a priority of its own, which it gets from the one that starts it.
-        step_back();
+        // Before any thread starts: on Linux priority is per thread and inherited from the parent
+        // thread.
+        lower_priority();
     }
     let runtime = place::runtime()?;
     let result = runtime.block_on(work(args));
-    // A render that nobody waits for any more must not hold the process back.
+    // An unfinished render must not delay the exit.
     runtime.shutdown_timeout(Duration::from_millis(100));
     result
 }
 
-/// Lets everything else go first: whoever breeds by eye must not wait for a search.
-fn step_back() {
+/// Lowers the priority, so that searches do not slow down interactive breeding.
+fn lower_priority() {
     #[cfg(unix)]
-    if let Err(error) = rustix::process::nice(LAST) {
-        tracing::warn!(%error, "searches run at the priority of everything else");
+    if let Err(error) = rustix::process::nice(LOWEST_PRIORITY) {
+        tracing::warn!(%error, "cannot lower the priority; searches run at normal priority");
     }
 }
 
 async fn work(args: WorkerArgs) -> Result<()> {
     let shutdown = serve::shutdown_on_signal()?;
     if args.while_stdin_is_open {
-        // A thread rather than async stdin, which would keep the runtime from ending.
+        // A thread instead of async stdin, which would block the shutdown of the runtime.
         let shutdown: CancellationToken = shutdown.clone();
         std::thread::Builder::new()
             .name("stdin".to_owned())

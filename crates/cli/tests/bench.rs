@@ -1,4 +1,4 @@
-//! The benchmarks as a recorded run uses them: each short form runs, prints JSON, and leaves its files.
+//! Short forms of the benchmarks: each runs, prints JSON and writes its files.
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
 
 use std::path::Path;
@@ -12,13 +12,13 @@ fn bench(words: &[&str]) -> String {
         .args(words)
         .stdin(Stdio::null())
         .output()
-        .expect("the binary starts");
+        .expect("the binary must start");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{words:?}: {stderr}");
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs a benchmark with `--json` and `--out`, and checks that the JSON is the file's too.
+/// Runs a benchmark with `--json` and `--out`; checks that it prints the JSON that it writes.
 fn recorded(words: &[&str], dir: &Path, name: &str) -> Value {
     let mut all = words.to_vec();
     all.extend(["--json", "--out", dir.to_str().unwrap()]);
@@ -28,7 +28,7 @@ fn recorded(words: &[&str], dir: &Path, name: &str) -> Value {
     json
 }
 
-/// A chart is a whole SVG without numbers that are none; its CSV has a header and rows.
+/// Checks that a chart is a complete SVG without NaN or infinity, and that its CSV has rows.
 fn has_chart(dir: &Path, name: &str) {
     let svg = std::fs::read_to_string(dir.join(format!("{name}.svg"))).unwrap();
     assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{name}");
@@ -53,7 +53,7 @@ fn pareto_writes_a_chart_for_each_sweep() {
         let defaults = rows.iter().filter(|row| row["default"] == "yes").count();
         assert!(defaults <= 1, "{name}: {defaults} defaults");
     }
-    // More samples, less error: true of any sphere.
+    // More samples give a smaller error on any sphere.
     let rows = json["samples-sphere"]["rows"].as_array().unwrap();
     let error = |mode: &str| {
         let row = rows.iter().find(|row| row["value"] == mode).unwrap();
@@ -87,7 +87,7 @@ fn skip_measures_every_kind_with_and_without() {
     let rows = json["skip"]["rows"].as_array().unwrap();
     assert!(rows.len() >= 12, "{rows:?}");
     for row in rows {
-        // A whole brood may read every input; everything else leaves something out.
+        // A whole brood may read every input; everything else skips some work.
         assert!(row["with"].as_u64() <= row["without"].as_u64(), "{row}");
         assert!(row["times_faster"].as_f64().unwrap() > 0.0, "{row}");
     }
@@ -127,7 +127,7 @@ fn derivative_measures_both_directions_for_every_group() {
 }
 
 #[test]
-fn amounts_of_variation_are_seen_in_pictures() {
+fn amounts_of_variation_change_pictures() {
     let dir = tempfile::tempdir().unwrap();
     let json = recorded(&["amount", "--count", "40", "--size", "24"], dir.path(), "amount");
     has_chart(dir.path(), "amount");
@@ -138,7 +138,8 @@ fn amounts_of_variation_are_seen_in_pictures() {
         };
         rows.iter().find(is).unwrap()["mean"].as_f64().unwrap()
     };
-    // The same at nothing, farther and farther with more; the second parent comes nearer.
+    // Equal at 0 and farther with more mutation; with less of the first parent the second comes
+    // nearer.
     for from in ["the parent", "the first parent"] {
         let means = [0.0, 0.1, 0.4, 1.0].map(|value| mean(from, value));
         assert_eq!(means[0], 0.0);

@@ -1,4 +1,5 @@
-//! The offline commands as scripts meet them: spawned, judged by files, stdout, stderr and exit code.
+//! Offline commands as scripts use them: spawned as processes, checked by files, stdout, stderr and
+//! exit code.
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
 
 use std::path::Path;
@@ -9,18 +10,18 @@ fn brood(args: &[&str]) -> Output {
         .args(args)
         .stdin(Stdio::null())
         .output()
-        .expect("the binary starts")
+        .expect("the binary must start")
 }
 
-fn done(args: &[&str]) -> String {
+fn succeed(args: &[&str]) -> String {
     let output = brood(args);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{args:?}: {stderr}");
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The one line on stderr of a command that fails with exit code 1.
-fn refused(args: &[&str]) -> String {
+/// Returns the single line on stderr of a command that fails with exit code 1.
+fn fail(args: &[&str]) -> String {
     let output = brood(args);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{args:?}: {stderr}");
@@ -32,7 +33,7 @@ fn refused(args: &[&str]) -> String {
 fn bred(dir: &Path, options: &[&str]) -> String {
     let mut args = vec!["breed", "--size", "16", "-o", dir.to_str().unwrap()];
     args.extend(options);
-    done(&args)
+    succeed(&args)
 }
 
 fn path(dir: &tempfile::TempDir, name: &str) -> String {
@@ -52,7 +53,7 @@ fn breed_writes_the_same_files_when_the_seed_is_the_same() {
         assert!(words[2].parse::<u32>().unwrap() <= 100);
         let file = path(&a, &format!("{slot:02}.brood"));
         if slot % 7 == 0 {
-            assert!(done(&["inspect", &file]).contains(words[1]), "{file}");
+            assert!(succeed(&["inspect", &file]).contains(words[1]), "{file}");
         }
     }
     let sheet = |dir: &tempfile::TempDir| std::fs::read(dir.path().join("sheet.png")).unwrap();
@@ -85,14 +86,14 @@ fn breed_mutates_and_recombines_parents() {
     assert_ne!(mutants, plain);
     let text = std::fs::read_to_string(children.join("07.brood")).unwrap();
     assert!(text.lines().nth(1).unwrap().ends_with("isotropic"), "{text}");
-    refused(&["breed", "--parent", &first, "--mutation", "0", "-o", "unused"]);
+    fail(&["breed", "--parent", &first, "--mutation", "0", "-o", "unused"]);
     let parents = ["breed", "--parent", &first, "--parent", &second, "--mutation", "0"];
     for (share, done) in [("0", false), ("1", false), ("0.5", true)] {
         let rest = ["--recombination", share, "--size", "16", "-o", &path(&dir, share)];
         let run = brood(&[&parents[..], &rest].concat());
         assert_eq!(run.status.success(), done, "{share}: {run:?}");
     }
-    refused(&["breed", "--parent", &first, "--dialect", "paper paper", "-o", "unused"]);
+    fail(&["breed", "--parent", &first, "--dialect", "paper paper", "-o", "unused"]);
     let small = ["--seed", "2", "--parent", &first, "--mutation", "0.05"];
     let diverse = bred(&children, &[&small[..], &["--curation", "diverse"]].concat());
     assert_ne!(bred(&children, &small), diverse);
@@ -107,7 +108,7 @@ fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
         let file = path(&dir, name);
         let mut args = vec!["render", &genome, "--size", "32", "-o", &file];
         args.extend(options);
-        done(&args);
+        succeed(&args);
         std::fs::read(&file).unwrap()
     };
     let plain = render("a.png", &[]);
@@ -116,32 +117,33 @@ fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
     assert_ne!(plain, render("c.png", &["--light-deg", "120"]));
     assert_ne!(plain, render("d.png", &["--light", "-3,1,2", "--mesh", "torus"]));
     assert!(render("e.exr", &[]).starts_with(&[0x76, 0x2f, 0x31, 0x01]));
-    let zero = done(&["diff", &path(&dir, "a.png"), &path(&dir, "b.png")]);
+    let zero = succeed(&["diff", &path(&dir, "a.png"), &path(&dir, "b.png")]);
     assert_eq!(zero, "0\n");
     for metric in ["rmse", "flip", "itp"] {
-        let value = done(&["diff", &path(&dir, "a.png"), &path(&dir, "c.png"), "--metric", metric]);
+        let value =
+            succeed(&["diff", &path(&dir, "a.png"), &path(&dir, "c.png"), "--metric", metric]);
         assert!(value.trim().parse::<f64>().unwrap() > 0.0, "{metric} {value}");
     }
     let reference = render("f.exr", &["--backend", "reference"]);
     assert!(reference.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
-    let apart = done(&["diff", &path(&dir, "e.exr"), &path(&dir, "f.exr")]);
-    assert!(apart.trim().parse::<f64>().unwrap() < 1.0, "{apart}");
+    let difference = succeed(&["diff", &path(&dir, "e.exr"), &path(&dir, "f.exr")]);
+    assert!(difference.trim().parse::<f64>().unwrap() < 1.0, "{difference}");
 }
 
 #[test]
-fn render_shows_an_obj_file_and_refuses_a_broken_one() {
+fn render_reads_an_obj_file_and_rejects_a_broken_one() {
     let dir = tempfile::tempdir().unwrap();
     bred(dir.path(), &["--seed", "3", "--count", "1"]);
     let genome = path(&dir, "00.brood");
     let (obj, bad, png) = (path(&dir, "a.obj"), path(&dir, "bad.obj"), path(&dir, "o.png"));
     std::fs::write(&obj, "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     std::fs::write(&bad, "v -1 -1 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    done(&["render", &genome, "--size", "24", "--mesh", &obj, "-o", &png]);
-    let line = refused(&["render", &genome, "--mesh", &bad, "-o", &path(&dir, "no.png")]);
+    succeed(&["render", &genome, "--size", "24", "--mesh", &obj, "-o", &png]);
+    let line = fail(&["render", &genome, "--mesh", &bad, "-o", &path(&dir, "no.png")]);
     assert!(line.contains("line 2"), "{line}");
     assert!(!dir.path().join("no.png").exists());
-    refused(&["render", &genome, "-o", &path(&dir, "no.gif")]);
-    refused(&["render", &path(&dir, "missing.brood"), "-o", &png]);
+    fail(&["render", &genome, "-o", &path(&dir, "no.gif")]);
+    fail(&["render", &path(&dir, "missing.brood"), "-o", &png]);
 }
 
 #[test]
@@ -154,17 +156,17 @@ fn eval_prints_shortest_decimals_and_zero_below_the_surface() {
     std::fs::write(&pairs, rows).unwrap();
     let expected =
         format!("r,g,b\n0.25,0.0625,0.25\n0,0,0\n0,0,0\n0.25,0.0625,{}\n", 0.1f32 * 0.1f32);
-    assert_eq!(done(&["eval", &genome, &pairs]), expected);
+    assert_eq!(succeed(&["eval", &genome, &pairs]), expected);
     let json: serde_json::Value =
-        serde_json::from_str(&done(&["eval", &genome, &pairs, "--json"])).unwrap();
+        serde_json::from_str(&succeed(&["eval", &genome, &pairs, "--json"])).unwrap();
     assert_eq!(json["f"][0], serde_json::json!([0.25, 0.0625, 0.25]));
     // Blue is u^2, so at u = 1 the albedo is pi.
     let limited: serde_json::Value =
-        serde_json::from_str(&done(&["eval", &genome, &pairs, "--limit", "--json"])).unwrap();
+        serde_json::from_str(&succeed(&["eval", &genome, &pairs, "--limit", "--json"])).unwrap();
     let red = limited["f"][0][0].as_f64().unwrap();
     assert!((red - 0.25 / std::f64::consts::PI).abs() < 1e-5, "{limited}");
     std::fs::write(&pairs, "wix,wiy,wiz,wox,woy,woz\n0,0,1,0,0,1\n0,0,1.1,0,0,1\n").unwrap();
-    let line = refused(&["eval", &genome, &pairs]);
+    let line = fail(&["eval", &genome, &pairs]);
     assert!(line.contains("row 2"), "{line}");
 }
 
@@ -172,7 +174,7 @@ fn eval_prints_shortest_decimals_and_zero_below_the_surface() {
 fn inspect_shows_counts_and_physics() {
     let dir = tempfile::tempdir().unwrap();
     bred(dir.path(), &["--seed", "9", "--count", "1"]);
-    let json = done(&["inspect", &path(&dir, "00.brood"), "--json"]);
+    let json = succeed(&["inspect", &path(&dir, "00.brood"), "--json"]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["physics"]["non_finite"], 0);
     assert_eq!(json["physics"]["not_reciprocal"], 0);
@@ -183,7 +185,7 @@ fn inspect_shows_counts_and_physics() {
     assert!((1..=64).contains(&count("registers")), "{json}");
     assert!(count("operations") <= count("live_scalar_operations"), "{json}");
     assert!(count("live_scalar_operations") < count("scalar_operations"), "{json}");
-    let line = refused(&["inspect", &path(&dir, "sheet.png")]);
+    let line = fail(&["inspect", &path(&dir, "sheet.png")]);
     assert!(line.starts_with("error: "), "{line}");
 }
 
@@ -193,23 +195,23 @@ fn bad_usage_ends_with_2() {
     {
         assert_eq!(brood(args).status.code(), Some(2), "{args:?}");
     }
-    assert!(done(&["--version"]).starts_with("brood "));
+    assert!(succeed(&["--version"]).starts_with("brood "));
 }
 
 #[test]
-fn tokens_are_made_listed_and_revoked() {
+fn tokens_are_created_listed_and_revoked() {
     let dir = tempfile::tempdir().unwrap();
     let data = dir.path().to_str().unwrap();
-    let token = done(&["token", "add", "laptop", "--scope", "breed", "--data", data]);
+    let token = succeed(&["token", "add", "laptop", "--scope", "breed", "--data", data]);
     assert_eq!(token.trim().len(), 64);
-    refused(&["token", "add", "laptop", "--scope", "read", "--data", data]);
-    assert_eq!(done(&["token", "list", "--data", data]), "breed  laptop\n");
-    done(&["token", "revoke", "laptop", "--data", data]);
-    assert_eq!(done(&["token", "list", "--data", data]), "");
-    refused(&["token", "revoke", "laptop", "--data", data]);
+    fail(&["token", "add", "laptop", "--scope", "read", "--data", data]);
+    assert_eq!(succeed(&["token", "list", "--data", data]), "breed  laptop\n");
+    succeed(&["token", "revoke", "laptop", "--data", data]);
+    assert_eq!(succeed(&["token", "list", "--data", data]), "");
+    fail(&["token", "revoke", "laptop", "--data", data]);
     let file = path(&dir, "copy.db");
-    done(&["backup", &file, "--data", data]);
+    succeed(&["backup", &file, "--data", data]);
     assert!(std::fs::read(&file).unwrap().starts_with(b"SQLite format 3"));
-    refused(&["backup", &file, "--data", data]);
-    refused(&["backup", &path(&dir, "x.db"), "--data", &path(&dir, "nothing-here")]);
+    fail(&["backup", &file, "--data", data]);
+    fail(&["backup", &path(&dir, "x.db"), "--data", &path(&dir, "nothing-here")]);
 }

@@ -1,4 +1,5 @@
-//! `brood serve` as a process: its line, its workers, its end. Unix only, because signals are.
+//! `brood serve` as a process: its printed address, its workers, its shutdown. Unix only, because
+//! of the signals.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking anywhere")]
 
@@ -8,13 +9,13 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A server that is killed when a test ends early.
-struct Served {
+/// Server process, killed when dropped.
+struct ServerProcess {
     child: Child,
     address: String,
 }
 
-impl Served {
+impl ServerProcess {
     fn start(data: &Path, workers: &str) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_brood"))
             .args(["serve", "--listen", "127.0.0.1:0", "--backend", "cpu", "--workers", workers])
@@ -31,7 +32,7 @@ impl Served {
         Self { child, address }
     }
 
-    /// Sends a request on a connection of its own and returns the whole answer.
+    /// Sends a request on a new connection and returns the whole response.
     fn request(&self, method: &str, path: &str, body: &str) -> String {
         let mut stream = TcpStream::connect(&self.address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
@@ -51,17 +52,18 @@ impl Served {
         assert!(Command::new("kill").args([name, &pid]).status().unwrap().success());
     }
 
-    /// The processes whose parent this server is, but for the one that searches.
+    /// Ids of the server's child processes, except the search worker.
     fn workers(&self) -> Vec<u32> {
         let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap();
         let children = threads.map(|thread| {
-            // A thread may be gone again by now.
+            // The thread may have ended.
             std::fs::read_to_string(thread.unwrap().path().join("children")).unwrap_or_default()
         });
         let children: Vec<String> = children.collect();
         let pids = children.iter().flat_map(|text| text.split_whitespace());
         let searches = |pid: &&str| {
-            // Until it is the worker's own it is the server's; then it is looked at again.
+            // Between fork and exec the command line is the server's; such a process is skipped for
+            // now.
             let command = std::fs::read_to_string(format!("/proc/{pid}/cmdline"));
             command
                 .is_ok_and(|command| command.contains("--searches") || !command.contains("worker"))
@@ -71,14 +73,14 @@ impl Served {
     }
 }
 
-impl Drop for Served {
+impl Drop for ServerProcess {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Waits for something that must come true.
+/// Polls until the condition holds, at most 30 s.
 fn until(what: &str, condition: impl Fn() -> bool) {
     let start = Instant::now();
     while !condition() {
@@ -95,7 +97,7 @@ fn is_running(pid: u32) -> bool {
 #[test]
 fn server_breeds_and_ends_with_0_when_terminated() {
     let data = tempfile::tempdir().unwrap();
-    let mut served = Served::start(data.path(), "1");
+    let mut served = ServerProcess::start(data.path(), "1");
     let answer = served.request("POST", "/v1/lineages", r#"{"name": "first", "thumbnail_px": 32}"#);
     assert!(answer.starts_with("HTTP/1.1 201"), "{answer}");
     let json: serde_json::Value =
@@ -104,7 +106,7 @@ fn server_breeds_and_ends_with_0_when_terminated() {
     let answer = served.request("POST", &path, r#"{"seed": 7}"#);
     let json: serde_json::Value =
         serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
-    // The same options on the command line give the same children.
+    // The command line breeds the same children from the same options.
     let offline = tempfile::tempdir().unwrap();
     let bred = Command::new(env!("CARGO_BIN_EXE_brood"))
         .args(["breed", "--seed", "7", "--size", "16", "-o"])
@@ -116,7 +118,7 @@ fn server_breeds_and_ends_with_0_when_terminated() {
     }
     let thumbnail = json["individuals"][3]["thumbnail"].as_str().unwrap();
     let picture = served.request("GET", thumbnail, "");
-    assert!(picture.starts_with("HTTP/1.1 200") && picture.contains("PNG"), "no picture");
+    assert!(picture.starts_with("HTTP/1.1 200") && picture.contains("PNG"), "expected a PNG");
     served.signal("-TERM");
     assert_eq!(served.child.wait().unwrap().code(), Some(0));
 }
@@ -125,7 +127,7 @@ fn server_breeds_and_ends_with_0_when_terminated() {
 #[test]
 fn dead_worker_is_replaced_and_none_outlives_its_server() {
     let data = tempfile::tempdir().unwrap();
-    let mut served = Served::start(data.path(), "1");
+    let mut served = ServerProcess::start(data.path(), "1");
     until("a worker is started", || served.workers().len() == 1);
     let first = served.workers()[0];
     assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().unwrap().success());
@@ -139,9 +141,9 @@ fn dead_worker_is_replaced_and_none_outlives_its_server() {
 }
 
 #[test]
-fn second_server_is_refused_in_one_line() {
+fn second_server_fails_with_one_line() {
     let data = tempfile::tempdir().unwrap();
-    let served = Served::start(data.path(), "0");
+    let served = ServerProcess::start(data.path(), "0");
     let serve = |listen: &str, data: &Path| {
         let output = Command::new(env!("CARGO_BIN_EXE_brood"))
             .args(["serve", "--workers", "0", "--listen", listen, "--data"])

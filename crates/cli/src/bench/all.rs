@@ -1,5 +1,5 @@
-//! Records a run: every benchmark in turn, each as a command of its own, all files in one folder with the machine they
-//! came from.
+//! `brood bench all`: runs every benchmark in turn, each as a process of its own, and collects all
+//! files in one folder together with a description of the machine.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,26 +15,26 @@ use crate::{logging, output};
 /// Options of `brood bench all`.
 #[derive(Debug, Args)]
 pub struct BenchAllArgs {
-    /// Folder for everything; made where it is missing
+    /// Folder for all results; created if missing
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Small and quick: shows that it works, not what is true
+    /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
-    /// Measure the GPU too, also one in software
+    /// Measure the GPU too, even a software adapter
     #[arg(long)]
     gpu: bool,
 }
 
-/// One command and where its output goes.
+/// One benchmark command and the destination of its output.
 struct Part {
-    /// Its arguments after `brood bench`.
+    /// Arguments after `brood bench`.
     words: Vec<String>,
-    /// Name of the files that its printed output makes.
+    /// Stem of the file that receives the printed output.
     name: &'static str,
-    /// Whether it writes its own files into the folder.
+    /// True if the command writes files of its own into the folder.
     has_files: bool,
-    /// Charts that it leaves there.
+    /// Names of the charts that it writes.
     charts: &'static [&'static str],
 }
 
@@ -65,7 +65,7 @@ pub fn run(args: &BenchAllArgs, json: bool) -> Result<()> {
     output::print(&format!("{}\n{lines}", args.out.display()))
 }
 
-/// What is run, in this order.
+/// Benchmarks in the order they run.
 fn parts(short: bool, gpu: bool) -> Vec<Part> {
     let words = |words: &str, long: &str, brief: &str| -> Vec<String> {
         let more = if short { brief } else { long };
@@ -142,7 +142,8 @@ fn parts(short: bool, gpu: bool) -> Vec<Part> {
 }
 
 impl Part {
-    /// What is printed goes to NAME.txt; where the command writes no files of its own, its JSON goes to NAME.json.
+    /// Writes standard output to NAME.txt, or JSON to NAME.json if the command writes no files of
+    /// its own.
     fn run(&self, program: &Path, folder: &Path) -> Result<()> {
         let mut words = self.words.clone();
         let kind = if self.has_files {
@@ -169,7 +170,7 @@ impl Part {
     }
 }
 
-/// The run as a page: the machine, then what each command printed and its charts.
+/// Renders the run as Markdown: the machine, then the output and the charts of each command.
 fn readme(parts: &[Part], folder: &Path) -> Result<String> {
     let read = |name: String| {
         let path = folder.join(name);
@@ -188,7 +189,7 @@ fn readme(parts: &[Part], folder: &Path) -> Result<String> {
     Ok(page)
 }
 
-/// Everything that figures depend on, and the commands.
+/// Describes the machine, the build and the commands.
 fn machine(parts: &[Part]) -> String {
     let levels: Vec<&str> = Level::available().iter().map(|level| level.name()).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -206,7 +207,7 @@ fn machine(parts: &[Part]) -> String {
     ];
     let mut text: String =
         lines.iter().map(|(name, value)| format!("{name:<20} {value}\n")).collect();
-    text += "\ncommands, in this order, each with --out and this folder where it writes files\n";
+    text += "\ncommands, in this order; those that write files also get --out with this folder\n";
     for part in parts {
         text += &format!("{:<20} brood bench {}\n", part.name, part.words.join(" "));
     }
@@ -217,7 +218,7 @@ fn unknown() -> String {
     "unknown".to_owned()
 }
 
-/// The value of a line `key : value` of a file that Linux keeps.
+/// Value of the first line `key : value` or `key=value` of a file.
 fn value_in(file: &str, key: &str) -> Option<String> {
     let text = fs::read_to_string(file).ok()?;
     let mut lines = text.lines().filter_map(|line| line.split_once([':', '=']));
@@ -239,7 +240,7 @@ fn system() -> Option<String> {
     value_in("/etc/os-release", "PRETTY_NAME")
 }
 
-/// The commit of the folder that the command is run in, which is the repository when a run is recorded.
+/// Commit of the repository that contains the working directory.
 fn commit() -> Option<String> {
     let git = |words: &[&str]| {
         let output = Command::new("git").args(words).stderr(Stdio::null()).output().ok()?;
@@ -247,7 +248,7 @@ fn commit() -> Option<String> {
     };
     let commit = git(&["rev-parse", "HEAD"])?;
     let changed = git(&["status", "--porcelain", "--untracked-files=no"])?;
-    Some(if changed.is_empty() { commit } else { format!("{commit}, with changes") })
+    Some(if changed.is_empty() { commit } else { format!("{commit}, with local changes") })
 }
 
 #[cfg(test)]

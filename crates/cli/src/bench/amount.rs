@@ -1,6 +1,8 @@
-//! `brood bench amount`: what the amounts of mutation and recombination do to pictures.
+//! `brood bench amount`: distance between pictures of parents and children, for each amount of
+//! mutation and recombination.
 //!
-//! Children are first draws, as under `curation: off`: what is measured is the operators, not the choice among their draws.
+//! Children are first draws, as under `curation: off`, so that the operators are measured without
+//! redraws.
 
 use std::path::PathBuf;
 
@@ -11,10 +13,10 @@ use brood_program::Program;
 use clap::Args;
 use rayon::prelude::*;
 
-use super::flip::Looks;
+use super::flip::PictureSet;
 use super::measure::quantile;
 use super::record::{Finding, Findings, Folder};
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::{logging, output};
 
 /// Options of `brood bench amount`.
@@ -23,10 +25,10 @@ pub struct BenchAmountArgs {
     /// Folder for amount.json, amount.csv and amount.svg
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Parents, and pairs of parents
+    /// Number of parents, and of pairs of parents
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     count: u32,
-    /// Side of the pictures that are compared
+    /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
     /// Seed of the parents and the children
@@ -35,13 +37,15 @@ pub struct BenchAmountArgs {
 }
 
 const AMOUNTS: [f32; 13] = [0.0, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
-/// Saturation of the parents, as on the page.
+/// Saturation of the parents; the page's default.
 const SATURATION: f32 = 0.65;
 
-/// How far children are from something, in the mean and at quantiles, for each amount.
+/// Distances of the children from one parent, for each amount.
 struct Effect {
     name: &'static str,
+    /// Parent that the distances are measured from.
     from: &'static str,
+    /// By amount, then by child.
     distances: Vec<Vec<f64>>,
 }
 
@@ -86,8 +90,8 @@ pub fn run(args: &BenchAmountArgs, json: bool) -> Result<()> {
     let finding = Finding {
         name: "amount",
         note: format!(
-            "{} random parents, none black, one child of each at each amount without redraws; mean FLIP over the object at {} \
-             pixels, automatic exposure, 0 the same and 1 as far as can be. The mean grows with mutation {}, from the first parent \
+            "{} random parents, none black; one child of each at each amount, without redraws; mean FLIP over the object at {} \
+             pixels with automatic exposure, from 0 (same) to 1. The mean grows with mutation {}, from the first parent \
              with recombination {}, and falls from the second parent {}",
             args.count,
             args.size,
@@ -105,7 +109,8 @@ pub fn run(args: &BenchAmountArgs, json: bool) -> Result<()> {
     if json { output::print_json(&Findings(&findings)) } else { output::print(&findings[0].text()) }
 }
 
-/// Distances of a mutant from its parent, and of a child of two from the first and from the second, for each amount.
+/// Distances of each mutant from its parent, and of each child of two from its first and second
+/// parent, by amount.
 fn distances(
     args: &BenchAmountArgs,
     parent: &Genome,
@@ -119,10 +124,10 @@ fn distances(
     let genomes =
         genomes.into_iter().chain(AMOUNTS.iter().map(mutant)).chain(AMOUNTS.iter().map(child));
     let programs: Vec<Program> = genomes.map(|genome| Program::lower(&genome)).collect();
-    let looks = Looks::of(&programs.iter().collect::<Vec<_>>(), args.size)?;
+    let pictures = PictureSet::of(&programs.iter().collect::<Vec<_>>(), args.size)?;
     let count = AMOUNTS.len();
     let from = |origin: usize, first: usize| -> Vec<f64> {
-        (first..first + count).map(|one| looks.apart(origin, one)).collect()
+        (first..first + count).map(|one| pictures.flip(origin, one)).collect()
     };
     Ok([from(0, 2), from(0, 2 + count), from(1, 2 + count)])
 }
@@ -132,12 +137,12 @@ fn parents(args: &BenchAmountArgs) -> Result<Vec<Genome>> {
     let random = random.with_output(Some(Output::saturation(SATURATION)?));
     let births = (0..).map(|slot| random.birth(BirthKey { seed: args.seed, slot, attempt: 0 }));
     let is_seen = |genome: &Genome| !Look::of(&Program::lower(genome)).is_black();
-    // One more, so that a single parent has a mate.
+    // One extra, so that a single parent has a mate.
     Ok(births.filter(is_seen).take(args.count as usize + 1).collect())
 }
 
-fn table(effects: &[Effect]) -> Table {
-    let mut table = Table::new(&["knob", "value", "from", "mean", "p10", "median", "p90"]);
+fn table(effects: &[Effect]) -> ResultTable {
+    let mut table = ResultTable::new(&["knob", "value", "from", "mean", "p10", "median", "p90"]);
     for effect in effects {
         for ((amount, distances), mean) in AMOUNTS.iter().zip(&effect.distances).zip(effect.means())
         {
@@ -167,13 +172,13 @@ fn chart(effects: &[Effect], args: &BenchAmountArgs) -> Plot {
                 x: f64::from(*amount),
                 y: mean,
                 label: String::new(),
-                chosen: false,
-                apart: false,
+                is_default: false,
+                is_detached: false,
             })
             .collect(),
     };
     Plot {
-        title: "What the amounts do to pictures".to_owned(),
+        title: "Change of pictures by amount".to_owned(),
         subtitle: format!("{} random parents; first draws, {} pixels", args.count, args.size),
         x: Axis { title: "amount", scale: Scale::Linear },
         y: Axis { title: "mean FLIP over the object", scale: Scale::Linear },

@@ -1,5 +1,5 @@
-//! Breeds again and again and times what a person waits for, 20 children and their parent, all 21 pictures, and where
-//! that time goes.
+//! `brood bench breed`: times broods of 20 children, from the request to the last of 21 pictures
+//! (the parent's included), and splits that time into stages.
 
 mod api;
 mod search;
@@ -22,35 +22,37 @@ use crate::{logging, output, place};
 /// Options of `brood bench breed`.
 #[derive(Debug, Args)]
 pub struct BenchBreedArgs {
-    /// A running server; without it one is started on a temporary directory
+    /// URL of a running server; by default one is started on a temporary directory
     #[arg(long, value_name = "URL")]
     server: Option<String>,
-    /// Token of scope breed, where the server wants one
+    /// Token of scope breed, if the server requires one
     #[arg(long, value_name = "TOKEN", env = TOKEN_VARIABLE, hide_env_values = true, requires = "server")]
     token: Option<String>,
-    /// How often to breed
+    /// Number of broods
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: u32,
     /// Side of a thumbnail in pixels
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=1024))]
     size: u32,
-    /// Worker processes of the started server
+    /// Number of worker processes of the started server
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "server")]
     workers: u16,
-    /// Evaluator of the started server
+    /// Evaluator of the started server: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto", conflicts_with = "server")]
     backend: Backend,
-    /// Breed as often again while so many searches run, taking turns with the broods that have the machine to themselves
+    /// Number of searches; with N > 0 as many broods again are bred while N searches run, in turns
+    /// with undisturbed ones
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=16))]
     searches: u16,
-    /// Seed of the first brood; the others count on from it
+    /// Seed of the first brood; later broods use the numbers after it
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
-/// Broods until the searches are paused or resumed: some seconds, so that searches come to their second generation.
+/// Broods between pausing and resuming the searches: a few seconds, enough for a second generation
+/// of each search.
 const TURN: u32 = 100;
-/// How many of the slowest broods are told one by one.
+/// Number of slowest broods printed one by one.
 const SLOWEST: usize = 8;
 
 /// Runs the command.
@@ -62,7 +64,8 @@ pub fn run(args: &BenchBreedArgs, json: bool) -> Result<()> {
             None => Some(OwnServer::start(args.workers, args.backend).await?),
         };
         let url = own.as_ref().map(OwnServer::url).or(args.server.as_deref());
-        let url = url.context("a server was given or started")?.trim_end_matches('/');
+        let url =
+            url.context("neither --server was given nor a server started")?.trim_end_matches('/');
         let result = measure(args, url).await;
         if let Some(own) = own {
             own.stop().await?;
@@ -75,13 +78,13 @@ pub fn run(args: &BenchBreedArgs, json: bool) -> Result<()> {
     })
 }
 
-/// What was seen.
+/// Measured times.
 struct Measured {
-    /// With the machine to themselves.
+    /// Without searches.
     alone: Vec<Sample>,
-    /// While searches ran.
+    /// With searches running.
     beside: Vec<Sample>,
-    /// Generations that the searches came to meanwhile.
+    /// Generations completed by the searches meanwhile.
     generations: u64,
     backend: Value,
 }
@@ -91,7 +94,8 @@ async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
     let body = json!({ "name": "bench", "thumbnail_px": args.size });
     let (lineage, _): (Lineage, _) = api.post("/v1/lineages", &body).await?;
     let path = format!("/v1/lineages/{}/generations", lineage.id);
-    // A random start that is not timed: it makes the mesh and the sample set, opens the connections and gives a parent.
+    // An untimed random start: it builds the mesh and the sample set, opens the connections and
+    // provides a parent.
     let (mut generation, _): (Generation, _) =
         api.post(&path, &json!({ "seed": args.seed })).await?;
     api.pictures(&generation).await?;
@@ -127,14 +131,14 @@ async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
     Ok(Measured { alone, beside, generations, backend })
 }
 
-/// One brood with all its pictures.
+/// Breeds one brood and fetches all its pictures.
 async fn brood(api: &Api, path: &str, body: &Value) -> Result<(Generation, Sample)> {
     let start = Instant::now();
     let (generation, headers): (Generation, _) = api.post(path, body).await?;
     let breed = start.elapsed();
     let pictures = api.pictures(&generation).await?;
     let total = start.elapsed();
-    ensure!(pictures == 21, "a brood has 21 pictures, not {pictures}");
+    ensure!(pictures == 21, "expected 21 pictures of a brood, got {pictures}");
     let job = match stage::job_path(&headers) {
         Some(path) => Some(api.get(path).await?),
         None => None,
@@ -175,7 +179,7 @@ impl Measured {
         text += &slow_rows(&self.alone);
         if !self.beside.is_empty() {
             text += &format!(
-                "\nas many while {} searches ran, which came to {} generations, in turns of {TURN} broods\n",
+                "\nas many broods while {} searches ran ({} generations), in turns of {TURN} broods\n",
                 args.searches, self.generations
             );
             text += &rows(&self.beside);
@@ -183,7 +187,7 @@ impl Measured {
             let of = |samples: &[Sample]| figures(samples.iter().map(|sample| sample.total));
             let (alone, beside) = (of(&self.alone), of(&self.beside));
             text += &format!(
-                "\nrequest to last picture, beside searches over alone: median {:.2}, p99 {:.2}\n",
+                "\nrequest to last picture, with searches over without: median {:.2}, p99 {:.2}\n",
                 beside.median_ms / alone.median_ms,
                 beside.p99_ms / alone.p99_ms
             );
@@ -193,7 +197,7 @@ impl Measured {
 }
 
 fn rows(samples: &[Sample]) -> String {
-    let row = |(stage, times): (stage::Stage, Vec<_>)| {
+    let row = |(stage, times): (stage::StageName, Vec<_>)| {
         let f = figures(times);
         format!(
             "{:<38} median {:8.2} ms  p99 {:8.2} ms  min {:8.2} ms  max {:8.2} ms\n",

@@ -1,7 +1,8 @@
-//! `brood bench brood`: how many frames of a brood are worth looking at, without curation and with each kind of it.
+//! `brood bench brood`: counts the useful pictures of broods under each kind of curation.
 //!
-//! A frame is useful where it is not black and differs visibly, by FLIP, from the parent and from every sibling. All kinds
-//! breed from the same parents: a chain in which each brood's parent is a child of the one before.
+//! A picture is useful if it is not black and differs visibly, by FLIP, from the parent and from
+//! every sibling. All kinds of curation breed from the same parents: a chain in which each brood's
+//! parent is a child of the previous one.
 
 use std::time::Instant;
 
@@ -14,20 +15,20 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::flip::Looks;
+use super::flip::PictureSet;
 use super::measure::quantile;
 use crate::{logging, output};
 
 /// Options of `brood bench brood`.
 #[derive(Debug, Args)]
 pub struct BenchBroodArgs {
-    /// How many broods
+    /// Number of broods
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     count: u32,
-    /// Amount of mutation
+    /// Amount of mutation, 0 to 1
     #[arg(long, value_name = "X", default_value_t = 0.3)]
     mutation: f32,
-    /// Side of the pictures that are compared
+    /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
     /// Seed of the first parent and of the broods
@@ -35,24 +36,24 @@ pub struct BenchBroodArgs {
     seed: u64,
 }
 
-/// Children of a brood.
+/// Number of children of a brood.
 const CHILDREN: u32 = 20;
-/// Mean FLIP over the object from which two pictures are told apart.
+/// Mean FLIP over the object above which two pictures differ visibly.
 const VISIBLE: f64 = 0.05;
-/// Saturation of the first parent, as on the page.
+/// Saturation of the first parent; the page's default.
 const SATURATION: f32 = 0.65;
 
-/// What became of the broods under one kind of curation.
+/// Results of all broods under one kind of curation.
 #[derive(Debug, Serialize)]
 struct Figures {
     curation: Curation,
-    /// Share of the frames that are useful.
+    /// Share of the pictures that are useful.
     useful: f64,
-    /// Share of the broods of which at least 19 frames are.
+    /// Share of the broods with at least 19 useful pictures.
     broods_with_19: f64,
-    /// Frames that are black.
+    /// Number of black pictures.
     black: usize,
-    /// Draws for a brood, in the mean.
+    /// Mean number of draws per brood.
     draws: f64,
     median_ms: f64,
     p99_ms: f64,
@@ -94,9 +95,9 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         return output::print_json(&all);
     }
     let mut text = format!(
-        "{} broods of {CHILDREN}, mutation {}; a frame is useful where it is not black and its mean FLIP over the object \
-         from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 and more  black frames  \
-         draws a brood  births ms median    p99\n",
+        "{} broods of {CHILDREN}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
+         from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 or more  black frames  \
+         draws / brood  births ms median    p99\n",
         args.count, args.mutation
     );
     for f in &all {
@@ -127,7 +128,7 @@ fn breed(request: &BroodRequest<'_>, curation: Curation) -> Vec<Child> {
     }
 }
 
-/// A chain of parents, none of them black, as a person would pick them.
+/// Chain of parents, none of them black, as a person would choose them.
 fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
     let random = Variation::random(Dialect::default());
     let random = random.with_output(Some(Output::saturation(SATURATION)?));
@@ -146,19 +147,21 @@ fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
     Ok(parents)
 }
 
-/// How many children are useful, and how many black.
+/// Numbers of useful and of black children.
 fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usize)> {
     let parent = Program::lower(parent);
     let programs: Vec<&Program> =
         std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
-    let looks = Looks::of(&programs, size_px)?;
+    let pictures = PictureSet::of(&programs, size_px)?;
     let black: Vec<bool> = programs.iter().map(|program| Look::of(program).is_black()).collect();
     let pairs: Vec<(usize, usize)> =
-        (0..looks.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
-    let alike: Vec<(usize, usize)> =
-        pairs.into_par_iter().filter(|(one, other)| looks.apart(*one, *other) <= VISIBLE).collect();
-    // Of two that look alike both are told apart from nothing: neither is useful.
-    let useful = (1..looks.len())
+        (0..pictures.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
+    let alike: Vec<(usize, usize)> = pairs
+        .into_par_iter()
+        .filter(|(one, other)| pictures.flip(*one, *other) <= VISIBLE)
+        .collect();
+    // If two pictures look alike, neither is useful.
+    let useful = (1..pictures.len())
         .filter(|one| !black[*one] && !alike.iter().any(|(a, b)| a == one || b == one));
     Ok((useful.count(), black[1..].iter().filter(|black| **black).count()))
 }

@@ -1,5 +1,5 @@
-//! Derivatives for least squares: the normal equations of a program's constants, in both directions, beside plain
-//! evaluation of the same programs.
+//! `brood bench derivative`: times the normal equations of a program's constants, in forward and
+//! reverse mode, against plain evaluation of the same programs.
 
 use std::path::PathBuf;
 
@@ -16,21 +16,21 @@ use super::record::Folder;
 use super::target;
 use crate::{logging, output};
 
-/// Programs of a group that are measured; more only take longer.
+/// Most programs measured per group; more only take longer.
 const PER_GROUP: usize = 20;
-/// Most constants of a group; the last holds whatever has more.
+/// Largest number of constants of each group; the last group is open.
 const GROUPS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, usize::MAX];
 
 /// Options of `brood bench derivative`.
 #[derive(Debug, Args)]
 pub struct BenchDerivativeArgs {
-    /// Random genomes, of which at most 20 for each number of constants are measured
+    /// Number of random genomes; at most 20 of each group of constant counts are measured
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     genomes: u32,
-    /// Samples of the target
+    /// Number of samples of the target
     #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: u32,
-    /// How often; the fastest counts
+    /// Number of runs; the fastest counts
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeats: u32,
     /// Seed of the genomes and of the target
@@ -41,7 +41,7 @@ pub struct BenchDerivativeArgs {
     out: Option<PathBuf>,
 }
 
-/// Programs with about as many constants; microseconds a program, the fastest run, on one thread.
+/// One group of programs; times are microseconds per program, the fastest run, on one thread.
 #[derive(Debug, Serialize)]
 struct Row {
     constants_min: usize,
@@ -49,11 +49,11 @@ struct Row {
     programs: usize,
     mean_constants: f64,
     mean_operations: f64,
-    /// The sum of squares alone.
+    /// Sum of squares without derivatives.
     plain_us: f64,
     forward_us: f64,
     reverse_us: f64,
-    /// What [`Direction::faster`] chooses, where it is the same for all of them.
+    /// Choice of [`Direction::faster`], if it is the same for the whole group.
     chosen: Option<&'static str>,
 }
 
@@ -62,7 +62,7 @@ pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let folder = Folder::make(args.out.as_deref())?;
     let population = programs(args.seed, args.genomes);
-    // Of another seed, so that the target is not in the population.
+    // Another seed, so that the target is not in the population.
     let wanted = programs(args.seed.wrapping_add(1), 1).remove(0);
     let target = target::of(&wanted, args.samples as usize, args.seed)?;
     let (pool, mut rows, mut least) = (one_thread()?, Vec::new(), 1);
@@ -82,7 +82,7 @@ pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
         return output::print_json(&serde_json::to_value(&rows)?);
     }
     let head = format!(
-        "normal equations against {} samples, one thread, us a program, the fastest of {}\n\
+        "normal equations against {} samples, one thread, us per program, fastest of {}\n\
          constants  programs  operations     plain   forward   reverse  chosen\n",
         args.samples, args.repeats,
     );

@@ -1,8 +1,10 @@
-//! `brood bench export`: a page that runs exported programs in a browser and counts the bits that differ.
+//! `brood bench export`: writes a page that runs exported programs in a browser and counts the bits
+//! that differ.
 //!
-//! Writes the page, which holds the programs, the inputs and what the canonical evaluator makes of them; whoever opens
-//! it learns whether the graphics processor, driver and compiler of that machine keep the meaning of exports. Models of
-//! every kind are held to the suite of `brood_export::conformance`. The last line of the page is JSON for scripts.
+//! The page holds the programs, their inputs and the results of the canonical evaluator, so it
+//! shows whether the graphics processor, driver and compiler of a machine keep the meaning of
+//! exports. Models of every kind are checked against the suite of `brood_export::conformance`. The
+//! last line of the page is JSON for scripts.
 
 use std::path::PathBuf;
 
@@ -22,22 +24,22 @@ use serde_json::{Value, json};
 use super::target::random_pairs;
 use crate::{logging, output};
 
-/// No texture position of the samples is beyond this, nor below its negative.
+/// Largest absolute texture coordinate of the samples.
 const TEXTURE_LIMIT: f32 = 2.0;
 
 /// Options of `brood bench export`.
 #[derive(Debug, Args)]
 pub struct BenchExportArgs {
-    /// The page to write
+    /// HTML file to write
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// Random programs, half of them of the extended dialect
+    /// Number of random programs, half of them of the extended dialect
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=2000))]
     programs: u32,
-    /// Direction pairs that each is held against
+    /// Number of direction pairs that each program is evaluated at
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=2048))]
     samples: u32,
-    /// Seed of programs and directions
+    /// Seed of the programs and directions
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -71,7 +73,7 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
     });
     let page = include_str!("export/page.html")
         .replace("/*script*/", include_str!("export/page.js"))
-        // No text of a shader can end the script.
+        // Escaped, so that no shader text can end the script element.
         .replace("/*data*/", &data.to_string().replace('<', "\\u003c"));
     output::write_file(&args.output, page.as_bytes())?;
     if json {
@@ -83,7 +85,7 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
     output::print(&format!("{}: open it in a browser\n", args.output.display()))
 }
 
-/// The cases of the suite of models, with what they should be, what a unit of error is, and the bounds.
+/// Cases of the model suite with their expected values, error units and bounds.
 fn models(samples: usize) -> Value {
     let pairs = conformance::pairs(samples);
     let rows: Vec<f32> = pairs
@@ -109,7 +111,7 @@ fn models(samples: usize) -> Value {
     json!({ "directions": base64(&rows), "kinds": ModelKind::ALL.map(kind) })
 }
 
-/// wi, wo, u, v in the local frame, as the page reads them.
+/// wi, wo, u, v in the local frame; the layout that the page reads.
 fn row(set: &SampleSet, index: usize) -> [f32; 8] {
     let (pair, uv) = set.pair(index);
     let [wi, wo] = [pair.wi().as_vec3(), pair.wo().as_vec3()];
@@ -127,7 +129,7 @@ fn programs(seed: u64, count: u32) -> Vec<Program> {
     (0..count).map(birth).collect()
 }
 
-/// Random pairs with a grid of texture positions.
+/// Random direction pairs with a grid of texture positions.
 fn pairs(seed: u64, count: u32) -> SampleSet {
     let uvs = (0..count).map(|k| DVec2::new(f64::from(k % 17), f64::from(k % 13)) / 8.0);
     SampleSet::from_pairs(&random_pairs(seed, count as usize), &uvs.collect::<Vec<_>>())

@@ -1,5 +1,6 @@
-//! How far fits of measured materials are from them after some seconds, beside published fits of the same materials on the same
-//! held-out samples; and the samples as CSV, for programs of others.
+//! `brood bench fit`: error of fits of measured materials within time budgets, compared with
+//! published fits of the same materials on the same held-out samples. Also writes the samples as
+//! CSV for other programs.
 
 mod material;
 mod published;
@@ -15,34 +16,34 @@ use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, n
 use clap::Args;
 
 use super::record::Folder;
-use crate::chart::{Axis, Bar, BarChart, Cell, Group, Scale, Table};
-use crate::fit::budget::{Budget, spend};
+use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, Scale};
+use crate::fit::budget::{FitBudget, spend};
 use crate::{logging, output};
-use material::{Measured, Source};
+use material::{FitMaterial, MaterialFolder};
 use published::Published;
-use unseen::{Studio, Unseen};
+use unseen::{Studio, ViewDifference};
 
-/// Models have few numbers: longer, and nothing changes.
+/// Seconds for the fit of two lobes; it has few parameters and longer runs change nothing.
 const TWO_LOBES_SECONDS: f64 = 5.0;
-/// Pairs where spikes are looked for.
+/// Number of direction pairs searched for spikes.
 const NARROW: usize = 1 << 16;
 
 /// Options of `brood bench fit`.
 #[derive(Debug, Args)]
 pub struct BenchFitArgs {
-    /// Folder with nbrdf/merl.json and tables/, and files of measurements where they are named
+    /// Folder with nbrdf/merl.json, tables/ and any named measurement files
     data: PathBuf,
-    /// Materials by their names in the file of weights, or files of measurements in the folder; `all` of the weights, the twenty
-    /// that figures are told of where none is given
+    /// Materials by name in nbrdf/merl.json, or measurement files in the folder, comma-separated;
+    /// `all` for every material of merl.json; by default the 20 reported ones
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     materials: Vec<String>,
-    /// Budgets in seconds, each from the beginning
+    /// Time budgets in seconds, comma-separated, each fitted from scratch
     #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1.0, 5.0, 25.0])]
     seconds: Vec<f64>,
-    /// Threads
+    /// Number of threads
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Seed of the fits; samples are the same for all
+    /// Seed of the fits; the samples are the same for every seed
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for fit.json, fit.csv and fit.svg, and the samples of each material
@@ -50,11 +51,12 @@ pub struct BenchFitArgs {
     out: Option<PathBuf>,
 }
 
-/// A material's figures.
+/// Results of one material.
 struct Row {
     material: String,
+    /// Lower bound of E_log for reciprocal fits.
     floor: f64,
-    /// For each budget.
+    /// One for each budget.
     runs: Vec<Run>,
     published: Vec<(&'static str, Option<f64>)>,
     /// E_log of two microfacet lobes over a diffuse part.
@@ -67,14 +69,14 @@ struct Run {
     e_log: f64,
     operations: usize,
     generations: u32,
-    /// Its largest f over that of the target, where samples are few.
+    /// Largest f over that of the target, among pairs where samples are sparse.
     spike: f64,
     not_reciprocal: usize,
-    /// Of all its values where samples are few.
+    /// Smallest f among these pairs.
     least_f: f64,
     max_albedo: f64,
-    unseen: Unseen,
-    /// None where the material is known at some pairs of directions alone.
+    unseen: ViewDifference,
+    /// `None` if the material is known only at its samples.
     picture: Option<Vec<u8>>,
 }
 
@@ -82,8 +84,8 @@ struct Run {
 pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let budget = |seconds: &f64| (0.01..=1e5).contains(seconds);
-    ensure!(args.seconds.iter().all(budget), "--seconds are numbers from 0.01 to 100000");
-    let source = Source::open(&args.data)?;
+    ensure!(args.seconds.iter().all(budget), "--seconds must be from 0.01 to 100000");
+    let source = MaterialFolder::open(&args.data)?;
     let published = Published::read(&args.data.join("tables"))?;
     let folder = Folder::make(args.out.as_deref())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
@@ -91,11 +93,12 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     let (studio, mut rows) = (Studio::new(), Vec::new());
     for name in source.names(&args.materials)? {
         let measured = source.read(&name)?;
-        let Measured { name, target, .. } = &measured;
+        let FitMaterial { name, target, .. } = &measured;
         if let Some(out) = &args.out {
             write_samples(out, name, target)?;
         }
-        let run = |seconds: &f64| pool.install(|| one(&measured, &studio, *seconds, args.seed));
+        let run =
+            |seconds: &f64| pool.install(|| fit_once(&measured, &studio, *seconds, args.seed));
         let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
         let picture = runs.last().and_then(|run| run.picture.as_ref());
         if let (Some(out), Some(picture)) = (&args.out, picture) {
@@ -120,14 +123,14 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     output::print(&table.text())
 }
 
-fn one(measured: &Measured, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
-    let Measured { target, brdf, .. } = measured;
+fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
+    let FitMaterial { target, brdf, .. } = measured;
     let begun = Instant::now();
     let (strategy, start) = (Strategy::Lobes, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
     let mut search = Search::new(&target.fitted, &options);
-    let (outcome, progress) =
-        spend(&mut search, Budget::Seconds(budget), |_, _, _| {}).context("nothing was found")?;
+    let (outcome, progress) = spend(&mut search, FitBudget::Seconds(budget), |_, _, _| {})
+        .context("the fit found nothing")?;
     let generations = progress.generation;
     let seconds = begun.elapsed().as_secs_f64();
     let genome = &outcome.front[outcome.best].genome;
@@ -140,14 +143,14 @@ fn one(measured: &Measured, studio: &Studio, budget: f64, seed: u64) -> Result<R
     let bits = here.values().iter().zip(there.values());
     let (unseen, picture) = match brdf {
         Some(brdf) => studio.compare(&**brdf, genome).map(|(unseen, png)| (unseen, Some(png)))?,
-        None => (Unseen::UNKNOWN, None),
+        None => (ViewDifference::UNKNOWN, None),
     };
     let wanted_largest = match brdf {
         Some(brdf) => Samples::of(&**brdf, narrow).largest(),
         None => target.fitted.largest(),
     };
     let values = || here.values().iter().chain(there.values()).flatten();
-    ensure!(values().all(|f| f.is_finite()), "a fit has values that are no numbers");
+    ensure!(values().all(|f| f.is_finite()), "a fit returned a non-finite f");
     Ok(Run {
         budget,
         seconds,
@@ -163,19 +166,20 @@ fn one(measured: &Measured, studio: &Studio, budget: f64, seed: u64) -> Result<R
     })
 }
 
-/// E_log of what people fit usually: one or two lobes of microfacets, each over a diffuse part, not under the energy limit.
+/// E_log of the usual fit: one or two microfacet lobes, each over a diffuse part, without the
+/// energy limit.
 fn two_lobes(target: &MeasuredTarget, seed: u64) -> Result<f64> {
     let (strategy, start) = (Strategy::Analytic, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
     let mut search = Search::of_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
-    let (outcome, _) = spend(&mut search, Budget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
-        .context("no lobes were found")?;
+    let (outcome, _) = spend(&mut search, FitBudget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
+        .context("the fit of microfacet lobes found nothing")?;
     let genome = outcome.front[outcome.best].genome.clone().with_limit(false);
     let found = Samples::of_program(&express(&genome), target.held.pairs().to_vec())?;
     Ok(metric::e_log(&target.held.weighted(), &found.weighted()))
 }
 
-/// What is fitted and what is held out, as CSV.
+/// Writes the fitted and the held-out samples as CSV.
 fn write_samples(out: &Path, name: &str, target: &MeasuredTarget) -> Result<()> {
     let folder = out.join("samples");
     output::make_dir(&folder)?;
@@ -201,8 +205,8 @@ fn line(row: &Row) -> String {
     format!("{}: {}", row.material, all.join(", "))
 }
 
-fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
+fn table(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "material",
         "budget_seconds",
         "e_log",
@@ -238,7 +242,7 @@ fn table(rows: &[Row]) -> Table {
                 run.unseen.flip.into(),
                 row.floor.into(),
             ];
-            // Materials that nobody published a fit of have none.
+            // Materials without a published fit.
             let published = row.published.iter().map(|(_, e_log)| e_log.unwrap_or(f64::NAN).into());
             table.push(cells.into_iter().chain(published).chain([row.two_lobes.into()]));
         }
@@ -257,7 +261,7 @@ fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
     BarChart {
         title: "Fits of measured materials, E_log on held-out samples".to_owned(),
         subtitle: format!(
-            "from above: brood fit on {} threads after its longest budget, published fits of SGD, ABC and Ward",
+            "from top: brood fit on {} threads after its longest budget, published fits of SGD, ABC and Ward",
             args.threads
         ),
         axis: Axis { title: "E_log", scale: Scale::Log },

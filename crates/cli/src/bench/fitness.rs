@@ -1,4 +1,4 @@
-//! Genomes a second against a target, everything included: lowering, translation, evaluation, the sum, the selection.
+//! `brood bench fitness`: genomes scored per second against a target, from lowering to selection.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -16,24 +16,24 @@ use super::record::Folder;
 use super::target;
 use crate::{logging, output};
 
-/// How many are selected of a population.
+/// Number of programs selected from a population.
 const SELECTED: usize = 20;
-/// Share of a population that a race lets through.
+/// Share of a population that passes a race.
 const RACE_SHARE: f64 = 0.05;
 
 /// Options of `brood bench fitness`.
 #[derive(Debug, Args)]
 pub struct BenchFitnessArgs {
-    /// Random genomes of a population
+    /// Number of random genomes in a population
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(20..=100_000))]
     population: u32,
-    /// Populations, each of other genomes and with a target of its own
+    /// Number of populations, each with other genomes and another target
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
-    /// Samples of the target
+    /// Number of samples of the target
     #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: u32,
-    /// Seed of the first population; the others count on from it
+    /// Seed of the first population; later ones use the numbers after it
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for fitness.json
@@ -46,26 +46,27 @@ struct Row {
     screening: &'static str,
     threads: usize,
     genomes_per_second: f64,
-    /// With programs that were lowered before.
+    /// Rate without lowering.
     programs_per_second: f64,
-    /// Microseconds a genome by the clock, all threads at work: genome to program.
+    /// Wall-clock microseconds per genome with all threads busy: genome to program.
     lowering_us: f64,
-    /// Program to instructions for these samples; measured apart, part of what is left otherwise.
+    /// Microseconds per genome to translate programs into instructions for these samples, timed
+    /// separately.
     translation_us: f64,
-    /// Evaluation, sums and selection.
+    /// Microseconds per genome for evaluation, sums and selection.
     evaluation_us: f64,
     /// Share of the blocks of 256 samples that were evaluated.
     blocks_evaluated_share: f64,
-    /// Scalar operations of the genomes as written, on all samples.
+    /// Scalar operations of the unlowered genomes on all samples, per second.
     equivalent_operations_per_second: f64,
     executed_operations_per_second: f64,
-    /// Of the best 20 of everything evaluated.
+    /// Share of the 20 best programs of the full evaluation that were selected.
     selected_share: f64,
 }
 
 /// Times and counts of one population.
 #[derive(Debug, Default, Clone, Copy)]
-struct Round {
+struct RoundResult {
     seconds: f64,
     lowering_seconds: f64,
     translation_seconds: f64,
@@ -91,8 +92,8 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
         let genomes = genomes(seed, args.population);
         let mut all = Vec::new();
         for (rounds, (_, screening)) in rounds.iter_mut().zip(screenings) {
-            let (found, best) = measure(args, seed, &genomes, screening, &all)?;
-            rounds.push(found);
+            let (result, best) = measure(args, seed, &genomes, screening, &all)?;
+            rounds.push(result);
             if all.is_empty() {
                 all = best;
             }
@@ -105,14 +106,14 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
         .zip(&rounds)
         .map(|((name, _), rounds)| row(name, args.population, rounds))
         .collect();
-    ensure!(rows[1].selected_share >= 1.0, "exact abort changed a selection");
+    ensure!(rows[1].selected_share >= 1.0, "exact screening changed a selection");
     folder.add_json("fitness", &rows)?;
     if json {
         return output::print_json(&serde_json::to_value(&rows)?);
     }
     let line = |row: &Row| {
         format!(
-            "{:<6} {:9.0} genomes/s  ({:9.0} lowered before)  {:5.1} us lowering {:5.1} translation {:5.1} evaluation  \
+            "{:<6} {:9.0} genomes/s  ({:9.0} without lowering)  {:5.1} us lowering {:5.1} translation {:5.1} evaluation  \
              {:4.0} % of blocks  {:6.1} G equivalent  {:5.1} G executed operations/s  {:3.0} % of the best {SELECTED}\n",
             row.screening,
             row.genomes_per_second,
@@ -142,11 +143,11 @@ fn measure(
     genomes: &[Genome],
     screening: Screening,
     all: &[Ranked],
-) -> Result<(Round, Vec<Ranked>)> {
-    let wanted = measure::programs(seed ^ 0x5eed, 1).remove(0);
-    let target = target::of(&wanted, args.samples as usize, seed)?;
+) -> Result<(RoundResult, Vec<Ranked>)> {
+    let reference = measure::programs(seed ^ 0x5eed, 1).remove(0);
+    let target = target::of(&reference, args.samples as usize, seed)?;
     let evaluator = CanonicalEvaluator::default();
-    // Inputs belong to the target, not to a population: another population computes them.
+    // Inputs belong to the target: another population computes them before the clock starts.
     let others = measure::programs(seed.wrapping_add(7), 50);
     let others: Vec<&Program> = others.iter().collect();
     select_best(&evaluator, &others, &target, 1, Screening::None)?;
@@ -166,22 +167,22 @@ fn measure(
     let evaluated = selected.blocks_evaluated as f64 / selected.blocks as f64;
     let live: usize = programs.iter().map(Program::operations).sum();
     let same = selected.best.iter().filter(|one| all.contains(one)).count();
-    let found = Round {
+    let found = RoundResult {
         seconds,
         lowering_seconds,
         translation_seconds,
         evaluated,
         written: written as f64 * samples,
-        // A program that ends early is taken for one of the mean length.
+        // A program that is aborted early counts as one of mean length.
         executed: live as f64 * samples * evaluated,
         same: if all.is_empty() { 1.0 } else { same as f64 / all.len() as f64 },
     };
     Ok((found, selected.best))
 }
 
-fn row(screening: &'static str, population: u32, rounds: &[Round]) -> Row {
+fn row(screening: &'static str, population: u32, rounds: &[RoundResult]) -> Row {
     let count = f64::from(population);
-    let of = |value: &dyn Fn(&Round) -> f64| median(rounds.iter().map(value));
+    let of = |value: &dyn Fn(&RoundResult) -> f64| median(rounds.iter().map(value));
     Row {
         screening,
         threads: rayon::current_num_threads(),

@@ -1,4 +1,4 @@
-//! How far pictures of one object are apart to the eye: mean FLIP over the object.
+//! Visible difference between pictures of one object: mean FLIP over the object.
 
 use anyhow::Result;
 use brood_eval::Developed;
@@ -7,18 +7,18 @@ use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{BuiltinMesh, Sampling, Scene};
 use brood_worker::Renderer;
 
-/// Pictures of programs on the default scene's sphere, ready to be compared.
-pub struct Looks {
+/// Pictures of programs on the sphere of the default scene, ready for comparison.
+pub struct PictureSet {
     images: Vec<nv_flip::FlipImageRgb8>,
-    /// Share of the picture that the object covers.
+    /// Share of the picture covered by the object.
     covered: f64,
 }
 
-impl Looks {
-    /// Pictures of that side, at automatic exposure.
+impl PictureSet {
+    /// Renders the programs at `size_px` pixels a side and automatic exposure.
     ///
     /// # Errors
-    /// Where the renderer's are.
+    /// Returns the errors of the renderer.
     pub fn of(programs: &[&Program], size_px: u32) -> Result<Self> {
         let renderer = Renderer::new(Backend::Cpu);
         let how = (PictureFormat::Png, Backend::Cpu);
@@ -35,20 +35,20 @@ impl Looks {
         })
     }
 
-    /// How many there are.
+    /// Number of pictures.
     pub fn len(&self) -> usize {
         self.images.len()
     }
 
-    /// Mean FLIP over the object between two of them, 0 to 1.
-    pub fn apart(&self, one: usize, other: usize) -> f64 {
+    /// Mean FLIP over the object between two pictures, 0 to 1.
+    pub fn flip(&self, one: usize, other: usize) -> f64 {
         let ppd = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
         let map = nv_flip::flip(self.images[one].clone(), self.images[other].clone(), ppd);
         f64::from(nv_flip::FlipPool::from_image(&map).mean()) / self.covered
     }
 }
 
-/// Over black, as FLIP compares opaque pictures.
+/// Composites a picture over black, because FLIP compares opaque pictures.
 fn image(picture: &Developed) -> nv_flip::FlipImageRgb8 {
     let over = |pixel: &[u8]| {
         let alpha = u16::from(pixel[3]);

@@ -1,4 +1,5 @@
-//! New materials on a known scene, in memory: lowered, evaluated, shaded, developed and encoded, as a worker does it.
+//! `brood bench frame`: times new materials on a known scene, in memory, with all the steps of a
+//! worker: lowering, evaluation, shading, film and PNG.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,19 +19,19 @@ use crate::{logging, output};
 /// Options of `brood bench frame`.
 #[derive(Debug, Args)]
 pub struct BenchFrameArgs {
-    /// Materials of a picture each
+    /// Number of materials, one picture each
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
     programs: u32,
-    /// Side of a picture in pixels; without it 128 and 256
+    /// Side of a picture in pixels; 128 and 256 by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1024))]
     size: Option<u32>,
-    /// How often, each time with other materials
+    /// Number of runs, each with other materials
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     repeats: u32,
-    /// Samples a pixel: `adaptive` or a number; without it `adaptive` and 1
+    /// Samples per pixel: `adaptive` or a number; both `adaptive` and 1 by default
     #[arg(long, value_name = "N")]
     samples: Option<Sampling>,
-    /// Seed of the first materials; the others count on from it
+    /// Seed of the first materials; later runs use the numbers after it
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for frame.json
@@ -45,7 +46,7 @@ struct Row {
     programs: u32,
     threads: usize,
     total_ms: Figures,
-    /// Of these, lowering.
+    /// Part of the total spent on lowering.
     lower_ms: Figures,
 }
 
@@ -72,7 +73,7 @@ pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
     }
     folder.add_json("frame", &rows)?;
     if json {
-        // One row is what other programs ask for: an object, not a list of one.
+        // A single row is printed as an object instead of a list, for scripts that ask for one.
         return match &rows[..] {
             [row] => output::print_json(&serde_json::to_value(row)?),
             rows => output::print_json(&serde_json::to_value(rows)?),
@@ -103,7 +104,7 @@ fn measure(
     let how = (PictureFormat::Png, Backend::Cpu);
     let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, samples, how);
     let (mut total, mut lowering) = (Vec::new(), Vec::new());
-    // The first round makes the sample set and is not counted.
+    // The first round builds the sample set and is not counted.
     for round in 0..=args.repeats {
         let genomes = genomes(args.seed.wrapping_add(round.into()), args.programs);
         let start = Instant::now();
@@ -112,7 +113,7 @@ fn measure(
         let all: Vec<&Program> = programs.iter().collect();
         let pictures = renderer.render(&frame, &mesh, &all).context("render")?;
         let elapsed = start.elapsed().as_secs_f64() * 1e3;
-        ensure!(pictures.len() == all.len(), "a picture for every material");
+        ensure!(pictures.len() == all.len(), "expected one picture per material");
         if round > 0 {
             total.push(elapsed);
             lowering.push(lowered);

@@ -1,5 +1,5 @@
-//! Known kinds of material recovered from one picture of a sphere, from random starts: how often, how close, and how long a
-//! start takes.
+//! `brood bench inverse`: recovers known kinds of material from one picture of a sphere, from
+//! random starts, and reports the success rate, the error and the time per start.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -14,11 +14,11 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use super::measure::{median, quantile};
+use super::measure::{median, one_thread, quantile};
 use super::record::Folder;
 use crate::{logging, output};
 
-/// The sphere and the light of the peer's benchmarks.
+/// Sphere and light of the benchmarks compared with.
 const SCENE: &str = r#"{
     "camera": {"orthographic": 1.05},
     "lights": [{"kind": "directional", "direction": [-1, -1, -1.4142135623730951], "irradiance_w_m2": [3.141592653589793, 3.141592653589793, 3.141592653589793]}]
@@ -27,19 +27,20 @@ const SCENE: &str = r#"{
 /// Options of `brood bench inverse`.
 #[derive(Debug, Args)]
 pub struct BenchInverseArgs {
-    /// Random starts of each material
+    /// Number of random starts of each material
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     starts: u32,
     /// Side of the picture in pixels
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(16..=2048))]
     size: u32,
-    /// Rays of a pixel: 1, or `adaptive`, where edges and highlights are integrated and centres stand for pixels
+    /// Rays per pixel: 1, or `adaptive`, which integrates edges and highlights and samples other
+    /// pixels at their centres
     #[arg(long, value_name = "N", default_value = "1")]
     samples: Sampling,
-    /// Root mean square error of the picture that is success
+    /// Largest root mean square error of the picture that counts as success
     #[arg(long, value_name = "E", default_value_t = 1e-4)]
     rmse: f64,
-    /// E_log on the pixels looked at, at which a start ends
+    /// E_log over the used pixels at which a start ends
     #[arg(long, value_name = "E", default_value_t = 3e-6)]
     enough: f64,
     /// Seed of the starts
@@ -50,7 +51,7 @@ pub struct BenchInverseArgs {
     out: Option<PathBuf>,
 }
 
-/// A material's figures.
+/// Results of one material.
 #[derive(Debug, Serialize)]
 struct Row {
     material: &'static str,
@@ -58,13 +59,13 @@ struct Row {
     pixels: u64,
     starts: u32,
     successes: usize,
-    /// Of a start, with the picture that it is judged by.
+    /// Time of a start, including the picture that it is judged by.
     ms: Figures,
     rmse: Figures,
     evaluations: f64,
-    /// Places that had to be started from for one start, in the mean.
+    /// Mean number of starting points used per start.
     restarts: f64,
-    /// Once for all starts: the rays of the picture, and its pixels as samples.
+    /// Setup once for all starts: rays of the picture, and its pixels as samples.
     prepare_ms: f64,
 }
 
@@ -77,7 +78,7 @@ struct Figures {
     max: f64,
 }
 
-/// What is recovered.
+/// Materials to recover.
 fn truths() -> Result<[(&'static str, Model); 3]> {
     let conductor = Model::new(ModelKind::Conductor)
         .with("eta", &[0.143, 0.375, 1.442])?
@@ -103,11 +104,10 @@ pub fn run(args: &BenchInverseArgs, json: bool) -> Result<()> {
     let folder = Folder::make(args.out.as_deref())?;
     let scene: Scene = serde_json::from_str(SCENE).context("read the scene")?;
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let one_thread = one_thread.context("make a pool of one thread")?;
+    let pool = one_thread()?;
     let mut rows = Vec::new();
     for (name, truth) in truths()? {
-        let row = one_thread.install(|| material(args, (&mesh, &scene), (name, &truth)))?;
+        let row = pool.install(|| material(args, (&mesh, &scene), (name, &truth)))?;
         eprintln!("{}", line(&row));
         rows.push(row);
     }
@@ -126,12 +126,12 @@ fn material(
 ) -> Result<Row> {
     let (size_px, assets) = (args.size, LightAssets::default());
     let raster = Raster { size_px, sampling: args.samples, area: PixelArea::whole(size_px) };
-    let wanted = picture(truth, &SampleSet::render_lit(mesh, scene, &assets, raster));
-    let count = wanted.premultiplied().len();
+    let rendered = picture(truth, &SampleSet::render_lit(mesh, scene, &assets, raster));
+    let count = rendered.premultiplied().len();
     let picture_of = LinearPicture {
         width: size_px,
         height: size_px,
-        pixels: wanted.premultiplied().to_vec(),
+        pixels: rendered.premultiplied().to_vec(),
         clipped: vec![false; count],
         is_linear: true,
     };
@@ -156,7 +156,7 @@ fn material(
         let found = recovery.run(args.seed, number);
         let error = view.compare(&picture(&found.model, view.set())).rmse;
         ms.push(begun.elapsed().as_secs_f64() * 1e3);
-        ensure!(error.is_finite(), "a picture of finite values");
+        ensure!(error.is_finite(), "the picture has a non-finite error");
         errors.push(error);
         evaluations += found.evaluations as f64;
         restarts += f64::from(found.starts);
@@ -195,8 +195,8 @@ fn figures(values: &[f64]) -> Figures {
 
 fn line(row: &Row) -> String {
     format!(
-        "{}: {} unknowns from {} pixels; {} of {} starts; {:.2} ms a start in the median, {:.2} in the mean, {:.2} at most; picture \
-         RMSE {:.1e} in the median, {:.1e} at most; {:.0} models held against samples, {:.2} places started from; {:.1} ms once before",
+        "{}: {} unknowns from {} pixels; {} of {} starts succeeded; {:.2} ms per start in the median, {:.2} in the mean, {:.2} at most; picture \
+         RMSE {:.1e} in the median, {:.1e} at most; {:.0} models evaluated, {:.2} starting points; {:.1} ms of setup",
         row.material,
         row.unknowns,
         row.pixels,

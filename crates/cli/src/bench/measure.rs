@@ -1,4 +1,4 @@
-//! What the benchmarks share: random programs, the clock, one thread, and how errors are summed up.
+//! Random programs, timing and error statistics shared by the benchmarks.
 
 use std::time::Instant;
 
@@ -7,25 +7,25 @@ use brood_genome::{BirthKey, Dialect, Genome, Variation};
 use brood_program::Program;
 use rayon::ThreadPool;
 
-/// Random genomes of the default dialect, as a brood without parents draws them.
+/// Random genomes of the default dialect, drawn like a brood without parents.
 pub fn genomes(seed: u64, count: u32) -> Vec<Genome> {
     let random = Variation::random(Dialect::default());
     (0..count).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 })).collect()
 }
 
-/// Their programs.
+/// Programs of [`genomes`].
 pub fn programs(seed: u64, count: u32) -> Vec<Program> {
     genomes(seed, count).iter().map(Program::lower).collect()
 }
 
-/// A pool in which parallel loops run on one thread.
+/// Thread pool in which parallel loops run on one thread.
 pub fn one_thread() -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.context("make a pool of one thread")
+    pool.context("start a thread pool of one thread")
 }
 
-/// The fastest of `repeats` runs in milliseconds, and the result of the last one. Anything else on the machine only
-/// ever adds time.
+/// Time of the fastest of `repeats` runs in milliseconds, and the result of the last one. The
+/// minimum is used because other load on the machine can only add time.
 pub fn fastest_ms<T>(repeats: u32, mut run: impl FnMut() -> Result<T>) -> Result<(f64, T)> {
     let (mut least, mut result) = timed_ms(&mut run)?;
     for _ in 1..repeats {
@@ -35,8 +35,8 @@ pub fn fastest_ms<T>(repeats: u32, mut run: impl FnMut() -> Result<T>) -> Result
     Ok((least, result))
 }
 
-/// The fastest run of each, in milliseconds. They take turns, so that a slow minute of the machine meets all of them
-/// alike.
+/// Fastest run of each closure, in milliseconds. They alternate, so that a slow phase of the
+/// machine affects all of them.
 pub fn fastest_of_each_ms<const N: usize>(
     repeats: u32,
     mut runs: [&mut dyn FnMut() -> Result<()>; N],
@@ -56,7 +56,7 @@ fn timed_ms<T>(run: &mut impl FnMut() -> Result<T>) -> Result<(f64, T)> {
     Ok((start.elapsed().as_secs_f64() * 1e3, value))
 }
 
-/// The value below which that share of the values lies, by rank; NaN where there are none.
+/// Value at rank `share` of the sorted values (nearest rank); NaN for no values.
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
@@ -64,36 +64,37 @@ pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     values.get(rank.max(1) - 1).copied().unwrap_or(f64::NAN)
 }
 
-/// The middle value.
+/// Middle value.
 pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// How far pixels are from a reference.
+/// Difference between a picture and a reference.
 #[derive(Debug, Clone, Copy)]
-pub struct Difference {
+pub struct PixelDifference {
     /// Root mean square over all pixels and channels.
     pub rmse: f64,
-    /// The absolute difference that one channel in a thousand exceeds.
+    /// Absolute difference that one channel in a thousand exceeds.
     pub p999: f64,
-    /// The largest absolute difference.
+    /// Largest absolute difference.
     pub max: f64,
 }
 
-/// The difference of two pictures of linear pixels, each held in [0, `white`] first: a display shows no more.
+/// Difference of two pictures of linear pixels, each clamped to [0, `white`], the range of a
+/// display.
 ///
 /// # Panics
-/// Where they are of different sizes.
-pub fn difference(picture: &[[f64; 3]], reference: &[[f64; 3]], white: f64) -> Difference {
-    assert_eq!(picture.len(), reference.len(), "pictures of one size are compared");
-    let shown = |value: f64| value.clamp(0.0, white);
+/// Panics if the pictures differ in size.
+pub fn difference(picture: &[[f64; 3]], reference: &[[f64; 3]], white: f64) -> PixelDifference {
+    assert_eq!(picture.len(), reference.len(), "compared pictures must have the same size");
+    let clamped = |value: f64| value.clamp(0.0, white);
     let pairs = picture.as_flattened().iter().zip(reference.as_flattened());
-    let apart: Vec<f64> = pairs.map(|(a, b)| (shown(*a) - shown(*b)).abs()).collect();
-    let squares: f64 = apart.iter().map(|d| d * d).sum();
-    Difference {
-        rmse: (squares / apart.len().max(1) as f64).sqrt(),
-        max: apart.iter().copied().fold(0.0, f64::max),
-        p999: quantile(apart, 0.999),
+    let errors: Vec<f64> = pairs.map(|(a, b)| (clamped(*a) - clamped(*b)).abs()).collect();
+    let squares: f64 = errors.iter().map(|d| d * d).sum();
+    PixelDifference {
+        rmse: (squares / errors.len().max(1) as f64).sqrt(),
+        max: errors.iter().copied().fold(0.0, f64::max),
+        p999: quantile(errors, 0.999),
     }
 }
 
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn difference_counts_only_what_a_display_shows() {
+    fn difference_ignores_values_above_white() {
         let found = difference(&[[0.5, 3.0, 0.0]], &[[0.25, 9.0, 0.0]], 1.0);
         assert!((found.rmse - 0.25 / 3f64.sqrt()).abs() < 1e-15, "{found:?}");
         assert_eq!((found.max, found.p999), (0.25, 0.25));
@@ -119,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn fastest_run_counts_and_errors_come_through() {
+    fn fastest_run_counts_and_errors_are_returned() {
         let mut runs = 0;
         let (ms, value) = fastest_ms(3, || {
             runs += 1;

@@ -1,10 +1,11 @@
-//! Models of reflectance: time a sample on one core, beside random programs in the same run, how far blocks of samples are
-//! from the f64 reference, and what breaks when parameters and directions are drawn to break them.
+//! `brood bench model`: times reflectance models on one core, next to random programs of the same
+//! run, measures the error of blocks of samples against the f64 reference, and checks models at
+//! hard parameters and directions.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use brood_brdf::{Block, Brdf, DirectionPair, PreparedModel};
 use brood_eval::conformance::{hard_samples, wild_model};
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, model_error};
@@ -13,28 +14,29 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use clap::Args;
 
+use super::measure::one_thread;
 use super::record::Folder;
 use super::target::random_pairs;
-use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
 use crate::{logging, output};
 
-/// Samples of a set, as programs are measured.
+/// Number of samples of a set, as in the benchmarks of programs.
 const SAMPLES: usize = 4096;
-/// Random programs that models are held against.
+/// Number of random programs that models are compared with.
 const PROGRAMS: u32 = 100;
-/// Samples of the stress test for each model.
+/// Number of samples of the stress test of each model.
 const HARD_SAMPLES: usize = 2000;
 
 /// Options of `brood bench model`.
 #[derive(Debug, Args)]
 pub struct BenchModelArgs {
-    /// Random models of each kind in the stress test
+    /// Number of random models of each kind in the stress test
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     models: u32,
-    /// Passes; the fastest counts, the slowest is shown beside it
+    /// Number of passes; the fastest counts, the slowest is printed as well
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
-    /// Seed of models and samples
+    /// Seed of the models and samples
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for model.json, model.csv and model.svg
@@ -51,15 +53,16 @@ struct Row {
     stress: Stress,
 }
 
-/// What random models of a kind did on hard samples.
+/// Results of random models of a kind on hard samples.
 #[derive(Default)]
 struct Stress {
     values: u64,
     not_finite: u64,
     negative: u64,
-    /// Of models that claim to be reciprocal: pairs of other bits when they are swapped.
+    /// Pairs whose bits change when light and eye are swapped, for models that claim to be
+    /// reciprocal.
     not_reciprocal: u64,
-    /// The largest relative difference from the reference.
+    /// Largest relative difference from the reference.
     error: f64,
 }
 
@@ -68,14 +71,13 @@ pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let folder = Folder::make(args.out.as_deref())?;
     let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let one_thread = one_thread.context("make a pool of one thread")?;
+    let pool = one_thread()?;
     let programs: Vec<Program> = (0..PROGRAMS)
         .map(|slot| BirthKey { seed: args.seed, slot, attempt: 0 })
         .map(|key| Program::lower(&Variation::random(Dialect::default()).birth(key)))
         .collect();
     let programs: Vec<&Program> = programs.iter().collect();
-    let (of_programs, _) = one_thread.install(|| time(&programs, &set, args.passes))?;
+    let (of_programs, _) = pool.install(|| time(&programs, &set, args.passes))?;
     let bar = output::bar(ModelKind::ALL.len() as u64, "models");
     let mut rows = Vec::new();
     for kind in ModelKind::ALL {
@@ -85,7 +87,7 @@ pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
         let prepare_us = started.elapsed().as_secs_f64() * 1e6;
         let reference_ns = time_reference(&prepared, &set, args.passes);
         let program = Program::lower(&Genome::of_models(vec![model])?);
-        let (ns, slowest_ns) = one_thread.install(|| time(&[&program], &set, args.passes))?;
+        let (ns, slowest_ns) = pool.install(|| time(&[&program], &set, args.passes))?;
         let stress = stress(kind, args);
         rows.push(Row { kind, ns, slowest_ns, reference_ns, prepare_us, stress });
         bar.inc(1);
@@ -99,12 +101,12 @@ pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
         return output::print(&(serde_json::to_string_pretty(&table)? + "\n"));
     }
     let head = format!(
-        "one thread, {SAMPLES} samples, preparation included; a random program takes {of_programs:.2} ns a sample\n"
+        "one thread, {SAMPLES} samples, preparation included; a random program takes {of_programs:.2} ns per sample\n"
     );
     output::print(&(head + &table.text()))
 }
 
-/// Nanoseconds a program and sample: fastest and slowest pass.
+/// Nanoseconds per program and sample of the fastest and the slowest pass.
 fn time(programs: &[&Program], set: &SampleSet, passes: u32) -> Result<(f64, f64)> {
     let evaluator = CanonicalEvaluator::default();
     let (mut out, mut times) = (Vec::new(), Vec::new());
@@ -124,7 +126,7 @@ fn time(programs: &[&Program], set: &SampleSet, passes: u32) -> Result<(f64, f64
     Ok((least * 1e9 / samples, most * 1e9 / samples))
 }
 
-/// Nanoseconds a sample of the reference, one sample after the other: the fastest pass.
+/// Nanoseconds per sample of the scalar f64 reference, fastest pass.
 fn time_reference(model: &PreparedModel, set: &SampleSet, passes: u32) -> f64 {
     let pass = |_| {
         let started = Instant::now();
@@ -136,7 +138,7 @@ fn time_reference(model: &PreparedModel, set: &SampleSet, passes: u32) -> f64 {
     (0..passes).map(pass).fold(f64::INFINITY, f64::min) * 1e9 / set.len() as f64
 }
 
-/// Random models of one kind on hard samples, as blocks have them.
+/// Evaluates random models of one kind on hard samples, in blocks.
 fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
     let mut found = Stress::default();
     for slot in 0..u64::from(args.models) {
@@ -157,7 +159,7 @@ fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
     found
 }
 
-/// f of each pair, in no order that matters.
+/// f of each pair, grouped by block and channel.
 fn values(model: &PreparedModel, pairs: &[DirectionPair]) -> Vec<f64> {
     let (level, mut block) = (Level::best(), Block::<64>::new());
     let mut values = Vec::with_capacity(3 * pairs.len());
@@ -170,8 +172,8 @@ fn values(model: &PreparedModel, pairs: &[DirectionPair]) -> Vec<f64> {
     values
 }
 
-fn table(rows: &[Row], of_programs: f64) -> Table {
-    let mut table = Table::new(&[
+fn table(rows: &[Row], of_programs: f64) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "model",
         "ns_per_sample",
         "slowest_ns_per_sample",
@@ -208,11 +210,11 @@ fn chart(rows: &[Row], of_programs: f64) -> BarChart {
         bars: vec![Bar { series: 0, value: row.ns, label: format!("{:.1} ns", row.ns) }],
     };
     BarChart {
-        title: "Models of reflectance, time a sample on one core".to_owned(),
+        title: "Reflectance models: time per sample on one core".to_owned(),
         subtitle: format!(
             "defaults, {SAMPLES} samples, f64, preparation included; a random program of a hundred instructions: {of_programs:.1} ns"
         ),
-        axis: Axis { title: "nanoseconds a sample", scale: Scale::Linear },
+        axis: Axis { title: "nanoseconds per sample", scale: Scale::Linear },
         groups: rows.iter().map(group).collect(),
     }
 }

@@ -1,33 +1,34 @@
-//! Scalar operations a second on one core: random programs on 4096 random pairs of directions, translation and output
-//! included.
+//! `brood bench ops`: scalar operations per second on one core, for random programs on 4096 random
+//! direction pairs, translation and output included.
 //!
-//! A GP operation is one scalar operation of a program on one sample. *Executed* counts what runs after lowering,
-//! *equivalent* what the genome as written would take.
+//! A GP operation is one scalar operation of a program on one sample. *Executed* counts the
+//! operations left after lowering, *equivalent* those of the genome as written.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
+use super::measure::one_thread;
 use super::record::Folder;
 use super::target::random_pairs;
-use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
 use crate::{logging, output};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, Level};
 use brood_genome::{BirthKey, Dialect, Genome, Opcode, Output, Variation};
 use brood_program::{Counts, Operation, Program};
 use brood_scene::SampleSet;
 use clap::Args;
 
-/// Samples of a set, as peers are measured.
+/// Number of samples of a set, as in the benchmarks compared with.
 const SAMPLES: usize = 4096;
 
 /// Options of `brood bench ops`.
 #[derive(Debug, Args)]
 pub struct BenchOpsArgs {
-    /// Random programs of each mix
+    /// Number of random programs of each mix
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     programs: u32,
-    /// Passes over all programs; the fastest counts, the slowest is shown beside it
+    /// Number of passes over all programs; the fastest counts, the slowest is printed as well
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
     /// Seed of the programs
@@ -46,7 +47,7 @@ struct Row {
     slowest_executed_per_second: f64,
     equivalent_per_second: f64,
     operations_per_program: f64,
-    /// Share of executed operations that are more than a sum or a product.
+    /// Share of the executed operations that are not sums, differences or products.
     function_share: f64,
     programs_per_second: f64,
 }
@@ -70,14 +71,13 @@ pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let folder = Folder::make(args.out.as_deref())?;
     let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let one_thread = one_thread.context("make a pool of one thread")?;
+    let pool = one_thread()?;
     let mut rows = Vec::new();
     for mix in MIXES {
         let genomes: Vec<Genome> =
             (0..args.programs).map(|slot| genome(&mix, args.seed, slot)).collect();
         for level in Level::available() {
-            rows.push(one_thread.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
+            rows.push(pool.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
         }
     }
     let table = table(&rows);
@@ -91,8 +91,8 @@ pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
     output::print(&(head + &table.text()))
 }
 
-fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
+fn table(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "mix",
         "level",
         "executed_per_second",
@@ -129,16 +129,16 @@ fn chart(rows: &[Row], programs: u32) -> BarChart {
         bars: rows.iter().filter(|row| row.mix == mix.name).map(bar).collect(),
     };
     BarChart {
-        title: "Scalar operations a second on one core".to_owned(),
+        title: "Scalar operations per second on one core".to_owned(),
         subtitle: format!(
             "{programs} random programs of each mix on {SAMPLES} samples, executed operations, translation and output included"
         ),
-        axis: Axis { title: "10^9 operations a second", scale: Scale::Linear },
+        axis: Axis { title: "10^9 operations per second", scale: Scale::Linear },
         groups: MIXES.iter().map(group).collect(),
     }
 }
 
-/// A random genome of 100 instructions of the mix.
+/// Random genome of 100 instructions of the mix.
 fn genome(mix: &Mix, seed: u64, slot: u32) -> Genome {
     let long = Dialect { length: 1024, ..Dialect::default() };
     let drawn = Variation::random(long).birth(BirthKey { seed, slot, attempt: 0 });
@@ -148,7 +148,7 @@ fn genome(mix: &Mix, seed: u64, slot: u32) -> Genome {
     let dialect = Dialect { length, ..Dialect::default() };
     let constants = Box::new(*drawn.constants());
     Genome::new(dialect, instructions, constants, Output::IDENTITY)
-        .expect("a part of a genome of the same dialect")
+        .expect("instructions come from a genome of the same dialect")
 }
 
 fn measure(

@@ -1,7 +1,7 @@
-//! Run time against error: each choice of the product swept, with what is gained and what is lost, as a chart.
+//! `brood bench pareto`: sweeps each quality setting and charts run time against error.
 //!
-//! Every default of the product is a point on one of these fronts and is marked there. Errors are against the f64
-//! reference or the finest setting; each finding says what bounds the error of that yardstick itself.
+//! Every default is marked as a point on one of these fronts. Errors are against the f64 reference
+//! or the finest setting; each finding states the error of that reference.
 
 mod albedo;
 mod backend;
@@ -23,19 +23,19 @@ use crate::{logging, output};
 /// Options of `brood bench pareto`.
 #[derive(Debug, Args)]
 pub struct BenchParetoArgs {
-    /// Folder for pareto.json and a CSV and an SVG of each sweep
+    /// Folder for pareto.json, and a CSV and an SVG of each sweep
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One scene instead of all sweeps
+    /// Run this scene instead of the sweeps
     #[arg(long, value_name = "NAME")]
     scene: Option<SceneName>,
-    /// One sweep instead of all
+    /// Run only this sweep
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
     sweep: Option<Sweep>,
-    /// Small and quick: shows that it works, not what is true
+    /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
-    /// Measure the GPU too, also one in software
+    /// Measure the GPU too, even a software adapter
     #[arg(long)]
     gpu: bool,
     /// Seed of the genomes
@@ -43,17 +43,17 @@ pub struct BenchParetoArgs {
     seed: u64,
 }
 
-/// Scenes that stand for themselves.
+/// Scenes with a run of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SceneName {
-    /// The unit sphere with f = 1 / pi, seen in parallel, lit from far away
+    /// Unit sphere with f = 1 / pi, orthographic view, distant light
     LambertSphere,
 }
 
-/// What is swept.
+/// Swept settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Sweep {
-    /// Samples a pixel
+    /// Samples per pixel
     Samples,
     /// f32 against f64
     Precision,
@@ -61,11 +61,11 @@ enum Sweep {
     Albedo,
     /// Effort of the search for the largest directional albedo
     Limit,
-    /// Samples by which candidates are ranked
+    /// Number of samples that rank candidates
     Prefix,
-    /// Samples of lights that have extent
+    /// Samples of lights with an extent
     Lights,
-    /// What evaluates
+    /// Evaluators: instruction sets, the f64 reference and the GPU
     Backend,
 }
 

@@ -1,4 +1,5 @@
-//! Pictures for measuring: at a sampling mode in canonical f32, and the f64 reference at many samples a pixel.
+//! Rendering for the benchmarks: pictures in canonical f32 at a sampling mode, and the f64
+//! reference at many samples per pixel.
 
 use std::collections::HashMap;
 
@@ -10,58 +11,58 @@ use brood_eval::{
 use brood_program::Program;
 use brood_scene::{Exposure, Mesh, PixelArea, SampleSet, Sampling, Scene};
 
-/// How a pixel is sampled; by default as pictures are where nothing else is asked for.
+/// Sampling of pixels; the default is the default of the product.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Mode(Sampling);
 
 impl Mode {
-    /// The modes that are compared.
+    /// Modes that are compared.
     pub fn all() -> Vec<Self> {
         let fixed = [1, 4, 16, 64].map(|samples| Self(Sampling::Fixed(samples)));
         fixed.into_iter().chain([Self(Sampling::Adaptive)]).collect()
     }
 
-    /// As requests name it.
+    /// Name in requests.
     pub fn name(self) -> String {
         self.0.to_string()
     }
 
-    /// Whether pictures are made this way where nothing else is asked for.
+    /// True if the product uses this mode by default.
     pub fn is_default(self) -> bool {
         self == Self::default()
     }
 
-    /// Whether pixels get what they need instead of a number.
+    /// True if the number of samples adapts to the pixel.
     pub fn is_adaptive(self) -> bool {
         self.0 == Sampling::Adaptive
     }
 
-    /// The samples of a picture.
+    /// Sample set of a picture.
     pub fn set(self, mesh: &Mesh, scene: &Scene, size_px: u32) -> SampleSet {
         SampleSet::render(mesh, scene, size_px, self.0)
     }
 }
 
-/// Linear radiance of a program, canonical bits; `f` is room that is used again.
+/// Linear radiance of a program in canonical f32; `f` is a buffer that callers reuse.
 pub fn canonical(set: &SampleSet, program: &Program, f: &mut Vec<f32>) -> Result<RadianceImage> {
     CanonicalEvaluator::default().eval(&[program], set, f)?;
     Ok(shade(set, f))
 }
 
-/// Pictures of one mesh in one mode as the product makes them, with everything kept that it keeps.
-pub struct Studio<'a> {
+/// Renders one mesh in one mode as the product does, with the same caches.
+pub struct ModeRenderer<'a> {
     mesh: &'a Mesh,
     scene: &'a Scene,
     size_px: u32,
     mode: Mode,
     set: SampleSet,
-    /// Fine samples, made where a material first needs them.
+    /// Fine samples by tile, computed when a material first needs them.
     tiles: HashMap<usize, SampleSet>,
     f: Vec<f32>,
 }
 
-impl<'a> Studio<'a> {
-    /// Takes the set of that mode in, so that making it can be timed.
+impl<'a> ModeRenderer<'a> {
+    /// Takes ownership of the set of that mode, so that callers can time its construction.
     pub fn new(
         mesh: &'a Mesh,
         scene: &'a Scene,
@@ -71,18 +72,18 @@ impl<'a> Studio<'a> {
         Self { mesh, scene, size_px, mode, set, tiles: HashMap::new(), f: Vec::new() }
     }
 
-    /// The mode.
+    /// Mode of the pictures.
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// Samples of a picture, without those of rough pixels.
+    /// Number of samples of a picture, without those of rough pixels.
     pub fn samples(&self) -> usize {
         self.set.len()
     }
 
-    /// Linear radiance over black and the automatic exposure in EV: evaluated, shaded and developed, and with more samples
-    /// in the pixels that look rough, where the mode is adaptive.
+    /// Linear radiance over black, and the automatic exposure in EV. Evaluates, shades and
+    /// develops; in adaptive mode it adds samples in rough pixels.
     pub fn picture(&mut self, program: &Program) -> Result<(Vec<[f32; 3]>, f64)> {
         let Self { mesh, scene, size_px, set, tiles, f, .. } = self;
         let image = canonical(set, program, f)?;
@@ -103,45 +104,48 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// The pixels of a picture times 2^`ev`, over black.
+/// Pixels of a picture times 2^`ev`, over black.
 pub fn exposed(pixels: &[[f32; 3]], ev: f64) -> Vec<[f64; 3]> {
     let factor = libm::exp2(ev);
     pixels.iter().map(|rgb| rgb.map(|value| f64::from(value) * factor)).collect()
 }
 
-/// Samples held at once while a reference is made: some hundred bytes each.
+/// Largest number of samples in memory while a reference is rendered; a sample takes some hundred
+/// bytes.
 const SAMPLES_AT_ONCE: u32 = 4 << 20;
 
-/// A picture that others are held against.
+/// Renders the f64 picture that others are compared with.
 #[derive(Debug, Clone, Copy)]
-pub struct Yardstick<'a> {
-    /// What is looked at.
+pub struct ReferenceRender<'a> {
+    /// Mesh in the picture.
     pub mesh: &'a Mesh,
-    /// How.
+    /// Scene of the picture.
     pub scene: &'a Scene,
-    /// Side of the picture.
+    /// Side of the picture in pixels.
     pub size_px: u32,
-    /// Rays in every pixel.
+    /// Number of rays per pixel.
     pub samples: u16,
 }
 
-impl Yardstick<'_> {
-    /// The same with half as many rays: how far it is from this one bounds, about, how far this one is from the truth.
+impl ReferenceRender<'_> {
+    /// The same with half as many rays; its difference from this one estimates the error of this
+    /// one.
     pub fn halved(self) -> Self {
         Self { samples: self.samples / 2, ..self }
     }
 
-    /// Rows of pixels that are made together.
+    /// Number of pixel rows rendered together.
     fn band(&self) -> u32 {
         (SAMPLES_AT_ONCE / u32::from(self.samples) / self.size_px).clamp(1, self.size_px)
     }
 
-    /// How often `step` is called by [`Yardstick::pictures`].
+    /// Number of times that [`ReferenceRender::pictures`] calls `step`.
     pub fn steps(&self) -> u64 {
         self.size_px.div_ceil(self.band()).into()
     }
 
-    /// Linear radiance of each program in f64, band by band, so that memory does not grow with the picture.
+    /// Linear radiance of each program in f64, rendered in bands so that memory does not grow with
+    /// the picture.
     pub fn pictures(&self, programs: &[&Program], step: impl Fn()) -> Vec<Vec<[f64; 3]>> {
         let mut pictures = vec![Vec::new(); programs.len()];
         let (band, sampling) = (self.band(), Sampling::Fixed(self.samples));
@@ -158,9 +162,9 @@ impl Yardstick<'_> {
     }
 }
 
-/// Linear radiance in f64 throughout, but for inputs and irradiance, which every evaluator reads as f32.
+/// Linear radiance in f64, except for inputs and irradiance, which every evaluator reads as f32.
 pub fn reference(set: &SampleSet, program: &Program) -> Vec<[f64; 3]> {
-    let layout = set.image().expect("the samples are those of a picture");
+    let layout = set.image().expect("the set was rendered for a picture");
     let irradiance = set.irradiance();
     let f = ReferenceEvaluator::reflectance(program, set);
     let mut pixels = vec![[0.0; 3]; layout.coverage.len()];
@@ -190,22 +194,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn yardstick_is_the_picture_of_one_set_whatever_its_bands() {
+    fn reference_render_does_not_depend_on_its_bands() {
         let (mesh, scene) = (Mesh::builtin(BuiltinMesh::Knob), Scene::default());
         let programs = programs(5, 2);
         let programs: Vec<&Program> = programs.iter().collect();
-        // Bands of 2 rows: 60 x 30000 samples are nearly half of what is held.
+        // Bands of 2 rows: 60 x 30000 samples are nearly half of the memory limit.
         let (size_px, samples) = (60, 30_000);
-        let yardstick = Yardstick { mesh: &mesh, scene: &scene, size_px, samples };
-        assert_eq!((yardstick.band(), yardstick.steps()), (2, 30));
-        let small = Yardstick { size_px: 9, samples: 5, ..yardstick };
+        let reference_render = ReferenceRender { mesh: &mesh, scene: &scene, size_px, samples };
+        assert_eq!((reference_render.band(), reference_render.steps()), (2, 30));
+        let small = ReferenceRender { size_px: 9, samples: 5, ..reference_render };
         let set = SampleSet::render(&mesh, &scene, 9, Sampling::Fixed(5));
         let whole: Vec<_> = programs.iter().map(|program| reference(&set, program)).collect();
         assert_eq!(small.pictures(&programs, || ()), whole);
     }
 
     #[test]
-    fn reference_is_the_canonical_picture_but_for_rounding() {
+    fn reference_equals_the_canonical_picture_up_to_rounding() {
         let set = Mode(Sampling::Fixed(4)).set(
             &Mesh::builtin(BuiltinMesh::Sphere),
             &Scene::default(),
@@ -216,8 +220,8 @@ mod tests {
             let canonical = canonical(&set, &program, &mut Vec::new()).unwrap();
             let canonical = exposed(canonical.premultiplied(), 0.0);
             let brightest = exact.as_flattened().iter().copied().fold(1e-30, f64::max);
-            let apart = difference(&canonical, &exact, f64::INFINITY).rmse / brightest;
-            assert!(apart < 1e-2, "{apart}");
+            let error = difference(&canonical, &exact, f64::INFINITY).rmse / brightest;
+            assert!(error < 1e-2, "{error}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Where a benchmark's findings go: a table on the terminal or JSON, and, where a folder is named, CSV and SVG files.
+//! Output of the benchmarks: a table or JSON on standard output and, with `--out`, CSV, SVG and
+//! JSON files in a folder.
 
 use std::path::{Path, PathBuf};
 
@@ -6,34 +7,34 @@ use anyhow::Result;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::chart::Table;
+use crate::chart::ResultTable;
 use crate::output;
 
-/// One measurement that stands for itself: a table, what bounds it, and its chart.
+/// One result: a table, its chart, and a note on the method and the error.
 #[derive(Debug)]
 pub struct Finding {
-    /// Names its files and its key in JSON.
+    /// Stem of its files, and its key in JSON.
     pub name: &'static str,
-    /// How it was measured and what bounds it, for the reader of the table.
+    /// Method of measurement and error bounds, for the reader of the table.
     pub note: String,
-    /// What the chart shows.
-    pub table: Table,
-    /// Every single measurement behind the table, where there are more.
-    pub raw: Option<Table>,
-    /// SVG.
+    /// Rows of the chart.
+    pub table: ResultTable,
+    /// Every single measurement behind the table, if there are more.
+    pub raw: Option<ResultTable>,
+    /// Chart as SVG.
     pub chart: String,
 }
 
-/// Findings as a JSON object: a name, then its note and its rows.
+/// Findings as a JSON object from name to note and rows.
 #[derive(Debug)]
 pub struct Findings<'a>(pub &'a [Finding]);
 
-/// The folder given with `--out`, or none.
+/// Folder given with `--out`, if any.
 #[derive(Debug)]
 pub struct Folder(Option<PathBuf>);
 
 impl Finding {
-    /// For a terminal.
+    /// Text for a terminal.
     pub fn text(&self) -> String {
         format!("{}: {}\n{}\n", self.name, self.note, self.table.text())
     }
@@ -44,7 +45,7 @@ impl Serialize for Findings<'_> {
         #[derive(Serialize)]
         struct Body<'a> {
             note: &'a str,
-            rows: &'a Table,
+            rows: &'a ResultTable,
         }
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for finding in self.0 {
@@ -55,13 +56,13 @@ impl Serialize for Findings<'_> {
 }
 
 impl Folder {
-    /// Makes the folder where one is named.
+    /// Creates the folder if one is given.
     pub fn make(path: Option<&Path>) -> Result<Self> {
         path.map(output::make_dir).transpose()?;
         Ok(Self(path.map(Path::to_owned)))
     }
 
-    /// Writes a file into it; nothing where there is no folder.
+    /// Writes a file into the folder; does nothing without one.
     pub fn write(&self, name: &str, text: &str) -> Result<()> {
         match &self.0 {
             Some(folder) => output::write_file(&folder.join(name), text.as_bytes()),
@@ -69,7 +70,7 @@ impl Folder {
         }
     }
 
-    /// NAME.csv, NAME.svg and, where there is more behind the table, NAME-raw.csv.
+    /// Writes NAME.csv, NAME.svg and, if there are raw measurements, NAME-raw.csv.
     pub fn add(&self, finding: &Finding) -> Result<()> {
         self.write(&format!("{}.csv", finding.name), &finding.table.csv())?;
         self.write(&format!("{}.svg", finding.name), &finding.chart)?;
@@ -79,7 +80,7 @@ impl Folder {
         }
     }
 
-    /// NAME.json, indented.
+    /// Writes NAME.json, indented.
     pub fn add_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
         self.write(&format!("{name}.json"), &(serde_json::to_string_pretty(value)? + "\n"))
     }

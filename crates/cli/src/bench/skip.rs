@@ -1,7 +1,8 @@
-//! What each kind of skipping is worth: the same work with it and without it, in one run.
+//! `brood bench skip`: saving of each optimisation that skips work: the same work with it and
+//! without it, in one run.
 //!
-//! Counts say how much work is left out, times what that saves. What is only a matter of looking something up over HTTP
-//! (pictures that exist already) belongs to `bench breed`.
+//! Counts show the amount of work saved, times the effect. Pictures that are served from a cache
+//! over HTTP are covered by `bench breed`.
 
 mod fitness;
 mod input;
@@ -18,7 +19,7 @@ use clap::Args;
 
 use super::measure::one_thread;
 use super::record::{Finding, Findings, Folder};
-use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table, number};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale, number};
 use crate::{logging, output};
 
 /// Options of `brood bench skip`.
@@ -27,7 +28,7 @@ pub struct BenchSkipArgs {
     /// Folder for skip.json, skip.csv and skip.svg
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Small and quick: shows that it works, not what is true
+    /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
     /// Seed of the genomes
@@ -35,28 +36,28 @@ pub struct BenchSkipArgs {
     seed: u64,
 }
 
-/// How much is measured.
+/// Amount of work of the benchmark.
 #[derive(Debug, Clone, Copy)]
-struct Extent {
+struct Workload {
     seed: u64,
     genomes: u32,
     size_px: u32,
     repeats: u32,
 }
 
-/// Measures some kinds of skipping.
-type Part = fn(&Extent) -> Result<Vec<Saving>>;
+/// Measures one or more optimisations.
+type Measurement = fn(&Workload) -> Result<Vec<Saving>>;
 
-/// One kind of skipping.
+/// Result of one optimisation.
 #[derive(Debug)]
 struct Saving {
-    /// What is skipped.
+    /// Work that is skipped.
     name: String,
-    /// What the counts count.
+    /// Unit of the counts.
     counted: &'static str,
     without: u64,
     with: u64,
-    /// What the times are of.
+    /// Work that is timed.
     timed: &'static str,
     without_ms: f64,
     with_ms: f64,
@@ -72,12 +73,12 @@ impl Saving {
 pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let folder = Folder::make(args.out.as_deref())?;
-    let extent = if args.short {
-        Extent { seed: args.seed, genomes: 10, size_px: 32, repeats: 1 }
+    let workload = if args.short {
+        Workload { seed: args.seed, genomes: 10, size_px: 32, repeats: 1 }
     } else {
-        Extent { seed: args.seed, genomes: 200, size_px: 256, repeats: 15 }
+        Workload { seed: args.seed, genomes: 200, size_px: 256, repeats: 15 }
     };
-    let parts: [Part; 6] = [
+    let parts: [Measurement; 6] = [
         lowering::measure,
         input::measure,
         unlit::measure,
@@ -89,17 +90,17 @@ pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
     let pool = one_thread()?;
     let mut savings = Vec::new();
     for part in parts {
-        savings.extend(pool.install(|| part(&extent))?);
+        savings.extend(pool.install(|| part(&workload))?);
         bar.inc(1);
     }
     bar.finish_and_clear();
     let finding = Finding {
         name: "skip",
         note: format!(
-            "one thread, random genomes of the default dialect, pictures of {size} x {size}; with and without in turn, \
+            "one thread, random genomes of the default dialect, pictures of {size} x {size}; with and without alternating, \
              the fastest of {repeats}",
-            size = extent.size_px,
-            repeats = extent.repeats
+            size = workload.size_px,
+            repeats = workload.repeats
         ),
         table: table(&savings),
         raw: None,
@@ -114,8 +115,8 @@ pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
     output::print(&findings[0].text())
 }
 
-fn table(savings: &[Saving]) -> Table {
-    let mut table = Table::new(&[
+fn table(savings: &[Saving]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "skipped",
         "counted",
         "without",
@@ -148,9 +149,9 @@ fn chart(savings: &[Saving]) -> BarChart {
         Group { name: saving.name.clone(), bars: vec![bar] }
     };
     BarChart {
-        title: "What skipping is worth".to_owned(),
+        title: "Speed-up by skipping work".to_owned(),
         subtitle:
-            "time without over time with it, same run, one thread; the share of work that is left"
+            "time without over time with it, same run, one thread; labels give the share of work left"
                 .to_owned(),
         axis: Axis { title: "times faster", scale: Scale::Log },
         groups: savings.iter().map(group).collect(),

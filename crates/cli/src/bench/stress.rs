@@ -1,10 +1,11 @@
-//! Numerical stress: what could go wrong is counted, not assumed away.
+//! `brood bench stress`: numerical stress test that counts non-finite values, differing bits and
+//! errors.
 //!
-//! Random programs of all dialects, with constants up to the ends of the range, run on directions of which half graze,
-//! on poles, mirrored and equal ones; every level of vector instructions is held against a scalar evaluator, that one
-//! against the meaning of the steps on a part, and the GPU, where there is one, against both on a part. Inputs are
-//! swapped to see that reciprocity is exact. Meshes that should not exist are looked at. Pictures in f32 are held
-//! against f64.
+//! Random programs of all dialects, with constants up to the ends of the range, run on directions
+//! half of which are grazing, polar, mirrored or equal. Every instruction set level is compared
+//! with a scalar evaluator, the scalar evaluator with the definition of the steps on a part, and
+//! the GPU, if there is one, with the scalar evaluator on a part. Inputs are swapped to check that
+//! reciprocity is exact. Invalid meshes are rendered. Pictures in f32 are compared with f64.
 
 mod batch;
 mod mesh;
@@ -27,26 +28,26 @@ use serde::Serialize;
 
 use self::batch::{Batches, SAMPLES};
 use self::mesh::Meshes;
-use self::picture::Pictures;
+use self::picture::PictureDifferences;
 use super::record::Folder;
 use crate::{logging, output};
 
 /// Options of `brood bench stress`.
 #[derive(Debug, Args)]
 pub struct BenchStressArgs {
-    /// Program x sample evaluations at each level, rounded up to whole batches
+    /// Number of program x sample evaluations at each level, rounded up to whole batches
     #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     evaluations: u64,
-    /// Direction pairs that are swapped, all inputs each
+    /// Number of direction pairs to swap, with all inputs of each
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     pairs: u64,
-    /// Random genomes whose pictures are held against f64
+    /// Number of random genomes whose pictures are compared with f64
     #[arg(long, value_name = "N", default_value_t = 200)]
     pictures: u32,
-    /// Broken meshes that are looked at
+    /// Number of invalid meshes to render
     #[arg(long, value_name = "N", default_value_t = 64)]
     meshes: u32,
-    /// Seed of the first batch; the others count on from it
+    /// Seed of the first batch; later ones use the numbers after it
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for stress.json, stress.csv and stress.svg
@@ -65,12 +66,12 @@ struct Report {
     #[serde(flatten)]
     meshes: Meshes,
     #[serde(flatten)]
-    pictures: Pictures,
+    pictures: PictureDifferences,
     evaluation_seconds: f64,
     seconds: f64,
 }
 
-/// Runs the command; fails where anything that must be 0 is not.
+/// Runs the command; returns an error if a count that must be 0 is not.
 pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let folder = Folder::make(args.out.as_deref())?;
@@ -95,11 +96,15 @@ pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
     folder.write("stress.svg", &report.pictures.chart().svg())?;
     report.print(json)?;
     let must_be_zero: u64 = report.zeros().iter().map(|(_, count)| count).sum();
-    ensure!(must_be_zero == 0, "what must be 0 is not: see the figures above");
+    ensure!(
+        must_be_zero == 0,
+        "{must_be_zero} values or programs broke a rule; the last eight counts above must be 0"
+    );
     Ok(())
 }
 
-/// Reciprocity: every input of every pair, both ways round.
+/// Checks reciprocity: swaps every pair and compares all inputs. Returns the numbers of pairs and
+/// of differing inputs.
 fn swap(args: &BenchStressArgs) -> (u64, u64) {
     let sets = args.pairs.div_ceil(SAMPLES as u64);
     let bar = output::bar(sets, "swapping");
@@ -115,7 +120,7 @@ fn swap(args: &BenchStressArgs) -> (u64, u64) {
     (sets * SAMPLES as u64, differing)
 }
 
-/// Inputs that change when the directions of a pair are swapped.
+/// Number of inputs that change when the directions of a pair are swapped.
 fn asymmetric((pair, uv): (DirectionPair, glam::DVec2)) -> u64 {
     let swapped = pair.swapped();
     let differs = |input: &Input| {
@@ -125,13 +130,13 @@ fn asymmetric((pair, uv): (DirectionPair, glam::DVec2)) -> u64 {
 }
 
 impl Report {
-    /// What has to be 0, by name.
+    /// Counts that must be 0, by name.
     fn zeros(&self) -> [(&'static str, u64); 8] {
         [
             ("not finite", self.batches.not_finite),
             ("negative", self.batches.negative),
             ("differing from scalar", self.batches.differing_from_scalar),
-            ("scalar against the steps' meaning", self.batches.scalar_differing),
+            ("scalar against the definition", self.batches.scalar_differing),
             ("differing on the GPU", self.batches.gpu_differing),
             ("inputs differing when swapped", self.swapped_inputs_differing),
             ("broken meshes: samples not finite", self.meshes.mesh_samples_not_finite),
@@ -146,25 +151,25 @@ impl Report {
         let Self { batches, meshes, pictures, .. } = self;
         let mut lines = vec![
             ("levels", self.levels.join(", ")),
-            ("evaluations a level", batches.evaluations_per_level.to_string()),
+            ("evaluations per level", batches.evaluations_per_level.to_string()),
             ("  with constants to 65504", batches.evaluations_with_large_constants.to_string()),
             ("  a direction grazing", batches.grazing.to_string()),
             ("  a direction at the pole", batches.at_the_pole.to_string()),
             ("  antipodal in azimuth", batches.antipodal.to_string()),
             ("  wi = wo", batches.equal.to_string()),
-            ("scalar against meaning", batches.scalar_checked.to_string()),
+            ("scalar checked", batches.scalar_checked.to_string()),
             ("GPU", self.gpu.clone()),
             ("  evaluations", batches.gpu_evaluations.to_string()),
-            ("  both subnormal, apart", batches.gpu_subnormal_differing.to_string()),
+            ("  both subnormal, differing", batches.gpu_subnormal_differing.to_string()),
             ("pairs swapped", self.swapped_pairs.to_string()),
             ("broken meshes", meshes.meshes.to_string()),
-            ("  refused as no mesh", meshes.meshes_refused.to_string()),
+            ("  rejected as invalid", meshes.meshes_refused.to_string()),
             ("  sample sets", meshes.mesh_sets.to_string()),
             ("  samples", meshes.mesh_samples.to_string()),
             ("pictures against f64", pictures.pictures.to_string()),
             ("  off by over 1/255", pictures.share()),
             ("seconds", format!("{:.1}", self.seconds)),
-            ("  of them evaluations", format!("{:.1}", self.evaluation_seconds)),
+            ("  spent on evaluations", format!("{:.1}", self.evaluation_seconds)),
         ];
         lines.extend(self.zeros().map(|(name, count)| (name, count.to_string())));
         let line = |(name, value): &(&str, String)| format!("{name:<36} {value}\n");

@@ -1,4 +1,4 @@
-//! Targets for measuring fitness: the reflectance of a program on random pairs of directions.
+//! Fitness targets for the benchmarks: the reflectance of a program on random direction pairs.
 
 use anyhow::{Context, Result};
 use brood_brdf::DirectionPair;
@@ -8,25 +8,25 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::DVec3;
 
-/// What a program reflects on that many pairs, under the logarithmic loss, every sample counting the same; the hardest
-/// samples first, as a search has them.
-pub fn of(wanted: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
-    Ok(shuffled(wanted, samples, seed)?.hardest_first())
+/// Reflectance of a program on `samples` pairs, with logarithmic loss and equal weights, hardest
+/// samples first as in a search.
+pub fn of(program: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
+    Ok(shuffled(program, samples, seed)?.hardest_first())
 }
 
-/// The same in a random order, in which every prefix is a fair part.
-pub fn shuffled(wanted: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
+/// The same target with its samples in random order, so that every prefix is representative.
+pub fn shuffled(program: &Program, samples: usize, seed: u64) -> Result<FitnessTarget> {
     let set = SampleSet::from_pairs(&random_pairs(seed, samples), &[]);
     let mut f = Vec::new();
-    CanonicalEvaluator::default().eval(&[wanted], &set, &mut f)?;
+    CanonicalEvaluator::default().eval(&[program], &set, &mut f)?;
     let channel = |k: usize| &f[k * samples..(k + 1) * samples];
     let ones = vec![1.0; samples];
     let reflectance = [channel(0), channel(1), channel(2)];
     FitnessTarget::new(&set, reflectance, [&ones, &ones, &ones], Loss::Logarithmic, seed)
-        .context("make a target")
+        .context("create the target")
 }
 
-/// Pairs of directions, each uniform over the hemisphere and independent of the other.
+/// Pairs of independent directions, each uniform over the hemisphere.
 pub fn random_pairs(seed: u64, count: usize) -> Vec<DirectionPair> {
     let key = BirthKey { seed, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);

@@ -1,20 +1,20 @@
-//! Axes: from values to places, and where the gridlines stand.
+//! Axes: mapping of values to positions, and placement of the gridlines.
 
-/// How values become lengths.
+/// Mapping of values to lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences are equally long.
+    /// Equal differences have equal lengths.
     Linear,
-    /// Equal ratios are equally long; only positive values can be shown.
+    /// Equal ratios have equal lengths; only positive values are drawn.
     Log,
 }
 
-/// An axis as its chart asks for it.
+/// Axis of a chart.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// What is measured, with its unit.
+    /// Quantity, with its unit.
     pub title: &'static str,
-    /// How values become lengths.
+    /// Mapping of values to lengths.
     pub scale: Scale,
 }
 
@@ -22,11 +22,11 @@ pub struct Axis {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     pub value: f64,
-    /// Empty for a line without a number.
+    /// Empty for a line without a label.
     pub label: String,
 }
 
-/// An axis fitted to its values.
+/// Axis with its range and ticks.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted {
     scale: Scale,
@@ -35,37 +35,37 @@ pub(super) struct Fitted {
     pub ticks: Vec<Tick>,
 }
 
-/// Decades up to which 1, 2 and 5 all carry numbers; beyond, the powers of ten alone do.
+/// Decades up to which 1, 2 and 5 are all labelled; above, only powers of ten.
 const ALL_NUMBERED_DECADES: i32 = 3;
-/// Decades beyond which gridlines stand at powers of ten only.
+/// Decades above which gridlines are drawn at powers of ten only.
 const FINE_DECADES: i32 = 9;
 
 impl Scale {
-    /// Whether the value has a place on an axis of this scale.
+    /// True if the value can be drawn on an axis of this scale.
     pub(super) fn shows(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }
 }
 
 impl Fitted {
-    /// The axis from the tick at or below the least value to the one at or above the greatest.
+    /// Axis from the tick at or below the smallest value to the tick at or above the largest.
     pub(super) fn new(scale: Scale, values: impl Iterator<Item = f64>) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| scale.shows(*value)) {
             (low, high) = (low.min(value), high.max(value));
         }
         if low > high {
-            // Nothing to show: an empty frame is still a chart.
+            // No values: draws an empty frame.
             (low, high) = (1.0, 10.0);
         }
         match scale {
-            // A point on a tick would be drawn on the frame, so the axis reaches past it.
+            // Extended, so that no point is drawn on the frame.
             Scale::Log => Self::log(low / 1.12, high * 1.12),
             Scale::Linear => Self::linear(low, high),
         }
     }
 
-    /// An axis of lengths: it starts at 0, or at 1 where it is logarithmic and no value is below.
+    /// Axis of bar lengths: starts at 0, or on a logarithmic scale at 1 unless a value is below.
     pub(super) fn lengths(scale: Scale, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values
             .filter(|value| scale.shows(*value))
@@ -99,7 +99,7 @@ impl Fitted {
     }
 
     fn linear(low: f64, high: f64) -> Self {
-        // Lengths from zero are what a linear axis is for.
+        // Linear axes include zero.
         let (low, high) = (low.min(0.0), if high > low { high } else { low + 1.0 });
         let rough = (high - low) / 6.0;
         let decade = power_of_ten(libm::floor(libm::log10(rough)) as i32);
@@ -117,7 +117,7 @@ impl Fitted {
         }
     }
 
-    /// Where the value is between the ends: 0 at the low one, 1 at the high one.
+    /// Position of a value along the axis: 0 at the low end, 1 at the high end.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
@@ -126,12 +126,12 @@ impl Fitted {
     }
 }
 
-/// 10^exponent, the double next to the decimal number.
+/// 10^exponent, correctly rounded.
 fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().expect("a decimal exponent is a number")
 }
 
-/// A number as a reader wants it: three digits, plain where it is short, else with an exponent.
+/// Formats a number with three significant digits, without exponent from 1e-3 to 1e6.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -148,7 +148,7 @@ pub fn number(value: f64) -> String {
     if text.contains('.') { trim(&text).to_owned() } else { text }
 }
 
-/// Without zeros at the end of a fraction.
+/// Removes trailing zeros of a fraction.
 fn trim(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }

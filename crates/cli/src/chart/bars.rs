@@ -1,4 +1,4 @@
-//! Horizontal bars in groups, each with its value written beside it.
+//! Chart of horizontal bars in groups, each labelled with its value.
 
 use super::axis::{Axis, Fitted};
 use super::canvas::{
@@ -13,41 +13,41 @@ const BOTTOM: f64 = 62.0;
 const BAR: f64 = 17.0;
 const GAP: f64 = 13.0;
 
-/// A chart of bars.
+/// Bar chart.
 #[derive(Debug, Clone)]
 pub struct BarChart {
-    /// What it says, in a line.
+    /// Title in one line.
     pub title: String,
-    /// How it was measured, in a line.
+    /// Method of measurement in one line.
     pub subtitle: String,
-    /// What the lengths mean. On a logarithmic axis bars start at 1, or lower where a value is.
+    /// Axis of the lengths. On a logarithmic axis bars start at 1, or lower if a value is below.
     pub axis: Axis,
-    /// From the top down.
+    /// Groups from top to bottom.
     pub groups: Vec<Group>,
 }
 
-/// Bars that belong together.
+/// Bars with a common name.
 #[derive(Debug, Clone)]
 pub struct Group {
-    /// Written to the left of them.
+    /// Name to the left of the bars.
     pub name: String,
-    /// From the top down.
+    /// Bars from top to bottom.
     pub bars: Vec<Bar>,
 }
 
 /// One bar.
 #[derive(Debug, Clone)]
 pub struct Bar {
-    /// Bars of one number have one colour.
+    /// Number of the series, which selects the colour.
     pub series: usize,
-    /// Its length; nothing is drawn where a logarithmic axis cannot show it.
+    /// Length of the bar; 0 if a logarithmic axis cannot show the value.
     pub value: f64,
-    /// Written beside it.
+    /// Text next to the bar.
     pub label: String,
 }
 
 impl BarChart {
-    /// The chart.
+    /// Renders the chart as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
         let bars = || self.groups.iter().flat_map(|group| &group.bars);

@@ -1,24 +1,26 @@
-//! The drawing itself: SVG elements with rounded coordinates, and room for text that does not run into other text.
+//! SVG elements with rounded coordinates, and placement of labels without overlap.
 
 use std::fmt::Write;
 
-/// Ground, frame and text colours; the ground is part of the picture, so dark pages do not swallow dark text.
+/// Colours of background, frame, grid and text. The background is drawn, so that text stays
+/// readable on dark pages.
 pub(super) const GROUND: &str = "#fbfbf8";
 pub(super) const BORDER: &str = "#c9c9c2";
 pub(super) const GRID: &str = "#e3e3dc";
 pub(super) const GRID_STRONG: &str = "#c4c4bc";
 pub(super) const INK: &str = "#1d1d1b";
 pub(super) const SOFT_INK: &str = "#55554f";
-/// Colours that people with colour blindness tell apart (Okabe and Ito 2008), darkened where white would eat them.
+/// Series colours distinguishable with colour blindness (Okabe and Ito 2008), darkened for contrast
+/// with white.
 const SERIES: [&str; 7] =
     ["#0067a5", "#c24f00", "#00805c", "#a8487f", "#8a6d00", "#2b8fc4", "#4a4a46"];
 
-/// The colour of a series by its number.
+/// Colour of a series by its number.
 pub(super) fn colour(series: usize) -> &'static str {
     SERIES[series % SERIES.len()]
 }
 
-/// Where text starts from.
+/// Alignment of text relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -26,11 +28,11 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A line of text.
+/// Position and style of a line of text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Text<'a> {
     pub x: f64,
-    /// The baseline.
+    /// Baseline.
     pub y: f64,
     pub anchor: Anchor,
     pub size: f64,
@@ -38,29 +40,30 @@ pub(super) struct Text<'a> {
     pub bold: bool,
 }
 
-/// An upright rectangle: left, top, right, bottom.
+/// Upright rectangle: left, top, right, bottom.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Area(pub [f64; 4]);
 
 impl Area {
-    fn touches(&self, other: &Self) -> bool {
+    fn overlaps(&self, other: &Self) -> bool {
         let [l, t, r, b] = self.0;
         let [ol, ot, or, ob] = other.0;
         l < or && ol < r && t < ob && ot < b
     }
 
-    fn holds(&self, other: &Self) -> bool {
+    fn contains(&self, other: &Self) -> bool {
         let [l, t, r, b] = self.0;
         let [ol, ot, or, ob] = other.0;
         l <= ol && or <= r && t <= ot && ob <= b
     }
 }
 
-/// An SVG in the making.
+/// SVG document under construction.
 pub(super) struct Canvas {
     body: String,
     width: f64,
     height: f64,
+    /// Areas that labels must not overlap.
     taken: Vec<Area>,
 }
 
@@ -84,15 +87,15 @@ impl Canvas {
         ));
     }
 
-    /// A dot; `chosen` gives it a ring.
-    pub(super) fn dot(&mut self, [x, y]: [f64; 2], colour: &str, chosen: bool) {
-        if chosen {
+    /// Draws a dot, with a ring if `is_default`.
+    pub(super) fn dot(&mut self, [x, y]: [f64; 2], colour: &str, is_default: bool) {
+        if is_default {
             self.put(format_args!(
                 r#"<circle cx="{x:.1}" cy="{y:.1}" r="8" fill="none" stroke="{colour}" stroke-width="1.6"/>"#
             ));
         }
         self.put(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="4" fill="{colour}"/>"#));
-        self.take(Area([x - 8.0, y - 8.0, x + 8.0, y + 8.0]));
+        self.reserve(Area([x - 8.0, y - 8.0, x + 8.0, y + 8.0]));
     }
 
     pub(super) fn rect(&mut self, Area([l, t, r, b]): Area, colour: &str) {
@@ -104,25 +107,26 @@ impl Canvas {
     }
 
     pub(super) fn text(&mut self, place: Text<'_>, text: &str) {
-        self.written(place, text, "");
+        self.write_text(place, text, "");
     }
 
-    /// Text that reads upwards.
+    /// Writes text rotated to read upwards.
     pub(super) fn text_upwards(&mut self, place: Text<'_>, text: &str) {
         let turn = format!(r#" transform="rotate(-90 {:.1} {:.1})""#, place.x, place.y);
-        self.written(place, text, &turn);
+        self.write_text(place, text, &turn);
     }
 
-    /// Keeps an area free of labels.
-    pub(super) fn take(&mut self, area: Area) {
+    /// Reserves an area that labels must not overlap.
+    pub(super) fn reserve(&mut self, area: Area) {
         self.taken.push(area);
     }
 
-    /// Writes a label beside a place, where nothing else stands; to the right where there is no such room.
+    /// Writes a label next to a point where it overlaps nothing, or to the right if no place is
+    /// free.
     pub(super) fn label(&mut self, [x, y]: [f64; 2], text: &str, colour: &str, within: Area) {
         const SIZE: f64 = 12.0;
         let width = text_width(text, SIZE);
-        let beside = [
+        let places = [
             (Anchor::Start, [x + 10.0, y - 4.0]),
             (Anchor::Start, [x + 10.0, y + 13.0]),
             (Anchor::Middle, [x, y - 11.0]),
@@ -143,14 +147,14 @@ impl Canvas {
             Area([left, y - SIZE, left + width, y + 0.3 * SIZE])
         };
         let is_free =
-            |area: &Area| within.holds(area) && !self.taken.iter().any(|t| t.touches(area));
-        let chosen = beside.iter().find(|place| is_free(&area(place))).unwrap_or(&beside[0]);
-        self.taken.push(area(chosen));
-        let (anchor, [x, y]) = *chosen;
+            |area: &Area| within.contains(area) && !self.taken.iter().any(|t| t.overlaps(area));
+        let place = places.iter().find(|place| is_free(&area(place))).unwrap_or(&places[0]);
+        self.taken.push(area(place));
+        let (anchor, [x, y]) = *place;
         let place = Text { x, y, anchor, size: SIZE, colour, bold: false };
-        // The ground around the letters keeps lines that pass behind them apart.
+        // A halo in the background colour separates the letters from lines behind them.
         let halo = format!(r#" stroke="{GROUND}" stroke-width="3" paint-order="stroke""#);
-        self.written(place, text, &halo);
+        self.write_text(place, text, &halo);
     }
 
     pub(super) fn finish(self) -> String {
@@ -173,7 +177,7 @@ impl Canvas {
         )
     }
 
-    fn written(&mut self, place: Text<'_>, text: &str, more: &str) {
+    fn write_text(&mut self, place: Text<'_>, text: &str, more: &str) {
         let Text { x, y, anchor, size, colour, bold } = place;
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -188,11 +192,11 @@ impl Canvas {
     }
 
     fn put(&mut self, element: std::fmt::Arguments<'_>) {
-        writeln!(self.body, "{element}").expect("a string takes everything");
+        writeln!(self.body, "{element}").expect("writing to a string cannot fail");
     }
 }
 
-/// About how wide a text is drawn; fonts differ, so labels keep some distance.
+/// Approximate width of a drawn text; fonts differ, so labels keep some distance.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     0.56 * size * text.chars().count() as f64
 }

@@ -1,4 +1,4 @@
-//! Points and lines over two axes, with a label at each point that has one and a ring around the chosen default.
+//! Chart of points and lines over two axes, with labels at points and a ring around the default.
 
 use super::axis::{Axis, Fitted};
 use super::canvas::{
@@ -12,49 +12,50 @@ const RIGHT: f64 = 28.0;
 const TOP: f64 = 92.0;
 const BOTTOM: f64 = 62.0;
 
-/// A chart of points.
+/// Chart of points and lines.
 #[derive(Debug, Clone)]
 pub struct Plot {
-    /// What it says, in a line.
+    /// Title in one line.
     pub title: String,
-    /// How it was measured, in a line.
+    /// Method of measurement in one line.
     pub subtitle: String,
-    /// From left to right.
+    /// Horizontal axis.
     pub x: Axis,
-    /// From the bottom up.
+    /// Vertical axis.
     pub y: Axis,
-    /// What is drawn.
+    /// Series in drawing order.
     pub series: Vec<Series>,
 }
 
-/// Points of one kind, joined in their order but for those that stand apart.
+/// Points of one kind, joined by a line in their order, except detached ones.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its points. On a logarithmic axis those that are not positive are left out, and the chart says how many.
+    /// Points. Non-positive values are left out on a logarithmic axis, and the chart shows their
+    /// number.
     pub points: Vec<Point>,
-    /// Whether each point has a dot; long curves go without.
+    /// True if each point has a dot; long curves have none.
     pub dots: bool,
 }
 
 /// One measurement.
 #[derive(Debug, Clone, Default)]
 pub struct Point {
-    /// On the x axis.
+    /// Value on the x axis.
     pub x: f64,
-    /// On the y axis.
+    /// Value on the y axis.
     pub y: f64,
-    /// Written beside it; nothing where empty.
+    /// Text next to the point; may be empty.
     pub label: String,
-    /// Whether it is the product's default.
-    pub chosen: bool,
-    /// Whether it stands by itself: no line joins it to the others.
-    pub apart: bool,
+    /// True if the point is the product's default.
+    pub is_default: bool,
+    /// True if no line joins the point to the others.
+    pub is_detached: bool,
 }
 
 impl Plot {
-    /// The chart.
+    /// Renders the chart as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
         let all = || self.series.iter().flat_map(|series| &series.points);
@@ -76,20 +77,20 @@ impl Plot {
             series.points.iter().filter(shown).cloned().collect()
         };
         for (index, series) in self.series.iter().enumerate() {
-            let joined = points(series).into_iter().filter(|point| !point.apart);
+            let joined = points(series).into_iter().filter(|point| !point.is_detached);
             let places: Vec<[f64; 2]> = joined.map(|point| at(&point)).collect();
             canvas.path(&places, colour(index));
         }
         for (index, series) in self.series.iter().enumerate() {
             for point in points(series) {
-                if series.dots || point.chosen {
-                    canvas.dot(at(&point), colour(index), point.chosen);
+                if series.dots || point.is_default {
+                    canvas.dot(at(&point), colour(index), point.is_default);
                 }
             }
         }
         for (index, series) in self.series.iter().enumerate() {
-            for point in points(series).iter().filter(|p| p.chosen || !p.label.is_empty()) {
-                let label = match (point.chosen, point.label.as_str()) {
+            for point in points(series).iter().filter(|p| p.is_default || !p.label.is_empty()) {
+                let label = match (point.is_default, point.label.as_str()) {
                     (false, label) => label.to_owned(),
                     (true, "") => "default".to_owned(),
                     (true, label) => format!("{label} (default)"),
@@ -125,7 +126,7 @@ impl Plot {
     }
 }
 
-/// Title and subtitle.
+/// Writes title and subtitle.
 pub(super) fn heading(canvas: &mut Canvas, title: &str, subtitle: &str) {
     let text =
         |y, size, colour, bold| Text { x: 24.0, y, anchor: Anchor::Start, size, colour, bold };
@@ -155,12 +156,12 @@ mod tests {
 
     fn plot() -> Plot {
         let axis = |title| Axis { title, scale: Scale::Log };
-        let point = |x, y, label: &str, chosen| Point {
+        let point = |x, y, label: &str, is_default| Point {
             x,
             y,
             label: label.to_owned(),
-            chosen,
-            apart: false,
+            is_default,
+            is_detached: false,
         };
         let points = vec![
             point(0.1, 1e-2, "1", false),
@@ -177,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn plot_marks_the_default_and_says_what_it_leaves_out() {
+    fn plot_marks_the_default_and_counts_hidden_points() {
         let svg = plot().svg();
         assert!(svg.contains(">4 (default)<") && svg.contains(r#"r="8""#), "{svg}");
         assert!(svg.contains("1 too small to show") && !svg.contains(">none<"), "{svg}");

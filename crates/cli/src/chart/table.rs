@@ -1,4 +1,4 @@
-//! A table of measurements: one source for what is printed, for CSV and for JSON.
+//! Table of measurements, as text, CSV and JSON.
 
 use std::fmt::Write;
 
@@ -6,23 +6,23 @@ use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use super::axis::number;
 
-/// Rows under named columns.
+/// Rows with named columns.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct ResultTable {
     columns: Vec<&'static str>,
     rows: Vec<Vec<Cell>>,
 }
 
-/// What stands in a row under a column.
+/// Value of a row in a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// A word or a sentence.
     Text(String),
     /// A whole number.
     Count(u64),
-    /// A measurement; JSON and CSV get all its digits, a reader three.
+    /// A measurement: full precision in JSON and CSV, three digits in text.
     Number(f64),
-    /// Nothing was measured: null in JSON, empty in CSV.
+    /// No value: null in JSON, empty in CSV.
     Missing,
 }
 
@@ -63,7 +63,7 @@ impl From<usize> for Cell {
 }
 
 impl Cell {
-    /// As CSV has it: quoted where a comma or a quote would break the row.
+    /// Cell as CSV, quoted if it contains a comma, a quote or a line break.
     fn csv(&self) -> String {
         match self {
             Self::Text(text) if text.contains([',', '"', '\n']) => {
@@ -76,7 +76,7 @@ impl Cell {
         }
     }
 
-    fn printed(&self) -> String {
+    fn text(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
             Self::Count(count) => count.to_string(),
@@ -86,8 +86,8 @@ impl Cell {
     }
 }
 
-impl Table {
-    /// A table without rows.
+impl ResultTable {
+    /// Creates a table without rows.
     #[must_use]
     pub fn new(columns: &[&'static str]) -> Self {
         Self { columns: columns.to_vec(), rows: Vec::new() }
@@ -96,14 +96,14 @@ impl Table {
     /// Adds a row.
     ///
     /// # Panics
-    /// Where it has not one cell for each column.
+    /// Panics if `row` does not have one cell per column.
     pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
         let row: Vec<Cell> = row.into_iter().collect();
-        assert_eq!(row.len(), self.columns.len(), "a row has one cell for each column");
+        assert_eq!(row.len(), self.columns.len(), "a row must have one cell per column");
         self.rows.push(row);
     }
 
-    /// Comma-separated values with a header.
+    /// Returns comma-separated values with a header.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = self.columns.join(",") + "\n";
@@ -115,11 +115,11 @@ impl Table {
         text
     }
 
-    /// Aligned columns for a terminal: words to the left, numbers to the right.
+    /// Returns aligned columns for a terminal: text to the left, numbers to the right.
     #[must_use]
     pub fn text(&self) -> String {
         let printed: Vec<Vec<String>> =
-            self.rows.iter().map(|row| row.iter().map(Cell::printed).collect()).collect();
+            self.rows.iter().map(|row| row.iter().map(Cell::text).collect()).collect();
         let width = |column: usize| {
             let cells = printed.iter().map(|row| row[column].chars().count());
             cells.chain([self.columns[column].len()]).max().unwrap_or(0)
@@ -137,7 +137,7 @@ impl Table {
                 } else {
                     write!(out, "{cell:>width$}  ")
                 };
-                result.expect("a string takes everything");
+                result.expect("writing to a string cannot fail");
             }
             text += out.trim_end();
             text.push('\n');
@@ -150,8 +150,8 @@ impl Table {
     }
 }
 
-/// A list of objects, keys in the order of the columns.
-impl Serialize for Table {
+/// Serializes as a list of objects with their keys in column order.
+impl Serialize for ResultTable {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut list = serializer.serialize_seq(Some(self.rows.len()))?;
         for row in &self.rows {
@@ -191,8 +191,8 @@ impl Serialize for Cell {
 mod tests {
     use super::*;
 
-    fn table() -> Table {
-        let mut table = Table::new(&["mode", "count", "rmse"]);
+    fn table() -> ResultTable {
+        let mut table = ResultTable::new(&["mode", "count", "rmse"]);
         table.push(["a, \"b\"".into(), 3u32.into(), 0.012_345.into()]);
         table.push(["c".into(), 12u32.into(), f64::NAN.into()]);
         table

@@ -1,16 +1,16 @@
-//! The curves of a comparison as files: CSV and two charts.
+//! Writes the curves of a comparison: CSV and two charts.
 
 use std::path::Path;
 
 use anyhow::Result;
 use brood_inspect::CurvePoint;
 
-use super::Found;
+use super::ComparedMaterial;
 use crate::chart::{Axis, Plot, Point, Scale, Series};
 use crate::output;
 
-/// The curves of all materials as CSV and as two charts.
-pub fn write(all: &[Found], dir: &Path) -> Result<()> {
+/// Writes the curves of all materials as CSV and as two charts.
+pub fn write(all: &[ComparedMaterial], dir: &Path) -> Result<()> {
     let mut csv = String::from("material,theta_deg,albedo_r,albedo_g,albedo_b,mirror\n");
     for found in all {
         for CurvePoint { theta_deg, albedo: [r, g, b], mirror, .. } in &found.curves {
@@ -21,7 +21,7 @@ pub fn write(all: &[Found], dir: &Path) -> Result<()> {
     output::write_file(&dir.join("curves.csv"), csv.as_bytes())?;
     let albedo = chart(
         all,
-        ("How much is reflected", "the share of light from one direction that is sent back in all"),
+        ("Directional albedo", "share of the light from one direction that is reflected"),
         "directional albedo, luminance",
         |point| point.luminance,
     );
@@ -29,22 +29,22 @@ pub fn write(all: &[Found], dir: &Path) -> Result<()> {
     let mirror = chart(
         all,
         (
-            "How the mirror direction brightens",
+            "Fresnel rise",
             "f cos_i cos_o towards the mirror direction, over the same at normal incidence",
         ),
-        "over that at the normal",
+        "relative to normal incidence",
         |point| point.mirror,
     );
     output::write_file(&dir.join("fresnel.svg"), mirror.svg().as_bytes())
 }
 
 fn chart(
-    all: &[Found],
+    all: &[ComparedMaterial],
     (title, subtitle): (&str, &str),
     y: &'static str,
     value: impl Fn(&CurvePoint) -> f64,
 ) -> Plot {
-    let series = |found: &Found| {
+    let series = |found: &ComparedMaterial| {
         let point =
             |point: &CurvePoint| Point { x: point.theta_deg, y: value(point), ..Point::default() };
         let points = found.curves.iter().map(point).collect();
@@ -59,7 +59,7 @@ fn chart(
     }
 }
 
-/// A name as a cell of CSV.
+/// Escapes a name for CSV.
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n']) {
         format!("\"{}\"", name.replace('"', "\"\""))

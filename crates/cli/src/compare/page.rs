@@ -1,6 +1,7 @@
-//! The page that shows a comparison: pictures in rows, curves, numbers. It needs nothing but the files beside it.
+//! HTML page of a comparison: pictures in rows, curves, numbers. It refers only to files in the
+//! same folder.
 
-use super::{Difference, Found};
+use super::{ComparedMaterial, ReferenceDifference};
 
 const STYLE: &str = "\
 :root { color-scheme: dark; }
@@ -14,18 +15,18 @@ img.chart { display: block; width: 48rem; max-width: 100%; background: #fff; mar
 tr + tr.numbers td { border-top: 1px solid #333; }
 ";
 
-/// The page.
-pub fn html(all: &[Found], exposure_ev: f64) -> String {
+/// Renders the page.
+pub fn html(all: &[ComparedMaterial], exposure_ev: f64) -> String {
     let mut text = String::from("<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n");
     text += "<meta name=\"viewport\" content=\"width=device-width\">\n";
     let names: Vec<String> = all.iter().map(|found| escaped(&found.name)).collect();
     text += &format!("<title>{}</title>\n<style>\n{STYLE}</style>\n", names.join(" · "));
     text += &format!(
-        "<h1>{}</h1>\n<p>One scene, one exposure ({exposure_ev:.3} EV). Differences are from the first, absolute, of linear values as exposed.</p>\n<table>\n",
+        "<h1>{}</h1>\n<p>One scene, one exposure ({exposure_ev:.3} EV). Differences are absolute, from the first material, of linear values after exposure.</p>\n<table>\n",
         names.join(" · ")
     );
     row(&mut text, "", all, |found| format!("<th scope=\"col\">{}</th>", escaped(&found.name)));
-    let picture = |file: &str, what: &str, found: &Found| {
+    let picture = |file: &str, what: &str, found: &ComparedMaterial| {
         format!("<td><img src=\"{file}\" alt=\"{}, {what}\"></td>", escaped(&found.name))
     };
     row(&mut text, "picture", all, |found| picture(&found.picture, "picture", found));
@@ -33,48 +34,55 @@ pub fn html(all: &[Found], exposure_ev: f64) -> String {
         picture(&found.other_light, "under another light", found)
     });
     row(&mut text, "difference", all, |found| match &found.difference {
-        Some(difference) => picture(&difference.picture, "difference from the first", found),
-        None => "<td>(the others are held against this)</td>".to_owned(),
+        Some(difference) => picture(&difference.picture, "difference from the reference", found),
+        None => "<td>reference</td>".to_owned(),
     });
     numbers(&mut text, all);
     text += "</table>\n";
-    for (file, what) in [("albedo.svg", "How much is reflected"), ("fresnel.svg", "Fresnel rise")] {
+    for (file, what) in [("albedo.svg", "Directional albedo"), ("fresnel.svg", "Fresnel rise")] {
         text += &format!("<img class=\"chart\" src=\"{file}\" alt=\"{what}\">\n");
     }
     text + "<p><a href=\"curves.csv\">curves.csv</a>, <a href=\"report.json\">report.json</a></p>\n</html>\n"
 }
 
-fn numbers(text: &mut String, all: &[Found]) {
+fn numbers(text: &mut String, all: &[ComparedMaterial]) {
     let number = |value: Option<f64>| match value {
         Some(value) => format!("<td class=\"number\">{value:.4}</td>"),
         None => "<td class=\"number\">-</td>".to_owned(),
     };
-    let of = |found: &Found, pick: fn(&Difference) -> f64| found.difference.as_ref().map(pick);
+    let of = |found: &ComparedMaterial, pick: fn(&ReferenceDifference) -> f64| {
+        found.difference.as_ref().map(pick)
+    };
     row(text, "RMSE", all, |found| number(of(found, |difference| difference.rmse)));
     row(text, "mean FLIP", all, |found| number(of(found, |difference| difference.flip)));
-    row(text, "largest albedo; above 1 energy is made", all, |found| {
+    row(text, "largest albedo; above 1 is not energy-conserving", all, |found| {
         number(Some(found.phenomena.largest_albedo))
     });
     row(text, "Fresnel rise: mirror direction at 80° over the normal", all, |found| {
         number(Some(found.phenomena.fresnel_rise))
     });
-    row(text, "energy kept over roughness, 1 is all", all, |found| {
+    row(text, "energy kept over roughness, 1 is all of it", all, |found| {
         number(found.phenomena.energy_kept)
     });
     row(text, "colour of the highlight", all, |found| patch(found.phenomena.highlight));
     row(text, "colour of the body", all, |found| patch(found.phenomena.body));
-    row(text, "automatic exposures around the light circle", all, |found| {
+    row(text, "exposure range as the light circles", all, |found| {
         let [low, high] = found.phenomena.exposures_ev;
         format!("<td class=\"number\">{low:.2} to {high:.2} EV</td>")
     });
 }
 
-fn row(text: &mut String, name: &str, all: &[Found], cell: impl Fn(&Found) -> String) {
+fn row(
+    text: &mut String,
+    name: &str,
+    all: &[ComparedMaterial],
+    cell: impl Fn(&ComparedMaterial) -> String,
+) {
     let cells: String = all.iter().map(cell).collect();
     *text += &format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n");
 }
 
-/// A colour and its numbers.
+/// Cell with a colour patch and its linear values.
 fn patch(rgb: [f64; 3]) -> String {
     let [r, g, b] = rgb.map(|channel| brood_eval::encode_srgb(channel as f32));
     let [x, y, z] = rgb;

@@ -1,4 +1,4 @@
-//! A material to be compared, as an argument names it.
+//! Materials of a comparison.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use brood_inspect::{Shade, Specimen};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-use crate::material_file::{self, Material};
+use crate::material_file::{self, MaterialFile};
 
-/// A material with a name.
+/// Named material.
 pub struct Subject {
     name: String,
     kind: Kind,
@@ -24,23 +24,23 @@ enum Kind {
 }
 
 impl Subject {
-    /// Reads the material that an argument names.
+    /// Reads the material at `path`; `-` is standard input.
     pub fn read(path: &PathBuf) -> Result<Self> {
         let name = match path.file_stem() {
             Some(stem) if path != Path::new("-") => stem.to_string_lossy().into_owned(),
             _ => "stdin".to_owned(),
         };
         let kind = match material_file::read(path)? {
-            Material::Bred(genome) => {
+            MaterialFile::Bred(genome) => {
                 let program = express(&genome);
                 Kind::Bred(genome, Box::new(program))
             }
-            Material::Measured(brdf, _) => Kind::Measured(brdf),
+            MaterialFile::Measured(brdf, _) => Kind::Measured(brdf),
         };
         Ok(Self { name, kind })
     }
 
-    /// One that was made here.
+    /// Wraps a genome.
     pub fn of(name: &str, genome: Genome) -> Self {
         let program = Box::new(express(&genome));
         Self { name: name.to_owned(), kind: Kind::Bred(Box::new(genome), program) }
@@ -50,7 +50,7 @@ impl Subject {
         &self.name
     }
 
-    /// What is looked at.
+    /// Specimen for rendering and measuring.
     pub fn specimen(&self) -> Specimen<'_> {
         match &self.kind {
             Kind::Bred(genome, program) => Specimen::Bred(genome, program),

@@ -1,4 +1,4 @@
-//! The colour difference of Recommendation ITU-R BT.2124.
+//! Colour difference of Recommendation ITU-R BT.2124.
 
 /// Largest luminance of the PQ curve in cd/m2.
 const PQ_PEAK: f64 = 10_000.0;
@@ -18,13 +18,14 @@ const TO_ITP: [[f64; 3]; 3] = [
     [17933.0 / 4096.0, -17390.0 / 4096.0, -543.0 / 4096.0],
 ];
 
-/// Mean Delta E_ITP over the pixels; 1 is about a just noticeable difference in the most critical adaptation.
+/// Mean Delta E_ITP over the pixels; 1 is about a just noticeable difference in the most critical
+/// adaptation.
 ///
 /// # Units
 /// Linear RGB with the primaries of BT.709, where 1 is `white` cd/m2. Negative values count as 0.
 ///
 /// # Source
-/// ITU-R BT.2124-0 (2019), with BT.2087 and BT.2100 for the way from BT.709 to ICtCp.
+/// ITU-R BT.2124-0 (2019), with BT.2087 and BT.2100 for the conversion from BT.709 to ICtCp.
 pub fn mean_difference(a: &[[f64; 3]], b: &[[f64; 3]], white: f64) -> f64 {
     let differences = a.iter().zip(b).map(|(a, b)| {
         let (a, b) = (itp(*a, white), itp(*b, white));
@@ -40,7 +41,7 @@ fn itp(rgb: [f64; 3], white: f64) -> [f64; 3] {
     apply(&TO_ITP, lms.map(encode_pq))
 }
 
-/// The inverse EOTF of SMPTE ST 2084.
+/// Inverse EOTF of SMPTE ST 2084.
 fn encode_pq(luminance: f64) -> f64 {
     const M1: f64 = 2610.0 / 16384.0;
     const M2: f64 = 2523.0 / 32.0;

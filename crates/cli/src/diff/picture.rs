@@ -1,4 +1,4 @@
-//! Pictures to be compared, read from PNG or EXR.
+//! Pictures to compare, read from PNG or EXR.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::output::read_file;
 
 const LIMIT_BYTES: u64 = 256 << 20;
 
-/// Reads a PNG (8 or 16 bits, sRGB) or an EXR (linear, colour multiplied by alpha as the format has it).
+/// Reads a PNG (8 or 16 bits, sRGB) or an EXR (linear, with premultiplied alpha).
 pub fn read(path: &Path) -> Result<LinearImage> {
     let bytes = read_file(path, LIMIT_BYTES)?;
     let context = || format!("read the picture {}", path.display());
@@ -24,7 +24,7 @@ pub fn read(path: &Path) -> Result<LinearImage> {
     let linear = match format {
         Some(ImageFormat::Png) => over_black,
         Some(ImageFormat::OpenExr) => LinearImage::of_premultiplied,
-        _ => bail!("{} is neither PNG nor EXR", path.display()),
+        _ => bail!("{} must be a PNG or an EXR", path.display()),
     };
     Ok(linear(&reader.decode().with_context(context)?))
 }
@@ -39,7 +39,7 @@ fn over_black(decoded: &DynamicImage) -> LinearImage {
     LinearImage::new(decoded.width(), decoded.height(), linear)
 }
 
-/// The sRGB transfer curve, from encoded to linear.
+/// Inverse of the sRGB transfer curve: encoded to linear.
 fn decode(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
 }

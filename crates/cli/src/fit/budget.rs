@@ -1,41 +1,41 @@
-//! How long a search goes on: so many generations, or so many seconds, with what finishing takes.
+//! Budget of a search: a number of generations, or seconds including the final steps.
 
 use std::time::{Duration, Instant};
 
 use brood_search::{Outcome, Pace, Progress, Search};
 
-/// What a search may take.
+/// Limit of a search.
 #[derive(Debug, Clone, Copy)]
-pub enum Budget {
-    /// So many generations: the same result on every machine.
+pub enum FitBudget {
+    /// Number of generations; gives the same result on every machine.
     Generations(u32),
-    /// Nothing is begun that would, if it took as long as what was like it, end later.
+    /// Seconds. A step is not started if, at the duration of similar ones, it would end later.
     Seconds(f64),
 }
 
-/// Goes on with the search until the budget is used up, `told` being told of each generation. Nothing where no generation found
-/// anything.
+/// Runs the search until the budget is spent and calls `on_generation` after each generation.
+/// Returns `None` if no generation found anything.
 pub fn spend(
     search: &mut Search,
-    budget: Budget,
-    mut told: impl FnMut(&Search, &Progress, Duration),
+    budget: FitBudget,
+    mut on_generation: impl FnMut(&Search, &Progress, Duration),
 ) -> Option<(Outcome, Progress)> {
     let begun = Instant::now();
     let spent = || begun.elapsed().as_secs_f64();
-    let (most, mut pace) = match budget {
-        Budget::Generations(generations) => (generations, None),
-        Budget::Seconds(seconds) => (u32::MAX, Some(Pace::new(seconds))),
+    let (generations_max, mut pace) = match budget {
+        FitBudget::Generations(generations) => (generations, None),
+        FitBudget::Seconds(seconds) => (u32::MAX, Some(Pace::new(seconds))),
     };
     loop {
         let (before, times) = (begun.elapsed(), search.next_takes());
         let progress = search.step();
         let now = begun.elapsed();
-        told(search, &progress, now);
+        on_generation(search, &progress, now);
         let is_late = pace.as_mut().is_some_and(|pace| {
             pace.took((now - before).as_secs_f64(), times);
             pace.is_over(now.as_secs_f64(), search)
         });
-        if is_late || progress.generation >= most {
+        if is_late || progress.generation >= generations_max {
             let outcome =
                 search.finish_while(|| pace.as_mut().is_none_or(|pace| pace.has_time(spent())));
             return outcome.map(|outcome| (outcome, progress));

@@ -1,7 +1,8 @@
-//! Pictures of known scenes as targets of `brood fit`: one with the options of the command line, or several in a JSON file.
+//! Pictures of known scenes as targets of `brood fit`: one from the command line, or several from a
+//! JSON file.
 //!
-//! Owns the files: pictures, masks, scenes and meshes in, and what was found beside them out. Which pixels say something is the
-//! search's business.
+//! Owns the files: pictures, masks, scenes and meshes as input, comparison pictures as output. The
+//! search crate decides which pixels are usable.
 
 use std::path::{Path, PathBuf};
 
@@ -27,28 +28,28 @@ use crate::{light_file, output};
 const PICTURE_BYTES: u64 = 256 << 20;
 const JSON_BYTES: u64 = 4 << 20;
 
-/// Several pictures.
+/// JSON file of several pictures.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Spec {
     views: Vec<ViewSpec>,
 }
 
-/// One of them; names are paths from the folder of the file.
+/// One picture; file names are relative to the folder of the JSON file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ViewSpec {
     picture: PathBuf,
-    /// A scene, or the name of its file.
+    /// Scene, or the name of its file.
     scene: SceneSpec,
     mesh: Option<PathBuf>,
     mask: Option<PathBuf>,
     #[serde(default)]
     samples: Sampling,
-    /// Brightness is not known.
+    /// True if the brightness is unknown and a gain is solved for.
     #[serde(default)]
     gain: bool,
-    /// Nothing is fitted to it: it is only compared with what was found.
+    /// True if the picture is only compared with the result, not fitted.
     #[serde(default)]
     held_out: bool,
 }
@@ -60,33 +61,33 @@ enum SceneSpec {
     Scene(Box<Scene>),
 }
 
-/// The pictures of a target, those that are held out last, and their names.
-pub struct Pictures {
+/// Pictures of a target, held-out ones last, and their names.
+pub struct TargetPictures {
     target: MeasuredTarget,
     read: KnownPictures,
     names: Vec<String>,
 }
 
-/// What is needed of a picture before it is looked at.
+/// Files and settings of a picture that is not read yet.
 struct Source {
     picture: PathBuf,
     mask: Option<PathBuf>,
     setting: Setting,
 }
 
-/// The pictures that the arguments name; none where the target is no picture.
-pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<Pictures>> {
+/// Reads the pictures that the arguments name; `None` if the target is not a picture.
+pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures>> {
     let extension = args.target.extension().and_then(|extension| extension.to_str());
     let sources = match extension.map(str::to_ascii_lowercase).as_deref() {
-        Some("png" | "jpg" | "jpeg" | "hdr") => vec![alone(args, renderer)?],
+        Some("png" | "jpg" | "jpeg" | "hdr") => vec![single(args, renderer)?],
         Some("exr") if !args.slice && (args.frame.scene.is_some() || args.mask.is_some()) => {
-            vec![alone(args, renderer)?]
+            vec![single(args, renderer)?]
         }
         Some("json") => several(args, renderer)?,
-        _ if args.mask.is_some() => bail!("--mask is for pictures"),
+        _ if args.mask.is_some() => bail!("--mask needs a picture as target"),
         _ => return Ok(None),
     };
-    // What can be fitted to comes first.
+    // Pictures that are fitted come first.
     let (fitted, held): (Vec<_>, Vec<_>) =
         sources.into_iter().partition(|source| !source.setting.is_held_out);
     let sources: Vec<Source> = fitted.into_iter().chain(held).collect();
@@ -108,11 +109,11 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<Pictures>> {
         path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into())
     };
     let names = paths.iter().map(name).collect();
-    Ok(Some(Pictures { target, read, names }))
+    Ok(Some(TargetPictures { target, read, names }))
 }
 
-/// The one picture of the command line.
-fn alone(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
+/// The single picture of the command line.
+fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
     let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
     Ok(Source {
         picture: args.target.clone(),
@@ -130,12 +131,16 @@ fn alone(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
 
 fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     let name = || args.target.display().to_string();
-    ensure!(args.mask.is_none(), "masks of several pictures are named in {}", name());
+    ensure!(
+        args.mask.is_none(),
+        "--mask is for a single picture; name masks of several pictures in {}",
+        name()
+    );
     let bytes = output::read_file(&args.target, JSON_BYTES)?;
     let json: Value = serde_json::from_slice(&bytes).with_context(name)?;
     ensure!(
         json.get("views").is_some(),
-        "{} is no target: a JSON file of pictures has \"views\"",
+        "{} must have \"views\": a JSON target lists pictures",
         name()
     );
     let spec: Spec = serde_json::from_value(json).with_context(name)?;
@@ -154,12 +159,12 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
             (scene?, path.parent().unwrap_or(Path::new("")).to_owned())
         }
     };
-    scene.validate().with_context(|| format!("the scene of {} is refused", picture.display()))?;
+    scene.validate().with_context(|| format!("the scene of {} is invalid", picture.display()))?;
     let mesh = match (&spec.mesh, &scene.mesh) {
         (Some(file), _) => read_obj(&folder.join(file))?.shared(),
         (None, MeshRef::Builtin(mesh)) => renderer.builtin(*mesh).shared(),
         (None, MeshRef::Uploaded(_)) => bail!(
-            "the scene of {} shows an uploaded mesh; name its file as \"mesh\"",
+            "the scene of {} uses an uploaded mesh; name its OBJ file as \"mesh\"",
             picture.display()
         ),
     };
@@ -177,7 +182,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
     })
 }
 
-/// A picture's files, read.
+/// Contents of a picture's files.
 struct File {
     setting: Setting,
     picture: Vec<u8>,
@@ -192,20 +197,20 @@ impl Source {
     }
 }
 
-impl Pictures {
-    /// What is fitted and what is held out.
+impl TargetPictures {
+    /// Samples to fit and held-out samples.
     pub fn target(&self) -> MeasuredTarget {
         self.target.clone()
     }
 
-    /// Writes target, best, difference and used pixels of each picture; what is told of them.
+    /// Writes target, best, difference and used pixels of each picture; returns the errors as JSON.
     pub fn write(&self, folder: &Path, best: &Genome) -> Result<Vec<Value>> {
         let subject = Subject::of("best", best.clone());
         let shown = self.read.views.iter().zip(&self.names).enumerate();
         shown.map(|(index, one)| write((folder, index), one, &subject)).collect()
     }
 
-    /// What became of all pixels that could be fitted to.
+    /// Counts of the pixels by status, over all fitted pictures.
     pub fn counts(&self) -> PixelCounts {
         self.read.counts
     }
@@ -244,14 +249,14 @@ fn write(
     }))
 }
 
-/// What is told of pictures, for people.
+/// Formats the errors of the pictures for a terminal.
 pub fn text(views: &[Value], counts: PixelCounts) -> String {
     let mut text = format!("{} pixels used: {counts}\n", counts.used);
     for view in views {
         let number = |name: &str| view[name].as_f64().unwrap_or(f64::NAN);
         let held = if view["held_out"] == true { ", held out" } else { "" };
         let gain = if view["gain_solved"] == true {
-            format!(", times {:.4}, which brightness was not known by", number("gain"))
+            format!(" after a gain of {:.4}", number("gain"))
         } else {
             String::new()
         };

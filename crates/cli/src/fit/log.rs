@@ -1,4 +1,4 @@
-//! The generations of a search as NDJSON: the lines of `GET /v1/jobs/{id}/log`, but for individuals.
+//! NDJSON log of a search's generations: the lines of `GET /v1/jobs/{id}/log` without individuals.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -9,22 +9,22 @@ use anyhow::{Context, Result};
 use brood_search::{Probe, Progress};
 use serde_json::json;
 
-/// A log that is written as the search goes on.
+/// Log that is written while the search runs.
 pub struct Log {
     path: PathBuf,
     file: BufWriter<File>,
-    /// The first trouble: a search does not end for its log.
-    trouble: Option<std::io::Error>,
+    /// First write error; the search continues without its log and `finish` returns it.
+    error: Option<std::io::Error>,
 }
 
 impl Log {
-    /// Begins one, in the place of what was there.
+    /// Creates or replaces the file.
     pub fn create(path: &Path) -> Result<Self> {
         let file = File::create(path).with_context(|| format!("write {}", path.display()))?;
-        Ok(Self { path: path.to_owned(), file: BufWriter::new(file), trouble: None })
+        Ok(Self { path: path.to_owned(), file: BufWriter::new(file), error: None })
     }
 
-    /// A generation more. What is not known yet is null.
+    /// Appends a generation; unknown values are null.
     pub fn add(&mut self, progress: &Progress, probe: &Probe, elapsed: Duration) {
         let line = json!({
             "generation": progress.generation,
@@ -37,16 +37,16 @@ impl Log {
             "members": probe.members,
             "seconds": elapsed.as_secs_f64(),
         });
-        // Whoever watches sees each line as it comes.
+        // Flushed per line, so that the log can be followed.
         let written = writeln!(self.file, "{line}").and_then(|()| self.file.flush());
         if let Err(error) = written {
-            self.trouble.get_or_insert(error);
+            self.error.get_or_insert(error);
         }
     }
 
-    /// Tells whether everything is on the disk.
+    /// Returns an error if any line was not written.
     pub fn finish(self) -> Result<()> {
-        let done = self.trouble.map_or(Ok(()), Err);
+        let done = self.error.map_or(Ok(()), Err);
         done.with_context(|| format!("write {}", self.path.display()))
     }
 }

@@ -1,5 +1,4 @@
-//! What was found, in figures: how far it is from what was measured where it was not fitted, what it costs, and what physics
-//! says of it.
+//! Report of a fit: errors on held-out samples, cost, and physical measures.
 
 use anyhow::Result;
 use brood_eval::express;
@@ -7,21 +6,21 @@ use brood_inspect::{Inspection, inspect};
 use brood_search::{Found, MeasuredTarget, Reflected, Samples, narrow_pairs};
 use serde_json::{Value, json};
 
-/// Pairs that are looked at for spikes.
+/// Number of pairs checked for spikes.
 const NARROW: usize = 1 << 16;
 
-/// The figures of the best.
+/// Measures of the best genome.
 pub struct Report<'a> {
     found: &'a Found,
     target: &'a MeasuredTarget,
     kind: &'static str,
     inspection: Inspection,
-    /// The largest f it has where samples are few.
+    /// Largest f among directions where samples are sparse.
     spike: f64,
 }
 
 impl<'a> Report<'a> {
-    /// Measures it.
+    /// Measures the genome.
     pub fn of(found: &'a Found, target: &'a MeasuredTarget, kind: &'static str) -> Result<Self> {
         let inspection = inspect(&found.genome);
         let narrow = Samples::of_program(&express(&found.genome), narrow_pairs(NARROW, 3))?;
@@ -29,12 +28,12 @@ impl<'a> Report<'a> {
         Ok(Self { found, target, kind, inspection, spike })
     }
 
-    /// The largest f of all samples of the target.
+    /// Largest f of all samples of the target.
     fn largest(&self) -> f64 {
         self.target.fitted.largest().max(self.target.held.largest())
     }
 
-    /// For programs; `run` says how it was searched.
+    /// Report as JSON; `run` describes the search.
     pub fn json(&self, run: &Value) -> Value {
         let Self { found, target, inspection, .. } = self;
         json!({
@@ -60,26 +59,26 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// For people.
+    /// Report for a terminal.
     pub fn text(&self) -> String {
         let Self { found, target, inspection, .. } = self;
         let physics = &inspection.physics;
         let floor = target.floor.map_or_else(String::new, |floor| {
-            format!(" (no reciprocal material comes closer than {floor:.5})")
+            format!("; no reciprocal material has an error below {floor:.5}")
         });
         let too_much = target.reflected.filter(|most| most.is_too_much());
         let too_much = too_much.map_or_else(String::new, |most| {
             let Reflected { albedo, theta_deg } = most;
-            format!("it sends back {albedo:.2} times the light from {theta_deg} degrees; what is found, no more than there is\n")
+            format!("the target reflects {albedo:.2} times the light from {theta_deg} degrees; the fit is limited to 1\n")
         });
         let reciprocal = match physics.not_reciprocal {
-            0 => format!("the same in every bit for all {} swapped pairs", physics.swapped_pairs),
+            0 => format!("exact for all {} swapped pairs", physics.swapped_pairs),
             count => format!("NOT reciprocal for {count} of {} pairs", physics.swapped_pairs),
         };
         format!(
             "{}: {} samples fitted, {} held out{floor}\n\
-             {too_much}E_log {:.5} on what was held out, {:.5} on what was fitted; E_cbrt {:.5}, relative L2 {:.4}\n\
-             {} operations a sample, {} fitted numbers; f from {} to {:.4} (the samples' largest: {:.4}), {} values not finite\n\
+             {too_much}E_log {:.5} on held-out samples, {:.5} on fitted samples; E_cbrt {:.5}, relative L2 {:.4}\n\
+             {} operations per sample, {} fitted parameters; f from {} to {:.4} (largest sample: {:.4}), {} values not finite\n\
              reciprocity: {reciprocal}; the energy limit divides by {:.6}\n",
             self.kind,
             target.fitted.len(),

@@ -1,5 +1,5 @@
-//! What the gallery shows: every model as it is by itself, layers over each other and over a program, one material under every
-//! kind of light.
+//! Contents of the gallery: every model by itself, layers over each other and over a program, one
+//! material under every kind of light.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use brood_preset::PRESETS;
 use brood_scene::{EnvironmentMap, IesProfile, LightAssets, Scene};
 use serde_json::{Value, json};
 
-/// Pictures of one kind.
-pub struct Room {
+/// Pictures under one heading.
+pub struct Section {
     pub title: &'static str,
     pub words: &'static str,
     pub exhibits: Vec<Exhibit>,
@@ -21,9 +21,9 @@ pub struct Room {
 pub struct Exhibit {
     pub name: String,
     pub about: String,
-    /// Where it is from; empty where that goes without saying.
+    /// Citation; may be empty.
     pub source: String,
-    /// Its parameters, one a line.
+    /// Parameters, one per line.
     pub lines: Vec<String>,
     pub genome: Genome,
     pub scene: Scene,
@@ -31,32 +31,33 @@ pub struct Exhibit {
 }
 
 impl Exhibit {
-    /// Its picture's name.
+    /// File name of the picture.
     pub fn file(&self) -> String {
         format!("{}.png", self.name)
     }
 }
 
-/// A lamp with a beam of some 40 degrees, and a weaker glow to the sides.
+/// IES profile: a beam of some 40 degrees and a weaker glow to the sides.
 const LAMP: &str = "TILT=NONE\n1 -1 1 5 1 1 2 0 0 0\n1 1 60\n0 15 30 60 90\n0\n100 90 35 12 0\n";
-/// A thin varnish.
+/// Thin varnish.
 const VARNISH: &str = ".model cook-torrance\ndiffuse 0 0 0\nf0 0.04 0.04 0.04\nroughness 0.06\n";
-/// Parameters that are the colour of a body, and the one that bodies have here.
-const BODIES: [&str; 4] = ["albedo", "base_color", "diffuse", "rho_d"];
-const BODY: [f64; 3] = [0.5, 0.16, 0.09];
-/// What stands under the lights.
+/// Parameters that hold the body colour.
+const BODY_PARAMETERS: [&str; 4] = ["albedo", "base_color", "diffuse", "rho_d"];
+/// Body colour of all models.
+const BODY_COLOR: [f64; 3] = [0.5, 0.16, 0.09];
+/// Preset shown under the lights.
 const UNDER_LIGHTS: &str = "model-plastic";
 
-/// All of it.
-pub fn rooms() -> Result<Vec<Room>> {
+/// All sections in order.
+pub fn sections() -> Result<Vec<Section>> {
     Ok(vec![
-        Room {
+        Section {
             title: "Models",
-            words: "Each with the parameters that it has unless others are given, but for the colour of its body; under a point light and \
-                    one from behind, which shows the rim.",
+            words: "Each with its default parameters except for the body colour; under a point light and a light from behind, which shows\n\
+                    the rim.",
             exhibits: ModelKind::ALL.into_iter().map(model).collect::<Result<_>>()?,
         },
-        Room {
+        Section {
             title: "Substances",
             words: "Known reflectances at normal incidence, in the model of Cook and Torrance: `brood model show gold`.",
             exhibits: model_presets()
@@ -67,7 +68,7 @@ pub fn rooms() -> Result<Vec<Room>> {
                 })
                 .collect::<Result<_>>()?,
         },
-        Room {
+        Section {
             title: "Layers",
             words: "Up to four models over each other or over a bred program; what they reflect is added.",
             exhibits: vec![
@@ -81,9 +82,9 @@ pub fn rooms() -> Result<Vec<Room>> {
                 layered("matt-clay", "a program, terracotta, glazed by a model", VARNISH)?,
             ],
         },
-        Room {
+        Section {
             title: "Lights",
-            words: "One plastic under each [kind of light](maths/lights.md), with shadows, as scenes have them.",
+            words: "One plastic under each [kind of light](maths/lights.md), with shadows.",
             exhibits: lights()?,
         },
     ])
@@ -104,9 +105,9 @@ fn exhibit(name: &str, about: String, source: &str, genome: Genome) -> Result<Ex
 
 fn model(kind: ModelKind) -> Result<Exhibit> {
     let mut model = Model::new(kind);
-    for name in BODIES {
+    for name in BODY_PARAMETERS {
         if model.get(name).is_some_and(|body| body.iter().any(|channel| *channel > 0.0)) {
-            model = model.with(name, &BODY)?;
+            model = model.with(name, &BODY_COLOR)?;
         }
     }
     let genome = Genome::of_models(vec![model])?;
@@ -118,7 +119,7 @@ fn preset(name: &str) -> Result<&'static str> {
     Ok(found.with_context(|| format!("find the preset {name}"))?.text)
 }
 
-/// A preset, under more models.
+/// Text of a preset with `more` models inserted before its program.
 fn layered(name: &str, about: &str, more: &str) -> Result<Exhibit> {
     let text = preset(name)?;
     let is_instruction = |line: &str| line.starts_with(|c: char| c.is_ascii_uppercase());
@@ -132,7 +133,7 @@ fn layered(name: &str, about: &str, more: &str) -> Result<Exhibit> {
         out += line;
         out.push('\n');
     }
-    ensure!(added || more.is_empty(), "{name} has no program to be coated");
+    ensure!(added || more.is_empty(), "{name} has no program to put layers on");
     let name = if more.is_empty() { name.to_owned() } else { format!("{name}-varnished") };
     exhibit(&name, about.to_owned(), "", out.parse().with_context(|| format!("read {name}"))?)
 }
@@ -141,32 +142,33 @@ fn lights() -> Result<Vec<Exhibit>> {
     let one = |light: Value, about: &str| {
         let genome: Genome = preset(UNDER_LIGHTS)?.parse()?;
         let kind = light["kind"].as_str().unwrap_or_default().to_owned();
-        let mut shown = exhibit(&format!("light-{kind}"), about.to_owned(), "", genome)?;
-        shown.lines = vec![light.to_string()];
+        let mut exhibit_of = exhibit(&format!("light-{kind}"), about.to_owned(), "", genome)?;
+        exhibit_of.lines = vec![light.to_string()];
         let scene = json!({ "mesh": "knob", "shadows": true, "lights": [light] });
-        shown.scene = serde_json::from_value(scene).with_context(|| format!("light by {kind}"))?;
-        shown.assets.insert_profile("lamp.ies", Arc::new(IesProfile::parse(LAMP.as_bytes())?));
-        shown.assets.insert_environment("sky.hdr", Arc::new(sky()?));
-        Ok(shown)
+        exhibit_of.scene =
+            serde_json::from_value(scene).with_context(|| format!("light by {kind}"))?;
+        exhibit_of.assets.insert_profile("lamp.ies", Arc::new(IesProfile::parse(LAMP.as_bytes())?));
+        exhibit_of.assets.insert_environment("sky.hdr", Arc::new(sky()?));
+        Ok(exhibit_of)
     };
     let place = json!([1.5, 2.5, 2.0]);
     [
-        (json!({ "kind": "point" }), "from a point, alike in all directions"),
+        (json!({ "kind": "point" }), "a point, the same in all directions"),
         (json!({ "kind": "spot", "hotspot_deg": 8, "falloff_deg": 14 }), "a cone with a soft rim"),
-        (json!({ "kind": "directional", "direction": [-1, -1, -1] }), "along one direction everywhere"),
+        (json!({ "kind": "directional", "direction": [-1, -1, -1] }), "parallel light"),
         (json!({ "kind": "sphere", "position": place, "radius": 0.8, "samples": 32 }), "a ball: soft shadows"),
-        (json!({ "kind": "disk", "position": place, "radius": 1, "samples": 32 }), "a disk that shines to one side"),
+        (json!({ "kind": "disk", "position": place, "radius": 1, "samples": 32 }), "a disk, one-sided"),
         (json!({ "kind": "rectangle", "position": place, "width": 3, "height": 0.6, "samples": 32 }), "a wide panel: stretched highlights"),
-        (json!({ "kind": "ies", "profile": "lamp.ies", "axis": [-0.5, -0.8, -0.6], "position": place }), "a lamp as its profile says"),
-        (json!({ "kind": "environment", "image": "sky.hdr", "samples": 128 }), "a picture of all around: sky, ground and a low sun"),
-        (json!({ "kind": "ambient", "samples": 64 }), "the same from everywhere: with shadows, ambient occlusion"),
+        (json!({ "kind": "ies", "profile": "lamp.ies", "axis": [-0.5, -0.8, -0.6], "position": place }), "a lamp with an IES profile"),
+        (json!({ "kind": "environment", "image": "sky.hdr", "samples": 128 }), "an environment picture: sky, ground and a low sun"),
+        (json!({ "kind": "ambient", "samples": 64 }), "the same radiance from everywhere: with shadows, ambient occlusion"),
     ]
     .into_iter()
     .map(|(light, about)| one(light, about))
     .collect()
 }
 
-/// A sky that is blue above and pale at the horizon, a brown ground, and a sun of a few degrees.
+/// Sky that is blue above and pale at the horizon, with a brown ground and a sun of a few degrees.
 fn sky() -> Result<EnvironmentMap> {
     const SIZE: (u16, u16) = (64, 32);
     let pixel = |(row, column): (u16, u16)| -> [f32; 3] {

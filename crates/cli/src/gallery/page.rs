@@ -1,24 +1,24 @@
-//! The gallery's page: what each picture shows, as Markdown that needs nothing but the files beside it.
+//! Page of the gallery, as Markdown that refers only to files in the same folder.
 
-use super::exhibit::{Exhibit, Room};
+use super::exhibit::{Exhibit, Section};
 use super::{FOLDER, SHEET};
 
 const HEAD: &str = "\
 # Gallery
 
-What the models, layers and lights look like, rendered by brood itself. This page and its pictures are written by
-`brood model gallery -o docs`; a test holds them against what that command writes. The formulas are in
-[Models of reflectance](maths/shading.md), the lights in [Lights](maths/lights.md).
+What the models, layers and lights look like, rendered by brood itself. `brood model gallery -o docs` writes this page
+and its pictures; a test compares them with the output of that command. The formulas are in [Models of
+reflectance](maths/shading.md), the lights in [Lights](maths/lights.md).
 
 ";
 
-/// The page.
-pub fn markdown(rooms: &[Room]) -> String {
-    let mut text = format!("{HEAD}![All of them, in the order of this page]({SHEET})\n");
-    for room in rooms {
-        text += &format!("\n## {}\n\n{}\n\n", room.title, room.words);
+/// Renders the page.
+pub fn markdown(sections: &[Section]) -> String {
+    let mut text = format!("{HEAD}![All pictures in the order of this page]({SHEET})\n");
+    for section in sections {
+        text += &format!("\n## {}\n\n{}\n\n", section.title, section.words);
         text += "| picture | what | parameters |\n|---|---|---|\n";
-        room.exhibits.iter().for_each(|exhibit| text += &row(exhibit));
+        section.exhibits.iter().for_each(|exhibit| text += &row(exhibit));
     }
     text
 }

@@ -1,4 +1,4 @@
-//! A server over kept-alive connections, as a page has them.
+//! HTTP client of the benchmarks, over kept-alive connections like those of the page.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use reqwest::{Client, RequestBuilder};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// The server.
+/// Connection to one server.
 pub struct Api {
     http: Client,
     url: String,
@@ -18,7 +18,7 @@ pub struct Api {
 }
 
 impl Api {
-    /// Nothing is sent yet.
+    /// Sends no request yet.
     pub fn new(url: &str, token: Option<String>) -> Result<Self> {
         let http = Client::builder()
             .timeout(Duration::from_secs(60))
@@ -29,7 +29,7 @@ impl Api {
         Ok(Self { http, url: url.to_owned(), token })
     }
 
-    /// What a POST of JSON answers, and its head.
+    /// Sends a POST of JSON; returns the parsed answer and the response headers.
     pub async fn post<T: DeserializeOwned>(
         &self,
         path: &str,
@@ -40,13 +40,13 @@ impl Api {
         Ok((serde_json::from_slice(&body).with_context(|| path.to_owned())?, headers))
     }
 
-    /// What a GET answers.
+    /// Sends a GET; returns the parsed answer.
     pub async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T> {
         let request = self.http.get(format!("{}{path}", self.url));
         serde_json::from_slice(&self.send(request).await?.0).with_context(|| path.to_owned())
     }
 
-    /// What a POST of several parts answers.
+    /// Sends a multipart POST; returns the parsed answer.
     pub async fn post_parts<T: DeserializeOwned>(
         &self,
         path: &str,
@@ -65,7 +65,7 @@ impl Api {
         serde_json::from_slice(&answer).with_context(|| path.to_owned())
     }
 
-    /// Fetches the pictures of all children and of the centre at once.
+    /// Fetches the pictures of all children and of the centre concurrently; returns their number.
     pub async fn pictures(&self, generation: &Generation) -> Result<usize> {
         let individuals = generation.individuals.iter().chain(&generation.centre);
         let fetch = individuals.map(|individual| async {
@@ -84,10 +84,10 @@ impl Api {
         let response = request.send().await.context("reach the server")?;
         let status = response.status();
         let headers = response.headers().clone();
-        let body = response.bytes().await.context("read the answer")?;
+        let body = response.bytes().await.context("read the response")?;
         if !status.is_success() {
             let text = String::from_utf8_lossy(&body);
-            bail!("the server answered {status}: {}", text.chars().take(300).collect::<String>());
+            bail!("the server returned {status}: {}", text.chars().take(300).collect::<String>());
         }
         Ok((body.into(), headers))
     }

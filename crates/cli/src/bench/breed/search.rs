@@ -1,4 +1,5 @@
-//! Searches that run beside the broods that are timed: begun, and then paused and resumed together.
+//! Searches that load the server while broods are timed; started once, then paused and resumed
+//! together.
 
 use std::fmt::Write;
 use std::time::Duration;
@@ -11,16 +12,16 @@ use serde_json::{Value, json};
 use super::api::Api;
 
 const SAMPLES: usize = 4000;
-/// Longer than any benchmark.
+/// Budget of a search; longer than any benchmark.
 const SECONDS: f64 = 24.0 * 3600.0;
-/// How long a worker may take to begin.
+/// Longest wait for a worker to start a search.
 const WAIT: Duration = Duration::from_secs(30);
 
-/// Jobs of a server, by their ids.
+/// Ids of the search jobs.
 pub struct Searches(Vec<String>);
 
 impl Searches {
-    /// Begins so many, and pauses them.
+    /// Starts `count` searches and pauses them.
     pub async fn begin(api: &Api, count: u16) -> Result<Self> {
         let mut jobs = Vec::new();
         if count == 0 {
@@ -40,7 +41,7 @@ impl Searches {
         Ok(all)
     }
 
-    /// Lets them go on, and waits until one does.
+    /// Resumes the searches and waits until at least one runs.
     pub async fn resume(&self, api: &Api) -> Result<()> {
         self.change(api, "resume").await?;
         let begun = std::time::Instant::now();
@@ -53,17 +54,20 @@ impl Searches {
             }
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
-        bail!("no search began within {} s: the server has no worker that searches", WAIT.as_secs())
+        bail!(
+            "no search started within {} s: the server needs a worker that runs searches",
+            WAIT.as_secs()
+        )
     }
 
-    /// Lets them wait; a worker ends its generation.
+    /// Pauses the searches and gives the worker a second to finish its generation.
     pub async fn pause(&self, api: &Api) -> Result<()> {
         self.change(api, "pause").await?;
         tokio::time::sleep(Duration::from_secs(1)).await;
         Ok(())
     }
 
-    /// Ends them, and says how many generations they came to in all.
+    /// Cancels the searches and returns the number of generations completed by all of them.
     pub async fn end(&self, api: &Api) -> Result<u64> {
         let mut generations = 0;
         for id in &self.0 {
@@ -74,15 +78,16 @@ impl Searches {
         Ok(generations)
     }
 
-    async fn change(&self, api: &Api, deed: &str) -> Result<()> {
+    async fn change(&self, api: &Api, action: &str) -> Result<()> {
         for id in &self.0 {
-            let (_, _): (Value, _) = api.post(&format!("/v1/jobs/{id}/{deed}"), &json!({})).await?;
+            let (_, _): (Value, _) =
+                api.post(&format!("/v1/jobs/{id}/{action}"), &json!({})).await?;
         }
         Ok(())
     }
 }
 
-/// Samples of a rough metal as CSV.
+/// Samples of a rough metal, as CSV.
 fn metal() -> String {
     let metal = Model::new(ModelKind::Conductor).brdf();
     let mut text = String::from("wix,wiy,wiz,wox,woy,woz,r,g,b\n");

@@ -1,5 +1,5 @@
-//! Where the time of a brood went: what the client saw, what the server says in `Server-Timing`, and what the job that
-//! rendered it says. Refuses to know how they are fetched.
+//! Splits the time of a brood into stages, from the client's clock, the `Server-Timing` header and
+//! the render job's times. Independent of how these are fetched.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,46 +11,46 @@ use serde::Serialize;
 /// Times of one brood.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// Request to the whole answer.
+    /// Request to the end of the answer.
     pub breed: Duration,
     /// Request to the last byte of the last picture.
     pub total: Duration,
-    /// Stages of the request as the server tells them.
+    /// Stages of the request, from `Server-Timing`.
     pub server: BTreeMap<String, Duration>,
-    /// The job that rendered its pictures, once it is done.
+    /// Render job of the brood, if it has one.
     pub job: Option<JobAnswer>,
 }
 
-/// A row of figures.
+/// Name of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stage {
-    /// In JSON.
+pub struct StageName {
+    /// Key in JSON.
     pub key: &'static str,
-    /// On screen; indented below what it is a part of.
+    /// Printed label, indented below the stage that contains this one.
     pub label: &'static str,
 }
 
-/// By rank.
+/// Order statistics of a stage.
 #[derive(Debug, Serialize)]
-pub struct Figures {
+pub struct StageTimes {
     pub median_ms: f64,
     pub p99_ms: f64,
     pub min_ms: f64,
     pub max_ms: f64,
 }
 
-/// How a stage's time is taken from a sample; none where its parts were not told.
-type Take = fn(&Sample) -> Option<Duration>;
+/// Extracts a stage's time from a sample; `None` if its parts were not reported.
+type Extract = fn(&Sample) -> Option<Duration>;
 
-const STAGES: [(&str, &str, Take); 15] = [
+const STAGES: [(&str, &str, Extract); 15] = [
     ("total", "request to last picture", |it| Some(it.total)),
     ("breed", "  request to 201", |it| Some(it.breed)),
-    ("read", "    lineage and parents read", |it| it.told("read")),
-    ("make", "    births, lowering, bytes", |it| it.told("make")),
-    ("prepare", "    keys, rows, job", |it| it.told("prepare")),
-    ("queue", "    wait for other writes", |it| it.told("queue")),
-    ("write", "    statements", |it| it.told("write")),
-    ("commit", "    commit to disk", |it| it.told("commit")),
+    ("read", "    lineage and parents read", |it| it.server_stage("read")),
+    ("make", "    births, lowering, bytes", |it| it.server_stage("make")),
+    ("prepare", "    keys, rows, job", |it| it.server_stage("prepare")),
+    ("queue", "    wait for other writes", |it| it.server_stage("queue")),
+    ("write", "    statements", |it| it.server_stage("write")),
+    ("commit", "    commit to disk", |it| it.server_stage("commit")),
     ("pictures", "  201 to last picture", |it| it.total.checked_sub(it.breed)),
     ("queued", "  wait for a worker", |it| Some(Duration::from_micros(it.times()?.queued_us))),
     ("handover", "  hand-over to the worker and back", Sample::handover),
@@ -63,7 +63,7 @@ const STAGES: [(&str, &str, Take); 15] = [
 ];
 
 impl Sample {
-    fn told(&self, name: &str) -> Option<Duration> {
+    fn server_stage(&self, name: &str) -> Option<Duration> {
         self.server.get(name).copied()
     }
 
@@ -75,7 +75,7 @@ impl Sample {
         self.job.as_ref()?.work.as_ref()
     }
 
-    /// A time that not every worker measures: 0 is taken as not told.
+    /// Time that not every worker measures: 0 counts as not reported.
     fn work_us(&self, of: impl Fn(&Work) -> u64) -> Option<Duration> {
         Some(of(self.work()?)).filter(|us| *us > 0).map(Duration::from_micros)
     }
@@ -85,41 +85,45 @@ impl Sample {
         Some(Duration::from_micros(leased_us.saturating_sub(self.work()?.busy_us)))
     }
 
-    /// From the results at the server to the last byte at the client: what is left when everything before is taken off.
+    /// Time from the results' arrival at the server to the last byte at the client: the total minus
+    /// all stages before.
     fn delivery(&self) -> Option<Duration> {
         let JobTimes { queued_us, leased_us } = self.times()?;
-        let before = self.told("read")? + self.told("make")? + self.told("prepare")?;
-        let landed = before + Duration::from_micros(queued_us + leased_us);
-        Some(self.total.saturating_sub(landed))
+        let before = self.server_stage("read")?
+            + self.server_stage("make")?
+            + self.server_stage("prepare")?;
+        let received = before + Duration::from_micros(queued_us + leased_us);
+        Some(self.total.saturating_sub(received))
     }
 }
 
-/// The stages that were told for any sample, with its times.
-pub fn stages(samples: &[Sample]) -> Vec<(Stage, Vec<Duration>)> {
-    let of = |take: Take| -> Vec<_> { samples.iter().filter_map(take).collect() };
+/// Returns the stages reported by at least one sample, with their times.
+pub fn stages(samples: &[Sample]) -> Vec<(StageName, Vec<Duration>)> {
+    let of = |take: Extract| -> Vec<_> { samples.iter().filter_map(take).collect() };
     STAGES
         .into_iter()
-        .map(|(key, label, take)| (Stage { key, label }, of(take)))
+        .map(|(key, label, take)| (StageName { key, label }, of(take)))
         .filter(|(_, times)| !times.is_empty())
         .collect()
 }
 
-/// One slow brood, and what may have made it slow.
+/// One slow brood with the likely causes.
 #[derive(Debug, Serialize)]
 pub struct Slow {
-    /// Its number in the run, from 0.
+    /// Number of the brood in the run, from 0.
     pub brood: usize,
     pub total_ms: f64,
     pub breed_ms: f64,
     pub commit_ms: Option<f64>,
     pub render_ms: Option<f64>,
     pub film_ms: Option<f64>,
-    /// Sample sets made for it, and samples of its rough pixels.
+    /// Number of sample sets built for it.
     pub sets_made: u64,
+    /// Number of samples in its rough pixels.
     pub rough_samples: u64,
 }
 
-/// The slowest broods, the slowest first.
+/// Returns the `count` slowest broods, slowest first.
 pub fn slowest(samples: &[Sample], count: usize) -> Vec<Slow> {
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     let mut numbered: Vec<(usize, &Sample)> = samples.iter().enumerate().collect();
@@ -128,7 +132,7 @@ pub fn slowest(samples: &[Sample], count: usize) -> Vec<Slow> {
         brood,
         total_ms: ms(sample.total),
         breed_ms: ms(sample.breed),
-        commit_ms: sample.told("commit").map(ms),
+        commit_ms: sample.server_stage("commit").map(ms),
         render_ms: sample.work().map(|work| work.busy_us as f64 / 1e3),
         film_ms: sample.work_us(|work| work.film_us).map(ms),
         sets_made: sample.work().map_or(0, |work| work.sets_made),
@@ -137,15 +141,15 @@ pub fn slowest(samples: &[Sample], count: usize) -> Vec<Slow> {
     numbered.into_iter().take(count).map(slow).collect()
 }
 
-/// Figures of at least one time.
-pub fn figures(times: impl IntoIterator<Item = Duration>) -> Figures {
+/// Computes the order statistics of `times`, which must not be empty.
+pub fn figures(times: impl IntoIterator<Item = Duration>) -> StageTimes {
     let mut times: Vec<f64> = times.into_iter().map(|time| time.as_secs_f64() * 1e3).collect();
     times.sort_by(f64::total_cmp);
     let rank = |share: usize| times[(share * times.len()).div_ceil(100).max(1) - 1];
-    Figures { median_ms: rank(50), p99_ms: rank(99), min_ms: rank(0), max_ms: rank(100) }
+    StageTimes { median_ms: rank(50), p99_ms: rank(99), min_ms: rank(0), max_ms: rank(100) }
 }
 
-/// The stages in `Server-Timing`.
+/// Parses the stages of `Server-Timing`.
 pub fn server_timing(headers: &HeaderMap) -> BTreeMap<String, Duration> {
     let values = headers.get_all("server-timing").iter().filter_map(|value| value.to_str().ok());
     let stages = values.flat_map(|text| text.split(',')).filter_map(|stage| {
@@ -156,7 +160,7 @@ pub fn server_timing(headers: &HeaderMap) -> BTreeMap<String, Duration> {
     stages.collect()
 }
 
-/// Where the job is that renders a brood.
+/// Path of the render job of a brood, from its `Link` header.
 pub fn job_path(headers: &HeaderMap) -> Option<&str> {
     let link = headers.get(LINK)?.to_str().ok()?;
     link.strip_prefix('<')?.strip_suffix(">; rel=\"status\"")
@@ -181,8 +185,8 @@ mod tests {
     #[test]
     fn stages_are_read_from_headers_and_job() {
         let mut headers = HeaderMap::new();
-        let told = "read;dur=1.000, make;dur=2.500, prepare;dur=0.5, nonsense, commit;dur=x";
-        headers.insert("server-timing", HeaderValue::from_static(told));
+        let timing = "read;dur=1.000, make;dur=2.500, prepare;dur=0.5, nonsense, commit;dur=x";
+        headers.insert("server-timing", HeaderValue::from_static(timing));
         headers.insert(LINK, HeaderValue::from_static("</v1/jobs/1>; rel=\"status\""));
         assert_eq!(job_path(&headers), Some("/v1/jobs/1"));
         let job = JobAnswer {
@@ -211,6 +215,6 @@ mod tests {
         assert_eq!(of("pictures"), Some((2, 10_000)));
         assert_eq!(of("handover"), Some((2, 2000)));
         assert_eq!(of("delivery"), Some((2, 2000)));
-        assert_eq!((of("commit"), of("film")), (None, None), "what is not told is left out");
+        assert_eq!((of("commit"), of("film")), (None, None), "unreported stages are left out");
     }
 }

@@ -1,12 +1,13 @@
 "use strict";
-// Runs each program of the page three times: on the inputs that brood computed, where every bit must agree, in the text for
-// any texture position and in the shorter one for those there are, and on the directions themselves, where inputs are computed
-// in f32 here and in f64 there. Then each model of the suite on directions: its errors are relative, and in units of what rounding
-// directions and parameters does.
+// Runs each program three times: on inputs computed by brood, where every bit must agree, once with
+// the export for any texture position and once with the shorter export for the positions in use;
+// then on the directions themselves, where the inputs are computed in f32 here and in f64 in brood.
+// Then runs each model of the suite on directions; its errors are relative, and in units of the
+// effect of rounding directions and parameters.
 const data = JSON.parse(document.getElementById("data").textContent);
 const gl = document.createElement("canvas").getContext("webgl2", { antialias: false, depth: false });
 
-/** Bits of no result. */
+/** NaN bits that no program returns; marks pixels that were not drawn. */
 const UNDRAWN = 0x7fffffff;
 
 const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
@@ -33,7 +34,7 @@ function compile(fragment) {
   return program;
 }
 
-/** A texture of single numbers, `width` to a row. */
+/** Texture of single floats with `width` values per row. */
 function table(values, width) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -42,7 +43,7 @@ function table(values, width) {
   return texture;
 }
 
-/** The bits of red, green and blue for each sample. */
+/** Returns the bits of red, green and blue of each sample. */
 function run(source, call, values, width) {
   const text = `#version 300 es\n${source}\nprecision highp sampler2D;\nuniform sampler2D values;\nout uvec4 bits;\n` +
     "float at(int column, int row) { return texelFetch(values, ivec2(column, row), 0).r; }\n" +
@@ -50,23 +51,23 @@ function run(source, call, values, width) {
   const program = compile(text);
   const texture = table(values, width);
   gl.useProgram(program);
-  // What is not drawn must not look like what was drawn before.
+  // Cleared, so that stale pixels are not taken for results.
   gl.clearBufferuiv(gl.COLOR, 0, new Uint32Array([UNDRAWN, UNDRAWN, UNDRAWN, UNDRAWN]));
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   const pixels = new Uint32Array(4 * data.samples);
   gl.readPixels(0, 0, data.samples, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pixels);
   gl.deleteProgram(program);
   gl.deleteTexture(texture);
-  if (gl.getError() !== gl.NO_ERROR || pixels.includes(UNDRAWN)) throw new Error("nothing was drawn");
+  if (gl.getError() !== gl.NO_ERROR || pixels.includes(UNDRAWN)) throw new Error("the shader drew nothing");
   return pixels;
 }
 
-/** wi and wo of the row k of the values. */
+/** GLSL arguments wi and wo of row k of the values. */
 const directionsAt = () => [0, 3].map((first) => `vec3(at(${first}, k), at(${first + 1}, k), at(${first + 2}, k))`).join(", ");
 
 const FRAME = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
 
-/** What was found of all models of a kind. */
+/** Returns the errors of all models of a kind. */
 function measureKind({ kind, median, units, cases }, directions) {
   const relative = [];
   let most = 0;
@@ -77,10 +78,10 @@ function measureKind({ kind, median, units, cases }, directions) {
     for (let place = 0; place < wanted.length; place++) {
       const value = found[4 * Math.floor(place / 3) + (place % 3)];
       if (!(value >= 0 && value < Infinity)) strange += 1;
-      const off = Math.abs(value - wanted[place]);
-      // Exponentials end before f32 does.
-      if (wanted[place] > 1e-20) relative.push(off / wanted[place]);
-      most = Math.max(most, off / scale[place]);
+      const error = Math.abs(value - wanted[place]);
+      // Exponentials underflow below the range of f32.
+      if (wanted[place] > 1e-20) relative.push(error / wanted[place]);
+      most = Math.max(most, error / scale[place]);
     }
   }
   relative.sort((a, b) => a - b);
@@ -118,7 +119,7 @@ async function measure(progress) {
   const errors = [];
   for (const [number, test] of data.tests.entries()) {
     progress(number);
-    // The page stays alive between programs.
+    // Yields to the event loop between programs.
     await new Promise((resolve) => setTimeout(resolve));
     const inputs = floats(test.inputs);
     const wanted = floats(test.f);
@@ -138,7 +139,7 @@ async function measure(progress) {
           for (let channel = 0; channel < 3; channel++) {
             const place = channel * data.samples + k;
             bits[0] = found[4 * k + channel];
-            // Some processors take what is below the normal numbers as 0.
+            // Some processors flush subnormal numbers to 0.
             if (bits[0] === wantedBits[place] || Math.max(Math.abs(value[0]), Math.abs(wanted[place])) < 2 ** -126) continue;
             count(Math.abs(value[0] - wanted[place]) / (1e-3 + Math.abs(wanted[place])));
           }
@@ -186,12 +187,12 @@ async function show() {
   const rows = [
     ["Graphics processor", renderer],
     ["Programs with the same bits", `${result.exact} of ${result.programs}`],
-    ["Values that differ", `${result.differing} of ${result.values}, at most by ${result.worst_relative.toExponential(1)}`],
-    ["The same in the shorter text", `${result.within_exact} of ${result.programs}, ${result.within_differing} values differ`],
+    ["Values that differ", `${result.differing} of ${result.values}, largest relative error ${result.worst_relative.toExponential(1)}`],
+    ["Same bits in the shorter export", `${result.within_exact} of ${result.programs}, ${result.within_differing} values differ`],
     ["Error from directions in f32", `${result.directions_median.toExponential(1)} in the median, ${result.directions_p99.toExponential(1)} at the 99th percentile`],
     ["Programs refused by the compiler", String(result.failures.length)],
-    ["Kinds of models within their bounds", `${kept} of ${result.models.length}`],
-    ...result.models.map(({ kind, median, worst, units, error }) => [kind, error ?? `off by ${median.toExponential(1)} in the median, ${worst.toExponential(1)} at most, ${units.toFixed(1)} units`]),
+    ["Kinds of model within their bounds", `${kept} of ${result.models.length}`],
+    ...result.models.map(({ kind, median, worst, units, error }) => [kind, error ?? `relative error ${median.toExponential(1)} in the median, ${worst.toExponential(1)} at most, ${units.toFixed(1)} units`]),
   ];
   const body = document.getElementById("rows");
   for (const [name, text] of rows) {

@@ -1,4 +1,5 @@
-//! What is fitted: materials of the file of weights by their names, and files of measurements beside it.
+//! Materials to fit: entries of the weights file (nbrdf/merl.json) by name, and measurement files
+//! next to it.
 
 use std::path::{Path, PathBuf};
 
@@ -6,11 +7,11 @@ use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Neural};
 use brood_search::{MeasuredTarget, TargetKind};
 
-use crate::material_file::{self, Material};
+use crate::material_file::{self, MaterialFile};
 use crate::output;
 
-/// The materials that figures are told of.
-const USUAL: [&str; 20] = [
+/// Materials of the reported figures.
+const DEFAULT_MATERIALS: [&str; 20] = [
     "alum-bronze",
     "aluminium",
     "black-obsidian",
@@ -32,58 +33,60 @@ const USUAL: [&str; 20] = [
     "pink-fabric",
     "steel",
 ];
-/// Stands for every material of the file of weights.
+/// Selects every material of the weights file.
 const ALL: &str = "all";
 
-/// One of them.
-pub struct Measured {
+/// One material and its target.
+pub struct FitMaterial {
     pub name: String,
     pub target: MeasuredTarget,
-    /// Where it is known at every pair of directions.
+    /// Reflectance at every pair of directions, if it is known.
     pub brdf: Option<Box<dyn Brdf>>,
 }
 
-/// The folder they are in.
-pub struct Source {
+/// Folder of the materials.
+pub struct MaterialFolder {
     folder: PathBuf,
     weights: Vec<u8>,
 }
 
-impl Source {
-    /// Reads the file of weights.
+impl MaterialFolder {
+    /// Reads the weights file.
     pub fn open(folder: &Path) -> Result<Self> {
         let weights = output::read_file(&folder.join("nbrdf/merl.json"), 64 << 20)?;
         Ok(Self { folder: folder.to_owned(), weights })
     }
 
-    /// The usual ones where none is named, or all.
+    /// Names of the default materials if none is given, of all for `all`, else the given names.
     pub fn names(&self, asked: &[String]) -> Result<Vec<String>> {
         match asked {
-            [] => Ok(USUAL.map(str::to_owned).to_vec()),
+            [] => Ok(DEFAULT_MATERIALS.map(str::to_owned).to_vec()),
             [all] if all == ALL => Ok(Neural::names(&self.weights)?),
             names => Ok(names.to_vec()),
         }
     }
 
-    /// A material of the file of weights, or the file of that name in the folder.
-    pub fn read(&self, name: &str) -> Result<Measured> {
+    /// Reads a material of the weights file, or the measurement file of that name in the folder.
+    pub fn read(&self, name: &str) -> Result<FitMaterial> {
         let path = self.folder.join(name);
         let Some(kind) = kind(&path) else {
             let neural = Neural::read(&self.weights, name).context("nbrdf/merl.json")?;
             let target = MeasuredTarget::of(&neural)?;
-            return Ok(Measured { name: name.to_owned(), target, brdf: Some(Box::new(neural)) });
+            return Ok(FitMaterial { name: name.to_owned(), target, brdf: Some(Box::new(neural)) });
         };
         let (target, _) = material_file::read_target(&path)?;
-        // Scattered samples say nothing of what lies between them.
+        // Scattered samples do not define f between them.
         let brdf = match kind {
             TargetKind::Merl | TargetKind::Rgl => match material_file::read(&path)? {
-                Material::Measured(brdf, _) => Some(brdf),
-                Material::Bred(_) => bail!("{} is a genome", path.display()),
+                MaterialFile::Measured(brdf, _) => Some(brdf),
+                MaterialFile::Bred(_) => {
+                    bail!("{} is a genome, expected a measured material", path.display())
+                }
             },
             _ => None,
         };
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Measured { name: stem, target, brdf })
+        Ok(FitMaterial { name: stem, target, brdf })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Published fits of the same materials, from tables of their parameters.
+//! Published fits of the same materials, read from tables of their parameters.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -9,13 +9,14 @@ use brood_search::{Samples, metric};
 
 use crate::output;
 
-/// A model, the table of its fits, and for each parameter the column that holds it; `_r`, `_g` and `_b` are added for colours.
+/// Model, table of its fits, and table column of each parameter; colours use the suffixes `_r`,
+/// `_g` and `_b`.
 struct Source {
     name: &'static str,
     kind: ModelKind,
     table: &'static str,
     columns: &'static [(&'static str, &'static str)],
-    /// Parameters that are a choice, and what is chosen.
+    /// Parameters that are a choice of words, with the chosen word.
     choices: &'static [(&'static str, &'static str)],
 }
 
@@ -60,22 +61,22 @@ const SOURCES: [Source; 3] = [
     },
 ];
 
-/// Fits of many materials, by source and material.
+/// Published models, by source and material.
 pub struct Published(Vec<HashMap<String, Model>>);
 
 impl Published {
-    /// Reads the tables of a folder.
+    /// Reads the tables in `folder`.
     pub fn read(folder: &Path) -> Result<Self> {
         let models = |source: &Source| {
             let path = folder.join(source.table);
             let text = String::from_utf8(output::read_file(&path, 1 << 20)?);
-            let text = text.with_context(|| format!("{} is no text", path.display()))?;
+            let text = text.with_context(|| format!("{} is not UTF-8 text", path.display()))?;
             models(source, &text).with_context(|| path.display().to_string())
         };
         Ok(Self(SOURCES.iter().map(models).collect::<Result<_>>()?))
     }
 
-    /// E_log of each source's fit of a material, as it was published, where there is one.
+    /// E_log of each source's published fit of a material; `None` for a source without one.
     pub fn e_log(
         &self,
         material: &str,
@@ -93,16 +94,18 @@ impl Published {
 
 fn models(source: &Source, text: &str) -> Result<HashMap<String, Model>> {
     let mut lines = text.lines();
-    let head: Vec<&str> = lines.next().context("it is empty")?.split(',').collect();
+    let head: Vec<&str> = lines.next().context("the table is empty")?.split(',').collect();
     let mut models = HashMap::new();
     for line in lines {
         let cells: HashMap<&str, &str> = head.iter().copied().zip(line.split(',')).collect();
-        let name = *cells.get("material").context("it has no column material")?;
+        let name = *cells.get("material").context("the table needs a column material")?;
         let mut model = Model::new(source.kind);
         for (parameter, column) in source.columns {
             let number = |column: &str| -> Result<f64> {
-                let cell = cells.get(column).with_context(|| format!("no {column} of {name}"))?;
-                cell.parse().with_context(|| format!("{column} of {name} is {cell}"))
+                let cell =
+                    cells.get(column).with_context(|| format!("{name} has no column {column}"))?;
+                cell.parse()
+                    .with_context(|| format!("{column} of {name} must be a number, got {cell}"))
             };
             let numbers = match cells.contains_key(column) {
                 true => vec![number(column)?],
@@ -126,14 +129,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn table_becomes_models_and_what_it_lacks_is_said() {
+    fn table_becomes_models_and_bad_cells_are_named() {
         let head = "material,kD_r,kD_g,kD_b,A_r,A_g,A_b,B,C,ior\n";
         let found =
             models(&SOURCES[1], &format!("{head}red,0.1,0.2,0.3,4,5,6,7,1.5,1.4\n")).unwrap();
         assert_eq!(found["red"].get("diffuse"), Some(&[0.1, 0.2, 0.3][..]));
         assert_eq!(found["red"].get("ior"), Some(&[1.4][..]));
         let error = models(&SOURCES[1], &format!("{head}red,0.1,0.2,x,4,5,6,7,1.5,1.4\n"));
-        assert_eq!(error.unwrap_err().to_string(), "kD_b of red is x");
+        assert_eq!(error.unwrap_err().to_string(), "kD_b of red must be a number, got x");
         assert!(models(&SOURCES[1], "material,kD\nred,1\n").is_err());
     }
 }

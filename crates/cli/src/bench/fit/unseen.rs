@@ -1,4 +1,5 @@
-//! How far a fit looks from its material where neither light nor shape was seen before: colour differences of pictures.
+//! Colour difference between pictures of a fit and of its material, under a light and on a shape
+//! that the fit has not seen.
 
 use std::io::Cursor;
 
@@ -14,13 +15,13 @@ use crate::compare::Subject;
 use crate::diff::itp;
 
 const SIZE_PX: u32 = 128;
-/// Luminance of linear 1 in cd/m2.
+/// Luminance of linear 1, in cd/m2.
 const WHITE: f64 = 100.0;
 
-/// The mean over the exchange of light and eye, which is what fits are told of.
-struct Exchanged<'a>(&'a dyn Brdf);
+/// Mean of f and of f with light and eye exchanged; the reciprocal part, which fits are given.
+struct Symmetrised<'a>(&'a dyn Brdf);
 
-impl Brdf for Exchanged<'_> {
+impl Brdf for Symmetrised<'_> {
     fn f(&self, pair: &DirectionPair) -> DVec3 {
         (0.5 * (self.0.f(pair) + self.0.f(&pair.swapped()))).max(DVec3::ZERO)
     }
@@ -30,57 +31,61 @@ impl Brdf for Exchanged<'_> {
     }
 }
 
-/// Means over the pixels that the object covers, and over both lights.
+/// Mean differences over the pixels covered by the object, averaged over both lights.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Unseen {
+pub struct ViewDifference {
     pub itp: f64,
     pub flip: f64,
 }
 
-impl Unseen {
-    /// Of what pictures cannot be taken.
+impl ViewDifference {
+    /// Value for materials without pictures.
     pub const UNKNOWN: Self = Self { itp: f64::NAN, flip: f64::NAN };
 }
 
-/// What pictures are taken of: a knob under the usual light, and under one that is elsewhere.
+/// Scene of the comparison: a knob under the default light and under one elsewhere.
 pub struct Studio {
     mesh: Mesh,
     assets: LightAssets,
 }
 
 impl Studio {
-    /// Sets it up.
+    /// Creates the mesh of the scene.
     pub fn new() -> Self {
         Self { mesh: Mesh::builtin(BuiltinMesh::Knob), assets: LightAssets::default() }
     }
 
-    /// A material held against another, at the exposure of that; and a picture of the other above it, light by light.
-    pub fn compare(&self, wanted: &dyn Brdf, genome: &Genome) -> Result<(Unseen, Vec<u8>)> {
-        let (wanted, found) = (&Exchanged(wanted) as &dyn Brdf, Subject::of("fit", genome.clone()));
-        let usual = Scene { mesh: MeshRef::Builtin(BuiltinMesh::Knob), ..Scene::default() };
-        let other = usual.with_light_deg(usual.light_deg + OTHER_LIGHT_DEG);
-        let (mut sum, mut sheet) = (Unseen::default(), RgbImage::new(2 * SIZE_PX, 2 * SIZE_PX));
-        for (column, mut scene) in [usual, other].into_iter().enumerate() {
-            let first = self.take(&scene, wanted);
+    /// Compares a genome with a material at the material's exposure. Also returns a PNG: one column
+    /// per light, with the material in the upper row and the genome in the lower.
+    pub fn compare(&self, target: &dyn Brdf, genome: &Genome) -> Result<(ViewDifference, Vec<u8>)> {
+        let (target, found) =
+            (&Symmetrised(target) as &dyn Brdf, Subject::of("fit", genome.clone()));
+        let default = Scene { mesh: MeshRef::Builtin(BuiltinMesh::Knob), ..Scene::default() };
+        let other = default.with_light_deg(default.light_deg + OTHER_LIGHT_DEG);
+        let (mut sum, mut sheet) =
+            (ViewDifference::default(), RgbImage::new(2 * SIZE_PX, 2 * SIZE_PX));
+        for (column, mut scene) in [default, other].into_iter().enumerate() {
+            let first = self.take(&scene, target);
             scene.film.exposure = Exposure::Ev(first.developed.exposure_ev);
             let second = self.take(&scene, &found);
             let covered: f64 =
                 first.radiance.coverage().iter().map(|share| f64::from(*share)).sum();
             let ev = first.developed.exposure_ev;
             let (a, b) = (linear(&first, ev), linear(&second, ev));
-            // The background is the same in both, so that means over pictures are too small by what they are covered.
+            // The background is the same in both, so means over the picture are divided by the
+            // covered share.
             let share = covered / a.linear().len() as f64;
             sum.itp += itp::mean_difference(a.linear(), b.linear(), WHITE) / share / 2.0;
             sum.flip += a.flip(&b) / share / 2.0;
             for (row, picture) in [a, b].iter().enumerate() {
                 let cell = RgbImage::from_raw(SIZE_PX, SIZE_PX, picture.encoded());
-                let cell = cell.context("three bytes a pixel")?;
+                let cell = cell.context("a picture needs three bytes per pixel")?;
                 let place = |index: usize| index as i64 * i64::from(SIZE_PX);
                 imageops::replace(&mut sheet, &cell, place(column), place(row));
             }
         }
         let mut png = Cursor::new(Vec::new());
-        sheet.write_to(&mut png, ImageFormat::Png).context("write a picture")?;
+        sheet.write_to(&mut png, ImageFormat::Png).context("encode the PNG")?;
         Ok((sum, png.into_inner()))
     }
 
@@ -102,7 +107,7 @@ mod tests {
     use brood_brdf::{Model, ModelKind};
 
     #[test]
-    fn material_does_not_differ_from_itself_and_does_from_another() {
+    fn material_differs_from_another_but_not_from_itself() {
         let studio = Studio::new();
         let model = Model::new(ModelKind::Conductor);
         let genome = Genome::of_models(vec![model.clone()]).unwrap();

@@ -1,7 +1,7 @@
-//! Order of the quadrature of the directional albedo, on which the energy limit rests.
+//! Sweep of the quadrature order of the directional albedo, which the energy limit uses.
 //!
-//! For each genome the search of the energy limit names the incident direction where the albedo is largest; there the
-//! integral is taken at growing orders and held against f64 at a high one.
+//! For each genome, the search of the energy limit finds the incident direction with the largest
+//! albedo. There the integral is computed at growing orders and compared with a high order in f64.
 
 use anyhow::Result;
 use brood_eval::{
@@ -12,20 +12,20 @@ use brood_scene::SampleSet;
 
 use crate::bench::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::bench::record::Finding;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// The relative error that canonical f32 itself may add: the bound speaks of the quadrature.
+/// Relative error allowed for rounding in canonical f32, on top of the bound of the quadrature.
 const ROUNDING: f64 = 1e-6;
 
-struct Extent {
+struct Workload {
     genomes: u32,
     orders: &'static [usize],
     reference_order: usize,
     repeats: u32,
 }
 
-/// One order for all genomes.
+/// Results of one order for all genomes.
 struct OrderResult {
     order: usize,
     ms: Vec<f64>,
@@ -34,38 +34,39 @@ struct OrderResult {
 
 struct Limits {
     ms: Vec<f64>,
-    /// True relative error at the place found, and the bound that the limit reports.
+    /// Relative error at the found place.
     errors: Vec<f64>,
+    /// Error bound that the limit reports.
     bounds: Vec<f64>,
 }
 
-/// One finding.
+/// Measures the finding.
 pub fn measure(short: bool, seed: u64) -> Result<Finding> {
-    let extent = if short {
-        Extent { genomes: 2, orders: &[4, 16, 64], reference_order: 128, repeats: 1 }
+    let workload = if short {
+        Workload { genomes: 2, orders: &[4, 16, 64], reference_order: 128, repeats: 1 }
     } else {
-        Extent {
+        Workload {
             genomes: 50,
             orders: &[4, 8, 16, 32, 64, 128, 256],
             reference_order: 1024,
             repeats: 3,
         }
     };
-    let usual = LimitSearch::new(Effort::USUAL);
+    let search = LimitSearch::new(Effort::USUAL);
     let pool = one_thread()?;
     let result = |order: &usize| OrderResult { order: *order, ms: Vec::new(), errors: Vec::new() };
-    let mut orders: Vec<OrderResult> = extent.orders.iter().map(result).collect();
+    let mut orders: Vec<OrderResult> = workload.orders.iter().map(result).collect();
     let mut limits = Limits { ms: Vec::new(), errors: Vec::new(), bounds: Vec::new() };
     let mut reference_error = Vec::new();
-    let bar = output::bar(extent.genomes.into(), "albedo");
-    for program in programs(seed, extent.genomes) {
+    let bar = output::bar(workload.genomes.into(), "albedo");
+    for program in programs(seed, workload.genomes) {
         let (ms, (limit, place)) =
-            pool.install(|| fastest_ms(extent.repeats, || Ok(usual.run(&program))))?;
-        let exact = reference(&program, &place, extent.reference_order);
-        let coarser = reference(&program, &place, extent.reference_order / 2);
+            pool.install(|| fastest_ms(workload.repeats, || Ok(search.run(&program))))?;
+        let exact = reference(&program, &place, workload.reference_order);
+        let coarser = reference(&program, &place, workload.reference_order / 2);
         bar.inc(1);
         if exact <= 0.0 {
-            // Black: every order is right.
+            // Black: every order is exact.
             continue;
         }
         reference_error.push((coarser / exact - 1.0).abs());
@@ -74,34 +75,34 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         limits.bounds.push(limit.error_bound);
         for result in &mut orders {
             let run = || Ok(directional_albedo(&program, &place, result.order));
-            let (ms, albedo) = pool.install(|| fastest_ms(extent.repeats, run))?;
+            let (ms, albedo) = pool.install(|| fastest_ms(workload.repeats, run))?;
             result.ms.push(ms);
             result.errors.push((albedo / exact - 1.0).abs());
         }
     }
     bar.finish_and_clear();
     let both = limits.errors.iter().zip(&limits.bounds);
-    let held = both.filter(|(error, bound)| **error <= **bound + ROUNDING).count();
+    let within = both.filter(|(error, bound)| **error <= **bound + ROUNDING).count();
     let floor = median(reference_error.iter().copied());
     Ok(Finding {
         name: "albedo",
         note: format!(
-            "{} random genomes, each at the incident direction where the search of the energy limit found its albedo \
-             largest; order n is n rings times 2n azimuths; relative to order {} in f64, which differs from half of it by \
-             {floor:.1e} (median); one thread, inputs included. The whole search takes {:.0} ms (median), and its bound, \
-             with {ROUNDING:e} allowed for rounding, holds for {held} of {}",
+            "{} random genomes, each at the incident direction where the search of the energy limit found the largest \
+             albedo; order n is n rings times 2n azimuths; relative to order {} in f64, which differs from half that order by \
+             {floor:.1e} (median); one thread, including inputs. The whole search takes {:.0} ms (median), and its bound, \
+             with {ROUNDING:e} allowed for rounding, holds for {within} of {}",
             limits.ms.len(),
-            extent.reference_order,
+            workload.reference_order,
             median(limits.ms.iter().copied()),
             limits.ms.len(),
         ),
         table: table(&orders),
         raw: Some(raw(&orders, &limits)),
-        chart: chart(&orders, &extent).svg(),
+        chart: chart(&orders, &workload).svg(),
     })
 }
 
-/// The largest albedo of the channels at a place, in f64 but for the inputs.
+/// Largest albedo over the channels at a place, in f64 except for the inputs.
 fn reference(program: &Program, place: &Place, order: usize) -> f64 {
     let wi = place.direction();
     let rule = Quadrature::new(order);
@@ -115,8 +116,8 @@ fn is_default(order: usize) -> bool {
     order == brood_eval::ALBEDO_ORDER
 }
 
-fn table(orders: &[OrderResult]) -> Table {
-    let mut table = Table::new(&[
+fn table(orders: &[OrderResult]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -142,8 +143,9 @@ fn table(orders: &[OrderResult]) -> Table {
     table
 }
 
-fn raw(orders: &[OrderResult], limits: &Limits) -> Table {
-    let mut table = Table::new(&["genome", "order", "ms", "relative_error", "reported_bound"]);
+fn raw(orders: &[OrderResult], limits: &Limits) -> ResultTable {
+    let mut table =
+        ResultTable::new(&["genome", "order", "ms", "relative_error", "reported_bound"]);
     for result in orders {
         for (genome, (ms, error)) in result.ms.iter().zip(&result.errors).enumerate() {
             let bound = f64::NAN.into();
@@ -163,7 +165,7 @@ fn raw(orders: &[OrderResult], limits: &Limits) -> Table {
     table
 }
 
-fn chart(orders: &[OrderResult], extent: &Extent) -> Plot {
+fn chart(orders: &[OrderResult], workload: &Workload) -> Plot {
     let series = |name: &str, share: f64, labelled: bool| Series {
         name: name.to_owned(),
         dots: true,
@@ -173,16 +175,16 @@ fn chart(orders: &[OrderResult], extent: &Extent) -> Plot {
                 x: median(result.ms.iter().copied()),
                 y: quantile(result.errors.iter().copied(), share),
                 label: if labelled { result.order.to_string() } else { String::new() },
-                chosen: labelled && is_default(result.order),
-                apart: false,
+                is_default: labelled && is_default(result.order),
+                is_detached: false,
             })
             .collect(),
     };
     Plot {
         title: "Order of the albedo quadrature".to_owned(),
         subtitle: format!(
-            "{} random genomes at their brightest incident direction, one thread; against order {} in f64",
-            extent.genomes, extent.reference_order
+            "{} random genomes at the incident direction of the largest albedo, one thread; against order {} in f64",
+            workload.genomes, workload.reference_order
         ),
         x: Axis { title: "time of one integral, ms", scale: Scale::Log },
         y: Axis { title: "relative error of the albedo", scale: Scale::Log },

@@ -1,4 +1,5 @@
-//! What evaluates: every instruction set, the f64 reference and, where asked for, the GPU, on one brood.
+//! Sweep of the evaluators on one brood: every instruction set, the f64 reference and, on request,
+//! the GPU.
 
 use anyhow::{Result, ensure};
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, develop, shade};
@@ -10,9 +11,9 @@ use brood_worker::Renderer;
 use crate::bench::measure::{difference, fastest_ms, median, programs};
 use crate::bench::picture::{self, Mode};
 use crate::bench::record::Finding;
-use crate::chart::{Axis, Bar, BarChart, Group, Scale, Table};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
 
-/// A brood and its centre.
+/// Number of programs: a brood and its centre.
 const PROGRAMS: u32 = 21;
 
 struct Row {
@@ -23,7 +24,7 @@ struct Row {
     is_default: bool,
 }
 
-/// One finding.
+/// Measures the finding.
 pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
     let (size_px, repeats) = if short { (32, 2) } else { (256, 9) };
     let set = Mode::default().set(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), size_px);
@@ -50,7 +51,7 @@ pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
         [&exact, &exact, &canonical],
         false,
     ));
-    let mut note = "no GPU was asked for".to_owned();
+    let mut note = "GPU not measured (--gpu)".to_owned();
     if gpu {
         let renderer = Renderer::new(Backend::Gpu);
         let report = renderer.report();
@@ -66,13 +67,13 @@ pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
         rows.iter().filter(|row| row.name != "reference f64").map(|row| row.differing).sum();
     ensure!(
         differing == 0,
-        "{differing} values of exact evaluators differ from the canonical ones"
+        "{differing} values of exact evaluators differ from the canonical ones; expected 0"
     );
     Ok(Finding {
         name: "backend",
         note: format!(
             "{PROGRAMS} random programs on the sphere at {size_px} x {size_px} ({} samples), all threads, evaluation \
-             with translation, into memory; {note}",
+             and translation into memory; {note}",
             set.len()
         ),
         table: table(&rows),
@@ -81,7 +82,7 @@ pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
     })
 }
 
-/// `f` is what was computed, then what f64 gives, then the canonical values.
+/// `f` holds the computed, the f64 and the canonical values, in this order.
 fn row(name: String, ms: f64, set: &SampleSet, f: [&[f32]; 3], is_default: bool) -> Row {
     let [own, exact, canonical] = f;
     let pictures = own.chunks(3 * set.len()).zip(exact.chunks(3 * set.len()));
@@ -99,8 +100,8 @@ fn row(name: String, ms: f64, set: &SampleSet, f: [&[f32]; 3], is_default: bool)
     Row { name, ms, rmse: median(rmse), differing: differing.count() as u64, is_default }
 }
 
-fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
+fn table(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -131,7 +132,7 @@ fn chart(rows: &[Row], size_px: u32) -> BarChart {
         Group { name: row.name.clone(), bars: vec![Bar { series, value: row.ms, label }] }
     };
     BarChart {
-        title: "What evaluates a brood".to_owned(),
+        title: "Time of a brood by evaluator".to_owned(),
         subtitle: format!(
             "{PROGRAMS} random programs on the sphere, {size_px} x {size_px} pixels, all threads; shorter is better"
         ),

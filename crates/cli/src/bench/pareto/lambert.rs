@@ -1,6 +1,6 @@
-//! The Lambert sphere that renderers are compared on: one thread, each sampling mode against an own reference.
+//! Lambert sphere used to compare renderers: every sampling mode, on one thread.
 //!
-//! The reference is this program's own f64 picture at 4096 samples a pixel.
+//! The reference is the f64 picture of this program at 4096 samples per pixel.
 
 use std::f64::consts::PI;
 
@@ -12,14 +12,15 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::bench::measure::{difference, fastest_ms, one_thread};
-use crate::bench::picture::{self, Mode, Yardstick};
+use crate::bench::picture::{self, Mode, ReferenceRender};
 use crate::bench::record::Folder;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// Half the side of what is seen.
+/// Half the side of the view.
 const HALF: f64 = 1.05;
-/// Far enough that its light is parallel and even to a millionth.
+/// Far enough that the light is parallel and even to 1e-6.
+
 const LIGHT_DISTANCE: f64 = 4e6;
 #[derive(Serialize)]
 struct Report<'a> {
@@ -29,9 +30,10 @@ struct Report<'a> {
     light: &'static str,
     error_metric: &'static str,
     reference_samples: u16,
-    /// RMSE between the reference and one of half as many samples: what the reference is off by at most, about.
+    /// RMSE between the reference and one with half as many samples: an estimate of the reference's
+    /// own error.
     reference_rmse: f64,
-    rows: &'a Table,
+    rows: &'a ResultTable,
 }
 
 /// Measures, prints, and writes lambert-sphere.{json,csv,svg}.
@@ -39,14 +41,16 @@ pub fn run(short: bool, folder: &Folder, json: bool) -> Result<()> {
     let (size_px, reference_samples, repeats) = if short { (64, 256, 3) } else { (256, 4096, 25) };
     let program = lambert()?;
     let (mesh, scene) = (Mesh::builtin(BuiltinMesh::Sphere), scene());
-    let yardstick = Yardstick { mesh: &mesh, scene: &scene, size_px, samples: reference_samples };
-    let bar = output::bar(yardstick.steps() + yardstick.halved().steps(), "reference");
-    let reference = yardstick.pictures(&[&program], || bar.inc(1)).remove(0);
-    let half = yardstick.halved().pictures(&[&program], || bar.inc(1)).remove(0);
+    let reference_render =
+        ReferenceRender { mesh: &mesh, scene: &scene, size_px, samples: reference_samples };
+    let bar =
+        output::bar(reference_render.steps() + reference_render.halved().steps(), "reference");
+    let reference = reference_render.pictures(&[&program], || bar.inc(1)).remove(0);
+    let half = reference_render.halved().pictures(&[&program], || bar.inc(1)).remove(0);
     bar.finish_and_clear();
     let reference_rmse = difference(&half, &reference, f64::INFINITY).rmse;
     let pool = one_thread()?;
-    let mut table = Table::new(&[
+    let mut table = ResultTable::new(&[
         "mode",
         "rmse",
         "picture_ms_one_thread",
@@ -76,8 +80,8 @@ pub fn run(short: bool, folder: &Folder, json: bool) -> Result<()> {
             x: picture_ms,
             y: rmse,
             label: mode.name(),
-            chosen: mode.is_default(),
-            apart: mode.is_adaptive(),
+            is_default: mode.is_default(),
+            is_detached: mode.is_adaptive(),
         });
     }
     let report = Report {
@@ -104,7 +108,7 @@ pub fn run(short: bool, folder: &Folder, json: bool) -> Result<()> {
     ))
 }
 
-/// f = 1 / pi.
+/// Program of f = 1 / pi.
 fn lambert() -> Result<Program> {
     let root = libm::sqrt(1.0 / PI) as f32;
     let text = format!(
@@ -125,9 +129,9 @@ fn scene() -> Scene {
 
 fn chart(points: Vec<Point>, size_px: u32, reference_samples: u16) -> Plot {
     Plot {
-        title: "Lambert sphere: samples a pixel".to_owned(),
+        title: "Lambert sphere: samples per pixel".to_owned(),
         subtitle: format!(
-            "{size_px} x {size_px} pixels, one thread, sample set at hand; RMSE against {reference_samples} samples in f64"
+            "{size_px} x {size_px} pixels, one thread, sample set precomputed; RMSE against {reference_samples} samples in f64"
         ),
         x: Axis { title: "time of a picture, ms", scale: Scale::Log },
         y: Axis { title: "RMSE of linear radiance", scale: Scale::Log },
@@ -140,10 +144,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lambert_sphere_is_the_cosine_and_black_around() {
+    fn lambert_sphere_is_the_cosine_on_a_black_background() {
         let (mesh, scene) = (Mesh::builtin(BuiltinMesh::Sphere), scene());
-        let yardstick = Yardstick { mesh: &mesh, scene: &scene, size_px: 64, samples: 4 };
-        let picture = yardstick.pictures(&[&lambert().unwrap()], || ()).remove(0);
+        let reference = ReferenceRender { mesh: &mesh, scene: &scene, size_px: 64, samples: 4 };
+        let picture = reference.pictures(&[&lambert().unwrap()], || ()).remove(0);
         let brightest = picture.iter().map(|rgb| rgb[0]).fold(0.0, f64::max);
         assert!((brightest - 1.0).abs() < 2e-3 && picture[0] == [0.0; 3], "{brightest}");
         // At the pixel in the middle n is z, and cos_i is sqrt(1/2).

@@ -1,4 +1,5 @@
-//! Samples of a light at each place: lights with an area, environments and ambient light, each against many samples.
+//! Sweep of the samples per light at each shading point, for area lights, environments and ambient
+//! light.
 
 use std::sync::Arc;
 
@@ -12,23 +13,25 @@ use brood_scene::{
 
 use crate::bench::measure::{fastest_ms, one_thread};
 use crate::bench::record::Finding;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// How much is measured.
-struct Extent {
+/// Amount of work of the sweep.
+struct Workload {
     size_px: u32,
-    most: u32,
-    reference: u32,
+    samples_max: u32,
+    reference_samples: u32,
     repeats: u32,
 }
 
-/// Lights that are shown in one chart.
+/// Lights that share a chart.
 struct Group {
     name: &'static str,
     title: &'static str,
+    /// Name and JSON of each light, without its samples and closing brace.
     lights: &'static [(&'static str, &'static str)],
-    default: u32,
+    /// Samples that the product uses.
+    default_samples: u32,
 }
 
 const GROUPS: [Group; 2] = [
@@ -40,7 +43,7 @@ const GROUPS: [Group; 2] = [
             ("disk", r#"{"kind": "disk", "radius": 1"#),
             ("rectangle", r#"{"kind": "rectangle", "width": 2, "height": 1"#),
         ],
-        default: AREA_SAMPLES,
+        default_samples: AREA_SAMPLES,
     },
     Group {
         name: "light-samples-environment",
@@ -49,26 +52,26 @@ const GROUPS: [Group; 2] = [
             ("environment", r#"{"kind": "environment", "image": "sky""#),
             ("ambient", r#"{"kind": "ambient""#),
         ],
-        default: ENVIRONMENT_SAMPLES,
+        default_samples: ENVIRONMENT_SAMPLES,
     },
 ];
 
-/// One light on one material, for one number of samples.
-struct Shot {
+/// Result for one light, one material and one number of samples.
+struct LightResult {
     series: String,
     samples: u32,
     time_ms: f64,
     error: f64,
-    /// Distance of the reference from one of half as many samples.
-    floor: f64,
+    /// Distance of the reference from one with half as many samples.
+    reference_error: f64,
 }
 
-/// One finding for each group.
+/// Measures one finding for each group.
 pub fn measure(short: bool) -> Result<Vec<Finding>> {
-    let extent = if short {
-        Extent { size_px: 24, most: 16, reference: 64, repeats: 1 }
+    let workload = if short {
+        Workload { size_px: 24, samples_max: 16, reference_samples: 64, repeats: 1 }
     } else {
-        Extent { size_px: 96, most: 256, reference: 1024, repeats: 2 }
+        Workload { size_px: 96, samples_max: 256, reference_samples: 1024, repeats: 2 }
     };
     let glossy = Model::new(ModelKind::CookTorrance).with("roughness", &[0.3])?;
     let materials = [("", Model::new(ModelKind::Lambert).brdf()), (", GGX", glossy.brdf())];
@@ -77,21 +80,21 @@ pub fn measure(short: bool) -> Result<Vec<Finding>> {
     let bar = output::spinner("samples of lights");
     let mut findings = Vec::new();
     for group in GROUPS {
-        let mut shots = Vec::new();
+        let mut results = Vec::new();
         for (light, json) in group.lights {
             for (material, brdf) in &materials {
                 bar.tick();
                 let name = format!("{light}{material}");
-                shots.extend(sweep(&name, json, &**brdf, &assets, &extent)?);
+                results.extend(sweep(&name, json, &**brdf, &assets, &workload)?);
             }
         }
-        findings.push(finding(&group, &shots, &extent));
+        findings.push(finding(&group, &results, &workload));
     }
     bar.finish_and_clear();
     Ok(findings)
 }
 
-/// A sky that darkens downwards, a sun of 4 degrees in it, and a dim ground.
+/// Sky that darkens downwards, with a sun of 4 degrees and a dim ground.
 fn sky() -> Result<EnvironmentMap> {
     let (width, height) = (256usize, 128usize);
     let pixel = |index: usize| {
@@ -112,35 +115,38 @@ fn sweep(
     light: &str,
     brdf: &dyn Brdf,
     assets: &LightAssets,
-    extent: &Extent,
-) -> Result<Vec<Shot>> {
+    workload: &Workload,
+) -> Result<Vec<LightResult>> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let picture = |samples: u32| -> Result<Vec<f64>> {
         let json = format!(r#"{{"lights": [{light}, "samples": {samples}}}]}}"#);
         let scene: Scene = serde_json::from_str(&json)?;
-        let area = PixelArea::whole(extent.size_px);
-        let raster = Raster { size_px: extent.size_px, sampling: Sampling::Fixed(1), area };
+        let area = PixelArea::whole(workload.size_px);
+        let raster = Raster { size_px: workload.size_px, sampling: Sampling::Fixed(1), area };
         let set = SampleSet::render_lit(&mesh, &scene, assets, raster);
         let mut f = Vec::new();
         model_reflectance(brdf, &set, &mut f);
         let image = shade(&set, &f);
         Ok(image.premultiplied().as_flattened().iter().map(|c| f64::from(*c)).collect())
     };
-    let reference = picture(extent.reference)?;
-    let floor = relative(&picture(extent.reference / 2)?, &reference);
+    let reference = picture(workload.reference_samples)?;
+    let reference_error = relative(&picture(workload.reference_samples / 2)?, &reference);
     let pool = one_thread()?;
-    let mut shots = Vec::new();
+    let mut results = Vec::new();
     let mut samples = 1;
-    while samples <= extent.most {
-        let (time_ms, pixels) = pool.install(|| fastest_ms(extent.repeats, || picture(samples)))?;
+    while samples <= workload.samples_max {
+        let (time_ms, pixels) =
+            pool.install(|| fastest_ms(workload.repeats, || picture(samples)))?;
         let error = relative(&pixels, &reference);
-        shots.push(Shot { series: series.to_owned(), samples, time_ms, error, floor });
+        let series = series.to_owned();
+        results.push(LightResult { series, samples, time_ms, error, reference_error });
         samples *= 2;
     }
-    Ok(shots)
+    Ok(results)
 }
 
-/// Root mean square difference over the mean of the reference, where that is not black.
+/// Root mean square difference over the mean of the reference, taken where the reference is not
+/// black.
 fn relative(pixels: &[f64], reference: &[f64]) -> f64 {
     let lit = || pixels.iter().zip(reference).filter(|(_, reference)| **reference > 0.0);
     let count = lit().count().max(1) as f64;
@@ -149,8 +155,8 @@ fn relative(pixels: &[f64], reference: &[f64]) -> f64 {
     (squares / count).sqrt() / mean
 }
 
-fn finding(group: &Group, shots: &[Shot], extent: &Extent) -> Finding {
-    let mut table = Table::new(&[
+fn finding(group: &Group, results: &[LightResult], workload: &Workload) -> Finding {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -160,50 +166,51 @@ fn finding(group: &Group, shots: &[Shot], extent: &Extent) -> Finding {
         "reference_error",
         "default",
     ]);
-    for shot in shots {
+    for result in results {
         table.push([
             "samples of a light".into(),
-            shot.samples.to_string().into(),
-            shot.time_ms.into(),
-            shot.error.into(),
+            result.samples.to_string().into(),
+            result.time_ms.into(),
+            result.error.into(),
             "RMSE over mean".into(),
-            shot.series.as_str().into(),
-            shot.floor.into(),
-            if shot.samples == group.default { "yes" } else { "" }.into(),
+            result.series.as_str().into(),
+            result.reference_error.into(),
+            if result.samples == group.default_samples { "yes" } else { "" }.into(),
         ]);
     }
-    let point = |shot: &Shot| Point {
-        x: f64::from(shot.samples),
-        y: shot.error,
-        chosen: shot.samples == group.default,
+    let point = |result: &LightResult| Point {
+        x: f64::from(result.samples),
+        y: result.error,
+        is_default: result.samples == group.default_samples,
         ..Point::default()
     };
     let mut series: Vec<Series> = Vec::new();
-    for shot in shots {
+    for result in results {
         match series.last_mut() {
-            Some(last) if last.name == shot.series => last.points.push(point(shot)),
+            Some(last) if last.name == result.series => last.points.push(point(result)),
             _ => series.push(Series {
-                name: shot.series.clone(),
+                name: result.series.clone(),
                 dots: true,
-                points: vec![point(shot)],
+                points: vec![point(result)],
             }),
         }
     }
-    let Extent { size_px, reference, .. } = extent;
+    let Workload { size_px, reference_samples, .. } = workload;
     let chart = Plot {
         title: group.title.to_owned(),
         subtitle: format!(
-            "Lambert, or GGX of roughness 0.3: sphere, {size_px} x {size_px} pixels, without shadows; against {reference} samples"
+            "Lambert, or GGX of roughness 0.3: sphere, {size_px} x {size_px} pixels, without shadows; against {reference_samples} samples"
         ),
-        x: Axis { title: "samples at each place", scale: Scale::Log },
+        x: Axis { title: "samples per light at each point", scale: Scale::Log },
         y: Axis { title: "RMSE of radiance over its mean", scale: Scale::Log },
         series,
     };
     Finding {
         name: group.name,
         note: format!(
-            "Lambert, or where said GGX of roughness 0.3: sphere at {size_px} x {size_px}, one ray a pixel, no shadows; RMSE of linear radiance over its mean, against {reference} \
-             samples, which differ from half as many by reference_error; sampled, evaluated and shaded on one thread"
+            "Lambert, or GGX of roughness 0.3 (marked): sphere at {size_px} x {size_px}, one ray per pixel, no shadows; RMSE of linear \
+             radiance over its mean, against {reference_samples} \
+             samples, which differ from half as many by reference_error; sampling, evaluation and shading on one thread"
         ),
         table,
         raw: None,

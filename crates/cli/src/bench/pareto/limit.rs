@@ -1,17 +1,18 @@
-//! Effort of the search for the largest albedo: how often, and by how much, a cheaper search misses it.
+//! Sweep of the effort of the search for the largest albedo: the error of cheaper searches, and how
+//! frequent it is.
 
 use anyhow::Result;
 use brood_eval::{ALBEDO_ORDER, Effort, LimitSearch, directional_albedo};
 
 use crate::bench::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::bench::record::Finding;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// What is shown of an error of nothing on a logarithmic axis.
+/// Value drawn for an error of 0 on a logarithmic axis.
 const FLOOR: f64 = 1e-7;
 
-/// Searches that are compared: angles x azimuths x texture positions, and starts.
+/// Compared searches: angles x azimuths x texture positions, and starts.
 const EFFORTS: [Effort; 5] = [
     Effort {
         thetas: 8,
@@ -52,7 +53,7 @@ const EFFORTS: [Effort; 5] = [
     },
 ];
 
-/// What the others are held against.
+/// Search that the others are compared with.
 const EXHAUSTIVE: Effort = Effort {
     thetas: 36,
     azimuths: 16,
@@ -63,24 +64,23 @@ const EXHAUSTIVE: Effort = Effort {
     search_order: 32,
 };
 
-/// One search for all genomes.
+/// Results of one search for all genomes.
 struct Outcome {
     effort: Effort,
     search: LimitSearch,
     ms: Vec<f64>,
     samples: Vec<f64>,
-    /// Share of the largest albedo that any search found by which this one stays below it.
+    /// Relative amount by which the albedo of this search is below the largest found by any search.
     missed: Vec<f64>,
-    /// Share by which its divisor is too small for that albedo; 0 where it holds.
+    /// Relative amount by which the divisor is too small for that albedo; 0 if it suffices.
     exceeded: Vec<f64>,
 }
 
-/// One finding.
+/// Measures the finding.
 pub fn measure(short: bool, seed: u64) -> Result<Finding> {
-    let (genomes, repeats, yardstick) =
-        if short { (2, 1, EFFORTS[3]) } else { (100, 3, EXHAUSTIVE) };
+    let (genomes, repeats, effort) = if short { (2, 1, EFFORTS[3]) } else { (100, 3, EXHAUSTIVE) };
     let pool = one_thread()?;
-    let exhaustive = LimitSearch::new(yardstick);
+    let exhaustive = LimitSearch::new(effort);
     let outcome = |effort: Effort| Outcome {
         effort,
         search: LimitSearch::new(effort),
@@ -107,24 +107,24 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         }
         bar.inc(1);
         if best <= 0.0 {
-            // Black: every search is right.
+            // Black: every search is exact.
             continue;
         }
         seen += 1;
-        for (outcome, (albedo, held)) in outcomes.iter_mut().zip(found) {
+        for (outcome, (albedo, bound)) in outcomes.iter_mut().zip(found) {
             outcome.missed.push((1.0 - albedo / best).max(0.0));
-            outcome.exceeded.push((1.0 - held / best).max(0.0));
+            outcome.exceeded.push((1.0 - bound / best).max(0.0));
         }
     }
     bar.finish_and_clear();
     Ok(Finding {
         name: "limit",
         note: format!(
-            "{seen} random genomes that are not black; how far the albedo at the place that a search found, by order \
-             {ALBEDO_ORDER}, stays below the largest that any search found, one of {} angles x {} azimuths x {}^2 texture \
-             positions and {} starts among them; `limit_exceeded_worst` is by how much the largest albedo exceeds the bound that \
+            "{seen} random genomes that are not black; amount by which the albedo at the place found by a search (order \
+             {ALBEDO_ORDER}) is below the largest found by any search, including one of {} angles x {} azimuths x {}^2 texture \
+             positions and {} starts; `limit_exceeded_worst` is the amount by which the largest albedo exceeds the bound that \
              the search reports. One thread, best of {repeats}",
-            yardstick.thetas, yardstick.azimuths, yardstick.uv_side, yardstick.starts,
+            effort.thetas, effort.azimuths, effort.uv_side, effort.starts,
         ),
         table: table(&outcomes),
         raw: None,
@@ -137,8 +137,8 @@ fn name(effort: &Effort) -> String {
     format!("{thetas}x{azimuths}x{uv_side}^2/{starts}")
 }
 
-fn table(outcomes: &[Outcome]) -> Table {
-    let mut table = Table::new(&[
+fn table(outcomes: &[Outcome]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -181,18 +181,16 @@ fn chart(outcomes: &[Outcome], seen: u32) -> Plot {
                 x: median(outcome.ms.iter().copied()),
                 y: quantile(outcome.missed.iter().copied(), share).max(FLOOR),
                 label: if labelled { name(&outcome.effort) } else { String::new() },
-                chosen: labelled && outcome.effort == Effort::USUAL,
-                apart: false,
+                is_default: labelled && outcome.effort == Effort::USUAL,
+                is_detached: false,
             })
             .collect(),
     };
     Plot {
         title: "Effort of the search for the largest albedo".to_owned(),
-        subtitle: format!(
-            "{seen} random genomes, one thread; share of the largest albedo that is missed"
-        ),
+        subtitle: format!("{seen} random genomes, one thread; missed share of the largest albedo"),
         x: Axis { title: "time of the whole search, ms", scale: Scale::Log },
-        y: Axis { title: "share missed", scale: Scale::Log },
+        y: Axis { title: "missed share of the albedo", scale: Scale::Log },
         series: vec![
             series("worst genome", 1.0, true),
             series("90th percentile", 0.9, false),

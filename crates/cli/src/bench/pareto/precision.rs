@@ -1,4 +1,5 @@
-//! f32 against f64: how far developed pictures are apart, genome by genome, and what the precision costs.
+//! Sweep of f32 against f64: differences between developed pictures, genome by genome, and the cost
+//! of the precision.
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, develop, shade};
@@ -6,53 +7,54 @@ use brood_program::Program;
 use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
 
 use crate::bench::measure::{
-    Difference, difference, fastest_ms, median, one_thread, programs, quantile,
+    PixelDifference, difference, fastest_ms, median, one_thread, programs, quantile,
 };
 use crate::bench::picture::{self, Mode};
 use crate::bench::record::Finding;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// What an 8-bit display can show at best.
+/// Smallest step of an 8-bit display.
 const VISIBLE: f64 = 1.0 / 255.0;
-/// Differences that are left out of the chart: far below the rounding of f32, they would only stretch its axis.
+/// Differences below this are drawn as 0: far below the rounding of f32, they would only stretch
+/// the axis.
 const NEGLIGIBLE: f64 = 1e-9;
 
-struct Shot {
-    apart: Difference,
-    /// Whether any developed byte is off by more than 1.
-    off: bool,
+struct GenomeResult {
+    difference: PixelDifference,
+    /// True if any developed byte differs by more than 1.
+    is_visible: bool,
     level_ms: Vec<f64>,
     reference_ms: f64,
 }
 
-/// One finding.
+/// Measures the finding.
 pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     let (genomes, size_px, repeats) = if short { (10, 32, 1) } else { (400, 128, 3) };
     let set = Mode::default().set(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), size_px);
     let pool = one_thread()?;
     let bar = output::bar(genomes.into(), "f32 against f64");
-    let mut shots = Vec::new();
+    let mut results = Vec::new();
     for program in programs(seed, genomes) {
-        shots.push(pool.install(|| shot(&set, &program, repeats))?);
+        results.push(pool.install(|| measure_genome(&set, &program, repeats))?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let off = shots.iter().filter(|shot| shot.off).count();
+    let visible = results.iter().filter(|result| result.is_visible).count();
     Ok(Finding {
         name: "precision",
         note: format!(
-            "{genomes} random genomes on the sphere at {size_px} x {size_px}, one thread; the same samples and exposure; \
-             {off} have a developed byte off by more than 1; the reference is exact by definition and its output is \
+            "{genomes} random genomes on the sphere at {size_px} x {size_px}, one thread, same samples and exposure; \
+             {visible} have a developed byte that differs by more than 1; the reference is exact by definition and its output is \
              rounded to f32 once"
         ),
-        table: table(&shots),
-        raw: Some(raw(&shots)),
-        chart: chart(&shots, size_px).svg(),
+        table: table(&results),
+        raw: Some(raw(&results)),
+        chart: chart(&results, size_px).svg(),
     })
 }
 
-fn shot(set: &SampleSet, program: &Program, repeats: u32) -> Result<Shot> {
+fn measure_genome(set: &SampleSet, program: &Program, repeats: u32) -> Result<GenomeResult> {
     let (mut f, mut exact) = (Vec::new(), Vec::new());
     // Fills the inputs, which all levels share.
     CanonicalEvaluator::default().eval(&[program], set, &mut f)?;
@@ -68,17 +70,17 @@ fn shot(set: &SampleSet, program: &Program, repeats: u32) -> Result<Shot> {
     let developed = develop(&image, Exposure::Auto);
     let ev = developed.exposure_ev;
     let expected = develop(&reference, Exposure::Ev(ev));
-    let off = developed.rgba.iter().zip(&expected.rgba).any(|(a, b)| a.abs_diff(*b) > 1);
-    let apart = difference(
+    let is_visible = developed.rgba.iter().zip(&expected.rgba).any(|(a, b)| a.abs_diff(*b) > 1);
+    let difference = difference(
         &picture::exposed(image.premultiplied(), ev),
         &picture::exposed(reference.premultiplied(), ev),
         1.0,
     );
-    Ok(Shot { apart, off, level_ms, reference_ms })
+    Ok(GenomeResult { difference, is_visible, level_ms, reference_ms })
 }
 
-fn table(shots: &[Shot]) -> Table {
-    let mut table = Table::new(&[
+fn table(results: &[GenomeResult]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -89,26 +91,27 @@ fn table(shots: &[Shot]) -> Table {
         "share_off_by_over_1_255",
         "default",
     ]);
-    let error = |share| quantile(shots.iter().map(|shot| shot.apart.rmse), share);
-    let off = shots.iter().filter(|shot| shot.off).count() as f64 / shots.len() as f64;
+    let error = |share| quantile(results.iter().map(|result| result.difference.rmse), share);
+    let visible = results.iter().filter(|result| result.is_visible).count() as f64;
+    let visible = visible / results.len() as f64;
     let metric = "median RMSE after exposure";
     for (index, level) in Level::available().into_iter().enumerate() {
         table.push([
             "precision".into(),
             format!("f32 {}", level.name()).into(),
-            median(shots.iter().map(|shot| shot.level_ms[index])).into(),
+            median(results.iter().map(|result| result.level_ms[index])).into(),
             error(0.5).into(),
             metric.into(),
             error(0.9).into(),
             error(1.0).into(),
-            off.into(),
+            visible.into(),
             if level == Level::best() { "yes" } else { "" }.into(),
         ]);
     }
     table.push([
         "precision".into(),
         "f64 reference".into(),
-        median(shots.iter().map(|shot| shot.reference_ms)).into(),
+        median(results.iter().map(|result| result.reference_ms)).into(),
         0.0.into(),
         metric.into(),
         0.0.into(),
@@ -119,8 +122,8 @@ fn table(shots: &[Shot]) -> Table {
     table
 }
 
-fn raw(shots: &[Shot]) -> Table {
-    let mut table = Table::new(&[
+fn raw(results: &[GenomeResult]) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "genome",
         "rmse",
         "p999",
@@ -129,26 +132,26 @@ fn raw(shots: &[Shot]) -> Table {
         "best_ms",
         "reference_ms",
     ]);
-    for (genome, shot) in shots.iter().enumerate() {
+    for (genome, result) in results.iter().enumerate() {
         table.push([
             genome.into(),
-            shot.apart.rmse.into(),
-            shot.apart.p999.into(),
-            shot.apart.max.into(),
-            if shot.off { "yes" } else { "no" }.into(),
-            shot.level_ms.last().copied().unwrap_or(f64::NAN).into(),
-            shot.reference_ms.into(),
+            result.difference.rmse.into(),
+            result.difference.p999.into(),
+            result.difference.max.into(),
+            if result.is_visible { "yes" } else { "no" }.into(),
+            result.level_ms.last().copied().unwrap_or(f64::NAN).into(),
+            result.reference_ms.into(),
         ]);
     }
     table
 }
 
-/// The errors in ascending order: how many genomes stay below each.
-fn chart(shots: &[Shot], size_px: u32) -> Plot {
-    let curve = |name: &str, value: &dyn Fn(&Shot) -> f64| {
-        let mut values: Vec<f64> = shots.iter().map(value).collect();
+/// Errors in ascending order, against the share of genomes with at most that error.
+fn chart(results: &[GenomeResult], size_px: u32) -> Plot {
+    let curve = |name: &str, value: &dyn Fn(&GenomeResult) -> f64| {
+        let mut values: Vec<f64> = results.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
-        let share = |rank: usize| 100.0 * (rank + 1) as f64 / shots.len() as f64;
+        let share = |rank: usize| 100.0 * (rank + 1) as f64 / results.len() as f64;
         let point = |(rank, y): (usize, &f64)| {
             let y = if *y < NEGLIGIBLE { 0.0 } else { *y };
             Point { x: share(rank), y, ..Point::default() }
@@ -161,13 +164,13 @@ fn chart(shots: &[Shot], size_px: u32) -> Plot {
         title: "f32 against f64".to_owned(),
         subtitle: format!(
             "{} random genomes on the sphere, {size_px} x {size_px} pixels, same samples and exposure; sorted by error",
-            shots.len()
+            results.len()
         ),
         x: Axis { title: "share of genomes with at most this error, %", scale: Scale::Linear },
         y: Axis { title: "difference of linear light, 0..1", scale: Scale::Log },
         series: vec![
-            curve("RMSE", &|shot| shot.apart.rmse),
-            curve("largest difference of a channel", &|shot| shot.apart.max),
+            curve("RMSE", &|result| result.difference.rmse),
+            curve("largest difference of a channel", &|result| result.difference.max),
             Series {
                 name: "1 / 255".to_owned(),
                 points: vec![limit(0.0), limit(100.0)],

@@ -1,4 +1,5 @@
-//! Samples by which candidates are ranked: how well a prefix of a target's shuffled samples predicts the order on all.
+//! Sweep of the samples that rank candidates: how well a prefix of a target's shuffled samples
+//! predicts the order on all of them.
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, FitnessEvaluator, FitnessTarget};
@@ -8,48 +9,51 @@ use rayon::prelude::*;
 use crate::bench::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::bench::record::Finding;
 use crate::bench::target;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// Candidates that a selection wants.
+/// Number of candidates that a selection keeps.
 const TOP: usize = 20;
-/// Share of the population that a prefix lets through.
+/// Share of the population that a prefix passes on.
 const PASSED: f64 = 0.05;
-/// Samples of a block, in which sums advance.
+/// Samples of a block, the unit in which sums advance.
 const BLOCK: usize = 256;
 
-struct Extent {
+struct Workload {
     population: u32,
     samples: usize,
     targets: u32,
+    /// Number of programs that are timed.
     timed: usize,
     repeats: u32,
 }
 
-/// One length of prefix for all targets.
+/// Results of one prefix length for all targets.
 struct PrefixResult {
     samples: usize,
-    /// Microseconds a genome on one thread.
+    /// Microseconds per genome on one thread.
     us: f64,
+    /// Share of the true best candidates that the prefix passes on, for each target.
     kept: Vec<f64>,
+    /// Kendall's tau between the order on the prefix and on all samples, for each target.
     tau: Vec<f64>,
 }
 
-/// One finding.
+/// Measures the finding.
 pub fn measure(short: bool, seed: u64) -> Result<Finding> {
-    let extent = if short {
-        Extent { population: 200, samples: 512, targets: 1, timed: 20, repeats: 1 }
+    let workload = if short {
+        Workload { population: 200, samples: 512, targets: 1, timed: 20, repeats: 1 }
     } else {
-        Extent { population: 2000, samples: 4096, targets: 5, timed: 200, repeats: 15 }
+        Workload { population: 2000, samples: 4096, targets: 5, timed: 200, repeats: 15 }
     };
-    let population = programs(seed, extent.population);
-    // Of another seed, so that no target is in the population.
-    let targets = programs(seed.wrapping_add(1), extent.targets);
+    let population = programs(seed, workload.population);
+    // Another seed, so that no target is in the population.
+    let targets = programs(seed.wrapping_add(1), workload.targets);
     let targets: Result<Vec<FitnessTarget>> =
-        targets.iter().map(|wanted| target::shuffled(wanted, extent.samples, seed)).collect();
+        targets.iter().map(|program| target::shuffled(program, workload.samples, seed)).collect();
     let targets = targets?;
     let lengths: Vec<usize> =
-        (0..).map(|k| BLOCK << k).take_while(|length| *length <= extent.samples).collect();
+        (0..).map(|k| BLOCK << k).take_while(|length| *length <= workload.samples).collect();
     let population: Vec<&Program> = population.iter().collect();
     let pool = one_thread()?;
     let empty = |samples: &usize| PrefixResult {
@@ -59,20 +63,20 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         tau: Vec::new(),
     };
     let mut results: Vec<PrefixResult> = lengths.iter().map(empty).collect();
-    // In turn, so that a slow minute of the machine meets all lengths alike.
-    for _ in 0..extent.repeats {
+    // Interleaved, so that a slow phase of the machine affects all lengths.
+    for _ in 0..workload.repeats {
         for result in &mut results {
-            let timed = &population[..extent.timed];
+            let timed = &population[..workload.timed];
             let us = pool.install(|| time_us(timed, &targets[0], result.samples))?;
             result.us = result.us.min(us);
         }
     }
-    let bar = output::bar(extent.targets.into(), "prefix");
+    let bar = output::bar(workload.targets.into(), "prefix");
     for target in &targets {
         let sums = prefix_sums(&population, target, &lengths)?;
         let full = &sums[lengths.len() - 1];
         for (by_prefix, result) in sums.iter().zip(&mut results) {
-            result.kept.push(kept(by_prefix, full));
+            result.kept.push(kept_share(by_prefix, full));
             result.tau.push(tau(by_prefix, full));
         }
         bar.inc(1);
@@ -81,22 +85,22 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     Ok(Finding {
         name: "prefix",
         note: format!(
-            "{} random genomes against {} random targets on {} shuffled pairs of directions, logarithmic loss; the best \
-             {:.0} % by the prefix go on, and of the true best {TOP} that share is among them; tau compares the whole order; \
-             time of translation and fitness of one genome on one thread; racing, where it is asked for, looks at the \
-             first tenth",
-            extent.population,
-            extent.targets,
-            extent.samples,
+            "{} random genomes against {} random targets on {} shuffled direction pairs, logarithmic loss; the best \
+             {:.0} % by the prefix are kept, and the share of the true best {TOP} among them is listed; tau compares the whole order; \
+             time of translation and fitness of one genome on one thread; racing, if requested, uses the \
+             first tenth of the samples",
+            workload.population,
+            workload.targets,
+            workload.samples,
             100.0 * PASSED,
         ),
-        table: table(&results, extent.samples),
+        table: table(&results, workload.samples),
         raw: None,
-        chart: chart(&results, &extent).svg(),
+        chart: chart(&results, &workload).svg(),
     })
 }
 
-/// For each prefix the sums of all programs.
+/// Sums of all programs, for each prefix.
 fn prefix_sums(
     programs: &[&Program],
     target: &FitnessTarget,
@@ -115,7 +119,7 @@ fn prefix_sums(
     Ok(sums)
 }
 
-/// Translation and sums over a prefix, microseconds a genome.
+/// Time of translation and sums over a prefix, in microseconds per genome.
 fn time_us(programs: &[&Program], target: &FitnessTarget, samples: usize) -> Result<f64> {
     let evaluator = CanonicalEvaluator::default();
     let all: Vec<usize> = (0..programs.len()).collect();
@@ -126,8 +130,8 @@ fn time_us(programs: &[&Program], target: &FitnessTarget, samples: usize) -> Res
     Ok(1e3 * ms / programs.len() as f64)
 }
 
-/// Share of the true best that are among those which the prefix lets through.
-fn kept(by_prefix: &[f64], full: &[f64]) -> f64 {
+/// Share of the true best that are among the candidates passed on by the prefix.
+fn kept_share(by_prefix: &[f64], full: &[f64]) -> f64 {
     let best = |errors: &[f64], count: usize| {
         let mut order: Vec<usize> = (0..errors.len()).collect();
         order.sort_by(|a, b| errors[*a].total_cmp(&errors[*b]).then(a.cmp(b)));
@@ -154,13 +158,13 @@ fn tau(a: &[f64], b: &[f64]) -> f64 {
         [both, in_a, in_b]
     };
     let add = |x: [f64; 3], y: [f64; 3]| [x[0] + y[0], x[1] + y[1], x[2] + y[2]];
-    // Whole numbers below 2^53: the sum is exact in any order.
+    // Integers below 2^53: the sum is exact in any order.
     let [both, in_a, in_b] = (0..a.len()).into_par_iter().map(of).reduce(|| [0.0; 3], add);
     both / (in_a * in_b).sqrt()
 }
 
-fn table(results: &[PrefixResult], all: usize) -> Table {
-    let mut table = Table::new(&[
+fn table(results: &[PrefixResult], all: usize) -> ResultTable {
+    let mut table = ResultTable::new(&[
         "knob",
         "value",
         "time_ms",
@@ -188,7 +192,7 @@ fn table(results: &[PrefixResult], all: usize) -> Table {
     table
 }
 
-fn chart(results: &[PrefixResult], extent: &Extent) -> Plot {
+fn chart(results: &[PrefixResult], workload: &Workload) -> Plot {
     let series = |name: &str, share: f64, labelled: bool| Series {
         name: name.to_owned(),
         dots: true,
@@ -198,21 +202,24 @@ fn chart(results: &[PrefixResult], extent: &Extent) -> Plot {
                 x: result.us,
                 y: 50.0 * (1.0 - quantile(result.tau.iter().copied(), share)),
                 label: if labelled { label(result) } else { String::new() },
-                chosen: labelled && result.samples == extent.samples,
-                apart: false,
+                is_default: labelled && result.samples == workload.samples,
+                is_detached: false,
             })
             .collect(),
     };
     Plot {
-        title: "Samples by which candidates are ranked".to_owned(),
+        title: "Number of samples that rank candidates".to_owned(),
         subtitle: format!(
-            "{} random genomes, {} random targets; kept: of the true best {TOP}, when the best {:.0} % by n samples go on",
-            extent.population,
-            extent.targets,
+            "{} random genomes, {} random targets; kept: share of the true best {TOP} among the best {:.0} % by n samples",
+            workload.population,
+            workload.targets,
             100.0 * PASSED
         ),
         x: Axis { title: "time of one genome on one thread, us", scale: Scale::Log },
-        y: Axis { title: "pairs of genomes in another order than on all, %", scale: Scale::Linear },
+        y: Axis {
+            title: "pairs of genomes ordered differently than on all samples, %",
+            scale: Scale::Linear,
+        },
         series: vec![series("median target", 0.5, true), series("worst target", 0.0, false)],
     }
 }
@@ -232,15 +239,15 @@ mod tests {
         let down: Vec<f64> = up.iter().map(|x| -x).collect();
         assert_eq!((tau(&up, &up), tau(&up, &down)), (1.0, -1.0));
         // One pair of six in the wrong order.
-        let apart = tau(&[1.0, 2.0, 3.0, 4.0], &[1.0, 2.0, 4.0, 3.0]);
-        assert!((apart - 4.0 / 6.0).abs() < 1e-15, "{apart}");
+        let swapped = tau(&[1.0, 2.0, 3.0, 4.0], &[1.0, 2.0, 4.0, 3.0]);
+        assert!((swapped - 4.0 / 6.0).abs() < 1e-15, "{swapped}");
     }
 
     #[test]
-    fn kept_counts_the_true_best_among_those_let_through() {
+    fn kept_share_counts_the_true_best_among_those_passed_on() {
         let full: Vec<f64> = (0..400).map(f64::from).collect();
-        assert_eq!(kept(&full, &full), 1.0);
+        assert_eq!(kept_share(&full, &full), 1.0);
         let reversed: Vec<f64> = full.iter().map(|x| -x).collect();
-        assert_eq!(kept(&reversed, &full), 0.0);
+        assert_eq!(kept_share(&reversed, &full), 0.0);
     }
 }

@@ -1,39 +1,40 @@
-//! Candidates that can no longer win: selection with exact abort, and with racing, against evaluating everything.
+//! Candidates that can no longer win: selection with exact abort and with racing, against
+//! evaluating everything.
 
 use anyhow::{Result, ensure};
 use brood_eval::{CanonicalEvaluator, Screening, Selected, select_best};
 use brood_program::Program;
 
-use super::{Extent, Saving};
+use super::{Saving, Workload};
 use crate::bench::measure::{fastest_of_each_ms, programs};
 use crate::bench::target;
 
-/// Samples of the target.
+/// Number of samples of the target.
 const SAMPLES: usize = 4096;
-/// Candidates, for each genome of the extent.
+/// Number of candidates per genome of the workload.
 const CANDIDATES: u32 = 10;
-/// How many are selected.
+/// Number of selected candidates.
 const SELECTED: usize = 20;
-/// Share of the candidates that a race lets through.
+/// Share of the candidates that a race passes on.
 const SHARE: f64 = 0.05;
 
-pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
-    let population = programs(extent.seed, CANDIDATES * extent.genomes);
+pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
+    let population = programs(workload.seed, CANDIDATES * workload.genomes);
     let population: Vec<&Program> = population.iter().collect();
-    // Of another seed, so that the target is not in the population.
-    let wanted = programs(extent.seed.wrapping_add(1), 1).remove(0);
-    let target = target::of(&wanted, SAMPLES, extent.seed)?;
+    // Another seed, so that the target is not in the population.
+    let reference = programs(workload.seed.wrapping_add(1), 1).remove(0);
+    let target = target::of(&reference, SAMPLES, workload.seed)?;
     let evaluator = CanonicalEvaluator::default();
     let select = |screening| -> Result<Selected> {
         Ok(select_best(&evaluator, &population, &target, SELECTED, screening)?)
     };
     let all = select(Screening::None)?;
     let exact = select(Screening::Exact)?;
-    ensure!(exact.best == all.best, "exact abort changed a selection");
+    ensure!(exact.best == all.best, "exact screening changed a selection");
     let race = select(Screening::Race { share: SHARE })?;
     let timed = |screening| select(screening).map(|_| ());
     let [all_ms, exact_ms, race_ms] = fastest_of_each_ms(
-        extent.repeats,
+        workload.repeats,
         [&mut || timed(Screening::None), &mut || timed(Screening::Exact), &mut || {
             timed(Screening::Race { share: SHARE })
         }],

@@ -1,4 +1,4 @@
-//! Unused inputs: computing only what a program reads, against all that its dialect has.
+//! Unused inputs: computing only the inputs that programs read, against all inputs of the dialect.
 
 use std::collections::BTreeSet;
 
@@ -9,26 +9,26 @@ use brood_program::Program;
 use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
 use glam::DVec2;
 
-use super::{Extent, Saving};
+use super::{Saving, Workload};
 use crate::bench::measure::programs;
 use crate::bench::picture::Mode;
 
 /// Children of a brood, which share a sample set.
 const BROOD: usize = 20;
 
-pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
+pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-    let set = Mode::default().set(&mesh, &Scene::default(), extent.size_px);
+    let set = Mode::default().set(&mesh, &Scene::default(), workload.size_px);
     let (pairs, uvs): (Vec<DirectionPair>, Vec<DVec2>) =
         (0..set.len()).map(|index| set.pair(index)).unzip();
-    let programs = programs(extent.seed, extent.genomes);
+    let programs = programs(workload.seed, workload.genomes);
     let each: Vec<InputMask> = programs.iter().map(Program::inputs).collect();
     let broods: Vec<InputMask> = each
         .chunks_exact(BROOD.min(each.len()))
         .map(|brood| brood.iter().fold(InputMask::EMPTY, |all, mask| all.union(*mask)))
         .collect();
     let all = dialect_inputs();
-    let fill = |input| (input, fill_ms(input, &pairs, &uvs, extent.repeats));
+    let fill = |input| (input, fill_ms(input, &pairs, &uvs, workload.repeats));
     let of_input: Vec<(Input, f64)> = all.iter().map(fill).collect();
     let ms = |mask: &InputMask| -> f64 {
         of_input.iter().filter(|(input, _)| mask.contains(*input)).map(|(_, ms)| ms).sum()
@@ -48,7 +48,7 @@ pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
     ])
 }
 
-/// What the registers of the default dialect start with.
+/// Inputs that the registers of the default dialect start with.
 fn dialect_inputs() -> InputMask {
     let dialect = Dialect::default();
     let places = (0..dialect.registers).flat_map(|r| (0..4).map(move |c| (r, c)));
@@ -60,7 +60,7 @@ fn dialect_inputs() -> InputMask {
     inputs.collect::<BTreeSet<Input>>().into_iter().collect()
 }
 
-/// Each time on a new set, because a set keeps what it has computed.
+/// Fastest time to compute an input, each time on a new set because a set caches its inputs.
 fn fill_ms(input: Input, pairs: &[DirectionPair], uvs: &[DVec2], repeats: u32) -> f64 {
     let one = |_| {
         let set = SampleSet::from_pairs(pairs, uvs);

@@ -1,4 +1,4 @@
-//! What is kept from one picture to the next: sample sets with their inputs, and translations.
+//! Caches between pictures: sample sets with their inputs, and translated programs.
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, shade};
@@ -7,26 +7,26 @@ use brood_protocol::Backend;
 use brood_scene::{BuiltinMesh, Mesh, Scene};
 use brood_worker::Renderer;
 
-use super::{Extent, Saving};
+use super::{Saving, Workload};
 use crate::bench::measure::{fastest_ms, fastest_of_each_ms, genomes, programs};
 use crate::bench::picture::{self, Mode};
 
 /// Children of a brood, which share a sample set.
 const BROOD: u32 = 20;
 
-pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
-    let mut savings = sample_sets(extent)?;
-    savings.extend(translations(extent)?);
+pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
+    let mut savings = sample_sets(workload)?;
+    savings.extend(translations(workload)?);
     Ok(savings)
 }
 
-/// A brood with a set made for it, and with one that is there.
-fn sample_sets(extent: &Extent) -> Result<Vec<Saving>> {
+/// Times a brood with a new sample set and with a cached one.
+fn sample_sets(workload: &Workload) -> Result<Vec<Saving>> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let scene = Scene::default();
-    let brood = programs(extent.seed, BROOD);
+    let brood = programs(workload.seed, BROOD);
     let mode = Mode::default();
-    let kept = mode.set(&mesh, &scene, extent.size_px);
+    let kept = mode.set(&mesh, &scene, workload.size_px);
     let pictures = |set: &_, programs: &[Program]| {
         let mut f = Vec::new();
         for program in programs {
@@ -37,9 +37,9 @@ fn sample_sets(extent: &Extent) -> Result<Vec<Saving>> {
     pictures(&kept, &brood)?;
     let saving = |name: &str, programs: &[Program]| {
         let [with_ms, without_ms] = fastest_of_each_ms(
-            extent.repeats.min(5),
+            workload.repeats.min(5),
             [&mut || pictures(&kept, programs), &mut || {
-                pictures(&mode.set(&mesh, &scene, extent.size_px), programs)
+                pictures(&mode.set(&mesh, &scene, workload.size_px), programs)
             }],
         )?;
         anyhow::Ok(Saving {
@@ -47,7 +47,7 @@ fn sample_sets(extent: &Extent) -> Result<Vec<Saving>> {
             counted: "rays for the next picture",
             without: kept.counts().rays,
             with: 0,
-            timed: "evaluation and shading, rays and inputs where they are not kept",
+            timed: "evaluation and shading, rays and inputs if they are not kept",
             without_ms,
             with_ms,
         })
@@ -58,10 +58,11 @@ fn sample_sets(extent: &Extent) -> Result<Vec<Saving>> {
     ])
 }
 
-/// Evaluation on 4096 samples, with the program found by its words, with the words read, and with the genome lowered.
-fn translations(extent: &Extent) -> Result<Vec<Saving>> {
-    let set = brood_eval::conformance::hard_samples(extent.seed, 4096);
-    let genomes = genomes(extent.seed, extent.genomes);
+/// Times evaluation on 4096 samples with the program from the cache, with the words parsed, and
+/// with the genome lowered.
+fn translations(workload: &Workload) -> Result<Vec<Saving>> {
+    let set = brood_eval::conformance::hard_samples(workload.seed, 4096);
+    let genomes = genomes(workload.seed, workload.genomes);
     let words: Vec<Vec<u32>> = genomes.iter().map(|g| Program::lower(g).to_words()).collect();
     let renderer = Renderer::new(Backend::Cpu);
     let evaluator = CanonicalEvaluator::default();
@@ -73,7 +74,7 @@ fn translations(extent: &Extent) -> Result<Vec<Saving>> {
     // Fills the inputs and the renderer's cache.
     kept(&mut a)?;
     let [kept_ms, read_ms, lowered_ms] = fastest_of_each_ms(
-        extent.repeats,
+        workload.repeats,
         [
             &mut || kept(&mut a),
             &mut || words.iter().try_for_each(|w| Ok(evaluate(&Program::from_words(w)?, &mut b)?)),
@@ -85,7 +86,7 @@ fn translations(extent: &Extent) -> Result<Vec<Saving>> {
         counted: "translations",
         without: genomes.len() as u64,
         with: 0,
-        timed: "evaluation of all genomes on 4096 samples, with what the translation takes",
+        timed: "evaluation of all genomes on 4096 samples, translation included",
         without_ms,
         with_ms: kept_ms,
     };
@@ -95,10 +96,10 @@ fn translations(extent: &Extent) -> Result<Vec<Saving>> {
     ])
 }
 
-/// Evaluation and shading alone; used by the twins too.
-pub fn picture_ms(extent: &Extent, programs: &[Program]) -> Result<f64> {
+/// Time of evaluation, shading and PNG of one picture in milliseconds; also used by the twins.
+pub fn picture_ms(workload: &Workload, programs: &[Program]) -> Result<f64> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-    let set = Mode::default().set(&mesh, &Scene::default(), extent.size_px);
+    let set = Mode::default().set(&mesh, &Scene::default(), workload.size_px);
     let evaluator = CanonicalEvaluator::default();
     let mut f = Vec::new();
     let mut run = || {
@@ -112,5 +113,5 @@ pub fn picture_ms(extent: &Extent, programs: &[Program]) -> Result<f64> {
         Ok(())
     };
     run()?;
-    Ok(fastest_ms(extent.repeats.min(3), run)?.0 / programs.len() as f64)
+    Ok(fastest_ms(workload.repeats.min(3), run)?.0 / programs.len() as f64)
 }

@@ -1,20 +1,20 @@
-//! Dead components, value numbering and folding: the same genomes with each pass left out.
+//! Dead components, value numbering and folding: the same genomes with each lowering pass left out.
 
 use anyhow::{Context, Result};
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_program::Program;
 
 use super::unlowered::Unlowered;
-use super::{Extent, Saving};
+use super::{Saving, Workload};
 use crate::bench::measure::{fastest_of_each_ms, genomes};
 
-/// Samples of a fitness evaluation.
+/// Number of samples of a fitness evaluation.
 const SAMPLES: usize = 4096;
 
-pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
-    let set = brood_eval::conformance::hard_samples(extent.seed, SAMPLES);
+pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
+    let set = brood_eval::conformance::hard_samples(workload.seed, SAMPLES);
     let mut forms: [(u64, Vec<Program>); 4] = Default::default();
-    for genome in genomes(extent.seed, extent.genomes) {
+    for genome in genomes(workload.seed, workload.genomes) {
         let lowered = Program::lower(&genome);
         let written = Unlowered::as_written(&genome);
         let live = written.live();
@@ -32,10 +32,10 @@ pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
         programs.iter().try_for_each(|program| Ok(evaluator.eval(&[program], &set, &mut f)?))
     };
     let [written, live, numbered, lowered] = &forms;
-    // Fills the inputs.
+    // Computes the inputs before the clock starts.
     evaluate(&written.1)?;
     let times = fastest_of_each_ms(
-        extent.repeats,
+        workload.repeats,
         [
             &mut || evaluate(&written.1),
             &mut || evaluate(&live.1),

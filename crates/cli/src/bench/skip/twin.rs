@@ -1,35 +1,36 @@
-//! Neutral twins: mutants whose program is the parent's need no picture of their own and are drawn again instead.
+//! Neutral twins: mutants with the program of their parent need no picture of their own and are
+//! redrawn.
 
 use anyhow::Result;
 use brood_genome::{BirthKey, Genome, Variation};
 use brood_program::Program;
 
 use super::kept::picture_ms;
-use super::{Extent, Saving};
+use super::{Saving, Workload};
 use crate::bench::measure::{fastest_ms, genomes};
 
-/// Amounts of mutation, from barely to strongly.
+/// Amounts of mutation, from small to large.
 const AMOUNTS: [f32; 3] = [0.02, 0.1, 0.3];
-/// Mutants of each parent.
+/// Number of mutants of each parent.
 const MUTANTS: u32 = 50;
-/// Parents, at most.
+/// Largest number of parents.
 const PARENTS: u32 = 40;
 
-pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
-    let parents = genomes(extent.seed, extent.genomes.min(PARENTS));
+pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
+    let parents = genomes(workload.seed, workload.genomes.min(PARENTS));
     let programs: Vec<Program> = parents.iter().take(10).map(Program::lower).collect();
-    let picture_ms = picture_ms(extent, &programs)?;
+    let picture_ms = picture_ms(workload, &programs)?;
     let mut savings = Vec::new();
     for amount in AMOUNTS {
-        let draw = || Ok(neutral(&parents, amount, extent.seed));
-        let (draw_ms, neutral) = fastest_ms(extent.repeats.min(2), draw)?;
+        let draw = || Ok(neutral(&parents, amount, workload.seed));
+        let (draw_ms, neutral) = fastest_ms(workload.repeats.min(2), draw)?;
         let drawn = u64::from(MUTANTS) * parents.len() as u64;
         savings.push(Saving {
             name: format!("neutral twins, mutation {amount}"),
             counted: "pictures of mutants drawn",
             without: drawn,
             with: drawn - neutral,
-            timed: "births, lowering, hashes and a picture each, or no picture for twins",
+            timed: "births, lowering, hashes, and pictures of all or of all but twins",
             without_ms: draw_ms + drawn as f64 * picture_ms,
             with_ms: draw_ms + (drawn - neutral) as f64 * picture_ms,
         });
@@ -37,7 +38,7 @@ pub fn measure(extent: &Extent) -> Result<Vec<Saving>> {
     Ok(savings)
 }
 
-/// Mutants with the program of their parent.
+/// Number of mutants with the program of their parent.
 fn neutral(parents: &[Genome], amount: f32, seed: u64) -> u64 {
     let of_parent = |parent: &Genome| {
         let hash = Program::lower(parent).hash();

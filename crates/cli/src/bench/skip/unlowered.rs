@@ -1,13 +1,14 @@
-//! Scalar code of a genome before lowering has removed anything, so that the same evaluator can run it.
+//! Scalar code of a genome before any lowering pass, as a program for the same evaluators.
 //!
-//! Moving and negating are free here as they are after lowering; everything else that is written is executed.
+//! Moves and negations are free, as they are after lowering; every other written operation is
+//! executed.
 
 use std::collections::HashMap;
 
 use brood_genome::{Genome, Input, Instruction, Opcode, Register, Source};
 use brood_program::{Operation, Program, WordsError};
 
-/// A value and whether its negative is meant.
+/// A value, possibly negated.
 #[derive(Debug, Clone, Copy)]
 struct Signed {
     value: Value,
@@ -18,13 +19,14 @@ struct Signed {
 enum Value {
     Step(usize),
     Input(Input),
-    /// An f32 by its bits.
+    /// An f32 as bits.
     Constant(u32),
 }
 
 type Step = (Operation, Value, Value);
 
-/// Scalar steps in the order of the genome; g of the three channels is found in `results`, up to sign.
+/// Scalar steps in the order of the genome, with the values of g for the three channels, up to
+/// sign.
 #[derive(Debug, Clone)]
 pub struct Unlowered {
     steps: Vec<Step>,
@@ -32,7 +34,7 @@ pub struct Unlowered {
 }
 
 impl Unlowered {
-    /// Every component that is written.
+    /// Translates every written component.
     pub fn as_written(genome: &Genome) -> Self {
         let dialect = genome.dialect();
         let source = |register, component| match dialect.initial(register, component) {
@@ -46,34 +48,34 @@ impl Unlowered {
             let result = writer.execute(instruction);
             let dst = &mut writer.registers[usize::from(instruction.dst())];
             for component in (0..4).filter(|c| instruction.write_mask().contains(*c)) {
-                dst[component] = result[component].expect("what is written has been computed");
+                dst[component] = result[component].expect("every written component is computed");
             }
         }
         let [r, g, b, _] = writer.registers[0];
         Self { steps: writer.steps, results: [r, g, b].map(|signed| signed.value) }
     }
 
-    /// Only what can reach a result.
+    /// Keeps only the steps that can reach a result.
     pub fn live(&self) -> Self {
-        let mut wanted = vec![false; self.steps.len()];
-        let want = |wanted: &mut Vec<bool>, value: Value| {
+        let mut live = vec![false; self.steps.len()];
+        let mark = |live: &mut Vec<bool>, value: Value| {
             if let Value::Step(index) = value {
-                wanted[index] = true;
+                live[index] = true;
             }
         };
         for result in self.results {
-            want(&mut wanted, result);
+            mark(&mut live, result);
         }
         for (index, (_, a, b)) in self.steps.iter().enumerate().rev() {
-            if wanted[index] {
-                want(&mut wanted, *a);
-                want(&mut wanted, *b);
+            if live[index] {
+                mark(&mut live, *a);
+                mark(&mut live, *b);
             }
         }
-        self.rewritten(|index, _, _| wanted[index].then_some(None))
+        self.rewritten(|index, _, _| live[index].then_some(None))
     }
 
-    /// Each operation on the same values once.
+    /// Keeps one copy of each operation on the same values.
     pub fn numbered(&self) -> Self {
         let mut known: HashMap<Step, usize> = HashMap::new();
         self.rewritten(|_, step, next| match known.get(&step) {
@@ -85,12 +87,13 @@ impl Unlowered {
         })
     }
 
-    /// Scalar operations a sample.
+    /// Number of scalar operations per sample.
     pub fn operations(&self) -> usize {
         self.steps.len()
     }
 
-    /// The program that evaluators run, with the output stage of `lowered`, which comes from the same genome.
+    /// Program for the evaluators, with the output stage of `lowered`, which comes from the same
+    /// genome.
     pub fn program(&self, lowered: &Program) -> Result<Program, WordsError> {
         const HEADER: usize = 6;
         const OUTPUT: usize = 15;
@@ -114,7 +117,8 @@ impl Unlowered {
         Program::from_words(&words)
     }
 
-    /// The steps that `keep` keeps: `None` drops one, `Some(Some(k))` replaces it by the kept step k.
+    /// Rewrites the steps: `keep` returns `None` to drop a step, `Some(None)` to keep it and
+    /// `Some(Some(k))` to replace it by the kept step k.
     fn rewritten(&self, mut keep: impl FnMut(usize, Step, usize) -> Option<Option<usize>>) -> Self {
         let mut moved: Vec<usize> = Vec::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::new();
@@ -125,7 +129,7 @@ impl Unlowered {
             };
             let step = (*operation, at(a), at(b));
             match keep(index, step, steps.len()) {
-                // Nothing that is kept reads it.
+                // No kept step reads it.
                 None => moved.push(usize::MAX),
                 Some(Some(earlier)) => moved.push(earlier),
                 Some(None) => {
@@ -142,7 +146,7 @@ impl Unlowered {
     }
 }
 
-/// Constants of the packed words, each once.
+/// Constants of the packed words, without duplicates.
 #[derive(Default)]
 struct Pool {
     constants: Vec<u32>,
@@ -150,7 +154,7 @@ struct Pool {
 }
 
 impl Pool {
-    /// The packed operand: kind in bits 22..24, index below.
+    /// Packed operand: kind in bits 22..24, index below.
     fn operand(&mut self, value: Value) -> u32 {
         match value {
             Value::Step(index) => count(index),
@@ -182,7 +186,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// The components that the instruction writes; others may be missing.
+    /// Results of an instruction by component; components that it does not write may be `None`.
     fn execute(&mut self, instruction: &Instruction) -> [Option<Signed>; 4] {
         let mask = instruction.write_mask();
         let written = |k: usize| mask.contains(k);
@@ -246,8 +250,8 @@ impl Writer<'_> {
         std::array::from_fn(|k| written(k).then(|| f(self, k)))
     }
 
-    /// One scalar function; `of_negative` is the operation where the operand is a negative, `odd` keeps its sign
-    /// outside.
+    /// Scalar function. `of_negative` is the operation for a negated operand; an `odd` function
+    /// moves the sign to the result instead.
     fn function(
         &mut self,
         instruction: &Instruction,
@@ -328,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unlowered_code_has_the_counts_and_the_bits_of_the_genome() {
+    fn unlowered_code_has_the_counts_and_bits_of_the_genome() {
         let set = hard_samples(3, 300);
         let extended =
             Dialect { opcodes: OpcodeSet::Extended, registers: 10, ..Dialect::default() };

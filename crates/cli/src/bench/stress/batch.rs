@@ -1,4 +1,5 @@
-//! Programs times samples: every level against the scalar evaluator, in parallel over batches.
+//! Evaluations of programs on samples: every level against the scalar evaluator, in parallel over
+//! batches.
 
 use std::ops::AddAssign;
 
@@ -13,20 +14,20 @@ use brood_worker::Renderer;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::program::{Candidate, candidate};
+use super::program::{StressProgram, candidate};
 use super::scalar::Scalar;
 use crate::output;
 
-/// Programs of one batch.
+/// Number of programs of a batch.
 const PROGRAMS: u64 = 64;
-/// Samples of one batch.
+/// Number of samples of a batch.
 pub const SAMPLES: usize = 4096;
-/// One batch in this many also goes to the GPU.
+/// One batch in this many also runs on the GPU.
 const GPU_SHARE: u64 = 16;
 /// Cosines below this count as grazing.
 const GRAZING_COS: f64 = 1e-3;
 
-/// What was found.
+/// Counts over all batches.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Batches {
     pub evaluations_per_level: u64,
@@ -37,16 +38,16 @@ pub struct Batches {
     pub equal: u64,
     pub not_finite: u64,
     pub negative: u64,
-    /// Values of any level whose bits are not the scalar evaluator's.
+    /// Values of any level whose bits differ from the scalar evaluator's.
     pub differing_from_scalar: u64,
-    /// Evaluations in which the scalar evaluator was held against the meaning of the steps.
+    /// Evaluations in which the scalar evaluator was compared with the definition of the steps.
     pub scalar_checked: u64,
-    /// Programs on which it differed.
+    /// Programs for which it differed.
     pub scalar_differing: u64,
     pub gpu_evaluations: u64,
-    /// Values whose bits differ, subnormal ones that were flushed to zero not counted.
+    /// Values whose bits differ, without subnormal ones flushed to zero.
     pub gpu_differing: u64,
-    /// Values where both are 0 or subnormal and the bits differ.
+    /// Values that are 0 or subnormal on both sides with differing bits.
     pub gpu_subnormal_differing: u64,
 }
 
@@ -69,7 +70,7 @@ impl AddAssign for Batches {
     }
 }
 
-/// All batches; the result does not depend on the number of threads.
+/// Runs all batches; the result does not depend on the number of threads.
 pub fn run(seed: u64, evaluations: u64, gpu: &Renderer) -> Result<Batches> {
     let batches = evaluations.div_ceil(PROGRAMS * SAMPLES as u64);
     let bar = output::bar(batches, "evaluating");
@@ -90,7 +91,7 @@ pub fn run(seed: u64, evaluations: u64, gpu: &Renderer) -> Result<Batches> {
 
 fn batch(seed: u64, gpu: Option<&Renderer>) -> Result<Batches> {
     let first = seed.wrapping_mul(PROGRAMS);
-    let candidates: Vec<Candidate> =
+    let candidates: Vec<StressProgram> =
         (0..PROGRAMS).map(|slot| candidate(first.wrapping_add(slot))).collect();
     let programs: Vec<&Program> = candidates.iter().map(|c| &c.program).collect();
     let set = hard_samples(seed, SAMPLES);
@@ -103,7 +104,7 @@ fn batch(seed: u64, gpu: Option<&Renderer>) -> Result<Batches> {
     };
     found.count_directions(&set);
     let scalar = scalar(&programs, &set);
-    // The scalar evaluator itself, on one program of each batch.
+    // Checks the scalar evaluator itself, on one program of each batch.
     let checked = (seed % PROGRAMS) as usize;
     let of_program = 3 * set.len();
     let own = &scalar[checked * of_program..(checked + 1) * of_program];
@@ -129,7 +130,7 @@ fn batch(seed: u64, gpu: Option<&Renderer>) -> Result<Batches> {
 }
 
 impl Batches {
-    /// Which of the hard cases the samples are, times the programs that run on them.
+    /// Counts the hard cases among the samples, times the programs that run on them.
     fn count_directions(&mut self, set: &SampleSet) {
         for sample in 0..set.len() {
             let (pair, _) = set.pair(sample);
@@ -151,7 +152,7 @@ fn is_antipodal(pair: &DirectionPair) -> bool {
     (pair.wi().truncate() + pair.wo().truncate()).length() == 0.0
 }
 
-/// Program by program, in each the channels, in each the samples, as evaluators have it.
+/// Values by program, channel and sample, the layout of the evaluators.
 fn scalar(programs: &[&Program], set: &SampleSet) -> Vec<f32> {
     let samples = set.len();
     let mut f = vec![0.0; programs.len() * 3 * samples];
@@ -165,12 +166,13 @@ fn count(values: &[f32], is_bad: impl Fn(f32) -> bool) -> u64 {
     values.iter().filter(|value| is_bad(**value)).count() as u64
 }
 
-/// Values whose bits differ, and how many of them are zero or subnormal on both sides.
+/// Number of values whose bits differ, and number of those that are zero or subnormal on both
+/// sides.
 fn differing(a: &[f32], b: &[f32]) -> (u64, u64) {
     let tiny = |value: f32| value.abs() < f32::MIN_POSITIVE;
-    let apart = || a.iter().zip(b).filter(|(a, b)| a.to_bits() != b.to_bits());
-    let all = apart().count() + a.len().abs_diff(b.len());
-    (all as u64, apart().filter(|(a, b)| tiny(**a) && tiny(**b)).count() as u64)
+    let differing = || a.iter().zip(b).filter(|(a, b)| a.to_bits() != b.to_bits());
+    let all = differing().count() + a.len().abs_diff(b.len());
+    (all as u64, differing().filter(|(a, b)| tiny(**a) && tiny(**b)).count() as u64)
 }
 
 #[cfg(test)]
@@ -178,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn batch_finds_no_difference_and_meets_every_hard_case() {
+    fn batch_finds_no_difference_and_covers_every_hard_case() {
         let found = batch(3, None).unwrap();
         assert_eq!(found.evaluations_per_level, PROGRAMS * SAMPLES as u64);
         assert_eq!(found.evaluations_with_large_constants * 2, found.evaluations_per_level);
@@ -189,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn differing_tells_flushed_subnormals_from_other_bits() {
+    fn differing_separates_flushed_subnormals_from_other_bits() {
         assert_eq!(differing(&[0.0, 1e-40, 1.0, -0.0], &[0.0, 0.0, 1.5, 0.0]), (3, 2));
         assert_eq!(differing(&[1.0], &[1.0, 2.0]), (1, 0));
     }

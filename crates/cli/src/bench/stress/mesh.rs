@@ -1,5 +1,6 @@
-//! Meshes that should not exist, read as OBJ and looked at: triangles without area, texture coordinates that are
-//! missing, mirrored or singular, normals that oppose each other, and extents near the ends of the range.
+//! Stress test of meshes: invalid meshes read as OBJ and rendered. They have triangles without
+//! area, texture coordinates that are missing, mirrored or singular, normals that oppose each
+//! other, and extents near the ends of the range.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -17,27 +18,27 @@ use serde::Serialize;
 use super::program::candidate;
 use crate::output;
 
-/// Rows and columns of the ball that is then broken.
+/// Rows and columns of the ball that the faults are applied to.
 const ROWS: usize = 14;
 const COLUMNS: usize = 20;
-/// Side of the pictures.
+/// Side of the pictures in pixels.
 const SIZE_PX: u32 = 32;
-/// Programs that run on each set.
+/// Number of programs that run on each set.
 const PROGRAMS: u64 = 4;
-/// How far a direction may be off unit length.
+/// Largest deviation of a direction from unit length.
 const UNIT_TOLERANCE: f64 = 1e-12;
 
-/// What was found.
+/// Counts over all meshes.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Meshes {
     pub meshes: u32,
-    /// Read and refused with a reason, which is right where nothing is left of a mesh.
+    /// Meshes rejected by the reader with a reason; correct if no usable triangle is left.
     pub meshes_refused: u32,
     pub mesh_sets: u64,
     pub mesh_samples: u64,
-    /// Samples with a direction, a texture position, an input, an irradiance or a reflectance that is not finite.
+    /// Samples with a non-finite direction, texture position, input, irradiance or reflectance.
     pub mesh_samples_not_finite: u64,
-    /// Samples below the surface, off unit length, or lit by less than nothing.
+    /// Samples below the surface, not of unit length, or with negative irradiance.
     pub mesh_samples_out_of_bounds: u64,
 }
 
@@ -55,15 +56,15 @@ impl Meshes {
     }
 }
 
-/// What is wrong with a mesh; several at once.
+/// Faults of one mesh; several may be combined.
 #[derive(Debug, Clone, Copy, Default)]
 struct Faults {
     empty_triangles: bool,
     uv: Uv,
     opposing_normals: bool,
-    /// Factor of all coordinates.
+    /// Factor on all coordinates.
     size: f64,
-    /// Added to all coordinates, in sizes.
+    /// Offset added to all coordinates, in units of `size`.
     offset: f64,
 }
 
@@ -73,19 +74,19 @@ enum Uv {
     Missing,
     Ordinary,
     Mirrored,
-    /// All at one place.
+    /// All at one point.
     Point,
     /// All on one line.
     Line,
-    /// As large as the range of f32 allows.
+    /// Near the end of the range of f32.
     Huge,
 }
 
-/// Looks at that many meshes.
+/// Renders `meshes` invalid meshes.
 pub fn run(seed: u64, meshes: u32) -> Result<Meshes> {
     let bar = output::bar(meshes.into(), "broken meshes");
     let one = |index: u32| {
-        let found = look(seed, index);
+        let found = check_mesh(seed, index);
         bar.inc(1);
         found
     };
@@ -95,7 +96,7 @@ pub fn run(seed: u64, meshes: u32) -> Result<Meshes> {
     found
 }
 
-fn look(seed: u64, index: u32) -> Result<Meshes> {
+fn check_mesh(seed: u64, index: u32) -> Result<Meshes> {
     let key = BirthKey { seed, slot: index, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
     let faults = Faults::draw(index, &mut stream);
@@ -119,7 +120,7 @@ fn look(seed: u64, index: u32) -> Result<Meshes> {
 }
 
 impl Faults {
-    /// Every combination comes up; sizes are drawn.
+    /// Cycles through every combination of faults; sizes are random.
     fn draw(index: u32, stream: &mut Stream) -> Self {
         let uv = [Uv::Missing, Uv::Ordinary, Uv::Mirrored, Uv::Point, Uv::Line, Uv::Huge];
         Self {
@@ -156,7 +157,8 @@ impl Meshes {
     }
 }
 
-/// The default view; lights at grazing positions, at the surface and inside; from close by; scaled.
+/// The default view; lights at grazing positions, on the surface and inside; a close view; a scaled
+/// view.
 fn scenes(at: f64, size: f64) -> Vec<Scene> {
     let light =
         |x: f64, y: f64, z: f64| Light::point_at([at + size * x, at + size * y, at + size * z]);
@@ -174,11 +176,11 @@ fn scenes(at: f64, size: f64) -> Vec<Scene> {
     ]
 }
 
-/// The broken ball as OBJ.
+/// The ball with its faults, as OBJ.
 fn obj(faults: &Faults, stream: &mut Stream) -> String {
     let mut text = String::new();
     let mut line = |arguments: std::fmt::Arguments<'_>| {
-        writeln!(text, "{arguments}").expect("a string takes everything");
+        writeln!(text, "{arguments}").expect("writing to a string cannot fail");
     };
     for row in 0..=ROWS {
         for column in 0..=COLUMNS {
@@ -201,7 +203,7 @@ fn obj(faults: &Faults, stream: &mut Stream) -> String {
                 line(format_args!("f {}", faults.face(corners)));
             }
             if faults.empty_triangles {
-                // A corner twice, and three on a line.
+                // A repeated corner, and three corners on a line.
                 line(format_args!("f {}", faults.face([a, a, d])));
                 line(format_args!("f {}", faults.face([a, b, a])));
             }
@@ -231,7 +233,7 @@ impl Faults {
     }
 }
 
-/// Some as they are, some turned round, some along the surface, some without a length.
+/// Returns the normal unchanged, flipped, tangential or with (almost) no length.
 fn broken_normal(n: DVec3, stream: &mut Stream) -> DVec3 {
     match stream.below(5) {
         0 => -n,
@@ -247,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn broken_meshes_give_only_finite_samples() {
+    fn invalid_meshes_give_only_finite_samples() {
         let found = run(5, 24).unwrap();
         assert_eq!(found.meshes, 24);
         assert!(found.meshes_refused < 12 && found.mesh_samples > 10_000, "{found:?}");

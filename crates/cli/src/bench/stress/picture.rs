@@ -1,4 +1,4 @@
-//! Pictures of random genomes in f32 against f64, at one exposure: by how many bytes they are apart.
+//! Largest byte difference between f32 and f64 pictures of random genomes, at one exposure.
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, ReferenceEvaluator, develop, shade};
@@ -8,24 +8,24 @@ use serde::Serialize;
 
 use crate::bench::measure::programs;
 use crate::bench::picture::Mode;
-use crate::chart::{Axis, Plot, Point, Scale, Series, Table};
+use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
 use crate::output;
 
-/// Side of the pictures.
+/// Side of the pictures in pixels.
 const PICTURE_PX: u32 = 128;
 
-/// What was found.
+/// Counts and differences over all pictures.
 #[derive(Debug, Default, Serialize)]
-pub struct Pictures {
+pub struct PictureDifferences {
     pub pictures: u32,
     pub pictures_off_by_more_than_1_255: u32,
-    /// For each genome the largest difference of a developed byte.
+    /// Largest difference of a developed byte, for each genome.
     #[serde(skip)]
     largest: Vec<u8>,
 }
 
-/// Looks at that many genomes.
-pub fn run(seed: u64, pictures: u32) -> Result<Pictures> {
+/// Renders and compares `pictures` random genomes.
+pub fn run(seed: u64, pictures: u32) -> Result<PictureDifferences> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let set = Mode::default().set(&mesh, &Scene::default(), PICTURE_PX);
     let bar = output::bar(pictures.into(), "pictures");
@@ -45,44 +45,45 @@ pub fn run(seed: u64, pictures: u32) -> Result<Pictures> {
         .collect();
     bar.finish_and_clear();
     let largest = largest?;
-    let off = largest.iter().filter(|apart| **apart > 1).count();
-    Ok(Pictures {
+    let visible = largest.iter().filter(|difference| **difference > 1).count();
+    Ok(PictureDifferences {
         pictures,
-        pictures_off_by_more_than_1_255: u32::try_from(off).expect("at most as many as pictures"),
+        pictures_off_by_more_than_1_255: u32::try_from(visible)
+            .expect("at most the number of pictures"),
         largest,
     })
 }
 
-impl Pictures {
-    /// How many are off, in words.
+impl PictureDifferences {
+    /// Number and percentage of pictures that differ visibly.
     pub fn share(&self) -> String {
-        let off = self.pictures_off_by_more_than_1_255;
-        format!("{off} ({:.1} %)", 100.0 * f64::from(off) / f64::from(self.pictures.max(1)))
+        let visible = self.pictures_off_by_more_than_1_255;
+        format!("{visible} ({:.1} %)", 100.0 * f64::from(visible) / f64::from(self.pictures.max(1)))
     }
 
-    /// Genomes for each largest difference that occurs.
-    pub fn table(&self) -> Table {
-        let mut table = Table::new(&["largest_difference_of_255", "genomes"]);
-        for apart in 0..=u8::MAX {
-            let genomes = self.largest.iter().filter(|largest| **largest == apart).count();
+    /// Number of genomes for each largest difference.
+    pub fn table(&self) -> ResultTable {
+        let mut table = ResultTable::new(&["largest_difference_of_255", "genomes"]);
+        for difference in 0..=u8::MAX {
+            let genomes = self.largest.iter().filter(|largest| **largest == difference).count();
             if genomes > 0 {
-                table.push([u32::from(apart).into(), genomes.into()]);
+                table.push([u32::from(difference).into(), genomes.into()]);
             }
         }
         table
     }
 
-    /// Share of genomes off by at least so much.
+    /// Chart of the share of genomes by least largest difference.
     pub fn chart(&self) -> Plot {
-        let share = |apart: u8| {
-            let off = self.largest.iter().filter(|largest| **largest >= apart).count();
-            100.0 * off as f64 / self.largest.len().max(1) as f64
+        let share = |least: u8| {
+            let count = self.largest.iter().filter(|largest| **largest >= least).count();
+            100.0 * count as f64 / self.largest.len().max(1) as f64
         };
         let marked = [1, 2, 5, 20, 100];
-        let point = |apart: u8| {
-            let y = share(apart);
-            let label = if marked.contains(&apart) { format!("{y:.1} %") } else { String::new() };
-            Point { x: f64::from(apart), y, label, ..Point::default() }
+        let point = |least: u8| {
+            let y = share(least);
+            let label = if marked.contains(&least) { format!("{y:.1} %") } else { String::new() };
+            Point { x: f64::from(least), y, label, ..Point::default() }
         };
         Plot {
             title: "f32 against f64: developed pictures".to_owned(),
@@ -91,7 +92,10 @@ impl Pictures {
                 self.pictures
             ),
             x: Axis { title: "largest difference of a byte, of 255", scale: Scale::Log },
-            y: Axis { title: "share of genomes off by at least that, %", scale: Scale::Log },
+            y: Axis {
+                title: "share of genomes with at least this difference, %",
+                scale: Scale::Log,
+            },
             series: vec![Series {
                 name: "genomes".to_owned(),
                 points: (1..=u8::MAX).map(point).collect(),
@@ -107,7 +111,11 @@ mod tests {
 
     #[test]
     fn table_counts_every_genome_once() {
-        let pictures = Pictures { pictures: 3, largest: vec![0, 2, 2], ..Pictures::default() };
+        let pictures = PictureDifferences {
+            pictures: 3,
+            largest: vec![0, 2, 2],
+            ..PictureDifferences::default()
+        };
         assert_eq!(pictures.table().csv(), "largest_difference_of_255,genomes\n0,1\n2,2\n");
         assert!(pictures.chart().svg().contains(">66.7 %<"));
     }

@@ -1,4 +1,5 @@
-//! Programs meant to break evaluators: every dialect, ordinary constants and those at the ends of the range.
+//! Random programs for the stress test: every dialect, with ordinary constants and constants at the
+//! ends of the range.
 
 use brood_genome::{
     BirthKey, CONSTANTS, Dialect, Genome, OpcodeSet, Operator, Output, Parametrisation, RANGE,
@@ -6,14 +7,15 @@ use brood_genome::{
 };
 use brood_program::Program;
 
-/// A program and whether its constants reach to the ends of the range.
-pub struct Candidate {
+/// Program of the stress test.
+pub struct StressProgram {
     pub program: Program,
+    /// True if the constants reach the ends of the range.
     pub is_extreme: bool,
 }
 
-/// The program of that seed.
-pub fn candidate(seed: u64) -> Candidate {
+/// Program of the given seed.
+pub fn candidate(seed: u64) -> StressProgram {
     let paper = Dialect::default();
     let dialect = match seed % 4 {
         0 | 1 => paper,
@@ -24,7 +26,7 @@ pub fn candidate(seed: u64) -> Candidate {
     let genome = Variation::random(dialect).birth(key);
     let is_extreme = seed % 8 >= 4;
     if !is_extreme {
-        return Candidate { program: Program::lower(&genome), is_extreme };
+        return StressProgram { program: Program::lower(&genome), is_extreme };
     }
     let mut stream = Stream::new(key, Operator::MutateConstants);
     let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
@@ -34,10 +36,10 @@ pub fn candidate(seed: u64) -> Candidate {
     let instructions = genome.instructions().to_vec();
     let genome = Genome::new(dialect, instructions, constants, Output::IDENTITY)
         .expect("the constants are within the range");
-    Candidate { program: Program::lower(&genome), is_extreme }
+    StressProgram { program: Program::lower(&genome), is_extreme }
 }
 
-/// Uniform over the range, at its ends, ordinary, tiny, subnormal or zero.
+/// Random constant: uniform over the range, at its ends, ordinary, tiny, subnormal or zero.
 fn extreme(stream: &mut Stream) -> f32 {
     let uniform = 2.0 * stream.unit() - 1.0;
     match stream.below(8) {
@@ -56,10 +58,10 @@ mod tests {
 
     #[test]
     fn half_of_the_programs_reach_the_ends_of_the_range() {
-        let candidates: Vec<Candidate> = (0..160).map(candidate).collect();
+        let candidates: Vec<StressProgram> = (0..160).map(candidate).collect();
         let extreme = candidates.iter().filter(|c| c.is_extreme);
         assert_eq!(extreme.clone().count(), 80);
-        let at_the_end = |c: &&Candidate| {
+        let at_the_end = |c: &&StressProgram| {
             c.program.constants().iter().any(|constant| constant.canonical >= RANGE)
         };
         assert!(extreme.clone().filter(at_the_end).count() > 20);
