@@ -1,7 +1,5 @@
-//! Materials side by side: what is shown of each, and how far they are apart. The same on the command line and over HTTP.
-//!
-//! Owns the figures: curves over the angle of incidence, phenomena in numbers, the common exposure, differences of pictures. It
-//! refuses to know who renders the pictures and where they are shown.
+//! Comparison of materials, for the command line and the API: curves over the angle of incidence,
+//! numbers for phenomena, the common exposure, differences of pictures.
 
 mod curve;
 mod difference;
@@ -18,7 +16,9 @@ pub use specimen::Specimen;
 
 use std::ops::RangeInclusive;
 
-/// How many materials are compared: more would neither fit beside each other nor be told apart in a chart.
+/// Number of materials in a comparison. More do not fit on the page and are indistinguishable in a
+/// chart.
 pub const COMPARED: RangeInclusive<usize> = 2..=6;
-/// The other light: this much further along the light circle, in degrees.
+/// Angle from the scene's light to the second light of a comparison, along the light orbit, in
+/// degrees.
 pub const OTHER_LIGHT_DEG: f64 = 60.0;

@@ -1,32 +1,32 @@
-//! How much a genome reflects.
+//! Largest directional albedo of a genome.
 
 use brood_eval::energy_limit;
 use brood_genome::Genome;
 use brood_program::Program;
 use serde::{Deserialize, Serialize};
 
-/// The largest share of the light from one direction that is reflected.
+/// Largest directional albedo: the share of light from one direction that is reflected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Energy {
-    /// The largest directional albedo over incident directions, channels and, where they are read, texture positions of
-    /// [0, 1]^2, as the genome is seen: under the energy limit where it asks for that.
+    /// Largest directional albedo over incident directions, channels and, if the program reads
+    /// them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
     pub max_albedo: f64,
-    /// The same without the limit.
+    /// Largest directional albedo before the energy limit.
     pub unlimited_albedo: f64,
-    /// Relative error bound of both, estimated (docs/maths/energy.md).
+    /// Estimated relative error bound of both albedos (docs/maths/energy.md).
     pub error_bound: f64,
-    /// What f is divided by: 1 without the limit.
+    /// Divisor of f; 1 without the limit.
     pub divisor: f64,
-    /// Where it is largest: degrees from the normal.
+    /// Angle of incidence of the largest albedo, in degrees from the normal.
     pub theta_deg: f64,
-    /// Whether the genome asks for the limit.
+    /// True if the genome has the energy limit.
     pub limited: bool,
-    /// Reflectances that this took.
+    /// Number of reflectances evaluated.
     pub samples: usize,
 }
 
 impl Energy {
-    /// Of a genome.
+    /// Searches the largest albedo of a genome.
     pub(crate) fn of(genome: &Genome) -> Self {
         let free = energy_limit(&Program::lower(genome));
         let limited = genome.is_limited();

@@ -1,4 +1,4 @@
-//! Reflectance of one program at pairs of directions.
+//! Evaluation of one program at pairs of directions.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{CanonicalEvaluator, Evaluator};
@@ -6,7 +6,8 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::DVec2;
 
-/// Canonical f at one texture position: red, green, blue, each the pairs in order.
+/// Returns canonical f at one texture position: all red values in the order of the pairs, then all
+/// green, then all blue.
 pub fn evaluate(program: &Program, pairs: &[DirectionPair], uv: DVec2) -> Vec<f32> {
     let set = SampleSet::from_pairs(pairs, &vec![uv; pairs.len()]);
     let mut f = Vec::new();

@@ -1,9 +1,18 @@
-//! What a genome is: its source with what is dead marked, its scalar code, counts, physical checks, how much it reflects,
-//! and its reflectance over a plane and over the half-angle square; and what several materials are beside each other.
+//! Analysis of one material and comparison of several, for the command line, the API and the page.
 //!
-//! This crate owns the words and figures of an inspection and of a comparison, the same on the command line, over HTTP and on
-//! the page, and pictures of what is no program. It refuses to know where genomes are kept and who renders the pictures of a brood.
-//! Figures are those of the canonical evaluator.
+//! [`inspect`] returns the source of a genome with its dead code, its scalar code, operation
+//! counts, physical checks, largest albedo, and reflectance over planes of incidence;
+//! [`image_slice`] draws its reflectance over half and difference angle. [`curves`], [`Phenomena`]
+//! and [`LinearImage`] compare materials and their pictures. [`Shot`] renders materials that are
+//! not programs. All values come from the canonical evaluator. The crate does not depend on
+//! storage or jobs.
+//!
+//! ```
+//! let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 0.5 0.5 0.5 0\nMOV R0, C0\n";
+//! let report = brood_inspect::inspect(&text.parse().expect("the text is a genome"));
+//! assert_eq!(report.physics.max_f, 0.25); // the square of the result
+//! assert_eq!(report.live, [true]);
+//! ```
 
 mod compare;
 mod energy;

@@ -1,11 +1,11 @@
-//! A program's scalar code as a listing that people can read.
+//! Readable listing of a program's scalar code.
 
 use std::fmt::Write;
 
 use brood_genome::Output;
 use brood_program::{Operand, Program};
 
-/// One operation a line, then what the three channels are made of.
+/// Returns one operation per line, then the expressions of the three channels.
 #[must_use]
 pub fn scalar_code(program: &Program) -> String {
     let mut text = String::new();
@@ -35,7 +35,7 @@ pub fn scalar_code(program: &Program) -> String {
     text
 }
 
-/// The genome's text with every instruction that cannot change the result marked in a comment; it still reads back.
+/// Returns the genome's text with dead instructions marked by a comment. It still parses.
 #[must_use]
 pub fn marked_source(source: &str, live: &[bool]) -> String {
     let lines: Vec<&str> = source.lines().collect();
@@ -58,7 +58,7 @@ mod tests {
     use brood_genome::{BirthKey, Dialect, Genome, Variation, live_instructions};
 
     #[test]
-    fn marked_source_reads_back_and_marks_what_is_dead() {
+    fn marked_source_parses_and_marks_dead_instructions() {
         let key = BirthKey { seed: 1, slot: 0, attempt: 0 };
         let genome = Variation::random(Dialect::default()).birth(key);
         let live = live_instructions(&genome);
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn scalar_code_has_a_line_for_each_operation() {
+    fn scalar_code_has_a_line_per_operation() {
         let text =
             "brood 1\n.dialect paper smooth registers 7\nMUL R0.xy, R1.x, R1.y\nSIN R0.z, R0.x\n";
         let program = Program::lower(&text.parse().unwrap());

@@ -1,4 +1,4 @@
-//! Physical checks of one program: sign, finiteness, reciprocity.
+//! Physical checks of a program: sign, finiteness, reciprocity.
 
 use brood_brdf::{DirectionPair, Input};
 use brood_eval::{Quadrature, around, pair};
@@ -8,35 +8,36 @@ use serde::{Deserialize, Serialize};
 
 use crate::evaluate::evaluate;
 
-/// Incident directions: rings from the normal to 89 degrees times azimuths.
+/// Rings of incident directions, from the normal to 89 degrees.
 const RINGS: usize = 16;
+/// Azimuths of incident directions.
 const AZIMUTHS: usize = 12;
-/// Rings of outgoing directions; there are twice as many azimuths.
+/// Rings of outgoing directions, each with twice that number of azimuths.
 const ORDER: usize = 12;
-/// Texture positions along a side of [0, 1]^2, where the program reads any.
+/// Texture positions along a side of [0, 1]^2, if the program reads them.
 const UV_SIDE: usize = 4;
-/// Of so many pairs one is evaluated both ways round.
+/// One of this number of pairs is also evaluated with swapped directions.
 const SWAP_STEP: usize = 7;
 
-/// What was found.
+/// Results of the checks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Physics {
-    /// Reflectances looked at, three a sample.
+    /// Number of reflectances checked, three per sample.
     pub samples: usize,
     /// Smallest f.
     pub min_f: f32,
     /// Largest f.
     pub max_f: f32,
-    /// Values that are NaN or infinite.
+    /// Number of NaN or infinite values.
     pub non_finite: usize,
-    /// Pairs evaluated both ways round.
+    /// Number of pairs also evaluated with swapped directions.
     pub swapped_pairs: usize,
-    /// Of these, those whose bits differ.
+    /// Number of swapped pairs whose bits differ.
     pub not_reciprocal: usize,
 }
 
 impl Physics {
-    /// Runs all checks.
+    /// Runs all checks on a grid of directions and texture positions.
     pub(crate) fn of(program: &Program) -> Self {
         let rule = Quadrature::new(ORDER);
         let pairs: Vec<DirectionPair> = incident()
@@ -52,32 +53,32 @@ impl Physics {
         };
         let inputs = program.inputs();
         for uv in texture_positions(inputs.contains(Input::U), inputs.contains(Input::V)) {
-            physics.look_at(&evaluate(program, &pairs, uv));
+            physics.add(&evaluate(program, &pairs, uv));
         }
-        physics.swap(program, &pairs);
+        physics.check_swapped(program, &pairs);
         physics
     }
 
-    fn look_at(&mut self, f: &[f32]) {
+    fn add(&mut self, f: &[f32]) {
         self.samples += f.len();
         self.non_finite += f.iter().filter(|value| !value.is_finite()).count();
         self.min_f = f.iter().copied().fold(self.min_f, f32::min);
         self.max_f = f.iter().copied().fold(self.max_f, f32::max);
     }
 
-    fn swap(&mut self, program: &Program, pairs: &[DirectionPair]) {
+    fn check_swapped(&mut self, program: &Program, pairs: &[DirectionPair]) {
         let pairs: Vec<_> = pairs.iter().copied().step_by(SWAP_STEP).collect();
         let swapped: Vec<_> = pairs.iter().map(DirectionPair::swapped).collect();
         let uv = DVec2::new(0.3, 0.7);
-        let here = evaluate(program, &pairs, uv);
-        let there = evaluate(program, &swapped, uv);
-        let bits = here.iter().zip(&there);
+        let forward = evaluate(program, &pairs, uv);
+        let backward = evaluate(program, &swapped, uv);
+        let bits = forward.iter().zip(&backward);
         self.swapped_pairs = pairs.len();
         self.not_reciprocal = bits.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
     }
 }
 
-/// A grid over [0, 1]^2 along what is read.
+/// Grid over [0, 1]^2 in the coordinates the program reads.
 fn texture_positions(reads_u: bool, reads_v: bool) -> impl Iterator<Item = DVec2> {
     let side = |index: usize| index as f64 / (UV_SIDE - 1) as f64;
     let count = |reads: bool| if reads { UV_SIDE } else { 1 };
@@ -104,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_of_a_constant_are_the_constant() {
+    fn extremes_equal_the_constant_when_f_is_constant() {
         let found = physics(".const C0 0.5 0.25 0 0\nMOV R0, C0");
         assert_eq!((found.min_f, found.max_f, found.non_finite), (0.0, 0.25, 0));
         assert!(found.swapped_pairs > 1000);
@@ -112,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn texture_positions_are_looked_at_when_they_are_read() {
+    fn texture_positions_are_sampled_when_the_program_reads_them() {
         let found = physics("MOV R0, R1.z");
         assert_eq!(found.max_f, 1.0, "u up to 1");
         let both = physics("MUL R0, R1.z, R1.w");

@@ -1,4 +1,4 @@
-//! Reflectance over a plane of incidence: what a polar plot shows.
+//! Reflectance over a plane of incidence, the data of a polar plot.
 
 use brood_eval::{around, pair, turns_with_surface};
 use brood_program::Program;
@@ -9,18 +9,20 @@ use crate::evaluate::evaluate;
 
 /// Incident angles from the normal, in degrees.
 const INCIDENT_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
-/// Outgoing angles are whole multiples of this up to [`OUTGOING_MAX_DEG`] on either side, in degrees.
+/// Outgoing angles are whole multiples of this up to [`OUTGOING_MAX_DEG`] on either side, in
+/// degrees.
 const OUTGOING_STEP_DEG: i32 = 2;
 const OUTGOING_MAX_DEG: i32 = 88;
 
-/// f where light and eye are in one plane with the normal, at texture position (1/2, 1/2).
+/// f with light, eye and normal in one plane, at texture position (1/2, 1/2).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Plane {
     /// Azimuth of the plane from the direction of texture u, in degrees.
     pub azimuth_deg: f64,
-    /// Outgoing angles from the normal in degrees, negative on the side of the light; f mirrors at the opposite of its angle.
+    /// Outgoing angles from the normal in degrees, negative on the side of the light. The mirror
+    /// direction has the light's angle with the opposite sign.
     pub theta_o_deg: Vec<f64>,
-    /// One for each incident angle.
+    /// One curve per incident angle.
     pub curves: Vec<Curve>,
 }
 
@@ -29,11 +31,11 @@ pub struct Plane {
 pub struct Curve {
     /// Incident angle from the normal, in degrees.
     pub theta_i_deg: f64,
-    /// Red, green and blue; in each one value for each outgoing angle.
+    /// Red, green and blue, each with one value per outgoing angle.
     pub f: [Vec<f32>; 3],
 }
 
-/// The planes along and across u; one where the program is isotropic.
+/// Returns the planes along and across u, or one plane if the program is isotropic.
 #[must_use]
 pub fn planes(program: &Program) -> Vec<Plane> {
     let turns = turns_with_surface(program);
@@ -71,8 +73,9 @@ mod tests {
     }
 
     #[test]
-    fn plane_has_the_light_on_the_negative_side() {
-        // g = cos(phi_o - phi_i) sin_i sin_o: -1 times the sines opposite the light, +1 on its side; f = g^2 + p1-free.
+    fn plane_has_negative_angles_on_the_side_of_the_light() {
+        // g = cos(phi_o - phi_i) sin_i sin_o: -1 times the sines opposite the light, +1 on its
+        // side; f = g^2 + p1-free.
         let code = ".const C0 1 1 1 1\nADD R0, R0.y, C0";
         let [plane] = &planes_of(code)[..] else { panic!("one plane") };
         let curve = &plane.curves[2];
@@ -87,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn anisotropic_programs_have_two_planes() {
+    fn planes_are_two_when_the_program_is_anisotropic() {
         assert_eq!(planes_of("MOV R0, R0.z").len(), 2);
         assert_eq!(planes_of("MOV R0, R1.z").len(), 1);
     }

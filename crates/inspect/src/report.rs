@@ -1,4 +1,4 @@
-//! Everything that is told of a genome.
+//! Full report on a genome.
 
 use brood_genome::{Genome, Input, live_instructions};
 use brood_program::{Counts, Program, Tape};
@@ -6,59 +6,59 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Energy, Physics, Plane, planes, scalar_code};
 
-/// What a genome is, what of it lives, and whether it is physical.
+/// Code, live parts, physical checks and reflectance of a genome.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Inspection {
     /// Content hash of the genome.
     pub hash: String,
-    /// Identity of what it is seen as.
+    /// Hash of the expressed program.
     pub program_hash: String,
-    /// The dialect's words.
+    /// Dialect in its text form.
     pub dialect: String,
-    /// Names of the inputs that are read.
+    /// Names of the inputs the program reads.
     pub inputs: Vec<String>,
-    /// How much there is, and how much of it is executed.
+    /// Sizes before and after lowering.
     pub counts: OperationCounts,
     /// Sign, finiteness, reciprocity.
     pub physics: Physics,
-    /// How much it reflects.
+    /// Largest directional albedo.
     pub energy: Energy,
-    /// The genome's text; instructions are its last lines.
+    /// Genome text; the last lines are the instructions.
     pub source: String,
-    /// For each instruction whether it can change the result.
+    /// Per instruction: true if it can change the result.
     pub live: Vec<bool>,
-    /// For each instruction the channels that depend on it: some of `rgb`.
+    /// Per instruction: the channels that depend on it, a subset of `rgb`.
     pub channels: Vec<String>,
-    /// The scalar operations that are executed, one a line.
+    /// Scalar operations executed, one per line.
     pub code: String,
     /// Reflectance over planes of incidence.
     pub planes: Vec<Plane>,
 }
 
-/// Counts before and after each step of lowering.
+/// Sizes before and after each step of lowering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct OperationCounts {
-    /// Instructions of the genome.
+    /// Number of instructions of the genome.
     pub instructions: u32,
-    /// Instructions that can change the result.
+    /// Number of instructions that can change the result.
     pub live_instructions: u32,
-    /// Scalar operations of all components written.
+    /// Number of scalar operations for all components written.
     pub scalar_operations: u32,
-    /// After per-component dead-code removal.
+    /// Number after per-component dead-code removal.
     pub live_scalar_operations: u32,
-    /// After value numbering.
+    /// Number after value numbering.
     pub numbered_operations: u32,
-    /// After folding: what runs for each sample.
+    /// Number after constant folding, executed per sample.
     pub operations: u32,
-    /// Inputs that are read.
+    /// Number of inputs the program reads.
     pub inputs_read: usize,
-    /// Inputs that there are.
+    /// Number of inputs in the catalogue.
     pub inputs_known: usize,
-    /// Values that are kept at once.
+    /// Number of values live at once.
     pub registers: usize,
 }
 
-/// Looks at everything.
+/// Returns the full report on a genome.
 #[must_use]
 pub fn inspect(genome: &Genome) -> Inspection {
     let energy = Energy::of(genome);
@@ -93,7 +93,7 @@ pub fn inspect(genome: &Genome) -> Inspection {
     }
 }
 
-/// For each instruction the channels that depend on it.
+/// Per instruction, the letters of the channels that depend on it.
 fn channels(genome: &Genome) -> Vec<String> {
     let masks = brood_genome::channels_of_instructions(genome);
     let word = |mask: u8| {

@@ -1,7 +1,5 @@
-//! Pictures outside the road of programs: of measured materials, and of whatever is compared; rough pixels are sampled again
-//! as there.
-//!
-//! Owns the way from a material and what the camera sees to a picture. Refuses to know files, formats and who looks.
+//! Pictures of materials that need not be programs, such as measured ones. Rough pixels are
+//! resampled as in pictures of programs.
 
 use brood_brdf::Brdf;
 use brood_eval::{
@@ -12,9 +10,13 @@ use brood_scene::{LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Sce
 
 use crate::Specimen;
 
-/// What gives the reflectance of samples.
+/// Reflectance of a sample set.
 pub trait Shade {
-    /// `out` is made `3 * set.len()` long: red, green, blue, in each the samples in order.
+    /// Evaluates f for the samples of `set`.
+    ///
+    /// # Shapes
+    /// `out` is resized to `3 * set.len()`: all red values in the order of the samples, then all
+    /// green, then all blue.
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>);
 }
 
@@ -30,14 +32,14 @@ impl Shade for Specimen<'_> {
     }
 }
 
-/// How a picture is made.
+/// Parameters of a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Shot<'a> {
-    /// What is shown.
+    /// Object.
     pub mesh: &'a Mesh,
-    /// How it is seen and lit, and its film.
+    /// Camera, lights and film.
     pub scene: &'a Scene,
-    /// What the lights refer to.
+    /// Profiles and environments of the lights.
     pub assets: &'a LightAssets,
     /// Side in pixels.
     pub size_px: u32,
@@ -45,30 +47,30 @@ pub struct Shot<'a> {
     pub sampling: Sampling,
 }
 
-/// A picture, developed and as linear radiance.
+/// Picture, developed and as linear radiance.
 #[derive(Debug, Clone)]
 pub struct Picture {
-    /// As the film shows it.
+    /// Picture after the film.
     pub developed: Developed,
-    /// Before the film.
+    /// Radiance before the film.
     pub radiance: RadianceImage,
-    /// Samples that were evaluated.
+    /// Number of samples evaluated.
     pub samples: usize,
 }
 
 impl Shot<'_> {
-    /// Takes the picture.
+    /// Renders a material.
     pub fn take(&self, material: &(impl Shade + ?Sized)) -> Picture {
         self.take_on(&self.set(), material)
     }
 
-    /// What the camera sees, whatever the material.
+    /// Returns the sample set of the camera, independent of the material.
     #[must_use]
     pub fn set(&self) -> SampleSet {
         self.samples(self.sampling, PixelArea::whole(self.size_px))
     }
 
-    /// Takes the picture on what [`Shot::set`] gave before: of many materials it is traced once.
+    /// Renders a material on a set from [`Shot::set`], so that several materials share one.
     pub fn take_on(&self, set: &SampleSet, material: &(impl Shade + ?Sized)) -> Picture {
         let mut f = Vec::new();
         material.shade(set, &mut f);
@@ -85,7 +87,7 @@ impl Shot<'_> {
             for (pixel, within) in pixels {
                 let (pixel, within) = (pixel as usize, within as usize);
                 let coverage = image.coverage()[within];
-                // Its centre hit, so this is 0 for nothing but the finest of slits.
+                // The centre ray hit, so this is 0 only for slits thinner than the ray spacing.
                 if coverage > 0.0 {
                     let value = image.premultiplied()[within].map(|channel| channel / coverage);
                     developed.put(pixel, value, gain);

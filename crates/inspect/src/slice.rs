@@ -1,4 +1,4 @@
-//! The image slice of a program: f over half angle and difference angle, as people compare materials by.
+//! Image slice of a program: f over half angle and difference angle.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{around, encode_srgb};
@@ -7,27 +7,31 @@ use glam::{DVec2, DVec3};
 
 use crate::evaluate::evaluate;
 
-/// As the film's automatic exposure: this share of the values is below ...
+/// Share of the values below [`WHITE`], as in the film's automatic exposure.
 const SHARE: f64 = 0.97;
-/// ... this linear value.
+/// Linear value that the quantile [`SHARE`] is exposed to.
 const WHITE: f32 = 0.9;
 
-/// A square picture.
+/// Square picture of f over half angle and difference angle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Slice {
     /// Side in pixels.
     pub size_px: u32,
-    /// Red, green, blue, alpha in sRGB codes, row by row from the top; clear where a direction would be below the surface.
+    /// Red, green, blue, alpha in sRGB codes, row by row from the top; transparent where a
+    /// direction would be below the surface.
     pub rgba: Vec<u8>,
 }
 
-/// f over theta_h, 0 to 90 degrees from left to right, and theta_d, 0 to 90 degrees from bottom to top, at phi_d = 90 degrees,
-/// phi_h = 0 and texture position (1/2, 1/2), at automatic exposure.
+/// Draws f over theta_h, 0 to 90 degrees from left to right, and theta_d, 0 to 90 degrees from
+/// bottom to top, at phi_d = 90 degrees, phi_h = 0 and texture position (1/2, 1/2), with automatic
+/// exposure.
 ///
-/// The left edge shows the highlight, the top edge grazing angles with the Fresnel rise, the bottom edge retro-reflection.
+/// The left edge shows the highlight, the top edge grazing angles with the Fresnel rise, the bottom
+/// edge retro-reflection.
 ///
 /// # Source
-/// Burley, *Physically-Based Shading at Disney* (SIGGRAPH 2012 course), section 2; angles by Rusinkiewicz (1998).
+/// Burley, *Physically-Based Shading at Disney* (SIGGRAPH 2012 course), section 2; angles by
+/// Rusinkiewicz (1998).
 #[must_use]
 pub fn image_slice(program: &Program, size_px: u32) -> Slice {
     let side = size_px as usize;
@@ -59,7 +63,8 @@ pub fn image_slice(program: &Program, size_px: u32) -> Slice {
     Slice { size_px, rgba }
 }
 
-/// The pair with half angle `theta_h` and difference angle `theta_d` at phi_d = 90 degrees; none below the surface.
+/// Returns the pair with half angle `theta_h` and difference angle `theta_d` at phi_d = 90 degrees,
+/// or `None` if a direction is below the surface.
 fn pair_of(theta_h: f64, theta_d: f64) -> Option<DirectionPair> {
     let (sin_h, cos_h) = libm::sincos(theta_h);
     let h = around(sin_h, cos_h, 0.0);
@@ -76,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pair_has_the_angles_it_was_made_of() {
+    fn pair_has_the_given_angles() {
         let pair = pair_of(0.4, 1.1).unwrap();
         let h = (pair.wi() + pair.wo()).normalize();
         assert!((h.z.acos() - 0.4).abs() < 1e-12);
@@ -85,7 +90,7 @@ mod tests {
 
     #[test]
     fn highlight_is_at_the_left_edge() {
-        // Largest where the cosines are: at h = n and small difference angles.
+        // Largest where the cosines are largest: at h = n and small difference angles.
         let text =
             "brood 1\n.dialect paper smooth registers 7\nMUL R0, R0.x, R0.x\nMUL R0, R0, R0\n";
         let slice = image_slice(&Program::lower(&text.parse().unwrap()), 32);

@@ -1,4 +1,4 @@
-//! Curves over the angle of incidence: how much is reflected in all, and how bright the mirror direction is.
+//! Curves over the angle of incidence: directional albedo and brightness of the mirror direction.
 
 use brood_eval::{Quadrature, around, channel_albedos, pair};
 use glam::DVec3;
@@ -6,31 +6,32 @@ use serde::{Deserialize, Serialize};
 
 use super::Specimen;
 
-/// Degrees of incidence.
+/// Angles of incidence in degrees.
 const THETA_DEG: [f64; 20] = [
     0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0,
     80.0, 83.0, 86.0, 88.0,
 ];
-/// Order of the quadratures.
+/// Order of the albedo quadrature.
 const ORDER: usize = 64;
-/// What the eye makes of linear red, green and blue (Rec. 709).
+/// Luminance weights of linear red, green and blue (Rec. 709).
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// Both curves at one angle of incidence.
+/// Values of both curves at one angle of incidence.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct CurvePoint {
-    /// The angle, degrees from the normal.
+    /// Angle of incidence, in degrees from the normal.
     pub theta_deg: f64,
-    /// Directional albedo of red, green and blue: the share of light from that direction that is sent back in all.
+    /// Directional albedo of red, green and blue: share of light from that direction that is
+    /// reflected.
     pub albedo: [f64; 3],
-    /// What the eye makes of the three.
+    /// Luminance of the albedo.
     pub luminance: f64,
-    /// f towards the mirror direction times cos_i cos_o, over the same at normal incidence: for facets of one shape F G over
-    /// that of the normal. 0 where nothing is reflected at the normal.
+    /// f cos_i cos_o in the mirror direction relative to normal incidence; for microfacets F G
+    /// relative to normal incidence. 0 if nothing is reflected at normal incidence.
     pub mirror: f64,
 }
 
-/// Both curves of a material, by rising angle.
+/// Returns both curves of a material, by increasing angle.
 #[must_use]
 pub fn curves(of: &Specimen<'_>) -> Vec<CurvePoint> {
     let pairs: Vec<_> = THETA_DEG
@@ -56,7 +57,7 @@ pub fn curves(of: &Specimen<'_>) -> Vec<CurvePoint> {
     THETA_DEG.iter().zip(bright).map(point).collect()
 }
 
-/// Directional albedo of the channels.
+/// Directional albedo of red, green and blue.
 pub(super) fn albedo(of: &Specimen<'_>, theta_deg: f64) -> [f64; 3] {
     match of {
         Specimen::Bred(_, program) => channel_albedos(program, theta_deg, ORDER),
@@ -69,7 +70,7 @@ pub(super) fn albedo(of: &Specimen<'_>, theta_deg: f64) -> [f64; 3] {
     }
 }
 
-/// Luminance of a colour.
+/// Returns the luminance of linear RGB (Rec. 709).
 #[must_use]
 pub fn luminance(rgb: [f64; 3]) -> f64 {
     LUMINANCE.dot(DVec3::from(rgb))

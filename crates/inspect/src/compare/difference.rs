@@ -1,4 +1,4 @@
-//! Pictures held against each other: linear RGB over black, as exposed, and how far two of them are apart.
+//! Differences between pictures: exposed linear RGB over black, and metrics of two pictures.
 
 use image::{DynamicImage, ImageFormat};
 
@@ -12,36 +12,39 @@ pub struct LinearImage {
     linear: Vec<[f64; 3]>,
 }
 
-/// Why bytes are no linear picture.
+/// Error if bytes are not a linear picture.
 #[derive(Debug, thiserror::Error)]
-#[error("this is no EXR picture: {0}")]
+#[error("the file must be an EXR picture: {0}")]
 pub struct LinearImageError(#[from] image::ImageError);
 
 impl LinearImage {
-    /// A picture of linear pixels, row by row.
+    /// Creates a picture from linear pixels, row by row.
     ///
     /// # Panics
-    /// Where there are not `width * height`.
+    /// If the number of pixels is not `width * height`.
     #[must_use]
     pub fn new(width: u32, height: u32, linear: Vec<[f64; 3]>) -> Self {
         assert_eq!(linear.len(), width as usize * height as usize, "one colour for each pixel");
         Self { width, height, linear }
     }
 
-    /// Radiance from an EXR, whose colour is multiplied by alpha, exposed.
+    /// Reads radiance with premultiplied alpha from an EXR and exposes it.
+    ///
+    /// # Errors
+    /// Returns [`LinearImageError`] if the bytes are not an EXR picture.
     pub fn from_exr(bytes: &[u8], exposure_ev: f64) -> Result<Self, LinearImageError> {
         let decoded = image::load_from_memory_with_format(bytes, ImageFormat::OpenExr)?;
         Ok(Self::of_premultiplied(&decoded).exposed(exposure_ev))
     }
 
-    /// What a decoded picture shows whose colour is linear and multiplied by alpha.
+    /// Converts a decoded picture of linear colour with premultiplied alpha.
     #[must_use]
     pub fn of_premultiplied(decoded: &DynamicImage) -> Self {
         let linear = decoded.to_rgb32f().pixels().map(|pixel| pixel.0.map(f64::from)).collect();
         Self::new(decoded.width(), decoded.height(), linear)
     }
 
-    /// The same, exposed.
+    /// Multiplies by 2^`ev`.
     #[must_use]
     pub fn exposed(mut self, ev: f64) -> Self {
         let gain = libm::exp2(ev);
@@ -55,25 +58,25 @@ impl LinearImage {
         (self.width, self.height)
     }
 
-    /// The pixels, row by row.
+    /// Returns the pixels, row by row.
     #[must_use]
     pub fn linear(&self) -> &[[f64; 3]] {
         &self.linear
     }
 
-    /// 8-bit sRGB, clipped to 0..1: red, green and blue of each pixel in turn.
+    /// Returns 8-bit sRGB, clipped to 0..1, with red, green and blue interleaved.
     #[must_use]
     pub fn encoded(&self) -> Vec<u8> {
         self.linear.iter().flatten().map(|value| brood_eval::encode_srgb(*value as f32)).collect()
     }
 
-    /// 8-bit sRGB with full alpha, clipped to 0..1.
+    /// Returns 8-bit sRGB with alpha 255, clipped to 0..1.
     #[must_use]
     pub fn encoded_rgba(&self) -> Vec<u8> {
         self.encoded().chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect()
     }
 
-    /// Root mean square error of linear RGB against a picture of the same size.
+    /// Returns the root mean square error of linear RGB against a picture of the same size.
     #[must_use]
     pub fn rmse(&self, other: &Self) -> f64 {
         let pairs = self.linear.iter().zip(&other.linear);
@@ -82,16 +85,16 @@ impl LinearImage {
         (squares / (3.0 * self.linear.len().max(1) as f64)).sqrt()
     }
 
-    /// The absolute difference from a picture of the same size.
+    /// Returns the absolute difference from a picture of the same size.
     #[must_use]
     pub fn absolute_difference(&self, other: &Self) -> Self {
-        let apart = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
-        let linear = self.linear.iter().zip(&other.linear).map(apart).collect();
+        let difference = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
+        let linear = self.linear.iter().zip(&other.linear).map(difference).collect();
         Self::new(self.width, self.height, linear)
     }
 
-    /// Mean structural similarity in 8-bit sRGB, 1 for equal pictures, against one of the same size; nothing where they are smaller
-    /// than 11 x 11.
+    /// Returns the mean structural similarity in 8-bit sRGB against a picture of the same size: 1
+    /// if equal, `None` if smaller than 11 x 11.
     ///
     /// # Source
     /// Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004.
@@ -101,7 +104,7 @@ impl LinearImage {
         ssim(&self.encoded(), &other.encoded(), width, height)
     }
 
-    /// Mean error of the FLIP difference evaluator against a picture of the same size.
+    /// Returns the mean FLIP error against a picture of the same size.
     ///
     /// # Source
     /// Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020.
@@ -125,14 +128,14 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_have_no_difference() {
+    fn difference_is_zero_when_pictures_are_equal() {
         let (a, b) = (gradient(0.0), gradient(0.0));
         assert_eq!((a.rmse(&b), a.flip(&b)), (0.0, 0.0));
         assert!(a.absolute_difference(&b).linear().iter().flatten().all(|value| *value == 0.0));
     }
 
     #[test]
-    fn difference_grows_with_the_shift() {
+    fn difference_grows_when_the_shift_grows() {
         let (a, b, c) = (gradient(0.0), gradient(0.05), gradient(0.2));
         assert!((a.rmse(&b) - 0.05 / 3f64.sqrt()).abs() < 1e-12);
         assert!(a.flip(&b) > 0.0 && a.flip(&c) > a.flip(&b));
@@ -141,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn exposure_multiplies_what_an_exr_holds() {
+    fn exr_is_multiplied_by_the_exposure() {
         let stored = image::Rgba32FImage::from_raw(1, 1, vec![0.25, 0.5, 3.0, 0.5]).unwrap();
         let mut bytes = std::io::Cursor::new(Vec::new());
         DynamicImage::ImageRgba32F(stored).write_to(&mut bytes, ImageFormat::OpenExr).unwrap();

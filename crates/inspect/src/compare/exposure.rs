@@ -1,4 +1,4 @@
-//! Exposures for a comparison, measured on small pictures: one for all, and those of the whole light circle.
+//! Exposures for a comparison, measured on small pictures over the light orbit.
 
 use brood_eval::Gain;
 use brood_program::Program;
@@ -8,11 +8,13 @@ use brood_scene::{
 
 use super::Specimen;
 
-/// Places of the light circle that exposures are measured at, and the side of the pictures.
+/// Positions of the light on its orbit.
 const PLACES: u32 = 8;
+/// Side of the pictures in pixels.
 const PX: u32 = 64;
 
-/// What a small camera sees of a scene, with the light in its own place and all around its circle.
+/// Small sample sets of a scene: with the light in its own position, and at positions all along its
+/// orbit.
 #[derive(Debug)]
 pub struct LightCircle {
     own: SampleSet,
@@ -20,7 +22,7 @@ pub struct LightCircle {
 }
 
 impl LightCircle {
-    /// Traces them.
+    /// Traces the sample sets.
     #[must_use]
     pub fn trace(mesh: &Mesh, scene: &Scene, assets: &LightAssets) -> Self {
         let raster =
@@ -31,20 +33,21 @@ impl LightCircle {
         Self { own: set(scene), places }
     }
 
-    /// The automatic exposure that a program has over the whole circle.
+    /// Returns the automatic exposure of a program over the whole orbit, in EV.
     #[must_use]
     pub fn common_ev(&self, program: &Program) -> f64 {
         Gain::common(program, &self.places).ev
     }
 
-    /// The exposure of a film for a material where the light is, within what a scene may have.
+    /// Returns the exposure of a material with the light in its own position, clamped to the range
+    /// of a scene, in EV.
     #[must_use]
     pub fn ev(&self, of: &Specimen<'_>, film: Film) -> f64 {
-        // What lies beyond is black or burnt out either way.
+        // Beyond this range a picture is black or clipped anyway.
         ev(of, &self.own, film).clamp(-EV_MAX, EV_MAX)
     }
 
-    /// Least and largest automatic exposure of a material around the circle.
+    /// Returns the smallest and largest automatic exposure of a material over the orbit, in EV.
     #[must_use]
     pub(super) fn extremes_ev(&self, of: &Specimen<'_>) -> [f64; 2] {
         let film = Film { exposure: Exposure::Auto, ..Film::default() };

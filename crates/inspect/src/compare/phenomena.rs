@@ -1,5 +1,5 @@
-//! What physics makes of a reflection, in numbers: the Fresnel rise, energy over roughness, the colour of highlights, and how a
-//! material takes another light.
+//! Numbers for physical phenomena: Fresnel rise, energy over roughness, colour of the highlight,
+//! range of exposures.
 
 use brood_eval::{around, express, pair};
 use brood_genome::{Genome, Model};
@@ -8,34 +8,35 @@ use serde::{Deserialize, Serialize};
 use super::curve::albedo;
 use super::{CurvePoint, LightCircle, Specimen, luminance};
 
-/// Degrees of incidence at which the mirror direction is held against the normal.
+/// Angle of incidence whose mirror direction is compared with that of the normal, in degrees.
 const GRAZING_DEG: f64 = 80.0;
-/// Shares of a parameter's range at which energy is looked at.
+/// Shares of a parameter's range at which the albedo is evaluated.
 const ROUGHNESS_SHARES: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
-/// Parameters that make highlights wider or narrower, all of a model at once.
+/// Parameters that set the width of a highlight. All of a model change together.
 const WIDTHS: [&str; 7] =
     ["roughness", "alpha_x", "alpha_y", "exponent", "exponent_u", "exponent_v", "b"];
 
-/// Numbers of one material.
+/// Numbers for one material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Phenomena {
-    /// The mirror direction at 80 degrees over that at the normal; 1 where nothing changes.
+    /// Brightness of the mirror direction at 80 degrees relative to normal incidence; 1 if
+    /// constant.
     pub fresnel_rise: f64,
-    /// Largest directional albedo of any channel and angle: above 1 energy is made.
+    /// Largest directional albedo over channels and angles; above 1 the material creates energy.
     pub largest_albedo: f64,
-    /// The albedo at 30 degrees over the widths of the highlight, least over largest: 1 where energy is kept. None where the
-    /// material has no model with such a parameter.
+    /// Smallest over largest albedo at 30 degrees as the highlight widens; 1 if energy is
+    /// conserved. `None` without a model that has a width parameter.
     pub energy_kept: Option<f64>,
-    /// What the highlight adds at 45 degrees, largest channel 1; black where it adds nothing.
+    /// Colour of the highlight at 45 degrees, largest channel 1; black without a highlight.
     pub highlight: [f64; 3],
-    /// f at 45 degrees from the light and away from the mirror direction, largest channel 1.
+    /// Colour of f at 45 degrees incidence away from the mirror direction, largest channel 1.
     pub body: [f64; 3],
-    /// Least and largest automatic exposure around the light circle.
+    /// Smallest and largest automatic exposure over the light orbit, in EV.
     pub exposures_ev: [f64; 2],
 }
 
 impl Phenomena {
-    /// Of a material with its curves, lit from all around.
+    /// Computes the numbers of a material from its curves and its exposures over the orbit.
     #[must_use]
     pub fn of(specimen: &Specimen<'_>, curves: &[CurvePoint], circle: &LightCircle) -> Self {
         Self::exposed(specimen, curves, circle.extremes_ev(specimen))
@@ -68,7 +69,7 @@ fn chromaticity(rgb: [f64; 3]) -> [f64; 3] {
     if most > 0.0 { rgb.map(|channel| channel / most) } else { [0.0; 3] }
 }
 
-/// The albedo of the models as their highlights go from narrow to wide, least over largest.
+/// Smallest over largest albedo of the models as their highlights widen.
 fn energy_kept(genome: &Genome) -> Option<f64> {
     let has_width = |model: &Model| WIDTHS.iter().any(|name| model.get(name).is_some());
     if !genome.instructions().is_empty() || !genome.layers().iter().any(has_width) {
@@ -110,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn matt_surfaces_have_no_phenomena() {
+    fn phenomena_are_absent_when_the_surface_is_diffuse() {
         let found = of(".model lambert\nalbedo 0.5 0.25 0.125\n");
         assert!((found.largest_albedo - 0.5).abs() < 2e-3, "{}", found.largest_albedo);
         assert_eq!(found.highlight, [0.0; 3]);
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn metals_keep_energy_and_phong_does_not() {
+    fn energy_is_kept_by_a_metal_and_lost_by_phong() {
         let metal = of(".model conductor\nroughness 0.2\n");
         assert!(metal.largest_albedo <= 1.001);
         assert!(metal.highlight[0] > metal.highlight[2], "gold is yellow");
@@ -130,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn coats_brighten_at_grazing_angles() {
+    fn fresnel_rise_is_large_when_the_material_has_a_coat() {
         let coated = of(".model coated\nalbedo 0 0 0\nroughness 0.1\n");
         assert!(coated.fresnel_rise > 3.0, "{}", coated.fresnel_rise);
     }

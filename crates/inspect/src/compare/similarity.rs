@@ -1,21 +1,21 @@
-//! Structural similarity of two pictures.
+//! Structural similarity (SSIM) of two pictures.
 
-/// Pixels from the middle of a window to its edge: 3.5 standard deviations.
+/// Radius of a window in pixels, about 3.5 standard deviations.
 const REACH: usize = 5;
 const WINDOW: usize = 2 * REACH + 1;
 const DEVIATION: f64 = 1.5;
 /// (K1 L)^2 and (K2 L)^2 for values up to 1.
 const STABLE: [f64; 2] = [0.01 * 0.01, 0.03 * 0.03];
 
-/// Mean SSIM over channels and over all places whose window lies within the picture; 1 for equal pictures. Nothing where the pictures
-/// are smaller than a window, 11 x 11.
+/// Returns the mean SSIM over channels and all windows inside the picture: 1 for equal pictures,
+/// `None` for pictures smaller than a window, 11 x 11.
 ///
 /// # Shapes
 /// `a` and `b` are `width * height` pixels of red, green and blue, row by row, from 0 to 255.
 ///
 /// # Source
-/// Wang, Bovik, Sheikh and Simoncelli, *Image Quality Assessment: From Error Visibility to Structural Similarity* (2004), with
-/// their Gaussian window of deviation 1.5.
+/// Wang, Bovik, Sheikh and Simoncelli, *Image Quality Assessment: From Error Visibility to
+/// Structural Similarity* (2004), with their Gaussian window of deviation 1.5.
 pub(super) fn ssim(a: &[u8], b: &[u8], width: usize, height: usize) -> Option<f64> {
     if width < WINDOW || height < WINDOW {
         return None;
@@ -54,7 +54,7 @@ fn weights() -> [f64; WINDOW] {
     all.map(|weight| weight / sum)
 }
 
-/// Weighted means about each place whose window lies within the picture.
+/// Weighted means of all windows inside the picture.
 fn blurred(values: &[f64], width: usize, height: usize, weights: &[f64; WINDOW]) -> Vec<f64> {
     let (columns, rows) = (width - 2 * REACH, height - 2 * REACH);
     let mut along = Vec::with_capacity(columns * height);
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_are_wholly_similar_and_others_less() {
+    fn similarity_is_one_when_pictures_are_equal_and_less_otherwise() {
         let (a, b, c) = (picture(0), picture(3), picture(60));
         assert_eq!(ssim(&a, &a, 16, 14), Some(1.0));
         let (near, far) = (ssim(&a, &b, 16, 14).unwrap(), ssim(&a, &c, 16, 14).unwrap());
@@ -85,16 +85,16 @@ mod tests {
     }
 
     #[test]
-    fn pictures_smaller_than_a_window_have_none() {
+    fn similarity_is_none_when_pictures_are_smaller_than_a_window() {
         assert_eq!(ssim(&[0; 300], &[0; 300], 10, 10), None);
     }
 
     #[test]
-    fn constant_pictures_differ_by_their_means_alone() {
+    fn similarity_depends_on_means_when_pictures_are_constant() {
         let of = |value: u8| vec![value; 3 * 144];
         let found = ssim(&of(51), &of(102), 12, 12).unwrap();
         let (p, q) = (0.2, 0.4);
-        let wanted = (2.0 * p * q + 1e-4) / (p * p + q * q + 1e-4);
-        assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+        let expected = (2.0 * p * q + 1e-4) / (p * p + q * q + 1e-4);
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
     }
 }

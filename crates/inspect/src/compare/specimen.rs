@@ -1,4 +1,4 @@
-//! A material that is compared: where it is from does not matter any more.
+//! Material of a comparison, independent of its origin.
 
 use brood_brdf::{Brdf, DirectionPair};
 use brood_eval::{CanonicalEvaluator, Evaluator, model_reflectance};
@@ -6,17 +6,21 @@ use brood_genome::Genome;
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-/// A material: bred, or measured.
+/// Bred or measured material.
 #[derive(Clone, Copy)]
 pub enum Specimen<'a> {
-    /// A genome, and the program that it is seen as.
+    /// Genome with its expressed program.
     Bred(&'a Genome, &'a Program),
-    /// What was measured of a surface.
+    /// Measured material.
     Measured(&'a dyn Brdf),
 }
 
 impl Specimen<'_> {
-    /// The reflectance of samples. `out` is made `3 * set.len()` long: red, green, blue, in each the samples in order.
+    /// Evaluates f for the samples of `set`.
+    ///
+    /// # Shapes
+    /// `out` is resized to `3 * set.len()`: all red values in the order of the samples, then all
+    /// green, then all blue.
     pub fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
         match self {
             Self::Measured(brdf) => model_reflectance(*brdf, set, out),
@@ -26,7 +30,7 @@ impl Specimen<'_> {
         }
     }
 
-    /// f of some pairs, at texture position 0.
+    /// Returns f of direction pairs at texture position 0.
     pub(super) fn f(&self, pairs: &[DirectionPair]) -> Vec<[f64; 3]> {
         let mut out = Vec::new();
         self.shade(&SampleSet::from_pairs(pairs, &[]), &mut out);
