@@ -1,4 +1,4 @@
-//! Who may do what: tokens, their scopes, and the open door of a server that only this machine can reach.
+//! Access control: tokens, their scopes, and unauthenticated access on a loopback address.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -9,25 +9,26 @@ use moka::sync::Cache;
 use crate::error::ServerError;
 use crate::problem::ApiError;
 
-/// Tokens made or revoked by another process are noticed after this time.
-const REMEMBER: Duration = Duration::from_millis(500);
+/// Lifetime of a cached token check: a token added or revoked by another process takes effect after
+/// this time.
+const TOKEN_TTL: Duration = Duration::from_millis(500);
 
-/// What a request needs.
+/// Access that a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
-    /// Nothing: the page, the documentation, the health checks, the session.
+    /// No token: the page, the documentation, the health checks, the session.
     Nothing,
-    /// At least `read`.
+    /// Scope `read`, `breed` or `admin`.
     Read,
-    /// At least `breed`.
+    /// Scope `breed` or `admin`.
     Breed,
-    /// `admin`.
+    /// Scope `admin`.
     Admin,
-    /// `work`.
+    /// Scope `work` or `admin`.
     Work,
 }
 
-/// Checks tokens.
+/// Token checker with a short-lived cache of scopes.
 pub struct Access {
     loopback: bool,
     worker_token: String,
@@ -37,7 +38,12 @@ pub struct Access {
 }
 
 impl Access {
-    /// For a server that listens on loopback or not; makes the token of its own workers.
+    /// Creates the checker, and the token of the server's own workers.
+    ///
+    /// On loopback, requests need no token until the first one is added.
+    ///
+    /// # Errors
+    /// [`ServerError::Random`] if the system has no random bytes.
     pub fn new(loopback: bool) -> Result<Self, ServerError> {
         let mut secret = [0; 32];
         getrandom::fill(&mut secret).map_err(|_| ServerError::Random)?;
@@ -47,16 +53,19 @@ impl Access {
             worker_hash: blake3::hash(worker_token.as_bytes()),
             worker_token,
             any: Mutex::new(None),
-            scopes: Cache::builder().max_capacity(1024).time_to_live(REMEMBER).build(),
+            scopes: Cache::builder().max_capacity(1024).time_to_live(TOKEN_TTL).build(),
         })
     }
 
-    /// The token of the server's own workers; it dies with the process.
+    /// Returns the token of the server's own workers, valid until the process ends.
     pub fn worker_token(&self) -> &str {
         &self.worker_token
     }
 
-    /// Refuses a request that needs more than it brings.
+    /// Checks that a request has the access it needs.
+    ///
+    /// # Errors
+    /// 401 if a token is needed and missing, unknown or expired; 403 if its scope is too small.
     pub async fn check(
         &self,
         store: &Store,
@@ -70,12 +79,13 @@ impl Access {
             return Ok(());
         }
         let token = token.ok_or_else(|| {
-            ApiError::unauthorized("send a token as Authorization: Bearer, or sign in on the page")
+            ApiError::unauthorized(
+                "send a token as `Authorization: Bearer TOKEN`, or sign in on the page",
+            )
         })?;
         let scope = self.scope(store, token).await?;
-        let scope = scope.ok_or_else(|| {
-            ApiError::unauthorized("this token is not known here, or has been revoked")
-        })?;
+        let scope = scope
+            .ok_or_else(|| ApiError::unauthorized("the token is unknown, expired or revoked"))?;
         let needed = match need {
             Need::Nothing | Need::Read => Scope::Read,
             Need::Breed => Scope::Breed,
@@ -85,7 +95,10 @@ impl Access {
         if scope.allows(needed) { Ok(()) } else { Err(ApiError::forbidden(refusal(need))) }
     }
 
-    /// The scope of a token; `None` where there is no such token, or no longer.
+    /// Returns the scope of a token; `None` if it is unknown, expired or revoked.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store cannot be read.
     pub async fn scope(&self, store: &Store, token: &str) -> Result<Option<Scope>, ApiError> {
         let hash = blake3::hash(token.as_bytes());
         if hash == self.worker_hash {
@@ -96,7 +109,7 @@ impl Access {
             return Ok(known);
         }
         let token = store.token_by_hash(hash).await?;
-        let now = crate::state::now_ms();
+        let now = crate::clock::now_ms();
         let valid = token.filter(|token| token.expires_ms.is_none_or(|expires| expires > now));
         let scope = valid.map(|token| token.scope);
         self.scopes.insert(hash, scope);
@@ -106,7 +119,7 @@ impl Access {
     async fn any_token(&self, store: &Store) -> Result<bool, ApiError> {
         let known = *self.any.lock().expect("nothing panics under this lock");
         if let Some((when, any)) = known
-            && when.elapsed() < REMEMBER
+            && when.elapsed() < TOKEN_TTL
         {
             return Ok(any);
         }
@@ -118,10 +131,10 @@ impl Access {
 
 fn refusal(need: Need) -> &'static str {
     match need {
-        Need::Nothing | Need::Read => "this needs a token of scope read, breed or admin",
-        Need::Breed => "this needs a token of scope breed or admin",
-        Need::Admin => "this needs a token of scope admin",
-        Need::Work => "leases need a token of scope work or admin",
+        Need::Nothing | Need::Read => "a token with scope `read`, `breed` or `admin` is required",
+        Need::Breed => "a token with scope `breed` or `admin` is required",
+        Need::Admin => "a token with scope `admin` is required",
+        Need::Work => "leases require a token with scope `work` or `admin`",
     }
 }
 

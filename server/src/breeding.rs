@@ -1,4 +1,5 @@
-//! A breed request, end to end: parents read, children made, one transaction, few render jobs.
+//! Breed requests: read the parents, make the children, write one transaction and queue render
+//! jobs.
 
 mod adopt;
 mod birth;
@@ -23,24 +24,24 @@ use crate::library::Material;
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
-use crate::stage::Stages;
+use crate::server_timing::ServerTiming;
 use crate::state::{App, AppState};
 
-/// A child with the bytes that it is stored as.
+/// Child with its canonical bytes.
 struct Newborn {
     child: Child,
     bytes: Vec<u8>,
 }
 
-/// A parent that was found.
+/// Parent read from the store.
 struct Parent {
     hash: GenomeHash,
     individual: Option<StoredIndividual>,
     material: Arc<Material>,
 }
 
-/// What a brood depends on, owned so that a processor's thread can have it.
-struct Making {
+/// Inputs of a brood, owned so that they can move to a blocking thread.
+struct BreedInputs {
     parents: Vec<Arc<Material>>,
     dialect: Dialect,
     mutation: f32,
@@ -54,12 +55,12 @@ struct Making {
     curation: Curation,
 }
 
-impl Making {
+impl BreedInputs {
     fn variation(&self) -> Variation<'_> {
         let variation = match self.parents.as_slice() {
             [] => Variation::random(self.dialect),
             [parent] => Variation::mutate(&parent.genome, self.mutation),
-            [first, second, ..] => Variation::recombine(
+            [first, second, ..] => Variation::crossover(
                 &first.genome,
                 &second.genome,
                 self.recombination,
@@ -73,7 +74,8 @@ impl Making {
             .with_locks(self.locks.as_ref())
     }
 
-    /// On all processors: a draw depends on its slot alone, so the children are the same however they are shared out.
+    /// Makes the children in parallel. A draw depends on its slot alone, so the result does not
+    /// depend on the number of threads.
     fn children(&self) -> Vec<Newborn> {
         let request = BroodRequest {
             variation: self.variation(),
@@ -93,40 +95,51 @@ impl Making {
     }
 }
 
-/// Refuses what is well formed but not to be had.
+/// Checks the values of a breed request.
 fn check(breed: &Breed) -> Result<(), ApiError> {
     let refuse = |pointer: &str, reason: &str| Err(ApiError::refused(reason).at(pointer));
     if !(1..=limit::CHILDREN).contains(&breed.count) {
-        let words = format!("a brood has 1 to {} children, not {}", limit::CHILDREN, breed.count);
+        let words = format!("`count` must be 1 to {}, got {}", limit::CHILDREN, breed.count);
         return refuse("/count", &words);
     }
     if breed.parents.len() > 2 {
-        return refuse("/parents", "a brood has two parents at most");
+        let words = format!("`parents` must have at most 2 items, got {}", breed.parents.len());
+        return refuse("/parents", &words);
     }
     let amounts =
         [("/mutation", Some(breed.mutation)), ("/recombination", Some(breed.recombination))];
     for (pointer, amount) in amounts.into_iter().chain([("/saturation", breed.saturation)]) {
-        if amount.is_some_and(|amount| !(0.0..=1.0).contains(&amount)) {
-            return refuse(pointer, "this is an amount from 0 to 1");
+        if let Some(amount) = amount.filter(|amount| !(0.0..=1.0).contains(amount)) {
+            let words = format!("`{}` must be between 0 and 1, got {amount}", &pointer[1..]);
+            return refuse(pointer, &words);
         }
     }
     if breed.parents.len() == 1 && breed.mutation <= 0.0 {
-        return refuse("/mutation", "without mutation all children of one parent are its twins");
+        return refuse(
+            "/mutation",
+            "all children of one parent are identical without mutation: raise `mutation`",
+        );
     }
     if breed.parents.is_empty() && breed.locks.as_ref().is_some_and(|locks| !locks.is_empty()) {
-        return refuse("/locks", "a random start has no parent to keep anything of");
+        return refuse("/locks", "`locks` needs a parent");
     }
     Ok(())
 }
 
 impl AppState {
-    /// Makes a generation and says where it is; its pictures are on their way when this returns, by that job.
+    /// Breeds a generation and starts rendering its pictures.
+    ///
+    /// Returns the generation and the job that renders its first pictures, if any must be rendered.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the request is invalid, a parent is missing or incompatible, or the store
+    /// fails.
     pub async fn breed(
         self: &App,
         lineage: &Lineage,
         breed: Breed,
         attempt: &Attempt,
-        stages: &mut Stages,
+        timing: &mut ServerTiming,
     ) -> Result<(Generation, Option<JobId>), ApiError> {
         check(&breed)?;
         let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
@@ -135,7 +148,8 @@ impl AppState {
             Some(seed) => seed,
             None => Seed(draw_seed()?),
         };
-        // A random start takes the lineage's and records it: the lineage's may change, the record replays all the same.
+        // A random start uses the lineage's defaults and records them, so that it can be repeated
+        // after the lineage has changed.
         let default = parents.is_empty().then_some(lineage.saturation);
         let limit = parents.is_empty().then_some(lineage.energy_limit);
         let breed = Breed {
@@ -152,7 +166,7 @@ impl AppState {
         }
         let output = breed.saturation.map(Output::saturation).transpose();
         let constraints = breed.constraints.unwrap_or_default();
-        let making = Making {
+        let inputs = BreedInputs {
             parents: parents.iter().map(|parent| parent.material.clone()).collect(),
             dialect: lineage.dialect,
             mutation: breed.mutation,
@@ -169,19 +183,22 @@ impl AppState {
             seed: seed.0,
             curation: breed.curation,
         };
-        let operator = making.variation().operator_name();
-        if making.variation().is_settled() {
-            let words = "without mutation there is nothing here in which two children would differ";
+        let operator = inputs.variation().operator_name();
+        if inputs.variation().is_deterministic() {
+            let words = "all children would be identical: raise `mutation` or `recombination`";
             return Err(ApiError::refused(words).at("/recombination"));
         }
-        stages.end("read");
-        let children = self.on_processor(move || making.children()).await?;
-        self.metrics.brood_seconds.record(stages.end("make").as_secs_f64());
+        timing.end("read");
+        let children = self.on_processor(move || inputs.children()).await?;
+        self.metrics.brood_seconds.record(timing.end("make").as_secs_f64());
         let brood = Brood { seed, constraints, operator, breed, children, recording: None };
-        self.birth(lineage, &framed, &parents, brood, attempt, stages).await
+        self.birth(lineage, &framed, &parents, brood, attempt, timing).await
     }
 
-    /// Runs on a thread for such work, when one is free; refuses when too many wait already.
+    /// Runs CPU-heavy `work` on a blocking thread, at most one per processor.
+    ///
+    /// # Errors
+    /// 503 if [`limit::WAITING_BROODS`] calls are already waiting.
     pub async fn on_processor<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -195,7 +212,7 @@ impl AppState {
         let before = self.waiting.fetch_add(1, Ordering::Relaxed);
         let waiting = Waiting(&self.waiting);
         if before >= limit::WAITING_BROODS {
-            return Err(ApiError::busy("all processors have enough to do"));
+            return Err(ApiError::busy("all processors are busy"));
         }
         let permit = self.processors.clone().acquire_owned().await;
         let permit = permit.map_err(|error| ApiError::internal(error.to_string()))?;
@@ -220,7 +237,7 @@ impl AppState {
                 ParentRef::Individual(id) => match self.store.individual(*id).await {
                     Ok(individual) => Some(individual),
                     Err(StorageError::NotFound) => {
-                        let words = "there is no individual with that id";
+                        let words = "there is no individual with this id";
                         return Err(ApiError::not_found(words).at(pointer));
                     }
                     Err(error) => return Err(error.into()),
@@ -235,24 +252,26 @@ impl AppState {
             let material =
                 self.library.material(hash).await.map_err(|error| error.at(pointer.clone()))?;
             if !material.genome.dialect().is_compatible(&lineage.dialect) {
-                let words = "the parent's opcodes, parametrisation, registers or length are not \
-                             those of the lineage's dialect";
+                let words = "the parent's opcodes, parametrisation, registers or length are not those of \
+                             the lineage's dialect";
                 return Err(ApiError::refused(words).at(pointer));
             }
             found.push(Parent { hash, individual, material });
         }
-        // Each may fit a lineage of models and still not the other.
+        // In a lineage of models, each parent can be compatible with the lineage but not with the
+        // other.
         if let [first, second] = found.as_slice()
             && !first.material.genome.dialect().is_compatible(second.material.genome.dialect())
         {
-            let words = "the parents' programs are of different dialects and cannot be crossed";
+            let words =
+                "the parents' programs have different dialects, so they cannot be recombined";
             return Err(ApiError::refused(words).at("/parents/1"));
         }
         Ok(found)
     }
 }
 
-/// A seed that JavaScript can hold.
+/// Draws a seed that JavaScript can represent exactly: below 2^53.
 fn draw_seed() -> Result<u64, ApiError> {
     let mut bytes = [0; 8];
     getrandom::fill(&mut bytes).map_err(|error| ApiError::internal(error.to_string()))?;
@@ -273,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn breed_is_refused_when_it_is_not_to_be_had() {
+    fn breed_is_refused_when_a_value_is_out_of_range() {
         let id = IndividualId::fresh().to_string();
         let hash = "0".repeat(64);
         assert_eq!(refused(serde_json::json!({})), None);

@@ -1,29 +1,29 @@
-//! What a server is told at start.
+//! Start-up configuration of a server.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use brood_protocol::Backend;
 
-/// What a server is told at start.
+/// Start-up configuration of a server.
 #[derive(Debug, Clone)]
 pub struct ServerConfig {
-    /// Where to listen; port 0 takes a free one.
+    /// Address to listen on; port 0 selects a free port.
     pub listen: SocketAddr,
-    /// The data directory; made where it is missing.
+    /// Data directory, created if missing.
     pub data: PathBuf,
-    /// Bound of the picture cache on disk, and of a quarter of it in memory.
+    /// Capacity of the picture cache on disk in MiB; the cache in memory gets a quarter of it.
     pub cache_mib: u64,
-    /// Host names to answer to besides localhost, 127.0.0.1 and [::1].
+    /// Host names accepted besides localhost, 127.0.0.1 and [::1].
     pub allow_hosts: Vec<String>,
-    /// The evaluator that thumbnails ask for.
+    /// Backend that renders thumbnails.
     pub backend: Backend,
-    /// Serves the page from this directory instead of the embedded copy.
+    /// Directory to serve the page from instead of the embedded copy.
     pub web_dir: Option<PathBuf>,
 }
 
 impl ServerConfig {
-    /// The defaults for an address and a data directory.
+    /// Returns the defaults for an address and a data directory.
     #[must_use]
     pub fn new(listen: SocketAddr, data: PathBuf) -> Self {
         Self {

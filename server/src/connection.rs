@@ -1,7 +1,8 @@
-//! A connection under watch: slow heads, silence, and clients that never read are cut off.
+//! Connection stream with deadlines: cuts off slow heads, idle connections, and clients that never
+//! read.
 //!
-//! hyper's own timer cannot tell a slow head from a kept-alive connection that waits for its next request; this one
-//! can, because the service tells it when requests begin and end.
+//! hyper's own timer cannot tell a slow head from a keep-alive connection that waits for its next
+//! request. This stream can, because the service reports when requests begin and end.
 
 use std::io;
 use std::pin::Pin;
@@ -15,7 +16,7 @@ use tokio::time::{Instant, Sleep};
 
 use crate::limit;
 
-/// Counts the requests of one connection.
+/// Request counter of one connection.
 #[derive(Debug, Default)]
 pub struct Requests {
     begun: AtomicU64,
@@ -23,7 +24,7 @@ pub struct Requests {
 }
 
 impl Requests {
-    /// Marks a request as running until the guard is dropped.
+    /// Counts a request as running until the guard is dropped.
     pub fn begin(self: &Arc<Self>) -> Running {
         self.begun.fetch_add(1, Ordering::Relaxed);
         Running(self.clone())
@@ -35,7 +36,7 @@ impl Requests {
     }
 }
 
-/// A request that is running.
+/// Guard of a running request.
 #[derive(Debug)]
 pub struct Running(Arc<Requests>);
 
@@ -45,11 +46,11 @@ impl Drop for Running {
     }
 }
 
-/// A stream with deadlines.
-pub struct Watched<S> {
+/// Stream with read and write deadlines.
+pub struct DeadlineStream<S> {
     stream: S,
     requests: Arc<Requests>,
-    /// Requests begun when the present head's first byte had not come yet.
+    /// Number of requests begun before the first byte of the current head.
     seen: u64,
     head_since: Option<Instant>,
     moved: Instant,
@@ -59,8 +60,8 @@ pub struct Watched<S> {
     write_timer: Pin<Box<Sleep>>,
 }
 
-impl<S> Watched<S> {
-    /// Watches a stream on which those requests come.
+impl<S> DeadlineStream<S> {
+    /// Wraps a stream; `requests` counts the requests on it.
     pub fn new(stream: S, requests: Arc<Requests>) -> Self {
         Self {
             stream,
@@ -75,7 +76,8 @@ impl<S> Watched<S> {
         }
     }
 
-    /// When waiting for bytes has to end; `None` while a request is running, whose body has a limit of its own.
+    /// Returns the deadline for the next byte; `None` while a request is running, whose body has a
+    /// limit of its own.
     fn read_deadline(&mut self) -> Option<Instant> {
         let (begun, running) = self.requests.counts();
         if begun != self.seen {
@@ -97,7 +99,7 @@ fn expired(timer: &mut Pin<Box<Sleep>>, deadline: Instant, cx: &mut Context<'_>)
     timer.as_mut().poll(cx).is_ready()
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for DeadlineStream<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -123,7 +125,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> Watched<S> {
+impl<S: AsyncWrite + Unpin> DeadlineStream<S> {
     fn wrote<T>(
         &mut self,
         cx: &mut Context<'_>,
@@ -142,7 +144,7 @@ impl<S: AsyncWrite + Unpin> Watched<S> {
     }
 }
 
-impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Watched<S> {
+impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for DeadlineStream<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -178,8 +180,9 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Watched<S> {
                 *this.closed.insert(Instant::now())
             }
         };
-        // A socket that is closed over unread bytes takes the answer back on its way to the client: whoever is told
-        // that a body is too large may still be sending it. What comes is thrown away, for a short while.
+        // Closing a socket with unread bytes resets the connection, and the client may lose the
+        // answer: after a 413 it may still be sending the body. Incoming bytes are discarded for a
+        // short time.
         let mut waste = [0; 8 * 1024];
         loop {
             if expired(&mut this.read_timer, closed + limit::LINGER, cx) {
@@ -195,7 +198,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     }
 }
 
-/// How long a connection may live after shutdown was asked for.
+/// Time that open connections have after shutdown is requested.
 pub const GRACE: Duration = limit::DRAIN;
 
 #[cfg(test)]
@@ -206,13 +209,13 @@ mod tests {
 
     fn watched(
         size: usize,
-    ) -> (Watched<tokio::io::DuplexStream>, tokio::io::DuplexStream, Arc<Requests>) {
+    ) -> (DeadlineStream<tokio::io::DuplexStream>, tokio::io::DuplexStream, Arc<Requests>) {
         let (near, far) = duplex(size);
         let requests = Arc::new(Requests::default());
-        (Watched::new(near, requests.clone()), far, requests)
+        (DeadlineStream::new(near, requests.clone()), far, requests)
     }
 
-    async fn seconds_until_cut(stream: &mut Watched<tokio::io::DuplexStream>) -> u64 {
+    async fn seconds_until_cut(stream: &mut DeadlineStream<tokio::io::DuplexStream>) -> u64 {
         let start = Instant::now();
         let mut byte = [0; 1];
         while stream.read(&mut byte).await.is_ok() {}
@@ -261,7 +264,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn unread_bytes_are_thrown_away_when_the_answer_was_sent() {
+    async fn unread_bytes_are_discarded_when_the_answer_was_sent() {
         let (mut stream, mut far, _) = watched(64);
         let sender = tokio::spawn(async move {
             far.write_all(&[0; 4096]).await.unwrap();
@@ -276,7 +279,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn goodbye_is_short_when_the_client_has_closed() {
+    async fn shutdown_returns_at_once_when_the_client_has_closed() {
         let (mut stream, far, _) = watched(64);
         drop(far);
         let start = Instant::now();

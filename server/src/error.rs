@@ -1,38 +1,38 @@
-//! Why a server does not start or does not go on, each in one line.
+//! Errors of starting and running a server, each one line of text.
 
 use std::net::SocketAddr;
 
 use brood_storage::StorageError;
 
-/// Why a server does not start or does not go on.
+/// Error of starting or running a server.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
-    /// The port is taken.
-    #[error("{0} is taken by another program; choose another address with --listen")]
+    /// The address is already in use.
+    #[error("{0} is in use by another program; choose another address with --listen")]
     Taken(SocketAddr),
     /// The address cannot be bound.
     #[error("cannot listen on {address}: {source}")]
     Bind {
-        /// The address asked for.
+        /// Requested address.
         address: SocketAddr,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// Not loopback, and nobody could be let in.
+    /// The address is reachable from other machines and there is no token.
     #[error(
-        "{0} is reachable from other machines, but no token has been made; make one with `brood token add NAME --scope admin`"
+        "{0} is reachable from other machines, but there is no token; add one with `brood token add NAME --scope admin`"
     )]
     NoToken(SocketAddr),
-    /// A name for `--allow-host` that is none.
+    /// A name for `--allow-host` is not a host name.
     #[error("'{0}' is not a host name")]
     HostName(String),
-    /// The data directory cannot be opened.
+    /// The data directory cannot be opened or closed.
     #[error("cannot open the data directory: {0}")]
     Storage(#[from] StorageError),
     /// The picture cache cannot be opened.
     #[error("cannot open the picture cache: {0}")]
     Cache(std::io::Error),
-    /// The system gives no random bytes.
-    #[error("the system gives no random numbers")]
+    /// The system has no random bytes.
+    #[error("the system has no random bytes")]
     Random,
 }

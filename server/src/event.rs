@@ -1,4 +1,4 @@
-//! Event streams: one hub a lineage or search, with a bounded memory for listeners that come back.
+//! Event hubs, one per lineage or search, with a bounded history for clients that reconnect.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -11,17 +11,17 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 
 use crate::limit;
 
-/// Events that a hub remembers, and that a listener may be behind.
-const REMEMBERED: usize = 1024;
-/// A hub that nobody listens to is forgotten after this time.
-const FORGET: Duration = Duration::from_secs(600);
+/// Events kept per hub, and the most that a listener may lag behind.
+const HUB_EVENTS: usize = 1024;
+/// Time without listeners and events after which a hub is dropped.
+const HUB_TTL: Duration = Duration::from_secs(600);
 
-/// What a stream tells of.
+/// Subject of an event stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Topic {
-    /// A lineage.
+    /// Events of a lineage.
     Lineage(LineageId),
-    /// A search.
+    /// Events of a search.
     Job(JobId),
 }
 
@@ -37,38 +37,38 @@ impl From<JobId> for Topic {
     }
 }
 
-/// Something that happened in a lineage or to a search.
+/// Event of a lineage or a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// The hub, counted up within the process.
+    /// Number of the hub, unique within the process.
     pub hub: u64,
-    /// Counted up within the hub.
+    /// Number of the event within the hub.
     pub number: u64,
-    /// The kind, as the stream names it.
+    /// Event type on the wire.
     pub name: &'static str,
-    /// JSON.
+    /// Event data as JSON.
     pub data: String,
 }
 
-/// The hubs of all lineages and searches.
+/// Hubs of all lineages and searches.
 #[derive(Debug)]
 pub struct Events {
-    /// Tells ids of this process from those of the one before.
-    life: String,
+    /// Random id of this process, which invalidates event ids from before a restart.
+    process: String,
     hubs: Mutex<Hubs>,
-    places: Arc<Semaphore>,
+    stream_permits: Arc<Semaphore>,
 }
 
 #[derive(Debug, Default)]
 struct Hubs {
     by_topic: HashMap<Topic, Hub>,
-    /// How many there have been, those that are forgotten too.
+    /// Number of hubs created so far, including dropped ones.
     made: u64,
 }
 
 #[derive(Debug)]
 struct Hub {
-    /// Tells ids of this hub from those of one that was forgotten.
+    /// Number of the hub, which invalidates event ids of a dropped hub.
     id: u64,
     sender: broadcast::Sender<Arc<Event>>,
     recent: VecDeque<Arc<Event>>,
@@ -76,67 +76,67 @@ struct Hub {
     used: Instant,
 }
 
-/// What a new listener gets.
+/// Start of an event stream.
 #[derive(Debug)]
 pub struct Subscription {
-    /// Whether events were missed that nobody remembers.
+    /// True if events were missed that are no longer kept.
     pub resync: bool,
-    /// Events since the id that the listener named.
+    /// Events since the id given by the client.
     pub missed: Vec<Arc<Event>>,
-    /// Events from now on.
+    /// Receiver of later events.
     pub receiver: broadcast::Receiver<Arc<Event>>,
 }
 
 impl Events {
-    /// No hubs yet.
+    /// Creates an empty set of hubs.
     pub fn new() -> Self {
-        let life = brood_protocol::RequestId::fresh().to_string();
-        let places = Arc::new(Semaphore::new(limit::EVENT_STREAMS));
-        Self { life: life.replace('-', ""), hubs: Mutex::default(), places }
+        let process = brood_protocol::RequestId::fresh().to_string();
+        let stream_permits = Arc::new(Semaphore::new(limit::EVENT_STREAMS));
+        Self { process: process.replace('-', ""), hubs: Mutex::default(), stream_permits }
     }
 
-    /// A place for one more stream, held as long as the stream is open; none where too many are.
-    pub fn place(&self) -> Option<OwnedSemaphorePermit> {
-        self.places.clone().try_acquire_owned().ok()
+    /// Returns a permit for one more open stream; `None` if there are too many.
+    pub fn stream_permit(&self) -> Option<OwnedSemaphorePermit> {
+        self.stream_permits.clone().try_acquire_owned().ok()
     }
 
-    /// The id of an event on the wire.
+    /// Returns an event's id on the wire.
     pub fn id(&self, event: &Event) -> String {
-        format!("{}-{}-{}", self.life, event.hub, event.number)
+        format!("{}-{}-{}", self.process, event.hub, event.number)
     }
 
-    /// Tells that a generation was born.
+    /// Publishes a new generation.
     pub fn generation(&self, lineage: LineageId, id: GenerationId) {
         self.publish(lineage, "generation", &json!({ "id": id }));
     }
 
-    /// Tells that a lineage's name, scene or defaults were changed.
+    /// Publishes a change of a lineage's name, scene or defaults.
     pub fn lineage(&self, id: LineageId, version: u64) {
         self.publish(id, "lineage", &json!({ "version": version }));
     }
 
-    /// Tells that a person has marked an individual.
+    /// Publishes a change of an individual's favourite mark or note.
     pub fn individual(&self, of: &StoredIndividual) {
         let data = json!({ "id": of.id, "favourite": of.favourite, "note": of.note, "version": of.version });
         self.publish(of.lineage, "individual", &data);
     }
 
-    /// Tells that a picture is there.
+    /// Publishes a new picture.
     pub fn thumbnail(&self, lineage: LineageId, individual: IndividualId, url: &str) {
         self.publish(lineage, "thumbnail", &json!({ "individual": individual, "url": url }));
     }
 
-    /// Tells those who listen to a search.
+    /// Publishes an event of a search to its own stream.
     pub fn job(&self, id: JobId, name: &'static str, data: &Value) {
         self.publish(id, name, data);
     }
 
-    /// Tells of a search where its results are born.
+    /// Publishes an event of a search to its lineage's stream.
     pub fn job_in(&self, lineage: LineageId, data: &Value) {
         self.publish(lineage, "job", data);
     }
 
-    /// Listens, from the event after `last_id` on.
+    /// Subscribes to a topic, starting after the event `last_id`.
     pub fn subscribe(&self, topic: impl Into<Topic>, last_id: Option<&str>) -> Subscription {
         let mut hubs = self.lock();
         let hub = hubs.of(topic.into());
@@ -144,7 +144,7 @@ impl Events {
         let Some(last_id) = last_id else {
             return Subscription { resync: false, missed: Vec::new(), receiver };
         };
-        let number = last_id.strip_prefix(&format!("{}-{}-", self.life, hub.id));
+        let number = last_id.strip_prefix(&format!("{}-{}-", self.process, hub.id));
         let number = number.and_then(|number| number.parse::<u64>().ok());
         let oldest = hub.next - hub.recent.len() as u64;
         match number.filter(|number| number + 1 >= oldest && *number < hub.next) {
@@ -156,14 +156,14 @@ impl Events {
         }
     }
 
-    /// Forgets hubs that nobody uses.
+    /// Drops unused hubs.
     pub fn sweep(&self) {
-        self.forget(FORGET);
+        self.drop_unused(HUB_TTL);
     }
 
-    fn forget(&self, after: Duration) {
-        let wanted = |hub: &Hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < after;
-        self.lock().by_topic.retain(|_, hub| wanted(hub));
+    fn drop_unused(&self, after: Duration) {
+        let is_used = |hub: &Hub| hub.sender.receiver_count() > 0 || hub.used.elapsed() < after;
+        self.lock().by_topic.retain(|_, hub| is_used(hub));
     }
 
     fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
@@ -172,10 +172,10 @@ impl Events {
         let event = Arc::new(Event { hub: hub.id, number: hub.next, name, data: data.to_string() });
         hub.next += 1;
         hub.recent.push_back(event.clone());
-        if hub.recent.len() > REMEMBERED {
+        if hub.recent.len() > HUB_EVENTS {
             hub.recent.pop_front();
         }
-        // Without a listener there is nobody to miss it.
+        // Without listeners, sending fails; this is fine.
         let _ = hub.sender.send(event);
     }
 
@@ -185,7 +185,7 @@ impl Events {
 }
 
 impl Hubs {
-    /// The topic's hub, made where there is none.
+    /// Returns the topic's hub, created if missing.
     fn of(&mut self, topic: Topic) -> &mut Hub {
         let hub = self.by_topic.entry(topic).or_insert_with(|| {
             self.made += 1;
@@ -200,7 +200,7 @@ impl Hub {
     fn new(id: u64) -> Self {
         Self {
             id,
-            sender: broadcast::Sender::new(REMEMBERED),
+            sender: broadcast::Sender::new(HUB_EVENTS),
             recent: VecDeque::new(),
             next: 1,
             used: Instant::now(),
@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn listener_gets_what_it_missed_when_it_comes_back() {
+    async fn listener_gets_missed_events_when_it_reconnects() {
         let events = Events::new();
         let lineage = LineageId::fresh();
         let mut first = events.subscribe(lineage, None);
@@ -231,48 +231,52 @@ mod tests {
     }
 
     #[test]
-    fn listener_is_told_to_resync_when_events_are_lost() {
+    fn subscription_asks_to_resync_when_events_are_lost() {
         let events = Events::new();
         let lineage = LineageId::fresh();
         events.generation(lineage, GenerationId::fresh());
         let first = events.id(&events.lock().by_topic[&Topic::Lineage(lineage)].recent[0]);
-        for _ in 0..REMEMBERED + 1 {
+        for _ in 0..HUB_EVENTS + 1 {
             events.generation(lineage, GenerationId::fresh());
         }
-        assert!(events.subscribe(lineage, Some(&first)).resync, "forgotten");
-        assert!(events.subscribe(lineage, Some("0-1")).resync, "of another life");
-        assert!(events.subscribe(lineage, Some("x")).resync, "no id at all");
-        let future = format!("{}-1-99999", events.life);
-        assert!(events.subscribe(lineage, Some(&future)).resync, "of the future");
+        assert!(events.subscribe(lineage, Some(&first)).resync, "an event that is no longer kept");
+        assert!(events.subscribe(lineage, Some("0-1")).resync, "an id of another process");
+        assert!(events.subscribe(lineage, Some("x")).resync, "a malformed id");
+        let future = format!("{}-1-99999", events.process);
+        assert!(events.subscribe(lineage, Some(&future)).resync, "an id of the future");
     }
 
     #[tokio::test]
-    async fn listener_is_told_to_resync_when_its_hub_was_forgotten() {
+    async fn subscription_asks_to_resync_when_its_hub_was_dropped() {
         let events = Events::new();
         let lineage = LineageId::fresh();
         let mut first = events.subscribe(lineage, None);
         events.generation(lineage, GenerationId::fresh());
         let seen = events.id(&first.receiver.recv().await.unwrap());
-        events.forget(Duration::ZERO);
-        assert!(!events.subscribe(lineage, Some(&seen)).resync, "kept while somebody listens");
+        events.drop_unused(Duration::ZERO);
+        assert!(!events.subscribe(lineage, Some(&seen)).resync, "a hub with a listener is kept");
         drop(first);
-        events.forget(Duration::ZERO);
-        assert!(events.subscribe(lineage, Some(&seen)).resync, "before anything is told again");
+        events.drop_unused(Duration::ZERO);
+        assert!(events.subscribe(lineage, Some(&seen)).resync, "before the next event");
         for _ in 0..3 {
             events.generation(lineage, GenerationId::fresh());
         }
         let again = events.subscribe(lineage, Some(&seen));
-        assert!(again.resync && again.missed.is_empty(), "the new hub has that number too");
+        assert!(
+            again.resync && again.missed.is_empty(),
+            "an id of the dropped hub, whose number the new hub also has"
+        );
     }
 
     #[test]
     fn place_is_refused_until_a_stream_ends_when_too_many_are_open() {
         let events = Events::new();
-        let mut places: Vec<_> = (0..limit::EVENT_STREAMS).map_while(|_| events.place()).collect();
-        assert_eq!(places.len(), limit::EVENT_STREAMS);
-        assert!(events.place().is_none());
-        places.pop();
-        assert!(events.place().is_some());
+        let mut stream_permits: Vec<_> =
+            (0..limit::EVENT_STREAMS).map_while(|_| events.stream_permit()).collect();
+        assert_eq!(stream_permits.len(), limit::EVENT_STREAMS);
+        assert!(events.stream_permit().is_none());
+        stream_permits.pop();
+        assert!(events.stream_permit().is_some());
     }
 
     #[tokio::test]
@@ -280,7 +284,7 @@ mod tests {
         let events = Events::new();
         let lineage = LineageId::fresh();
         let mut slow = events.subscribe(lineage, None).receiver;
-        for _ in 0..2 * REMEMBERED {
+        for _ in 0..2 * HUB_EVENTS {
             events.generation(lineage, GenerationId::fresh());
         }
         assert!(matches!(slow.recv().await, Err(broadcast::error::RecvError::Lagged(_))));

@@ -1,10 +1,10 @@
-//! Idempotency keys: a request that is sent again gets the answer of the first time, and happens once.
+//! Idempotency keys: a repeated request gets the first answer and has no second effect.
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex};
 
 use axum::extract::FromRequestParts;
-use brood_storage::{Idempotency, Remembered, Store};
+use brood_storage::{Idempotency, IdempotencyLookup, Store};
 use http::request::Parts;
 use http::{HeaderName, StatusCode};
 use serde::Serialize;
@@ -15,7 +15,7 @@ use crate::problem::ApiError;
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
 const KEY_BYTES: usize = 255;
 
-/// The key that a request carries, if it does, and where it was sent.
+/// Key of a request, if any, with its method and path.
 #[derive(Debug, Clone)]
 pub struct IdempotencyKey {
     key: Option<String>,
@@ -27,7 +27,8 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         let malformed = || {
-            let words = format!("Idempotency-Key is 1 to {KEY_BYTES} printable ASCII characters");
+            let words =
+                format!("Idempotency-Key must be 1 to {KEY_BYTES} printable ASCII characters");
             ApiError::bad_request(words)
         };
         let mut values = parts.headers.get_all(HEADER).iter();
@@ -50,16 +51,16 @@ pub struct Ledger {
     running: Arc<Mutex<HashSet<(String, String)>>>,
 }
 
-/// How to go on with a request.
+/// State of a request's key.
 #[derive(Debug)]
 pub enum Begun {
-    /// It was done before; this was its answer.
+    /// Already done; the stored answer.
     Replay(Value),
-    /// It is to be done.
+    /// Not done yet.
     Fresh(Attempt),
 }
 
-/// A request that is being done; its key is free again when this is dropped.
+/// Request in progress; dropping it releases its key.
 #[derive(Debug)]
 pub struct Attempt {
     ledger: Ledger,
@@ -68,7 +69,10 @@ pub struct Attempt {
 }
 
 impl Ledger {
-    /// Looks whether a request with this key and body was there before.
+    /// Claims the key and looks up an earlier request with this key and body.
+    ///
+    /// # Errors
+    /// 409 if the first request is still running, 422 if the key was used with another body.
     pub async fn begin(
         &self,
         store: &Store,
@@ -81,20 +85,20 @@ impl Ledger {
         };
         let attempt = self.claim((name.clone(), key.route.clone()), body_hash)?;
         match store.lookup_idempotent(&name, &key.route, body_hash).await? {
-            Remembered::Fresh => Ok(Begun::Fresh(attempt)),
-            Remembered::OtherBody => {
-                Err(ApiError::refused("this Idempotency-Key was used with another body before"))
+            IdempotencyLookup::Fresh => Ok(Begun::Fresh(attempt)),
+            IdempotencyLookup::OtherBody => {
+                Err(ApiError::refused("this Idempotency-Key was already used with another body"))
             }
-            Remembered::Replay { body, .. } => {
+            IdempotencyLookup::Replay { body, .. } => {
                 let answer = serde_json::from_slice(&body).map_err(|error| {
-                    ApiError::internal(format!("a remembered answer cannot be read: {error}"))
+                    ApiError::internal(format!("cannot decode a stored answer: {error}"))
                 })?;
                 Ok(Begun::Replay(answer))
             }
         }
     }
 
-    /// For what no request asks for.
+    /// Returns an attempt without a key, for changes that no client requested.
     pub fn unkeyed(&self) -> Attempt {
         Attempt { ledger: self.clone(), key: None, body_hash: [0; 32] }
     }
@@ -102,14 +106,14 @@ impl Ledger {
     fn claim(&self, key: (String, String), body_hash: [u8; 32]) -> Result<Attempt, ApiError> {
         let mut running = self.running.lock().expect("nothing panics under this lock");
         if !running.insert(key.clone()) {
-            return Err(ApiError::running("ask again in a moment"));
+            return Err(ApiError::running("retry in a moment"));
         }
         Ok(Attempt { ledger: self.clone(), key: Some(key), body_hash })
     }
 }
 
 impl Attempt {
-    /// The record to be written together with what the request does.
+    /// Returns the record to write in the same transaction as the request's effect.
     pub fn record<T: Serialize>(&self, status: StatusCode, answer: &T) -> Option<Idempotency> {
         let (key, route) = self.key.clone()?;
         let answer = serde_json::to_vec(answer).expect("answers are plain data");
@@ -135,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn key_is_taken_while_its_first_request_runs() {
+    fn key_is_claimed_while_its_first_request_runs() {
         let ledger = Ledger::default();
         let first = ledger.claim(pair("a"), [0; 32]).unwrap();
         assert_eq!(ledger.claim(pair("a"), [0; 32]).unwrap_err().status(), 409);

@@ -1,8 +1,8 @@
-//! The service: routes, brood making, and the dispatch of pictures to workers.
+//! HTTP server of brood: routes, breeding, and dispatch of render jobs and searches to workers.
 //!
-//! This crate owns HTTP: routes, status codes, access, limits, the event streams and the derived cache of pictures. It
-//! refuses to know SQL (that is `brood-storage`) and how pictures of broods are made: workers render them. Targets of searches are no programs;
-//! the few pictures that are wanted of them are drawn here.
+//! Owns everything about HTTP: routes, status codes, access, limits, event streams and the picture
+//! cache. Contains no SQL, which is in `brood-storage`. Workers render the pictures of individuals;
+//! the few pictures of search targets, which are not programs, are drawn here.
 //!
 //! ```no_run
 //! # async fn example() -> Result<(), brood_server::ServerError> {
@@ -18,6 +18,7 @@
 
 mod access;
 mod breeding;
+mod clock;
 mod config;
 mod connection;
 mod controller;
@@ -37,11 +38,11 @@ mod presenter;
 mod problem;
 mod route;
 mod server;
-mod shelf;
-mod stage;
+mod server_timing;
 mod state;
+mod target_cache;
 
 pub use config::ServerConfig;
 pub use error::ServerError;
 pub use route::openapi;
-pub use server::{Server, Undertaker};
+pub use server::{Server, WorkerReaper};

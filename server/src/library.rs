@@ -1,10 +1,10 @@
-//! What the server has read before and need not read again: materials by genome hash, scenes, and frames.
+//! Read-through caches of materials by genome hash, scenes, and frames.
 
 use std::sync::Arc;
 
 use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
-use brood_inspect::{CurvePoint, Inspection, LightCircle, Phenomena, inspect};
+use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
@@ -24,58 +24,61 @@ const INSPECTIONS: u64 = 256;
 const CIRCLES: u64 = 16;
 const OPTICS: u64 = 1024;
 
-/// A genome and the program that it is seen as.
+/// Genome and the program it expresses.
 #[derive(Debug)]
 pub struct Material {
-    /// The genotype.
+    /// Genotype.
     pub genome: Genome,
-    /// The phenotype.
+    /// Phenotype.
     pub program: Program,
 }
 
-/// What a comparison tells of a material in a scene.
+/// Optical properties of a material in a scene.
 #[derive(Debug, Clone)]
 pub struct Optics {
-    /// Over the angle of incidence.
+    /// Curves over the angle of incidence.
     pub curves: Vec<CurvePoint>,
-    /// In numbers.
+    /// Summary values.
     pub phenomena: Phenomena,
 }
 
-/// A scene and where its mesh is.
+/// Scene with the source of its mesh.
 #[derive(Debug)]
 pub struct KnownScene {
-    /// The scene.
+    /// Scene.
     pub scene: Scene,
-    /// The mesh for workers.
+    /// Source of the mesh for workers.
     pub mesh: MeshSource,
 }
 
-/// How a picture is framed, besides the material.
+/// Framing of a picture: everything but the material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// The scene.
+    /// Scene.
     pub scene: SceneId,
-    /// Position on the light circle; where the scene has it if absent.
+    /// Light angle in degrees; the scene's if absent.
     pub light_deg: Option<f64>,
     /// Side in pixels.
     pub size_px: u32,
     /// Samples per pixel.
     pub sampling: Sampling,
-    /// The part that is wanted; all of it if absent.
+    /// Part of the picture to render; all of it if absent.
     pub area: Option<PixelArea>,
-    /// The file.
+    /// File format.
     pub format: PictureFormat,
-    /// The evaluator.
+    /// Backend.
     pub backend: Backend,
 }
 
-/// Frames are kept by the bits of what makes them.
+/// Bits of a [`View`], as a hashable key.
 type FrameKey = (SceneId, Option<u64>, Shape, PictureFormat, Backend);
-/// Size, sampling and part.
+/// Size, sampling and area.
 type Shape = (u32, Sampling, Option<PixelArea>);
 
-/// A stored genome; what is there under a hash must have it.
+/// Decodes a stored genome.
+///
+/// # Errors
+/// 500 if it cannot be decoded or has another hash.
 pub fn read_genome(hash: GenomeHash, stored: &StoredGenome) -> Result<Genome, ApiError> {
     let read = match stored {
         StoredGenome::Bytes(bytes) => {
@@ -92,10 +95,10 @@ pub fn read_genome(hash: GenomeHash, stored: &StoredGenome) -> Result<Genome, Ap
     })
 }
 
-/// A frame with its identity, so that keys cost two hashes.
+/// Frame with its hash, so that a picture key costs two hashes.
 #[derive(Debug)]
 pub struct Framed {
-    /// For workers.
+    /// Frame for workers.
     pub frame: Frame,
     identity: blake3::Hash,
     view: View,
@@ -103,12 +106,12 @@ pub struct Framed {
 }
 
 impl Framed {
-    /// The key of a program's picture in this frame.
+    /// Returns the key of a program's picture in this frame.
     pub fn key(&self, program: ProgramHash) -> PictureKey {
         PictureKey::of(&program, &self.identity)
     }
 
-    /// What that key stands for.
+    /// Returns the row that describes a key.
     pub fn row(&self, key: PictureKey, genome_hash: GenomeHash) -> NewPicture {
         NewPicture {
             key,
@@ -125,19 +128,19 @@ impl Framed {
     }
 }
 
-/// Reads through its caches.
+/// Caches over the store.
 pub struct Library {
     store: Store,
     materials: Cache<GenomeHash, Arc<Material>>,
     scenes: Cache<SceneId, Arc<KnownScene>>,
     frames: Cache<FrameKey, Arc<Framed>>,
     inspections: Cache<GenomeHash, Arc<Inspection>>,
-    circles: Cache<SceneId, Arc<LightCircle>>,
+    circles: Cache<SceneId, Arc<LightOrbit>>,
     optics: Cache<(GenomeHash, SceneId), Arc<Optics>>,
 }
 
 impl Library {
-    /// Over a store.
+    /// Creates empty caches over a store.
     pub fn new(store: Store) -> Self {
         Self {
             store,
@@ -150,21 +153,29 @@ impl Library {
         }
     }
 
-    /// Keeps a material that was just made.
-    pub fn keep(&self, hash: GenomeHash, genome: Genome, program: Program) -> Arc<Material> {
+    /// Caches a new material.
+    pub fn insert_material(
+        &self,
+        hash: GenomeHash,
+        genome: Genome,
+        program: Program,
+    ) -> Arc<Material> {
         let material = Arc::new(Material { genome, program });
         self.materials.insert(hash, material.clone());
         material
     }
 
-    /// Forgets all materials: after a purge the store says which are still there.
-    pub fn forget_materials(&self) {
+    /// Drops all materials. Called after a purge, as the store may have lost some of them.
+    pub fn clear_materials(&self) {
         self.materials.invalidate_all();
         self.inspections.invalidate_all();
         self.optics.invalidate_all();
     }
 
-    /// A material by its genome's hash.
+    /// Returns a material by its genome's hash.
+    ///
+    /// # Errors
+    /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn material(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
         if let Some(material) = self.materials.get(&hash) {
             return Ok(material);
@@ -181,19 +192,19 @@ impl Library {
         Ok(material)
     }
 
-    /// What is told of a genome, where it was told before.
+    /// Returns the cached inspection of a genome.
     pub fn known_inspection(&self, hash: GenomeHash) -> Option<Arc<Inspection>> {
         self.inspections.get(&hash)
     }
 
-    /// Looks at a genome, and keeps what it saw.
+    /// Inspects a genome and caches the result.
     pub fn inspect(&self, hash: GenomeHash, genome: &Genome) -> Arc<Inspection> {
         let inspection = Arc::new(inspect(genome));
         self.inspections.insert(hash, inspection.clone());
         inspection
     }
 
-    /// What is told of a material in a scene, made where it was not told before.
+    /// Returns the optical properties of a material in a scene, computed with `make` if not cached.
     pub fn optics(
         &self,
         (hash, scene): (GenomeHash, SceneId),
@@ -202,22 +213,28 @@ impl Library {
         self.optics.get_with((hash, scene), || Arc::new(make()))
     }
 
-    /// What a small camera sees of a scene with the light all around its circle, which exposures are measured over.
-    pub async fn circle(&self, id: SceneId) -> Result<Arc<LightCircle>, ApiError> {
+    /// Returns the low-resolution light orbit of a scene, used to measure exposures.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the scene, its mesh or a light's file cannot be read.
+    pub async fn light_circle(&self, id: SceneId) -> Result<Arc<LightOrbit>, ApiError> {
         if let Some(circle) = self.circles.get(&id) {
             return Ok(circle);
         }
         let known = self.scene(id).await?;
-        let mesh = self.shown(&known).await?;
+        let mesh = self.scene_mesh(&known).await?;
         let assets = lighting::load(&self.store, &known.scene).await?;
-        let trace = move || LightCircle::trace(&mesh, &known.scene, &assets);
+        let trace = move || LightOrbit::trace(&mesh, &known.scene, &assets);
         let traced = tokio::task::spawn_blocking(trace).await;
         let circle = Arc::new(traced.map_err(|error| ApiError::internal(error.to_string()))?);
         self.circles.insert(id, circle.clone());
         Ok(circle)
     }
 
-    /// A scene by its id.
+    /// Returns a scene by its id.
+    ///
+    /// # Errors
+    /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn scene(&self, id: SceneId) -> Result<Arc<KnownScene>, ApiError> {
         if let Some(known) = self.scenes.get(&id) {
             return Ok(known);
@@ -232,37 +249,47 @@ impl Library {
         Ok(known)
     }
 
-    /// Where a scene's mesh is; refuses one that names none.
+    /// Returns the source of a scene's mesh.
+    ///
+    /// # Errors
+    /// 422 or 404 if the scene names no existing mesh.
     pub async fn mesh(&self, scene: &Scene) -> Result<MeshSource, ApiError> {
         let MeshRef::Uploaded(id) = &scene.mesh else { return Ok(MeshSource::Builtin) };
         let id: MeshId = id.parse().map_err(|_| {
-            ApiError::refused("this is neither a built-in mesh nor the id of an uploaded one")
-                .at("/mesh")
+            ApiError::refused(
+                "the mesh must be the name of a built-in mesh or the id of an uploaded one",
+            )
+            .at("/mesh")
         })?;
         match self.store.mesh(id).await {
             Ok(row) => Ok(MeshSource::Uploaded(row.content_hash)),
             Err(StorageError::NotFound) => {
-                Err(ApiError::not_found("there is no mesh with that id").at("/mesh"))
+                Err(ApiError::not_found("there is no mesh with this id").at("/mesh"))
             }
             Err(error) => Err(error.into()),
         }
     }
 
-    /// An uploaded mesh by its content.
-    pub async fn geometry(&self, hash: [u8; 32]) -> Result<Arc<Mesh>, ApiError> {
+    /// Returns an uploaded mesh by its content hash.
+    ///
+    /// # Errors
+    /// [`ApiError`] if it does not exist or cannot be read.
+    pub async fn uploaded_mesh(&self, hash: [u8; 32]) -> Result<Arc<Mesh>, ApiError> {
         let data = self.store.mesh_data(hash).await?;
         let read = tokio::task::spawn_blocking(move || decode::<Mesh>(&data)).await;
         let read = read.map_err(|error| ApiError::internal(error.to_string()))?;
-        let mesh = read.map_err(|error| {
-            ApiError::internal(format!("a stored mesh cannot be read: {error}"))
-        })?;
+        let mesh = read
+            .map_err(|error| ApiError::internal(format!("cannot read a stored mesh: {error}")))?;
         Ok(Arc::new(mesh))
     }
 
-    /// The mesh that a scene shows.
-    pub async fn shown(&self, known: &KnownScene) -> Result<Arc<Mesh>, ApiError> {
+    /// Returns the mesh of a scene.
+    ///
+    /// # Errors
+    /// [`ApiError`] if it cannot be read.
+    pub async fn scene_mesh(&self, known: &KnownScene) -> Result<Arc<Mesh>, ApiError> {
         match (known.mesh, &known.scene.mesh) {
-            (MeshSource::Uploaded(hash), _) => self.geometry(hash).await,
+            (MeshSource::Uploaded(hash), _) => self.uploaded_mesh(hash).await,
             (MeshSource::Builtin, MeshRef::Builtin(name)) => Ok(Arc::new(Mesh::builtin(*name))),
             (MeshSource::Builtin, MeshRef::Uploaded(_)) => {
                 Err(ApiError::internal("a mesh has no data"))
@@ -270,7 +297,10 @@ impl Library {
         }
     }
 
-    /// A frame.
+    /// Returns the frame of a view.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the scene does not exist or cannot be read.
     pub async fn frame(&self, view: View) -> Result<Arc<Framed>, ApiError> {
         let light = view.light_deg.map(f64::to_bits);
         let shape = (view.size_px, view.sampling, view.area);
@@ -298,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stored_genome_is_read_from_bytes_and_from_the_text_of_older_rows() {
+    fn genome_is_read_from_bytes_and_from_the_text_of_older_rows() {
         let birth = |seed| {
             Variation::random(Dialect::default()).birth(BirthKey { seed, slot: 0, attempt: 0 })
         };

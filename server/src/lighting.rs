@@ -1,6 +1,6 @@
-//! What lights of scenes refer to: checked when a scene comes in, read when this process renders one itself.
+//! Files of lights: checked when a scene is stored, loaded when this process renders a scene.
 //!
-//! A name in a scene is the hash of a file, so what it stands for never changes.
+//! A light names a file by its hash, so a name always means the same bytes.
 
 use std::sync::Arc;
 
@@ -12,36 +12,40 @@ use brood_storage::{StorageError, Store};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
-/// Refuses a scene whose lights refer to files that are not here, or make more samples than pictures can wait for.
+/// Checks that a scene's lights refer to existing files and take at most [`limit::LIGHT_SAMPLES`]
+/// samples per point.
+///
+/// # Errors
+/// 404 or 422 with a pointer to the light.
 pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
     let samples = scene.light_samples();
     if samples > limit::LIGHT_SAMPLES {
         let words = format!(
-            "the lights make {samples} samples at one place; {} is the most here",
+            "the lights need {samples} samples per point; at most {} are allowed",
             limit::LIGHT_SAMPLES
         );
         return Err(ApiError::refused(words).at("/lights"));
     }
     for (index, light) in scene.lights.iter().enumerate() {
         let Some(asset) = light.asset() else { continue };
-        let (field, name, wanted) = parts(asset);
+        let (field, name, expected) = parts(asset);
         let pointer = format!("/lights/{index}/{field}");
         let found = match hash(name) {
             Some(hash) => store.light_asset_kind(hash).await,
             None => Err(StorageError::NotFound),
         };
         match found {
-            Ok(kind) if kind == wanted => {}
+            Ok(kind) if kind == expected => {}
             Ok(kind) => {
-                let words = format!("this is the id of an {}", kind.name());
+                let words = format!("the id belongs to a file of kind {}", kind.name());
                 return Err(ApiError::refused(words).at(pointer));
             }
             Err(StorageError::NotFound) => {
                 let words = format!(
-                    "there is no {} {}; POST /v1/{}s answers the id of one",
-                    wanted.name(),
+                    "there is no {} {}; upload one with `POST /v1/{}s`",
+                    expected.name(),
                     quote(name),
-                    wanted.name()
+                    expected.name()
                 );
                 return Err(ApiError::not_found(words).at(pointer));
             }
@@ -51,12 +55,16 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
     Ok(())
 }
 
-/// What the lights of a checked scene refer to.
+/// Loads the files of a checked scene's lights.
+///
+/// # Errors
+/// 500 if a file is missing or cannot be parsed.
 pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError> {
     let mut assets = LightAssets::default();
     for asset in scene.lights.iter().filter_map(Light::asset) {
         let (_, name, _) = parts(asset);
-        let hash = hash(name).ok_or_else(|| ApiError::internal("a light's file has no hash"))?;
+        let hash =
+            hash(name).ok_or_else(|| ApiError::internal("a light's file name must be a hash"))?;
         let (kind, bytes) = store.light_asset(hash).await?;
         let damaged = |error: String| {
             ApiError::internal(format!("a stored {} cannot be read: {error}", kind.name()))
@@ -77,13 +85,17 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
     Ok(assets)
 }
 
-/// The file of that name, as it was uploaded.
+/// Returns a file as it was uploaded.
+///
+/// # Errors
+/// [`ApiError`] if it does not exist.
 pub async fn file(store: &Store, name: &str) -> Result<Vec<u8>, ApiError> {
-    let hash = hash(name).ok_or_else(|| ApiError::internal("a light's file has no hash"))?;
+    let hash =
+        hash(name).ok_or_else(|| ApiError::internal("a light's file name must be a hash"))?;
     Ok(store.light_asset(hash).await?.1)
 }
 
-/// The files of a scene's lights, each once, with the hash that names it.
+/// Returns the hashes of the files of a scene's lights, each once.
 pub fn files(scene: &Scene) -> Vec<[u8; 32]> {
     let mut hashes: Vec<[u8; 32]> =
         scene.lights.iter().filter_map(|light| hash(parts(light.asset()?).1)).collect();
@@ -92,6 +104,7 @@ pub fn files(scene: &Scene) -> Vec<[u8; 32]> {
     hashes
 }
 
+/// Returns an asset's field name, file name and kind.
 fn parts(asset: AssetRef<'_>) -> (&'static str, &str, LightAssetKind) {
     match asset {
         AssetRef::Profile(name) => ("profile", name, LightAssetKind::Profile),

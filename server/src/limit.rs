@@ -1,124 +1,132 @@
-//! The limits of the service in one place: what `/v1/system` reports and what the tests attack.
+//! Limits of the service, reported by `/v1/system`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::problem::ApiError;
 
-/// Most bytes of a JSON body or of a genome's text; a genome of 1024 instructions stays below.
+/// Largest JSON body or genome text in bytes; fits a genome of 1024 instructions.
 pub const JSON_BYTES: usize = 256 << 10;
 /// Deepest nesting of a JSON body.
 pub const JSON_DEPTH: usize = 64;
-/// Most bytes of an OBJ file.
+/// Largest OBJ file in bytes.
 pub const OBJ_BYTES: usize = 32 << 20;
-/// Most bytes of an IES file.
+/// Largest IES file in bytes.
 pub const PROFILE_BYTES: usize = 4 << 20;
-/// Most bytes of a picture of an environment.
+/// Largest environment image in bytes.
 pub const ENVIRONMENT_BYTES: usize = 64 << 20;
-/// Most samples that the lights of a scene make at one place.
+/// Most samples per point of a scene's lights.
 pub const LIGHT_SAMPLES: u32 = 256;
-/// Most bytes of a target's file.
+/// Largest target in bytes.
 pub const TARGET_BYTES: usize = 64 << 20;
-/// Most samples of a target's pictures, were they all covered and lit; each takes some two hundred bytes of whoever searches. Of far fewer
-/// a search looks at ten thousand pixels.
+/// Most samples of a target's pictures, if all were covered and lit; a search needs about 200 bytes
+/// for each.
+///
+/// A search uses far fewer: about 10,000 pixels.
 pub const TARGET_RAYS: u64 = (PICTURE_PX as u64) * (PICTURE_PX as u64);
-/// Most searches that wait for a worker.
+/// Most queued searches.
 pub const QUEUED_SEARCHES: u32 = 200;
 /// Most threads of a search.
 pub const SEARCH_THREADS: u64 = 256;
-/// Longest time of a search.
+/// Longest search in seconds.
 pub const SEARCH_SECONDS: f64 = 7.0 * 24.0 * 3600.0;
 /// Most generations of a search.
 pub const SEARCH_GENERATIONS: u32 = 100_000;
 /// Most evaluations of a search.
 pub const SEARCH_EVALUATIONS: u64 = 1_000_000_000_000;
-/// Most individuals that a search starts from.
+/// Most start individuals of a search.
 pub const SEARCH_START: usize = 64;
-/// A search that has had so much time goes behind those that wait.
+/// Time after which a running search yields to queued ones.
 pub const SEARCH_SLICE: Duration = Duration::from_secs(20);
-/// Most bytes of a lineage file, given out or taken in.
+/// Largest lineage file in bytes, for import and export.
 pub const LINEAGE_FILE_BYTES: usize = 256 << 20;
-/// Most bytes of a worker's message: a sheet of large linear pictures.
+/// Largest message of a render worker in bytes: a batch of large linear pictures.
 pub const LEASE_BYTES: usize = 512 << 20;
-/// Most bytes of what a worker reports of a search.
+/// Largest report of a search in bytes.
 pub const SEARCH_REPORT_BYTES: usize = 256 << 20;
-/// Most bytes of all bodies that are held at once, besides the first [`BODY_FREE`] of each.
+/// Memory budget of all clients' bodies in bytes, without the first [`BODY_FREE`] of each.
 pub const BODIES_BYTES: usize = 256 << 20;
-/// The same for workers' messages, so that no client's body is in a worker's way.
+/// Memory budget of all workers' messages in bytes, separate so that clients cannot block workers.
 pub const MESSAGES_BYTES: usize = LEASE_BYTES;
-/// Bytes of a body that always find room: [`CONNECTIONS`] bounds how many there are.
+/// Bytes of each body outside the budget; bounded by [`CONNECTIONS`].
 pub const BODY_FREE: usize = JSON_BYTES;
-/// Most children of one generation.
+/// Most children of a generation.
 pub const CHILDREN: u32 = 256;
-/// Most items of one page of a list.
+/// Most items per page of a list.
 pub const PAGE: u32 = 200;
-/// Items of a page unless asked otherwise.
+/// Default number of items per page.
 pub const PAGE_DEFAULT: u32 = 50;
 /// Longest name of a lineage, in characters.
 pub const NAME_CHARS: usize = 200;
 /// Longest notes, in characters.
 pub const NOTE_CHARS: usize = 10_000;
-/// Largest picture side.
+/// Largest side of a picture in pixels.
 pub const PICTURE_PX: u32 = 2048;
-/// Smallest picture side.
+/// Smallest side of a picture in pixels.
 pub const PICTURE_MIN_PX: u32 = 16;
-/// Largest thumbnail side.
+/// Largest side of a thumbnail in pixels.
 pub const THUMBNAIL_PX: u32 = 1024;
-/// Most samples a pixel.
+/// Most samples per pixel.
 pub const SAMPLES: u32 = 64;
-/// Most primary rays of one picture: the largest picture at four samples a pixel.
+/// Most primary rays per picture: the largest picture at four samples per pixel.
 pub const RAYS: u64 = 4 * (PICTURE_PX as u64) * (PICTURE_PX as u64);
-/// Largest side of a sheet; cells shrink to keep to it.
+/// Largest side of a sheet in pixels; cells shrink to fit.
 pub const SHEET_PX: u32 = 4096;
 /// Most cells of a sheet.
 pub const SHEET_CELLS: usize = 256;
 /// Most pictures of a light circle.
 pub const CIRCLE_FRAMES: u32 = 120;
-/// Most pixels of all pictures of one animation or strip.
+/// Most pixels of an animation or strip, over all pictures.
 pub const CIRCLE_PIXELS: u64 = 1 << 25;
-/// Most render jobs that wait.
+/// Most queued render jobs.
 pub const QUEUED_JOBS: u64 = 1000;
-/// Most broods that wait for a processor.
+/// Most calls waiting for a processor.
 pub const WAITING_BROODS: usize = 64;
-/// Most connections at once.
+/// Most open connections.
 pub const CONNECTIONS: usize = 512;
-/// Most event streams at once; the other connections stay free for requests that end.
+/// Most open event streams; leaves connections for other requests.
 pub const EVENT_STREAMS: usize = 256;
-/// A request's head must be complete in this time from its first byte.
+/// Longest time from the first byte of a request's head to its last.
 pub const HEAD: Duration = Duration::from_secs(5);
-/// A body must begin, and go on by [`BODY_RATE`], in this time.
+/// Time after which a body must have arrived, or keep arriving at [`BODY_RATE`].
 pub const BODY: Duration = Duration::from_secs(10);
-/// Least bytes a second of a body once [`BODY`] is over.
+/// Lowest rate of a body in bytes per second after [`BODY`].
 pub const BODY_RATE: u64 = 64 << 10;
-/// A connection on which nothing moves is closed after this time.
+/// Idle time after which a connection is closed.
 pub const IDLE: Duration = Duration::from_secs(30);
-/// A closed connection is read to its end for this long, so that its last answer arrives.
+/// Time for which a closed connection is still read, so that its last answer arrives.
 pub const LINGER: Duration = Duration::from_secs(2);
-/// A waiting GET waits this long.
+/// Longest wait of a GET.
 pub const WAIT: Duration = Duration::from_secs(20);
-/// A lease lapses unless renewed in this time.
+/// Time to live of a lease without renewal.
 pub const LEASE: Duration = Duration::from_secs(20);
-/// Longest wait of a request for a lease.
+/// Longest wait of a worker for a lease.
 pub const LEASE_WAIT: Duration = Duration::from_secs(20);
-/// At shutdown, requests under way have this long.
+/// Time for running requests at shutdown.
 pub const DRAIN: Duration = Duration::from_secs(10);
 
-/// What comes of the work, or a word that it has not been done in [`WAIT`].
+/// Returns the result of `work`.
+///
+/// # Errors
+/// 503 if it takes longer than [`WAIT`].
 pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Result<T, ApiError> {
     let done = tokio::time::timeout(WAIT, work).await;
-    done.map_err(|_| ApiError::not_yet("ask again in a moment"))?
+    done.map_err(|_| ApiError::not_yet("retry in a moment"))?
 }
 
-/// The side of a picture that was asked for in a query's `size`, of at most that many pixels.
+/// Checks a query's `size`, the side of a picture in pixels.
+///
+/// # Errors
+/// 400 if it is not between [`PICTURE_MIN_PX`] and `most_px`.
 pub fn side(size_px: u32, most_px: u32) -> Result<u32, ApiError> {
     if (PICTURE_MIN_PX..=most_px).contains(&size_px) {
         return Ok(size_px);
     }
-    let words = format!("{PICTURE_MIN_PX} to {most_px} pixels, not {size_px}");
+    let words = format!("must be {PICTURE_MIN_PX} to {most_px} pixels, got {size_px}");
     Err(ApiError::bad_parameter("size", words))
 }
 
-/// The limits by name, in the unit that the name ends in.
+/// Returns the limits by name; a name ends in its unit.
 pub fn report() -> BTreeMap<String, u64> {
     let seconds = |duration: Duration| duration.as_secs();
     [

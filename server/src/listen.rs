@@ -1,4 +1,4 @@
-//! The accept loop: a bounded number of connections, each driven under watch until it ends or the server stops.
+//! Accept loop: a bounded number of connections, each with deadlines, until the server stops.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -14,16 +14,16 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-use crate::connection::{GRACE, Requests, Watched};
+use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
 
-/// Accepts until `stopping`; then waits for the connections, a bounded time.
+/// Accepts connections until `stopping`, then waits a bounded time for the open ones.
 pub async fn serve(listener: TcpListener, router: Router, stopping: CancellationToken) {
     let connections = TaskTracker::new();
     let free = Arc::new(Semaphore::new(limit::CONNECTIONS));
     let abandoned = CancellationToken::new();
     loop {
-        // Beyond the cap, clients wait in the system's own queue.
+        // Beyond the limit, clients wait in the system's accept queue.
         let place = tokio::select! {
             () = stopping.cancelled() => break,
             place = free.clone().acquire_owned() => place.expect("the semaphore is never closed"),
@@ -35,8 +35,8 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
         let stream = match accepted {
             Ok((stream, _)) => stream,
             Err(error) => {
-                // Out of file descriptors, or a client that was gone already: neither ends the server.
-                tracing::warn!(%error, "a connection could not be accepted");
+                // Out of file descriptors, or the client has disconnected: neither ends the server.
+                tracing::warn!(%error, "cannot accept a connection");
                 tokio::time::sleep(std::time::Duration::from_millis(20)).await;
                 continue;
             }
@@ -53,7 +53,7 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
     drop(listener);
     connections.close();
     if tokio::time::timeout(GRACE, connections.wait()).await.is_err() {
-        tracing::warn!(connections = connections.len(), "connections are cut off");
+        tracing::warn!(connections = connections.len(), "open connections were cut off");
         abandoned.cancel();
         connections.wait().await;
     }
@@ -61,11 +61,11 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
 
 async fn drive(stream: TcpStream, router: Router, stopping: CancellationToken) {
     if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!(%error, "the connection was gone already");
+        tracing::debug!(%error, "the connection was already closed");
         return;
     }
     let requests = Arc::new(Requests::default());
-    let io = TokioIo::new(Watched::new(stream, requests.clone()));
+    let io = TokioIo::new(DeadlineStream::new(stream, requests.clone()));
     let service = hyper::service::service_fn(move |request: hyper::Request<Incoming>| {
         let (router, running) = (router.clone(), requests.begin());
         async move {

@@ -1,4 +1,4 @@
-//! Stored facts as they are answered: ids and thumbnails put together.
+//! Converts stored rows to answers: adds thumbnail URLs and registers their picture keys.
 
 use std::sync::Arc;
 
@@ -15,55 +15,65 @@ use crate::library::{Framed, View};
 use crate::problem::ApiError;
 use crate::state::AppState;
 
-/// Where a thumbnail is.
+/// Returns the URL of a thumbnail.
 pub fn thumbnail_url(key: PictureKey) -> String {
     format!("/v1/thumbnails/{key}.png")
 }
 
-/// Presents individuals with thumbnails in the scenes of their lineages, and gathers the picture keys that this makes.
+/// Converts individuals with thumbnails in the scenes of their lineages, and collects the new
+/// picture rows.
 pub struct Presenter<'a> {
     app: &'a AppState,
     frames: HashMap<LineageId, Arc<Framed>>,
-    rows: Vec<Arc<brood_storage::PictureRow>>,
+    rows: Vec<Arc<brood_storage::StoredPicture>>,
 }
 
 impl<'a> Presenter<'a> {
-    /// Knows no lineage yet.
+    /// Creates a presenter without cached frames.
     pub fn new(app: &'a AppState) -> Self {
         Self { app, frames: HashMap::new(), rows: Vec::new() }
     }
 
-    /// One individual.
+    /// Converts an individual.
+    ///
+    /// # Errors
+    /// [`ApiError`] if its lineage or scene cannot be read.
     pub async fn individual(&mut self, stored: StoredIndividual) -> Result<Individual, ApiError> {
         let framed = self.frame(stored.lineage).await?;
         let key = framed.key(ProgramHash::from_bytes(stored.program_hash));
-        let gallery = &self.app.gallery;
-        if gallery.recipe(key).is_none() {
+        let picture_cache = &self.app.picture_cache;
+        if picture_cache.row(key).is_none() {
             let row = Arc::new(framed.row(key, stored.hash));
-            gallery.learn(&row);
+            picture_cache.insert_row(&row);
             self.rows.push(row);
         }
-        if !gallery.has(key) {
-            gallery.interest(key, stored.lineage, stored.id);
+        if !picture_cache.has(key) {
+            picture_cache.add_listener(key, stored.lineage, stored.id);
         }
         Ok(individual(stored, key))
     }
 
-    /// One individual with its place in the world.
+    /// Converts an individual with its lineage and generation.
+    ///
+    /// # Errors
+    /// As for [`Self::individual`].
     pub async fn detail(&mut self, stored: StoredIndividual) -> Result<IndividualDetail, ApiError> {
         let (lineage, generation) = (stored.lineage, stored.generation);
         let individual = self.individual(stored).await?;
         Ok(IndividualDetail { individual, lineage, generation, exposure_ev: None })
     }
 
-    /// Lineages with the pictures that stand for them.
+    /// Converts lineages with their cover pictures.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails.
     pub async fn lineages(&mut self, stored: Vec<Lineage>) -> Result<Vec<ListedLineage>, ApiError> {
         let ids: Vec<_> = stored.iter().map(|lineage| lineage.id).collect();
         let mut covers = self.app.store.covers(&ids).await?;
         let mut listed = Vec::with_capacity(stored.len());
         for lineage in stored {
             let cover = match covers.remove(&lineage.id) {
-                // Shown in this lineage's scene, wherever it was born.
+                // Shown in this lineage's scene, even if it belongs to another lineage.
                 Some(one) => {
                     let own = StoredIndividual { lineage: lineage.id, ..one };
                     Some(self.individual(own).await?.thumbnail)
@@ -75,7 +85,10 @@ impl<'a> Presenter<'a> {
         Ok(listed)
     }
 
-    /// Several, with their places.
+    /// Converts several individuals with their lineages and generations.
+    ///
+    /// # Errors
+    /// As for [`Self::individual`].
     pub async fn details(
         &mut self,
         stored: Vec<StoredIndividual>,
@@ -87,10 +100,13 @@ impl<'a> Presenter<'a> {
         Ok(details)
     }
 
-    /// One generation.
+    /// Converts a generation.
+    ///
+    /// # Errors
+    /// As for [`Self::individual`].
     pub async fn generation(&mut self, stored: StoredGeneration) -> Result<Generation, ApiError> {
         let centre = match stored.centre {
-            // The centre is shown in this lineage's scene, wherever it was born.
+            // The centre is shown in this lineage's scene, even if it belongs to another lineage.
             Some(centre) => {
                 Some(self.individual(StoredIndividual { lineage: stored.lineage, ..centre }).await?)
             }
@@ -119,16 +135,19 @@ impl<'a> Presenter<'a> {
         })
     }
 
-    /// Makes the keys that were handed out durable.
+    /// Stores the new picture rows, so that their keys stay valid across restarts.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails for another reason than a full or busy disk.
     pub async fn finish(self) -> Result<(), ApiError> {
         if self.rows.is_empty() {
             return Ok(());
         }
         let rows = self.rows.iter().map(|row| row.as_ref().clone()).collect();
         match self.app.store.put_pictures(rows).await {
-            // Reads go on while nothing can be written: until the next start the keys are known in memory.
+            // Reads must work while writes fail: the keys stay in memory until the next start.
             Err(error @ (StorageError::Full | StorageError::Busy | StorageError::Poisoned)) => {
-                tracing::warn!(%error, "picture keys could not be stored");
+                tracing::warn!(%error, "cannot store picture keys");
                 Ok(())
             }
             other => Ok(other?),
@@ -146,7 +165,7 @@ impl<'a> Presenter<'a> {
     }
 }
 
-/// An individual whose thumbnail has that key.
+/// Converts an individual whose thumbnail has this key.
 pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
     Individual {
         id: stored.id,
@@ -164,7 +183,7 @@ pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
     }
 }
 
-/// How a lineage's thumbnails are framed.
+/// Returns the framing of a lineage's thumbnails.
 pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> View {
     View {
         scene: lineage.scene,

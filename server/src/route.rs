@@ -1,4 +1,4 @@
-//! The routes and the document that describes them.
+//! Routes and their OpenAPI document.
 
 use axum::Router;
 use brood_protocol::{Backend, LeaseId, Problem};
@@ -20,7 +20,7 @@ use crate::layer;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// All routes, within their layers.
+/// Returns all routes inside their layers.
 pub fn router(app: App) -> Router {
     let (router, openapi) = documented().split_for_parts();
     let docs = SwaggerUi::new("/docs").url("/openapi.json", finish(openapi));
@@ -34,18 +34,18 @@ pub fn router(app: App) -> Router {
     layer::wrap(router, &app)
 }
 
-/// The document that describes the routes, as it is committed.
+/// Returns the OpenAPI document of the routes, as committed in `openapi.json`.
 #[must_use]
 pub fn openapi() -> OpenApi {
     finish(documented().split_for_parts().1)
 }
 
 async fn missing() -> ApiError {
-    ApiError::no_route("the routes are listed at /docs")
+    ApiError::no_route("see /docs for all routes")
 }
 
 async fn wrong_method() -> ApiError {
-    ApiError::method("the Allow header says which it knows")
+    ApiError::method("see the Allow header for the methods of this address")
 }
 
 fn documented() -> OpenApiRouter<App> {
@@ -122,9 +122,8 @@ fn documented() -> OpenApiRouter<App> {
 }
 
 fn info() -> utoipa::openapi::Info {
-    let words = "Breeds materials: genomes are small programs that compute BRDFs, and a brood is \
-                 the set of variations shown around the one that was picked. Every error is an \
-                 application/problem+json document.";
+    let words = "Breeds materials. A genome is a small program that computes a BRDF; a brood is a set of \
+                 variations of one or two parents. Every error is an application/problem+json document.";
     InfoBuilder::new()
         .title("brood")
         .version(env!("CARGO_PKG_VERSION"))
@@ -132,7 +131,7 @@ fn info() -> utoipa::openapi::Info {
         .build()
 }
 
-/// Adds what all operations have in common, errors are problems, and the types that only parameters are of.
+/// Adds the error responses of all operations, and the types that only parameters use.
 fn finish(mut openapi: OpenApi) -> OpenApi {
     let components = openapi.components.get_or_insert_default();
     add::<Problem>(components);
@@ -149,8 +148,10 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
             [&mut item.get, &mut item.post, &mut item.patch, &mut item.delete, &mut item.put];
         for operation in methods.into_iter().flatten() {
             let Operation { responses, .. } = operation;
-            responses.responses.insert("4XX".to_owned(), problem("The request is refused"));
-            responses.responses.insert("5XX".to_owned(), problem("The server cannot answer"));
+            responses
+                .responses
+                .insert("4XX".to_owned(), problem("The request is invalid or not allowed"));
+            responses.responses.insert("5XX".to_owned(), problem("The server failed or is busy"));
         }
     }
     openapi
@@ -182,7 +183,7 @@ mod tests {
         serde_json::to_value(openapi()).unwrap()
     }
 
-    /// Every value of the document that has that field.
+    /// Returns all values of the document that have this field.
     fn with<'a>(value: &'a Value, field: &str) -> Vec<&'a Value> {
         let parts: Vec<&Value> = match value {
             Value::Object(fields) => fields.values().collect(),
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn openapi_references_lead_somewhere() {
+    fn openapi_references_resolve() {
         let document = document();
         let references = with(&document, "$ref");
         assert!(references.len() > 100, "{}", references.len());
@@ -225,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn openapi_tells_the_kinds_of_jobs_apart() {
+    fn openapi_has_a_discriminator_for_kinds_of_jobs() {
         let document = document();
         let schemas = &document["components"]["schemas"];
         let kind = |name: &str| {
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn openapi_knows_both_forms_of_what_has_two() {
+    fn openapi_lists_both_forms_of_fields_with_two_forms() {
         let document = document();
         let schemas = &document["components"]["schemas"];
         for (name, field) in [

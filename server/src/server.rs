@@ -1,4 +1,4 @@
-//! A server's life: bound, run, drained, closed.
+//! Server lifecycle: bind, run, drain, close.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -16,6 +16,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
+use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::dispatch::Dispatch;
 use crate::error::ServerError;
@@ -24,20 +25,21 @@ use crate::idempotency::Ledger;
 use crate::layer::HostNames;
 use crate::library::Library;
 use crate::metric::Metrics;
-use crate::picture::{Coalescer, Disk, Gallery};
-use crate::shelf::Shelf;
-use crate::state::{App, AppState, now_ms};
+use crate::picture::{Coalescer, DiskCache, PictureCache};
+use crate::state::{App, AppState};
+use crate::target_cache::TargetCache;
 use crate::{limit, listen, route};
 
-/// Lapsed leases are looked for this often.
+/// Interval of the check for expired leases.
 const LEASE_TICK: Duration = Duration::from_millis(500);
-/// Memory is tidied this often.
+/// Interval of the clean-up of memory.
 const TIDY_TICK: Duration = Duration::from_secs(5);
-/// Old idempotency records are dropped this often, when they are this old.
+/// Interval of the clean-up of idempotency records.
 const PRUNE_TICK: Duration = Duration::from_secs(3600);
-const REMEMBER_MS: i64 = 24 * 3600 * 1000;
+/// Age at which an idempotency record is deleted, in milliseconds.
+const IDEMPOTENCY_TTL_MS: i64 = 24 * 3600 * 1000;
 
-/// A server that is bound and not yet running.
+/// Bound server that is not running yet.
 pub struct Server {
     app: App,
     listener: TcpListener,
@@ -46,10 +48,11 @@ pub struct Server {
 }
 
 impl Server {
-    /// Takes the address and opens the data directory.
+    /// Binds the address and opens the data directory.
     ///
     /// # Errors
-    /// Each a clear line: see [`ServerError`].
+    /// [`ServerError`] if the address cannot be bound, the data or the cache cannot be opened, or
+    /// the address is not loopback and there is no token.
     pub async fn bind(config: ServerConfig) -> Result<Self, ServerError> {
         let listener =
             TcpListener::bind(config.listen).await.map_err(|source| match source.kind() {
@@ -68,16 +71,20 @@ impl Server {
         }
         let requeued = store.requeue_all_leased().await?;
         if requeued > 0 {
-            tracing::info!(requeued, "jobs of the last run are queued again");
+            tracing::info!(requeued, "requeued jobs of the last run");
         }
         let requeued = store.requeue_all_searches().await?;
         if requeued > 0 {
-            tracing::info!(requeued, "searches of the last run go on from their checkpoints");
+            tracing::info!(
+                requeued,
+                "requeued searches of the last run; they continue from their checkpoints"
+            );
         }
         let (root, bytes) = (config.data.join("cache"), config.cache_mib.saturating_mul(1 << 20));
-        let opened = tokio::task::spawn_blocking(move || Disk::open(&root, bytes)).await;
+        let opened = tokio::task::spawn_blocking(move || DiskCache::open(&root, bytes)).await;
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
-        let (gallery, writes) = Gallery::new(disk.map_err(ServerError::Cache)?, bytes / 4);
+        let (picture_cache, writes) =
+            PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         let app = Arc::new(AppState {
             access: Access::new(loopback)?,
@@ -86,9 +93,9 @@ impl Server {
             web_dir: config.web_dir,
             library: Library::new(store.clone()),
             store,
-            gallery,
-            shelf: Shelf::default(),
-            wanted: Coalescer::new(),
+            picture_cache,
+            target_cache: TargetCache::default(),
+            render_batches: Coalescer::new(),
             dispatch: Dispatch::new(),
             events: Events::new(),
             ledger: Ledger::default(),
@@ -101,28 +108,29 @@ impl Server {
         Ok(Self { app, listener, address, writes })
     }
 
-    /// The address, with the port that was taken.
+    /// Address with the actual port.
     #[must_use]
     pub fn local_addr(&self) -> SocketAddr {
         self.address
     }
 
-    /// The token for the server's own workers; it dies with the process.
+    /// Token for the server's own workers, valid until the process ends.
     #[must_use]
     pub fn worker_token(&self) -> String {
         self.app.access.worker_token().to_owned()
     }
 
-    /// Tells the server of workers that are known to be dead, so that their jobs need not wait for leases to lapse.
+    /// Returns a handle that requeues the jobs of dead workers, before their leases expire.
     #[must_use]
-    pub fn undertaker(&self) -> Undertaker {
-        Undertaker { app: self.app.clone() }
+    pub fn worker_reaper(&self) -> WorkerReaper {
+        WorkerReaper { app: self.app.clone() }
     }
 
-    /// Serves until `shutdown`; then refuses new work, drains, puts leased jobs back and closes the store.
+    /// Serves until `shutdown`, then rejects new work, drains, requeues leased jobs and closes the
+    /// store.
     ///
     /// # Errors
-    /// Where the store cannot be closed in order.
+    /// [`ServerError::Storage`] if the store cannot be closed cleanly.
     pub async fn run(self, shutdown: CancellationToken) -> Result<(), ServerError> {
         let Self { app, listener, writes, .. } = self;
         let mut background = JoinSet::new();
@@ -131,23 +139,23 @@ impl Server {
             shutdown.cancelled().await;
             stopping.cancel();
         });
-        background.spawn(tend(app.clone()));
+        background.spawn(run_maintenance(app.clone()));
         let written = CancellationToken::new();
         let writer = tokio::spawn(write_pictures(app.clone(), writes, written.clone()));
 
         listen::serve(listener, route::router(app.clone()), app.stopping.clone()).await;
 
-        // Also where the accept loop should ever end by itself.
+        // Needed if the accept loop has ended by itself.
         app.stopping.cancel();
         background.shutdown().await;
         app.release_all().await;
         app.tasks.close();
         if tokio::time::timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
-            tracing::warn!(tasks = app.tasks.len(), "work is left behind");
+            tracing::warn!(tasks = app.tasks.len(), "background tasks did not finish in time");
         }
         written.cancel();
         if let Err(error) = writer.await {
-            tracing::warn!(%error, "the picture cache was not written to its end");
+            tracing::warn!(%error, "the picture cache was not written completely");
         }
         app.store.clone().close().await?;
         tracing::info!("stopped");
@@ -155,24 +163,24 @@ impl Server {
     }
 }
 
-/// Whom the keeper of a worker process tells that it is dead.
+/// Handle that requeues the jobs of dead workers.
 #[derive(Clone)]
-pub struct Undertaker {
+pub struct WorkerReaper {
     app: App,
 }
 
-impl Undertaker {
-    /// The jobs of the worker of that name are given to others at once.
-    pub async fn bury(&self, worker: &str) {
-        // Once the server stops, its leases are released as a whole and the store is closed.
+impl WorkerReaper {
+    /// Requeues the jobs of a dead worker.
+    pub async fn requeue_jobs_of(&self, worker: &str) {
+        // A stopping server releases all leases at once and closes the store.
         if !self.app.stopping.is_cancelled() {
-            self.app.bury(worker).await;
+            self.app.requeue_jobs_of(worker).await;
         }
     }
 }
 
-/// What has to happen now and then.
-async fn tend(app: App) {
+/// Runs the periodic maintenance.
+async fn run_maintenance(app: App) {
     let mut leases = interval(LEASE_TICK);
     let mut tidy = interval(TIDY_TICK);
     let mut prune = interval(PRUNE_TICK);
@@ -188,22 +196,22 @@ async fn tend(app: App) {
                 app.metrics.upkeep();
             }
             _ = prune.tick() => {
-                if let Err(error) = app.store.prune_idempotency(now_ms() - REMEMBER_MS).await {
-                    tracing::warn!(%error, "old idempotency records could not be dropped");
+                if let Err(error) = app.store.prune_idempotency(now_ms() - IDEMPOTENCY_TTL_MS).await {
+                    tracing::warn!(%error, "cannot delete old idempotency records");
                 }
             }
         }
     }
 }
 
-/// Writes pictures to disk behind the backs of those who wait for them.
+/// Writes pictures to disk in the background.
 async fn write_pictures(
     app: App,
     mut queue: mpsc::Receiver<(PictureKey, Bytes)>,
     finish: CancellationToken,
 ) {
     const BATCH: usize = 256;
-    // Those who wait for the pictures go first.
+    // Delay, so that waiting requests are answered first.
     const LATER: Duration = Duration::from_millis(50);
     let mut batch = Vec::with_capacity(BATCH);
     loop {
@@ -221,11 +229,11 @@ async fn write_pictures(
         {
             batch.push(picture);
         }
-        let disk = app.gallery.disk().clone();
+        let disk = app.picture_cache.disk().clone();
         let pictures = std::mem::take(&mut batch);
         let write = move || disk.write_all(&pictures);
         if let Err(error) = tokio::task::spawn_blocking(write).await {
-            tracing::warn!(%error, "pictures could not be written");
+            tracing::warn!(%error, "the task that writes pictures panicked");
         }
     }
 }

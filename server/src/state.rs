@@ -1,12 +1,11 @@
-//! What all handlers share.
+//! State shared by all handlers.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use brood_protocol::Backend;
-use brood_storage::{PictureRow, Store};
+use brood_storage::{Store, StoredPicture};
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -18,52 +17,46 @@ use crate::idempotency::Ledger;
 use crate::layer::HostNames;
 use crate::library::Library;
 use crate::metric::Metrics;
-use crate::picture::{Coalescer, Gallery};
-use crate::shelf::Shelf;
+use crate::picture::{Coalescer, PictureCache};
+use crate::target_cache::TargetCache;
 
-/// What all handlers share.
+/// Shared handle of the state.
 pub type App = Arc<AppState>;
 
-/// What all handlers share, by concern.
+/// State shared by all handlers.
 pub struct AppState {
-    /// Durable facts.
+    /// Durable data.
     pub store: Store,
-    /// Who may do what.
+    /// Token checks.
     pub access: Access,
-    /// Names that the server answers to.
+    /// Host names that the server answers to.
     pub hosts: HostNames,
-    /// The evaluator that thumbnails ask for.
+    /// Backend that renders thumbnails.
     pub backend: Backend,
-    /// The page on disk instead of the embedded one.
+    /// Directory to serve the page from instead of the embedded copy.
     pub web_dir: Option<PathBuf>,
-    /// Materials, scenes and frames.
+    /// Caches of materials, scenes and frames.
     pub library: Library,
-    /// Pictures.
-    pub gallery: Gallery,
-    /// Targets at hand, and pictures of them.
-    pub shelf: Shelf,
-    /// Pictures that are about to become jobs.
-    pub wanted: Coalescer<FrameId, Arc<PictureRow>>,
+    /// Cache of pictures and renders in flight.
+    pub picture_cache: PictureCache,
+    /// Caches of targets and their pictures.
+    pub target_cache: TargetCache,
+    /// Requested pictures that are about to become jobs.
+    pub render_batches: Coalescer<FrameId, Arc<StoredPicture>>,
     /// Leases and workers.
     pub dispatch: Dispatch,
     /// Event streams.
     pub events: Events,
-    /// Idempotency keys in use.
+    /// Idempotency keys of running requests.
     pub ledger: Ledger,
-    /// Figures.
+    /// Metrics.
     pub metrics: Metrics,
-    /// Processors for broods and sheets.
+    /// One permit per processor, for CPU-heavy work.
     pub processors: Arc<Semaphore>,
-    /// How many wait for a processor.
+    /// Number of calls waiting for a processor.
     pub waiting: AtomicUsize,
-    /// Set when the server begins to stop.
+    /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
-    /// Work that outlives its request.
+    /// Tasks that outlive their request.
     pub tasks: TaskTracker,
-}
-
-/// Milliseconds since 1970.
-pub fn now_ms() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
 }

@@ -1,11 +1,11 @@
-//! Who may speak to the server: hosts, origins, tokens and addresses.
+//! Access control: hosts, origins, tokens and addresses.
 
 use brood_tests::{ServerOptions, TestServer, brood, raw_request};
 use reqwest::Method;
 use serde_json::json;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn request_is_refused_when_its_host_is_foreign_missing_or_given_twice() {
+async fn request_is_refused_when_its_host_is_foreign_missing_or_repeated() {
     let server = TestServer::start();
     let address = server.address().to_owned();
     let port = address.rsplit(':').next().unwrap();
@@ -28,7 +28,7 @@ async fn request_is_refused_when_its_host_is_foreign_missing_or_given_twice() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn host_is_let_in_when_allowed() {
+async fn host_is_accepted_when_allowed() {
     let arguments = vec!["--allow-host".to_owned(), "materials.example".to_owned()];
     let server = TestServer::start_with(ServerOptions { arguments, ..ServerOptions::default() });
     let request = "GET /v1/system HTTP/1.1\r\nHost: materials.example\r\nConnection: close\r\n\r\n";
@@ -37,7 +37,7 @@ async fn host_is_let_in_when_allowed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn connection_is_closed_when_the_head_is_slow_or_no_http() {
+async fn connection_is_closed_when_the_head_is_slow_or_not_http() {
     let server = TestServer::start();
     let (status, text) =
         raw_request(server.address(), b"GET /v1/system HTTP/1.1\r\nHost: loc").await;
@@ -49,7 +49,7 @@ async fn connection_is_closed_when_the_head_is_slow_or_no_http() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn connection_is_closed_when_the_body_does_not_come() {
+async fn connection_is_closed_when_the_body_never_arrives() {
     let server = TestServer::start();
     let head = format!(
         "POST /v1/lineages HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\n\
@@ -59,7 +59,7 @@ async fn connection_is_closed_when_the_body_does_not_come() {
     let (status, text) = raw_request(server.address(), head.as_bytes()).await;
     assert!(matches!(status, 0 | 408), "{text}");
     let lineages = server.get("/v1/lineages").await.expect(200).json();
-    assert_eq!(lineages["items"], json!([]), "half a request makes nothing");
+    assert_eq!(lineages["items"], json!([]), "an incomplete request has no effect");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -85,7 +85,7 @@ async fn write_is_refused_when_it_comes_from_another_origin() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn leases_are_refused_when_no_worker_token_is_shown() {
+async fn leases_are_refused_when_there_is_no_worker_token() {
     let server = TestServer::start();
     let kind = "application/octet-stream";
     server.post_bytes("/v1/leases", kind, vec![0; 8]).await.problem(401);
@@ -95,7 +95,7 @@ async fn leases_are_refused_when_no_worker_token_is_shown() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
+async fn routes_require_a_token_of_the_right_scope_when_a_token_exists() {
     let mut server = TestServer::start();
     assert_eq!(server.terminate(), 0);
     let data = server.data().to_string_lossy().into_owned();
@@ -116,7 +116,7 @@ async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
         let text = text.as_bytes();
         kept.iter().any(|bytes| bytes.windows(text.len()).any(|part| part == text))
     };
-    assert!(inside("breeder"), "the place where tokens are kept was looked at");
+    assert!(inside("breeder"), "the token table was searched");
     assert!(!inside(&reader) && !inside(&breeder), "only hashes of tokens are stored");
     server.restart();
 
@@ -137,7 +137,7 @@ async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
     assert_eq!(send(Method::POST, Some(&reader)).await, 403);
     assert_eq!(send(Method::POST, Some(&breeder)).await, 201);
 
-    // Purging wants more than breeding, however the query is written.
+    // Purging needs a larger scope than breeding, however the query is written.
     let delete = async |query: &str| {
         let path = format!("/v1/lineages/01890000-0000-7000-8000-000000000000{query}");
         let request = server.request(Method::DELETE, &path);
@@ -147,7 +147,7 @@ async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
     assert_eq!(delete("?%70urge=true").await, 403);
     assert_eq!(delete("").await, 404);
 
-    // The page keeps it as a cookie that scripts cannot read.
+    // The page keeps the token in a cookie that scripts cannot read.
     let opened = server.post("/v1/session", &json!({"token": reader})).await.expect(204);
     let cookie = opened.header("set-cookie");
     for word in ["HttpOnly", "SameSite=Strict"] {
@@ -160,7 +160,7 @@ async fn routes_ask_for_a_token_of_the_right_scope_when_one_was_made() {
 }
 
 #[test]
-fn server_refuses_to_start_when_it_would_be_open_to_the_network() {
+fn server_does_not_start_when_it_would_be_open_to_the_network() {
     let data = tempfile::TempDir::new().unwrap();
     let data = data.path().to_string_lossy().into_owned();
     let refused = brood(["serve", "--listen", "0.0.0.0:0", "--data", data.as_str()]);
@@ -169,7 +169,7 @@ fn server_refuses_to_start_when_it_would_be_open_to_the_network() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn second_server_is_refused_in_one_line_when_port_or_directory_is_taken() {
+async fn second_server_fails_with_one_line_when_port_or_directory_is_in_use() {
     let server = TestServer::start();
     let other = tempfile::TempDir::new().unwrap();
     let rows = [

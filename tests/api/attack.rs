@@ -1,14 +1,14 @@
-//! Bad input of every kind that the interface can meet, row by row: each has its status and its words, and none
-//! of them leaves a trace or reveals where the server lives.
+//! Malformed and hostile requests, one per table row: each gets its status and error, changes
+//! nothing, and reveals nothing about the server's files.
 
 use brood_tests::{Answer, TestLineage, TestServer, ids};
 use reqwest::Method;
 use serde_json::{Value, json};
 
-/// An id in the right form that belongs to nothing.
-const NOBODY: &str = "01900000-0000-7000-8000-000000000000";
+/// Well-formed id that belongs to nothing.
+const UNKNOWN_ID: &str = "01900000-0000-7000-8000-000000000000";
 
-/// What is said of the inside must not be said at all.
+/// Asserts that an answer has no internal details.
 fn reveals_nothing(answer: &Answer, server: &TestServer) {
     let text = answer.text();
     let data = server.data().to_string_lossy().into_owned();
@@ -18,12 +18,12 @@ fn reveals_nothing(answer: &Answer, server: &TestServer) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn body_is_refused_with_a_pointer_when_it_is_no_valid_json() {
+async fn body_is_refused_with_a_pointer_when_it_is_not_valid_json() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/generations");
     let deep = format!("{{\"parents\": {}1{}}}", "[".repeat(100), "]".repeat(100));
-    // What is sent, and a part of the answer's pointer where there must be one.
+    // Body, and a part of the answer's pointer if it must have one.
     let rows: [(&str, Option<&str>); 13] = [
         ("{\"parents\": [], \"colour\": 1}", Some("colour")),
         ("{\"parents\": [], \"constraints\": {\"metallic\": true}}", Some("/constraints")),
@@ -36,7 +36,7 @@ async fn body_is_refused_with_a_pointer_when_it_is_no_valid_json() {
         ("{\"parents\": [], \"seed\": 18446744073709551616}", Some("/seed")),
         ("{\"parents\": [], \"seed\": \"seven\"}", Some("/seed")),
         ("{\"parents\": [], \"curation\": \"best\"}", Some("/curation")),
-        ("{\"parents\": [\"somebody\"]}", Some("/parents/0")),
+        ("{\"parents\": [\"someone\"]}", Some("/parents/0")),
         ("{\"parents\": [", None),
     ];
     for (body, pointer) in rows {
@@ -49,11 +49,11 @@ async fn body_is_refused_with_a_pointer_when_it_is_no_valid_json() {
         reveals_nothing(&answer, &server);
     }
     let generations = server.get(&path).await.expect(200).json();
-    assert_eq!(generations["items"], json!([]), "nothing was born");
+    assert_eq!(generations["items"], json!([]), "no generation is stored");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn breeding_is_refused_when_it_cannot_mean_anything() {
+async fn breeding_is_refused_when_a_value_is_invalid() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/generations");
@@ -78,7 +78,7 @@ async fn breeding_is_refused_when_it_cannot_mean_anything() {
         (422, json!({"parents": [], "locks": {"instructions": [0]}})),
         (422, json!({"parents": [first[0], first[1], first[2]]})),
         (422, json!({"parents": [foreign[0]]})),
-        (404, json!({"parents": [NOBODY]})),
+        (404, json!({"parents": [UNKNOWN_ID]})),
         (404, json!({"parents": ["0".repeat(64)]})),
     ];
     for (status, body) in rows {
@@ -88,11 +88,15 @@ async fn breeding_is_refused_when_it_cannot_mean_anything() {
         reveals_nothing(&answer, &server);
     }
     let generations = server.get(&path).await.expect(200).json();
-    assert_eq!(generations["items"].as_array().unwrap().len(), 1, "nothing more was born");
+    assert_eq!(
+        generations["items"].as_array().unwrap().len(),
+        1,
+        "no further generation is stored"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn body_is_refused_when_it_is_of_another_kind_or_too_large() {
+async fn body_is_refused_when_its_type_is_wrong_or_it_is_too_large() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let breed = lineage.path("/generations");
@@ -106,7 +110,7 @@ async fn body_is_refused_when_it_is_of_another_kind_or_too_large() {
     }
     let wide = format!("{{\"name\": \"{}\"}}", "x".repeat(300 * 1024));
     server.post_bytes("/v1/lineages", "application/json", wide.clone()).await.problem(413);
-    // The same without a declared length.
+    // Without a declared length.
     let chunks: Vec<Vec<u8>> = wide.into_bytes().chunks(8192).map(<[u8]>::to_vec).collect();
     let chunks = futures::stream::iter(chunks.into_iter().map(Ok::<_, std::io::Error>));
     let sent = reqwest::Body::wrap_stream(chunks);
@@ -114,7 +118,7 @@ async fn body_is_refused_when_it_is_of_another_kind_or_too_large() {
     let request = request.header("content-type", "application/json").body(sent);
     server.send(request).await.problem(413);
     let lineages = server.get("/v1/lineages").await.expect(200).json();
-    assert_eq!(lineages["items"].as_array().unwrap().len(), 1, "nothing was made");
+    assert_eq!(lineages["items"].as_array().unwrap().len(), 1, "no lineage is stored");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -124,16 +128,16 @@ async fn answer_is_404_405_or_400_when_route_id_method_or_query_is_wrong() {
     let child = ids(&lineage.random(1).await)[0].clone();
     let rows = [
         (404, Method::GET, "/v1/nothing".to_owned()),
-        (404, Method::GET, format!("/v1/lineages/{NOBODY}")),
-        (404, Method::GET, format!("/v1/lineages/{NOBODY}/generations")),
-        (404, Method::GET, format!("/v1/lineages/{NOBODY}/events")),
-        (404, Method::GET, format!("/v1/generations/{NOBODY}")),
-        (404, Method::GET, format!("/v1/individuals/{NOBODY}")),
-        (404, Method::GET, format!("/v1/individuals/{NOBODY}/render.png")),
+        (404, Method::GET, format!("/v1/lineages/{UNKNOWN_ID}")),
+        (404, Method::GET, format!("/v1/lineages/{UNKNOWN_ID}/generations")),
+        (404, Method::GET, format!("/v1/lineages/{UNKNOWN_ID}/events")),
+        (404, Method::GET, format!("/v1/generations/{UNKNOWN_ID}")),
+        (404, Method::GET, format!("/v1/individuals/{UNKNOWN_ID}")),
+        (404, Method::GET, format!("/v1/individuals/{UNKNOWN_ID}/render.png")),
         (404, Method::GET, format!("/v1/genomes/{}", "0".repeat(64))),
         (404, Method::GET, format!("/v1/thumbnails/{}.png", "0".repeat(64))),
-        (404, Method::GET, format!("/v1/meshes/{NOBODY}")),
-        (404, Method::GET, format!("/v1/scenes/{NOBODY}")),
+        (404, Method::GET, format!("/v1/meshes/{UNKNOWN_ID}")),
+        (404, Method::GET, format!("/v1/scenes/{UNKNOWN_ID}")),
         (405, Method::PUT, "/v1/lineages".to_owned()),
         (405, Method::DELETE, "/v1/system".to_owned()),
         (400, Method::GET, "/v1/lineages?limit=0".to_owned()),
@@ -160,7 +164,7 @@ async fn answer_is_404_405_or_400_when_route_id_method_or_query_is_wrong() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn problem_quotes_little_when_the_input_is_long() {
+async fn problem_shortens_quoted_input_when_it_is_long() {
     let server = TestServer::start();
     let name = "z".repeat(5000);
     let body = format!("{{\"{name}\": 1, \"name\": \"a\"}}");

@@ -1,10 +1,10 @@
-//! One script, run on empty data directories: the same materials and the same pictures, byte for byte, whenever it is
-//! run and whichever evaluator made them.
+//! Reproducibility: one script on empty data directories gives the same materials and pictures,
+//! byte for byte, on every run and every backend.
 
 use brood_tests::{ServerOptions, TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
 
-/// A wedge with texture coordinates, so that uploaded meshes take the road of tangents.
+/// Wedge with texture coordinates, so that the mesh needs tangents.
 const WEDGE: &str = "\
 v -1 -1 -1
 v 1 -1 -1
@@ -23,14 +23,15 @@ f 3/1 2/2 6/3
 f 1/1 4/2 5/3
 ";
 
-/// What a script saw: hashes by generation, and every picture's bytes under its name.
+/// Results of a script: hashes by generation, and the bytes of every picture by name.
 #[derive(PartialEq)]
 struct Seen {
     hashes: Vec<Vec<String>>,
     pictures: Vec<(String, Vec<u8>)>,
 }
 
-/// Uploads an object, breeds three generations by mutation and one by recombination, and looks at all of it.
+/// Uploads an object, breeds three generations by mutation and one by recombination, and fetches
+/// all pictures.
 async fn script(server: &TestServer) -> Seen {
     let mesh = server.post_bytes("/v1/meshes", "model/obj", WEDGE).await.expect(201).json();
     let scene = json!({"mesh": mesh["id"], "rotation_deg": [10, 40, 0]});
@@ -80,7 +81,8 @@ async fn run_on(backend: &'static str) -> Seen {
     let seen = script(&server).await;
     let system = server.get("/v1/system").await.expect(200).json();
     if system["backend"]["name"] != backend {
-        // Without any driver the worker says so and uses the CPU; where a driver was installed it has to be used.
+        // Without a driver the worker reports so and uses the CPU; with a driver it must use the
+        // GPU.
         let required = std::env::var_os("BROOD_REQUIRE_GPU").is_some();
         assert!(!required, "asked for {backend}, used {}", system["backend"]);
         println!("no adapter: compared the fallback ({})", system["backend"]["reason"]);
@@ -98,10 +100,10 @@ fn assert_same(one: &Seen, other: &Seen) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn script_gives_the_same_when_run_twice_on_empty_data() {
+async fn script_gives_the_same_results_when_run_twice_on_empty_data() {
     let (one, other) = (run_on("cpu").await, run_on("cpu").await);
     assert_eq!(one.hashes.iter().map(Vec::len).collect::<Vec<_>>(), [20; 4]);
-    // 20 children in each, the centre in three, a sheet in each, two larger pictures.
+    // 20 children in each generation, the centre in three, a sheet in each, two larger pictures.
     assert_eq!(one.pictures.len(), 4 * 20 + 3 + 4 + 2);
     assert_same(&one, &other);
 }

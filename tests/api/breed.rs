@@ -1,4 +1,4 @@
-//! Breeding: what comes back, and that a seed decides it.
+//! Breeding: the answer, and reproducibility from a seed.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use brood_tests::{TestLineage, TestServer, hashes, ids, seed_of};
 use serde_json::{Value, json};
 
 #[tokio::test(flavor = "multi_thread")]
-async fn generation_has_twenty_children_when_nothing_is_said() {
+async fn generation_has_twenty_children_by_default() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.breed(json!({"parents": [], "seed": 1})).await;
@@ -26,7 +26,7 @@ async fn generation_has_twenty_children_when_nothing_is_said() {
     let mut different = hashes(&generation);
     different.sort();
     different.dedup();
-    assert_eq!(different.len(), 20, "no two children of a distinct brood are alike");
+    assert_eq!(different.len(), 20, "all children of a distinct brood differ");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -51,7 +51,7 @@ async fn children_have_their_parents_and_operator_when_bred_from_one_or_two() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn breeding_from_two_is_refused_when_all_children_would_be_copies() {
+async fn breeding_from_two_parents_is_refused_when_all_children_would_be_identical() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let parents = ids(&lineage.random(1).await)[..2].to_vec();
@@ -83,7 +83,7 @@ async fn children_are_the_same_when_the_seed_is_the_same_on_two_empty_servers() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn children_do_not_depend_on_place_when_the_seed_is_the_same() {
+async fn children_do_not_depend_on_history_when_the_seed_is_the_same() {
     let server = TestServer::start();
     let here = TestLineage::new(&server).await;
     let there = TestLineage::new(&server).await;
@@ -95,25 +95,29 @@ async fn children_do_not_depend_on_place_when_the_seed_is_the_same() {
     assert_eq!(hashes(&early), hashes(&late), "neither index nor history enters");
     assert_ne!(hashes(&early), hashes(&here.random(6).await), "the seed does");
     let more = there.breed(json!({"parents": [], "count": 9, "seed": 5})).await;
-    assert_eq!(hashes(&more)[..4], hashes(&early)[..], "a larger brood begins with the smaller");
+    assert_eq!(
+        hashes(&more)[..4],
+        hashes(&early)[..],
+        "a larger brood begins with the children of a smaller one"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn seed_is_reported_and_reproduces_when_none_is_given() {
+async fn drawn_seed_is_reported_and_reproduces_the_brood() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let drawn = lineage.breed(json!({"parents": [], "count": 4})).await;
     let other = lineage.breed(json!({"parents": [], "count": 4})).await;
-    assert_ne!(seed_of(&drawn), seed_of(&other), "seeds are drawn");
+    assert_ne!(seed_of(&drawn), seed_of(&other), "each brood draws its own seed");
     let again = lineage.breed(json!({"parents": [], "count": 4, "seed": drawn["seed"]})).await;
     assert_eq!(hashes(&again), hashes(&drawn));
     let number = seed_of(&drawn);
     let again = lineage.breed(json!({"parents": [], "count": 4, "seed": number})).await;
-    assert_eq!(hashes(&again), hashes(&drawn), "a number is as good as its digits");
+    assert_eq!(hashes(&again), hashes(&drawn), "a seed may be a number or a string");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn constraints_are_in_the_genomes_when_given() {
+async fn genomes_obey_the_constraints_when_given() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let constraints = json!({"isotropic": true, "homogeneous": true});
@@ -128,7 +132,7 @@ async fn constraints_are_in_the_genomes_when_given() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn parent_may_be_a_hash_when_no_individual_is_at_hand() {
+async fn parent_may_be_the_hash_of_a_genome() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = lineage.random(1).await;
@@ -143,7 +147,7 @@ async fn lineage_has_the_same_hashes_when_replayed_from_its_recorded_seeds() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     family(&lineage, [21, 22, 23, 24]).await;
-    // One whose seed the server drew, bred from a child of the recombination.
+    // The server draws the seed of this one, bred from a child of the recombination.
     let listed = server.get(&lineage.path("/generations")).await.expect(200).json();
     let last = listed["items"].as_array().unwrap().last().unwrap().clone();
     lineage.breed(json!({"parents": [ids(&last)[0]], "count": 4, "mutation": 0.7})).await;
@@ -170,7 +174,8 @@ async fn lineage_has_the_same_hashes_when_replayed_from_its_recorded_seeds() {
     }
 }
 
-/// Three generations by mutation and one by recombination; the hashes of all their children.
+/// Breeds three generations by mutation and one by recombination; returns the hashes of all
+/// children.
 async fn family(lineage: &TestLineage<'_>, seeds: [u64; 4]) -> Vec<Vec<String>> {
     let first = lineage.random(seeds[0]).await;
     let body = json!({"parents": [ids(&first)[1]], "count": 4, "seed": seeds[1].to_string()});

@@ -1,9 +1,10 @@
-//! The light's whole circle: animated pictures and sheets, strips, and the exposure that they share.
+//! Pictures over the light's whole circle: animations, animated sheets, strips, and their common
+//! exposure.
 
 use brood_tests::{TestLineage, TestServer, ids, text_of};
 use serde_json::json;
 
-/// Names of the chunks of a PNG.
+/// Returns the names of a PNG's chunks.
 fn chunks(bytes: &[u8]) -> Vec<String> {
     let mut names = Vec::new();
     let mut at = 8;
@@ -25,7 +26,7 @@ async fn strip_and_animation_show_the_light_going_around() {
     let strip = server.get(&path).await.expect(200);
     let picture = strip.picture();
     assert_eq!(picture.dimensions(), (320, 40));
-    // Each place is the picture that is asked for alone, at the exposure of the whole circle.
+    // Each picture equals the one requested alone, at the exposure of the whole circle.
     let detail = server.get(&format!("/v1/individuals/{id}")).await.expect(200).json();
     let exposure = detail["exposure_ev"].as_f64().unwrap();
     let scene = json!({"film": {"exposure": exposure}});
@@ -44,7 +45,7 @@ async fn strip_and_animation_show_the_light_going_around() {
     let count = |name: &str| chunks(&animation.body).iter().filter(|one| *one == name).count();
     assert_eq!((count("acTL"), count("fcTL"), count("fdAT") > 6), (1, 8, true));
     let first = image::imageops::crop_imm(&picture, 0, 0, 40, 40).to_image();
-    assert!(animation.picture() == first, "readers that know no animation show the first one");
+    assert!(animation.picture() == first, "a reader without animation shows the first picture");
     let tag = animation.header("etag");
     let again = server.request(reqwest::Method::GET, &path).header("if-none-match", tag);
     server.send(again).await.expect(304);

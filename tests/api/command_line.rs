@@ -1,4 +1,4 @@
-//! The command line against the server: two ways to the same materials and the same pictures.
+//! Command line and server give the same materials and the same pictures.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use reqwest::Method;
 use serde_json::json;
 use tempfile::TempDir;
 
-/// `brood breed` into this folder; the hashes that it prints, by slot.
+/// Runs `brood breed` into this folder; returns the printed hashes by slot.
 fn breed(folder: &Path, arguments: &[&str]) -> Vec<String> {
     let mut words = vec!["breed"];
     words.extend(arguments);
@@ -25,9 +25,9 @@ fn breed(folder: &Path, arguments: &[&str]) -> Vec<String> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn children_are_the_servers_when_bred_on_the_command_line() {
+async fn bred_children_equal_those_of_the_server() {
     let server = TestServer::start();
-    // Saturation 1 leaves the colours as evolved, which is what the command line does by itself.
+    // The command line's default; saturation 1 leaves the colours as evolved.
     let body = json!({"name": "first", "thumbnail_px": 32, "saturation": 1.0});
     let lineage = TestLineage::with(&server, body).await;
     let folder = TempDir::new().unwrap();
@@ -56,11 +56,15 @@ async fn children_are_the_servers_when_bred_on_the_command_line() {
     let file = std::fs::read(here("c").join("02.brood")).unwrap();
     let path = format!("/v1/genomes/{}", hashes(&third)[2]);
     let request = server.request(Method::GET, &path).header("accept", "text/x-brood");
-    assert_eq!(server.send(request).await.expect(200).body, file, "a genome file is its text");
+    assert_eq!(
+        server.send(request).await.expect(200).body,
+        file,
+        "a genome file is the genome's text"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn picture_is_the_servers_when_rendered_on_the_command_line() {
+async fn rendered_picture_equals_that_of_the_server() {
     let server = TestServer::start();
     let body = json!({"name": "first", "thumbnail_px": 48, "saturation": 1.0});
     let lineage = TestLineage::with(&server, body).await;
@@ -80,21 +84,21 @@ async fn picture_is_the_servers_when_rendered_on_the_command_line() {
 }
 
 #[test]
-fn seed_is_said_and_reproduces_when_none_is_given() {
+fn drawn_seed_is_printed_and_reproduces_the_brood() {
     let folder = TempDir::new().unwrap();
     let here = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     let drawn = brood(["breed", "--count", "3", "--size", "16", "-o", &here("a")]).success();
     let words: Vec<&str> = drawn.stderr.split_whitespace().collect();
-    let seed = words.windows(2).find(|pair| pair[0] == "seed").expect("the seed is said")[1];
+    let seed = words.windows(2).find(|pair| pair[0] == "seed").expect("the seed is printed")[1];
     let rest = ["--count", "3", "--size", "16", "-o", &here("b")];
     let again = brood(["breed", "--seed", seed].iter().chain(&rest)).success();
     assert_eq!(again.stdout, drawn.stdout);
     let other = brood(["breed", "--count", "3", "--size", "16", "-o", &here("c")]).success();
-    assert_ne!(other.stdout, drawn.stdout, "seeds are drawn");
+    assert_ne!(other.stdout, drawn.stdout, "each brood draws its own seed");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn backup_is_the_lineage_when_made_beside_a_server_that_breeds() {
+async fn backup_is_complete_when_made_while_the_server_breeds() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;
@@ -103,8 +107,8 @@ async fn backup_is_the_lineage_when_made_beside_a_server_that_breeds() {
     let (data, target) = (server.data().to_string_lossy(), file.to_string_lossy());
     let arguments = ["backup", target.as_ref(), "--data", data.as_ref()];
     brood(arguments).success();
-    assert_eq!(brood(arguments).code, 1, "a backup is never written over");
-    // A server on nothing but the backup has it all; pictures are derived.
+    assert_eq!(brood(arguments).code, 1, "an existing backup is not overwritten");
+    // A server on the backup alone has everything; pictures are derived.
     let restored = TestServer::start_on(ServerOptions::default(), folder);
     let path = format!("/v1/generations/{}", text_of(&generation["id"]));
     assert_eq!(restored.get(&path).await.expect(200).json(), generation);
@@ -114,7 +118,7 @@ async fn backup_is_the_lineage_when_made_beside_a_server_that_breeds() {
 }
 
 #[test]
-fn command_ends_with_one_line_and_its_code_when_refused() {
+fn command_fails_with_one_line_and_its_exit_code() {
     let folder = TempDir::new().unwrap();
     let bad = folder.path().join("bad.brood");
     std::fs::write(&bad, "brood 1\n.dialect paper smooth registers 7\nMAX R0, R1, R2\n").unwrap();
@@ -133,12 +137,12 @@ fn command_ends_with_one_line_and_its_code_when_refused() {
         assert!(!refused.stderr.contains("panicked"), "{}", refused.stderr);
     }
     let said = brood(["inspect", &bad]).stderr;
-    assert!(said.contains('3'), "the line is named: {said}");
+    assert!(said.contains('3'), "the error must name the line: {said}");
     assert!(!Path::new("never.png").exists());
 }
 
 #[test]
-fn presets_are_listed_printed_and_look_like_their_pictures_on_the_page() {
+fn presets_are_listed_printed_and_match_their_pictures_on_the_page() {
     let list = brood(["preset"]).success().stdout;
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert!(names.len() >= 12, "{list}");
@@ -155,12 +159,12 @@ fn presets_are_listed_printed_and_look_like_their_pictures_on_the_page() {
         let shown = std::fs::read(pictures.join(format!("{name}.png"))).unwrap();
         assert!(
             std::fs::read(picture).unwrap() == shown,
-            "web/presets/{name}.png is another picture; render it anew and look at it"
+            "web/presets/{name}.png is out of date: render it again and review it"
         );
     }
     let refused = brood(["preset", "lead"]);
     assert_eq!(refused.code, 1);
-    assert!(refused.stderr.contains("brood preset lists them"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("no preset is named lead"), "{}", refused.stderr);
 }
 
 #[test]

@@ -1,15 +1,15 @@
-//! Comparisons: the command's figures over HTTP, their pictures, and what is refused.
+//! Comparisons over HTTP: values equal to the command's, pictures, and refused requests.
 
 use brood_tests::{TestServer, brood, text_of};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// The text of a preset.
+/// Returns the text of a preset.
 fn text(name: &str) -> String {
     brood(["preset", name]).success().stdout
 }
 
-/// Brings presets into a lineage, and gives the ids of what they became there.
+/// Adopts presets into a lineage; returns the ids of the individuals.
 async fn adopted(server: &TestServer, presets: &[&str]) -> Vec<String> {
     let new = json!({"name": "compared", "thumbnail_px": 32});
     let lineage = server.post("/v1/lineages", &new).await.expect(201).json();
@@ -18,7 +18,7 @@ async fn adopted(server: &TestServer, presets: &[&str]) -> Vec<String> {
     made["individuals"].as_array().unwrap().iter().map(|one| text_of(&one["id"])).collect()
 }
 
-/// Insists that two documents are the same but for the last bits of numbers.
+/// Asserts that two documents are equal up to the last bits of their numbers.
 fn same(a: &Value, b: &Value, place: &str) {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {
@@ -41,7 +41,7 @@ fn same(a: &Value, b: &Value, place: &str) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn comparison_has_the_figures_of_the_command() {
+async fn comparison_has_the_values_of_the_command() {
     let presets = ["model-gold", "red-plastic", "model-two-layers"];
     let folder = TempDir::new().unwrap();
     let files = presets.map(|name| {
@@ -106,22 +106,22 @@ async fn saved_genomes_are_compared_in_the_default_scene_and_in_any_other() {
     assert_eq!((&elsewhere["exposure_ev"], &elsewhere["scene"]), (&json!(1.5), &scene["id"]));
     assert_ne!(elsewhere["materials"][0]["picture"], found["materials"][0]["picture"]);
     let curves = |found: &Value| found["materials"][0]["curves"].clone();
-    assert_eq!(curves(&elsewhere), curves(&found), "the scene does not change what a material is");
+    assert_eq!(curves(&elsewhere), curves(&found), "the curves do not depend on the scene");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn comparison_is_refused_with_words_where_it_cannot_be_made() {
+async fn comparison_is_refused_with_a_reason_when_a_parameter_is_invalid() {
     let server = TestServer::start();
     let ids = adopted(&server, &["gold", "satin"]).await;
     let (one, two) = (&ids[0], ids.join(","));
     let unknown = "00000000-0000-7000-8000-000000000000";
     let hash = "0".repeat(64);
     for (query, status, words) in [
-        (format!("materials={one}"), 400, "2 to 6, not 1"),
-        (format!("materials={}", [one.as_str(); 7].join(",")), 400, "2 to 6, not 7"),
+        (format!("materials={one}"), 400, "2 to 6 items, got 1"),
+        (format!("materials={}", [one.as_str(); 7].join(",")), 400, "2 to 6 items, got 7"),
         ("materials=".to_owned(), 400, "2 to 6"),
         ("size=64".to_owned(), 400, "materials"),
-        (format!("materials={one},gold"), 400, "neither an id nor the hash of a genome"),
+        (format!("materials={one},gold"), 400, "neither an individual's id nor a genome hash"),
         (format!("materials={one},{unknown}"), 404, unknown),
         (format!("materials={hash},{one}"), 404, &hash[..32]),
         (format!("materials={two}&scene={unknown}"), 404, "nothing"),
@@ -134,5 +134,5 @@ async fn comparison_is_refused_with_words_where_it_cannot_be_made() {
     }
     let three = format!("/v1/comparison/difference.png?materials={two},{one}");
     let problem = server.get(&three).await.problem(400);
-    assert!(text_of(&problem["detail"]).contains("a difference is of two"), "{problem}");
+    assert!(text_of(&problem["detail"]).contains("must be exactly 2"), "{problem}");
 }

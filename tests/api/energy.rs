@@ -1,4 +1,4 @@
-//! The energy limit and what is told of a genome: from the lineage's default to pictures, exports and the inspection.
+//! Energy limit and inspection: from the lineage's default to pictures and exports.
 
 use brood_tests::{TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
@@ -38,8 +38,8 @@ async fn limit_reaches_children_genomes_exports_and_the_inspection() {
             assert_eq!(before["program_hash"], after["program_hash"]);
         }
     }
-    assert!(held_back > 0, "of four random materials one is brighter than its light");
-    // A child of a limited parent is limited too, unless it is asked not to be.
+    assert!(held_back > 0, "at least one of four random materials reflects more than it receives");
+    // A child of a limited parent is limited too, unless requested otherwise.
     let parent = &ids(&limited)[0];
     let kept = held.breed(json!({"parents": [parent], "count": 1, "seed": 1})).await;
     let loose = json!({"parents": [parent], "count": 1, "seed": 1, "energy_limit": false});
@@ -49,7 +49,7 @@ async fn limit_reaches_children_genomes_exports_and_the_inspection() {
     };
     assert_eq!(is_limited(&kept).await, json!(true));
     assert_eq!(is_limited(&loose).await, json!(false));
-    // The lineage's default may change; what was bred stays.
+    // The lineage's default may change; existing individuals stay as they are.
     let tag = held.server.get(&held.path("")).await.expect(200).header("etag");
     let patched = server.patch(&held.path(""), Some(&tag), &json!({"energy_limit": false})).await;
     assert_eq!(patched.expect(200).json()["energy_limit"], json!(false));
@@ -58,7 +58,7 @@ async fn limit_reaches_children_genomes_exports_and_the_inspection() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn inspection_tells_what_lives_and_what_depends_on_what() {
+async fn inspection_lists_live_code_and_dependencies() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(7).await;
@@ -70,7 +70,11 @@ async fn inspection_tells_what_lives_and_what_depends_on_what() {
     let count = live.iter().filter(|live| **live == json!(true)).count();
     assert_eq!(json!(count), generation["individuals"][0]["live_instructions"]);
     for (live, channels) in live.iter().zip(told["channels"].as_array().unwrap()) {
-        assert_eq!(live == &json!(true), channels != &json!(""), "live is what a channel needs");
+        assert_eq!(
+            live == &json!(true),
+            channels != &json!(""),
+            "an instruction is live if a channel depends on it"
+        );
     }
     assert_eq!(told["physics"]["not_reciprocal"], json!(0));
     assert_eq!(told["physics"]["non_finite"], json!(0));
@@ -81,8 +85,8 @@ async fn inspection_tells_what_lives_and_what_depends_on_what() {
     let slice = server.get(&format!("/v1/individuals/{id}/slice.png?size=48")).await.expect(200);
     assert_eq!(slice.picture().dimensions(), (48, 48));
     server.get(&format!("/v1/individuals/{id}/slice.png?size=8")).await.problem(400);
-    let nobody = "0197f3c0-0000-7000-8000-000000000000";
-    server.get(&format!("/v1/individuals/{nobody}/inspection")).await.problem(404);
+    let unknown = "0197f3c0-0000-7000-8000-000000000000";
+    server.get(&format!("/v1/individuals/{unknown}/inspection")).await.problem(404);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -104,7 +108,7 @@ async fn limits_and_locks_travel_with_a_lineage_file() {
     assert_eq!(hashes(&list["items"][1]), hashes(&second));
     assert_eq!(list["items"][1]["locks"], locks);
     assert_eq!(list["items"][0]["energy_limit"], json!(true));
-    // Pictures are functions of the program: bit for bit the same, limited or not.
+    // Pictures depend only on the program: bit for bit the same, limited or not.
     let url = |it: &Value| text_of(&it["individuals"][1]["thumbnail"]);
     let here = server.get(&url(&second)).await.expect(200).body;
     assert_eq!(other.get(&url(&list["items"][1])).await.expect(200).body, here);
@@ -115,7 +119,7 @@ async fn limits_and_locks_travel_with_a_lineage_file() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn export_is_limited_as_the_genome_is_or_as_asked() {
+async fn export_is_limited_like_the_genome_or_as_requested() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 2 1 0 0\nMOV R0, C0\n";

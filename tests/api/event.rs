@@ -1,4 +1,4 @@
-//! The event stream of a lineage.
+//! Event stream of a lineage.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use brood_tests::{TestLineage, TestServer, brood, text_of};
 use reqwest::{Method, Response};
 use serde_json::{Value, json};
 
-/// One event as it came over the wire.
+/// One event as received.
 #[derive(Debug, Clone)]
 struct Event {
     id: String,
@@ -14,7 +14,7 @@ struct Event {
     data: Value,
 }
 
-/// Reads events until `enough` says so, or nothing comes for 30 s.
+/// Reads events until `enough` returns true, or nothing arrives for 30 s.
 async fn read(response: &mut Response, enough: impl Fn(&[Event]) -> bool) -> Vec<Event> {
     let (mut events, mut text) = (Vec::new(), String::new());
     while !enough(&events) {
@@ -49,14 +49,14 @@ async fn open(server: &TestServer, path: &str, last: Option<&str>) -> Response {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn listener_hears_of_the_generation_and_of_each_picture_when_a_brood_is_born() {
+async fn stream_has_the_generation_and_each_picture_when_a_brood_is_bred() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/events");
     let mut stream = open(&server, &path, None).await;
     let generation = lineage.random(1).await;
     let pictures = |events: &[Event]| events.iter().filter(|it| it.name == "thumbnail").count();
-    // Whoever asks for the pictures has them rendered; whoever listens is told.
+    // Requesting the pictures renders them; the stream then reports each.
     let children = generation["individuals"].as_array().unwrap().clone();
     for child in &children {
         server.get(&text_of(&child["thumbnail"])).await.expect(200);
@@ -72,14 +72,14 @@ async fn listener_hears_of_the_generation_and_of_each_picture_when_a_brood_is_bo
     assert!(events.iter().all(|event| !event.id.is_empty()), "{events:?}");
     drop(stream);
 
-    // A listener that was away gets what it missed.
+    // A listener that reconnects gets the missed events.
     let mut again = open(&server, &path, Some(&born.id)).await;
     let replayed = read(&mut again, |events| pictures(events) >= 4).await;
     assert!(replayed.iter().all(|event| event.id != born.id), "only what came later");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn listener_hears_when_somebody_else_changes_the_lineage_or_marks_an_individual() {
+async fn stream_has_changes_by_other_clients() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let child = lineage.random(1).await["individuals"][0].clone();
@@ -102,7 +102,7 @@ async fn listener_hears_when_somebody_else_changes_the_lineage_or_marks_an_indiv
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn listener_hears_nothing_of_other_lineages_when_they_breed() {
+async fn stream_has_no_events_of_other_lineages() {
     let server = TestServer::start();
     let here = TestLineage::new(&server).await;
     let there = TestLineage::with(&server, json!({"name": "other", "thumbnail_px": 32})).await;
@@ -115,7 +115,7 @@ async fn listener_hears_nothing_of_other_lineages_when_they_breed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn stream_is_refused_and_the_server_answers_when_too_many_streams_are_open() {
+async fn stream_is_refused_but_other_requests_are_answered_when_too_many_streams_are_open() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/events");
@@ -130,7 +130,7 @@ async fn stream_is_refused_and_the_server_answers_when_too_many_streams_are_open
     assert_eq!(refused.header("retry-after"), "1");
     server.get("/healthz").await.expect(200);
     streams.pop();
-    // The server sees the end of a stream a moment later.
+    // The server notices a closed stream with a short delay.
     for _ in 0..50 {
         let again = server.request(Method::GET, &path).send().await.unwrap();
         if again.status() == 200 {
@@ -138,7 +138,7 @@ async fn stream_is_refused_and_the_server_answers_when_too_many_streams_are_open
         }
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
-    panic!("the place of a stream that ended is not free again");
+    panic!("the permit of a closed stream was not released");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -155,7 +155,7 @@ async fn stream_ends_when_its_token_is_revoked() {
     let listen = async |token: String| {
         let request = server.request(Method::GET, &lineage.path("/events"));
         let request = request.header("authorization", format!("Bearer {token}"));
-        // Tokens made by another process are known after a moment.
+        // Tokens added by another process are known after a short delay.
         for _ in 0..50 {
             let response = request.try_clone().unwrap().send().await.unwrap();
             if response.status() == 200 {
@@ -163,7 +163,7 @@ async fn stream_ends_when_its_token_is_revoked() {
             }
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        panic!("the token is not taken");
+        panic!("the token was not accepted");
     };
     let mut kept = listen(token("kept")).await;
     let mut revoked = listen(token("revoked")).await;
@@ -171,8 +171,8 @@ async fn stream_ends_when_its_token_is_revoked() {
     let end = async { while revoked.chunk().await.ok().flatten().is_some() {} };
     let ended = tokio::time::timeout(Duration::from_secs(20), end).await;
     assert!(ended.is_ok(), "it still goes on");
-    // All that came to the other one is its beginning.
-    let first = kept.chunk().await.unwrap().expect("the stream of the other token goes on");
+    // The other stream has only its opening comment so far.
+    let first = kept.chunk().await.unwrap().expect("the stream of the other token stays open");
     assert!(first.starts_with(b":"), "{first:?}");
     let more = tokio::time::timeout(Duration::from_millis(100), kept.chunk()).await;
     assert!(more.is_err(), "{more:?}");

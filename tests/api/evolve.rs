@@ -1,4 +1,5 @@
-//! `brood evolve`: questions on one side, answers on the other, and what is left when it ends or is ended.
+//! `brood evolve`: questions and answers over standard streams, and the files it leaves when it
+//! ends or is killed.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -8,7 +9,7 @@ use brood_tests::{binary, brood};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// A conversation.
+/// Running `brood evolve`.
 struct Talk {
     child: Child,
     input: Option<ChildStdin>,
@@ -39,7 +40,7 @@ impl Talk {
         writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
     }
 
-    /// Answers a question by how far each genome is from fifty operations.
+    /// Answers a question with each genome's distance from fifty operations.
     fn answer(&mut self, asked: &Value) {
         let genomes = asked["genomes"].as_array().unwrap();
         let error = |genome: &Value| (genome["operations"].as_f64().unwrap() - 50.0).abs();
@@ -56,7 +57,7 @@ fn path(folder: &Path, name: &str) -> String {
 }
 
 #[test]
-fn genomes_come_closer_to_what_they_are_measured_by() {
+fn errors_decrease_over_generations() {
     let folder = TempDir::new().unwrap();
     let out = path(folder.path(), "out");
     let mut talk = Talk::begin(&["--count", "12", "--kept", "8", "--seed", "5", "-o", &out]);
@@ -71,7 +72,7 @@ fn genomes_come_closer_to_what_they_are_measured_by() {
     let last = talk.asked();
     assert!(last["best"].as_f64().unwrap() < best[0], "{best:?}");
     assert_eq!(last["evaluations"], 96);
-    // The end of input ends it.
+    // End of input ends the command.
     talk.input = None;
     let end = talk.asked();
     assert_eq!(end["end"], true);
@@ -84,7 +85,7 @@ fn genomes_come_closer_to_what_they_are_measured_by() {
 }
 
 #[test]
-fn it_goes_on_where_it_was_killed() {
+fn run_resumes_where_it_was_killed() {
     let folder = TempDir::new().unwrap();
     let state = path(folder.path(), "state");
     let mut whole = Talk::begin(&["--count", "6", "--seed", "2"]);
@@ -94,7 +95,7 @@ fn it_goes_on_where_it_was_killed() {
         assert_eq!(hashes(&whole.asked()), hashes(&asked));
         whole.answer(&asked);
         broken.answer(&asked);
-        // What is asked next says that the state is kept.
+        // The next question shows that the state is saved.
         let next = broken.asked();
         broken.child.kill().unwrap();
         broken.child.wait().unwrap();
@@ -115,9 +116,9 @@ fn it_goes_on_where_it_was_killed() {
 }
 
 #[test]
-fn answers_that_are_none_are_refused_in_one_line() {
+fn invalid_answers_are_refused_in_one_line() {
     for (answer, words) in [
-        ("{\"errors\": [1]}", "6 genomes were asked about, and 1 errors told"),
+        ("{\"errors\": [1]}", "expected 6 errors, one for each genome, got 1"),
         ("{\"error\": [1]}", "unknown field `error`"),
         ("{}", "{\"errors\": [...]} or {\"end\": true}"),
         ("1 2 3", "read a line of input"),

@@ -1,9 +1,9 @@
-//! Exports: what formats there are, the source of an individual, and what is refused.
+//! Exports: formats, source of an individual, and refused requests.
 
 use brood_tests::{TestLineage, TestServer, text_of};
 
 #[tokio::test(flavor = "multi_thread")]
-async fn individual_is_exported_in_every_format_that_is_listed() {
+async fn individual_is_exported_in_every_listed_format() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(3).await;
@@ -27,7 +27,7 @@ async fn individual_is_exported_in_every_format_that_is_listed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn texts_for_a_bounded_texture_have_fewer_clamps_and_bad_bounds_are_refused() {
+async fn export_has_fewer_clamps_when_the_texture_is_bounded_and_bad_bounds_are_refused() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(20).await;
@@ -54,12 +54,12 @@ async fn unknown_formats_and_individuals_are_refused() {
     let id = text_of(&generation["individuals"][0]["id"]).to_owned();
     let problem = server.get(&format!("/v1/individuals/{id}/exports/cg")).await.problem(404);
     assert!(text_of(&problem["detail"]).contains("glsl-es-300"), "{problem}");
-    let nobody = "0197f3c0-0000-7000-8000-000000000000";
-    server.get(&format!("/v1/individuals/{nobody}/exports/wgsl")).await.problem(404);
+    let unknown = "0197f3c0-0000-7000-8000-000000000000";
+    server.get(&format!("/v1/individuals/{unknown}/exports/wgsl")).await.problem(404);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn geometry_is_there_for_built_in_and_uploaded_meshes() {
+async fn geometry_is_returned_for_built_in_and_uploaded_meshes() {
     let server = TestServer::start();
     let knob = server.get("/v1/meshes/knob/geometry").await.expect(200);
     assert!(knob.body.starts_with(b"broodgeo"));

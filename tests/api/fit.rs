@@ -1,4 +1,4 @@
-//! `brood fit`: what it writes, that it is the same every time, and what it refuses.
+//! `brood fit`: written files, reproducibility, and refused input.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,7 +7,7 @@ use brood_tests::brood;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Samples of a model as CSV, on a grid of directions.
+/// Writes samples of a model as CSV, on a grid of directions.
 fn samples(folder: &Path, model: &str) -> String {
     let mut pairs = String::from("wix,wiy,wiz,wox,woy,woz\n");
     for i in 0..8 {
@@ -32,7 +32,7 @@ fn samples(folder: &Path, model: &str) -> String {
 }
 
 #[test]
-fn measured_samples_are_matched_and_what_is_found_is_written() {
+fn samples_are_fitted_and_results_are_written() {
     let folder = TempDir::new().unwrap();
     let target = samples(folder.path(), "coated");
     let fit = |out: &str, threads: &str| -> Value {
@@ -63,7 +63,7 @@ fn measured_samples_are_matched_and_what_is_found_is_written() {
     }
     let best = folder.path().join("one/best.brood");
     brood(["inspect", best.to_str().unwrap()]).success();
-    // Another number of threads, the same genomes.
+    // Another number of threads gives the same genomes.
     fit("two", "2");
     for name in ["best.brood", "front.csv"] {
         assert_eq!(read("one", name), read("two", name), "{name}");
@@ -71,7 +71,7 @@ fn measured_samples_are_matched_and_what_is_found_is_written() {
 }
 
 #[test]
-fn what_is_no_target_is_refused_with_the_reason() {
+fn invalid_target_is_refused_with_a_reason() {
     let folder = TempDir::new().unwrap();
     let refused = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -79,7 +79,7 @@ fn what_is_no_target_is_refused_with_the_reason() {
         let out = folder.path().join("out");
         let finished = brood(["fit", path.to_str().unwrap(), "-o", out.to_str().unwrap()]);
         assert_eq!(finished.code, 1, "{}", finished.stdout);
-        assert!(!out.exists(), "nothing is begun");
+        assert!(!out.exists(), "no output folder is created");
         finished.stderr
     };
     let head = "wix,wiy,wiz,wox,woy,woz,r,g,b\n";

@@ -1,4 +1,4 @@
-//! `brood fit` on pictures of known scenes: what is found, what is told of pixels, and what is refused.
+//! `brood fit` on pictures of known scenes: results, pixel counts, and refused input.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use brood_tests::brood;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A picture of a model that brood renders itself; the scene and the picture.
+/// Renders a model; returns the scene and the picture.
 fn rendered(folder: &Path, model: &str, picture: &str) -> (String, String) {
     let scene = folder.join("scene.json");
     let text = r#"{"camera": {"orthographic": 1.05}, "lights": [{"kind": "directional", "direction": [-1, -1, -1.5]}], "film": {"exposure": -1}}"#;
@@ -24,7 +24,7 @@ fn rendered(folder: &Path, model: &str, picture: &str) -> (String, String) {
 const PAINT: &str = "brood 1\n.model cook-torrance\ndiffuse 0.3 0.1 0.05\nroughness 0.4\n";
 
 #[test]
-fn picture_of_a_known_scene_is_matched_and_its_material_found() {
+fn material_is_recovered_from_a_picture_of_a_known_scene() {
     let folder = TempDir::new().unwrap();
     let (scene, picture) = rendered(folder.path(), PAINT, "picture.exr");
     let fit = |picture: &str, more: &[&str]| -> Value {
@@ -51,10 +51,10 @@ fn picture_of_a_known_scene_is_matched_and_its_material_found() {
         let bytes = std::fs::read(folder.path().join(format!("out/{name}.png"))).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 48, "{name}");
     }
-    // Lobes know nothing of models, and come near.
+    // The lobe strategy does not use the model, and still comes close.
     let report = fit(&picture, &["--strategy", "lobes", "--generations", "2"]);
     assert!(report["image_rmse"].as_f64().unwrap() < 0.02, "{report}");
-    // Eight bits at a known exposure, and at one that is not known.
+    // Eight bits, with known and with unknown exposure.
     let (_, picture) = rendered(folder.path(), PAINT, "picture.png");
     let report = fit(&picture, &analytic);
     assert!(report["image_rmse"].as_f64().unwrap() < 0.01, "{report}");
@@ -97,7 +97,7 @@ fn several_pictures_are_fitted_together_and_one_is_held_out() {
 }
 
 #[test]
-fn what_is_no_picture_of_the_scene_is_refused_with_the_reason() {
+fn picture_that_does_not_fit_the_scene_is_refused_with_a_reason() {
     let folder = TempDir::new().unwrap();
     let (scene, good) = rendered(folder.path(), PAINT, "picture.exr");
     let write = |name: &str, text: &str| {
@@ -115,7 +115,7 @@ fn what_is_no_picture_of_the_scene_is_refused_with_the_reason() {
         let out = folder.path().join("out");
         let finished = brood([&["fit"], words, &["-o", out.to_str().unwrap()]].concat());
         assert_eq!(finished.code, 1, "{}", finished.stdout);
-        assert!(!out.exists(), "nothing is begun");
+        assert!(!out.exists(), "no output folder is created");
         assert_eq!(finished.stderr.trim_end().lines().count(), 1, "{}", finished.stderr);
         assert!(finished.stderr.contains(reason), "{}", finished.stderr);
     };
@@ -125,7 +125,7 @@ fn what_is_no_picture_of_the_scene_is_refused_with_the_reason() {
     with(&exr("nan.exr", 48, f32::NAN), "the pixel 0, 0 is not a finite number");
     with(&exr("inf.exr", 48, f32::INFINITY), "the pixel 0, 0 is not a finite number");
     with(&exr("black.exr", 48, 0.0), "it reflects nothing");
-    with(&write("broken.png", "no picture"), "a picture is an EXR");
+    with(&write("broken.png", "no picture"), "the picture must be an EXR");
     with(&exr("tiny.exr", 8, 0.5), "pixels can be used and 100 are needed");
     let masked = |mask: &str, reason: &str| {
         refused(&[&[good.as_str(), "--mask", mask], &here[..]].concat(), reason);
@@ -141,8 +141,8 @@ fn what_is_no_picture_of_the_scene_is_refused_with_the_reason() {
     scene_of("behind.json", behind, "no light of the scene reaches");
     scene_of("soft.json", r#"{"lights": [{"kind": "ambient"}]}"#, "a light of kind ambient");
     refused(&[&write("none.json", r#"{"views": []}"#)], "nothing is left to fit");
-    refused(&[&write("other.json", "{}")], "has \"views\"");
+    refused(&[&write("other.json", "{}")], "must have \"views\"");
     let csv = write("a.csv", "wix,wiy,wiz,wox,woy,woz,r,g,b\n");
-    refused(&[&csv, "--mask", good.as_str()], "--mask is for pictures");
-    refused(&[&csv, "--models", "lambert"], "--models is for --strategy analytic");
+    refused(&[&csv, "--mask", good.as_str()], "--mask needs a picture as target");
+    refused(&[&csv, "--models", "lambert"], "--models needs --strategy analytic");
 }

@@ -1,20 +1,20 @@
-//! The gallery in docs is what the command writes, names every model and kind of light, and stays small.
+//! The gallery in docs is up to date, names every model and kind of light, and stays small.
 
 use std::path::{Path, PathBuf};
 
 use brood_tests::brood;
 use tempfile::TempDir;
 
-/// What all its pictures may take.
+/// Largest total size of the pictures.
 const BYTES: u64 = 600_000;
-/// Pixels may be off by that much: encoded values sit on the edge between two.
+/// Largest difference of a pixel: encoded values may lie on the edge between two bytes.
 const CODES: u8 = 1;
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
 }
 
-/// The pictures that a page shows.
+/// Returns the pictures that a page shows.
 fn shown(page: &str) -> Vec<&str> {
     page.split("](")
         .skip(1)
@@ -24,12 +24,12 @@ fn shown(page: &str) -> Vec<&str> {
 }
 
 #[test]
-fn gallery_is_what_the_command_writes() {
+fn gallery_equals_the_output_of_the_command() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().to_string_lossy().into_owned();
     brood(["model", "gallery", "-o", &out]).success();
     let page = std::fs::read_to_string(docs().join("gallery.md")).unwrap();
-    let again = "run `brood model gallery -o docs` and commit what it writes";
+    let again = "run `brood model gallery -o docs` and commit the result";
     let made = std::fs::read_to_string(folder.path().join("gallery.md")).unwrap();
     assert!(page == made, "docs/gallery.md is out of date: {again}");
     let mut bytes = 0;

@@ -1,4 +1,4 @@
-//! Genomes by hash: saved, loaded, and refused with the place of the mistake.
+//! Genomes by hash: stored, read, and refused with the position of the error.
 
 use brood_tests::{Answer, TestLineage, TestServer, hashes, text_of};
 use reqwest::Method;
@@ -12,7 +12,7 @@ async fn read(server: &TestServer, hash: &str, accept: &str) -> Answer {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn genome_has_the_same_hash_when_its_text_goes_round() {
+async fn genome_has_the_same_hash_when_its_text_is_stored_again() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let other = TestServer::start();
@@ -45,7 +45,7 @@ async fn genome_is_a_parent_when_it_was_saved_as_text() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn genome_text_is_refused_with_line_and_column_when_it_is_wrong() {
+async fn genome_text_is_refused_with_line_and_column_when_it_is_invalid() {
     let server = TestServer::start();
     let head = "brood 1\n.dialect paper smooth registers 7\n";
     let rows = [
@@ -82,7 +82,7 @@ async fn genome_text_is_refused_with_line_and_column_when_it_is_wrong() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn genome_json_is_refused_with_a_pointer_when_it_is_wrong() {
+async fn genome_json_is_refused_with_a_pointer_when_it_is_invalid() {
     let server = TestServer::start();
     let dialect = json!({
         "opcodes": "paper", "parametrisation": "smooth", "registers": 7, "length": 1,

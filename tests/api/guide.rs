@@ -1,4 +1,4 @@
-//! The guide: its script does what it says, and its example is the preset that it quotes.
+//! The guide: its script works as described, and its example is the quoted preset.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ fn guide() -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn script_breeds_towards_detail() {
+async fn script_of_the_guide_breeds_towards_detail() {
     let guide = guide();
     let (_, rest) = guide.split_once("```python\n").unwrap();
     let (script, _) = rest.split_once("```").unwrap();
@@ -35,7 +35,7 @@ async fn script_breeds_towards_detail() {
 }
 
 #[test]
-fn example_is_the_preset_that_it_is_said_to_be() {
+fn example_of_the_guide_equals_the_preset() {
     let text = brood(["preset", "red-plastic"]).success().stdout;
     assert!(guide().contains(text.trim_end()), "docs/guide.md quotes another red plastic");
 }

@@ -1,4 +1,4 @@
-//! `Idempotency-Key`: a request that is sent twice has one effect.
+//! `Idempotency-Key`: a repeated request has one effect.
 
 use brood_tests::{TestLineage, TestServer, hashes};
 use reqwest::Method;
@@ -18,7 +18,7 @@ async fn answer_is_the_same_when_key_and_body_are_the_same() {
     let body = json!({"parents": [], "count": 3});
     let first = keyed(&server, &path, &key, &body).await.expect(201).json();
     let again = keyed(&server, &path, &key, &body).await.expect(201).json();
-    assert_eq!(first, again, "even the seed that the server drew");
+    assert_eq!(first, again, "the drawn seed is the same");
     let listed = server.get(&path).await.expect(200).json();
     assert_eq!(listed["items"].as_array().unwrap().len(), 1);
     let other = uuid::Uuid::now_v7().to_string();
@@ -27,7 +27,7 @@ async fn answer_is_the_same_when_key_and_body_are_the_same() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn request_is_refused_when_the_key_was_used_for_another_body() {
+async fn request_is_refused_when_the_key_was_used_with_another_body() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/generations");
@@ -36,7 +36,7 @@ async fn request_is_refused_when_the_key_was_used_for_another_body() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn one_generation_is_born_when_the_same_request_comes_many_times_at_once() {
+async fn one_generation_is_bred_when_the_same_request_arrives_many_times_at_once() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/generations");
@@ -56,7 +56,7 @@ async fn one_generation_is_born_when_the_same_request_comes_many_times_at_once()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn key_holds_for_every_resource_when_something_is_made() {
+async fn key_works_for_every_resource_that_can_be_created() {
     let server = TestServer::start();
     let rows =
         [("/v1/lineages", json!({"name": "twice"})), ("/v1/scenes", json!({"mesh": "torus"}))];

@@ -1,4 +1,4 @@
-//! Individuals: favourites, notes and the family tree.
+//! Individuals: favourites, notes, ancestry and descendants.
 
 use brood_tests::{TestLineage, TestServer, ids, text_of};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ fn listed(page: &Value) -> Vec<String> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn individual_is_found_among_favourites_when_marked() {
+async fn individual_is_listed_among_favourites_when_marked() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let children = ids(&lineage.random(1).await);
@@ -28,7 +28,7 @@ async fn individual_is_found_among_favourites_when_marked() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn ancestry_and_descendants_meet_when_a_family_was_bred() {
+async fn ancestry_and_descendants_are_consistent() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = ids(&lineage.random(1).await);

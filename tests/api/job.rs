@@ -1,9 +1,9 @@
-//! Jobs: what they took, and what the engine did not have to do.
+//! Jobs: work done, and work avoided.
 
 use brood_tests::{TestLineage, TestServer, text_of};
 use serde_json::{Value, json};
 
-/// The job that a brood's answer names, and the answer.
+/// Breeds; returns the job named by the answer, and the answer.
 async fn bred(lineage: &TestLineage<'_>, body: Value) -> (Option<String>, Value) {
     let answer = lineage.server.post(&lineage.path("/generations"), &body).await.expect(201);
     let link = answer.header("link").to_owned();
@@ -23,12 +23,12 @@ fn metric(text: &str, name: &str) -> u64 {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn job_tells_what_it_took_and_what_it_skipped_when_it_is_done() {
+async fn job_reports_its_work_and_the_work_avoided_when_it_is_done() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let body = json!({"parents": [], "count": 4, "seed": 1});
     let (path, generation) = bred(&lineage, body.clone()).await;
-    let path = path.expect("a job renders what does not exist yet");
+    let path = path.expect("a job renders the missing pictures");
     see_all(&server, &generation).await;
     let job = server.get(&path).await.expect(200).json();
     assert_eq!((&job["state"], &job["kind"]), (&json!("succeeded"), &json!("render")), "{job}");
@@ -45,14 +45,14 @@ async fn job_tells_what_it_took_and_what_it_skipped_when_it_is_done() {
     assert_eq!(metric(&metrics, "brood_rays_total"), count("rays"));
 
     let (again, _) = bred(&lineage, body).await;
-    assert_eq!(again, None, "the same children have their pictures already");
+    assert_eq!(again, None, "the pictures of the same children are cached");
     let metrics = server.get("/metrics").await.expect(200).text();
     assert_eq!(metric(&metrics, "brood_pictures_skipped_total"), 4);
     assert_eq!(metric(&metrics, "brood_rays_total"), count("rays"));
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn job_is_unknown_or_malformed_when_it_never_was() {
+async fn job_is_404_when_its_id_is_unknown_or_malformed() {
     let server = TestServer::start();
     let path = format!("/v1/jobs/{}", "01890000-0000-7000-8000-000000000000");
     server.get(&path).await.problem(404);
@@ -60,7 +60,7 @@ async fn job_is_unknown_or_malformed_when_it_never_was() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn answer_tells_where_the_time_went_when_a_brood_is_born() {
+async fn answer_has_the_durations_of_its_stages_when_a_brood_is_bred() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let body = json!({"parents": [], "count": 2, "seed": 1});

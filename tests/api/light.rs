@@ -1,15 +1,16 @@
-//! Lights over HTTP: kinds, profiles and environments taken in, scenes that refer to them, and what is refused.
+//! Lights over HTTP: kinds, uploaded profiles and environments, scenes that refer to them, and
+//! refused scenes.
 
 use std::io::Cursor;
 
 use brood_tests::{TestServer, text_of};
 use serde_json::{Value, json};
 
-/// 100 cd straight down, falling to 0 at the horizon.
+/// IES profile: 100 cd straight down, falling to 0 at the horizon.
 const PROFILE: &str =
     "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n100 60 0\n";
 
-/// Blue above, red below, as EXR.
+/// EXR environment: blue above, red below.
 fn environment() -> Vec<u8> {
     let pixel = |_, y| image::Rgb(if y < 4 { [0.1f32, 0.2, 2.0] } else { [0.8, 0.1, 0.0] });
     let picture = image::Rgb32FImage::from_fn(16, 8, pixel);
@@ -18,7 +19,7 @@ fn environment() -> Vec<u8> {
     bytes
 }
 
-/// A clay under these lights, bred in a lineage of its own; its address.
+/// Breeds a clay under these lights, in its own lineage; returns the lineage's URL.
 async fn clay(server: &TestServer, lights: &Value) -> String {
     let scene =
         json!({"lights": lights, "film": {"tone": "filmic"}, "shadows": true, "mesh": "knob"});
@@ -40,7 +41,7 @@ async fn thumbnail(server: &TestServer, lineage: &str) -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn scenes_are_lit_by_files_that_were_taken_in_and_travel_with_their_lineage() {
+async fn scenes_are_lit_by_uploaded_files_which_are_exported_with_their_lineage() {
     let server = TestServer::start();
     let profile = server.post_bytes("/v1/profiles", "application/x-ies", PROFILE).await;
     let profile = profile.expect(201).json();
@@ -66,7 +67,7 @@ async fn scenes_are_lit_by_files_that_were_taken_in_and_travel_with_their_lineag
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_kind_of_light_makes_a_picture_of_its_own() {
+async fn every_kind_of_light_makes_a_different_picture() {
     let server = TestServer::start();
     let lights = [
         json!({"kind": "point", "position": [2, 2, 3]}),
@@ -89,7 +90,7 @@ async fn every_kind_of_light_makes_a_picture_of_its_own() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lights_that_cannot_be_are_refused_at_their_place() {
+async fn invalid_lights_are_refused_with_a_pointer() {
     let server = TestServer::start();
     let refused = |lights: Value| {
         let server = &server;

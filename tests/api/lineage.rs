@@ -1,4 +1,4 @@
-//! Lineages: made, listed, changed under `If-Match`, hidden, purged, and carried from one server to another.
+//! Lineages: created, listed, changed under `If-Match`, hidden, purged, exported and imported.
 
 use brood_tests::{TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ async fn lineage_has_defaults_when_only_a_name_is_given() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lineage_is_refused_when_its_fields_make_no_sense() {
+async fn lineage_is_refused_when_a_field_is_invalid() {
     let server = TestServer::start();
     let unknown = "01900000-0000-7000-8000-000000000000";
     let rows = [
@@ -46,7 +46,7 @@ async fn lineage_is_refused_when_its_fields_make_no_sense() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn change_needs_the_present_version_when_a_lineage_is_patched() {
+async fn patch_needs_the_current_version() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("");
@@ -88,7 +88,7 @@ async fn list_is_read_in_pages_when_there_are_many() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn list_goes_on_when_the_last_one_of_a_page_is_purged() {
+async fn list_continues_when_the_last_item_of_a_page_is_purged() {
     let server = TestServer::start();
     let mut made = Vec::new();
     for number in 0..3 {
@@ -131,7 +131,7 @@ async fn generations_are_read_oldest_first_when_paged() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lineage_is_out_of_the_list_but_there_when_hidden_and_gone_when_purged() {
+async fn lineage_is_unlisted_when_hidden_and_removed_when_purged() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;
@@ -140,7 +140,7 @@ async fn lineage_is_out_of_the_list_but_there_when_hidden_and_gone_when_purged()
     assert_eq!(listed["items"], json!([]));
     let child = format!("/v1/individuals/{}", ids(&generation)[0]);
     server.get(&child).await.expect(200);
-    // Both are at hand in the server's caches now, and gone all the same after the purge.
+    // Both are in the server's caches now, and must be gone after the purge all the same.
     let genome = format!("/v1/genomes/{}", hashes(&generation)[0]);
     let thumbnail = text_of(&generation["individuals"][0]["thumbnail"]);
     server.get(&genome).await.expect(200);
@@ -152,7 +152,7 @@ async fn lineage_is_out_of_the_list_but_there_when_hidden_and_gone_when_purged()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lineage_has_the_same_hashes_when_carried_to_another_server_as_a_file() {
+async fn lineage_has_the_same_hashes_when_imported_on_another_server() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = lineage.random(1).await;
@@ -171,7 +171,7 @@ async fn lineage_has_the_same_hashes_when_carried_to_another_server_as_a_file() 
     };
     assert_eq!(all(&there), all(&here));
     let second = &there["items"][1];
-    assert_eq!(second["parents"], json!([ids(&there["items"][0])[0]]), "parents are the new ids");
+    assert_eq!(second["parents"], json!([ids(&there["items"][0])[0]]), "parents have the new ids");
     let kind = "application/json";
     other.post_bytes("/v1/lineages/import", kind, "{\"brood\": 1}").await.problem(400);
 }
@@ -210,7 +210,7 @@ async fn file_is_refused_when_breeding_could_not_have_made_its_history() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn thumbnails_move_when_the_scene_of_a_lineage_is_changed() {
+async fn thumbnails_change_when_the_scene_of_a_lineage_changes() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;

@@ -1,4 +1,4 @@
-//! Locks: what a brood keeps of its first parent.
+//! Locks: parts of the first parent that its children keep.
 
 use brood_tests::{TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
@@ -8,7 +8,7 @@ async fn genome(server: &TestServer, hash: &str) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn children_keep_what_is_locked_and_nothing_else_has_to_stay() {
+async fn children_keep_locked_parts_and_may_change_all_others() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = lineage.random(1).await;
@@ -39,7 +39,7 @@ async fn children_keep_what_is_locked_and_nothing_else_has_to_stay() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn locked_channel_keeps_its_part_of_every_picture() {
+async fn locked_channel_is_unchanged_in_every_picture() {
     let server = TestServer::start();
     let scene = json!({"film": {"exposure": -1}});
     let scene = server.post("/v1/scenes", &scene).await.expect(201).json();
@@ -60,11 +60,11 @@ async fn locked_channel_keeps_its_part_of_every_picture() {
         assert!(parent.pixels().zip(child.pixels()).all(|(a, b)| a.0[1] == b.0[1]));
         changed += u32::from(parent.pixels().zip(child.pixels()).any(|(a, b)| a.0 != b.0));
     }
-    assert!(changed >= 5, "red and blue go on: {changed} of 6");
+    assert!(changed >= 5, "red and blue must still change: {changed} of 6");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn locks_that_name_nothing_are_refused_at_their_place() {
+async fn locks_of_missing_parts_are_refused_with_a_pointer() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = lineage.random(1).await;
@@ -82,8 +82,8 @@ async fn locks_that_name_nothing_are_refused_at_their_place() {
         assert_eq!(problem["pointer"], json!(pointer), "{problem}");
     }
     let body = json!({"parents": [], "locks": {}, "count": 2, "seed": 3});
-    assert_eq!(lineage.breed(body).await["locks"], Value::Null, "locks of nothing are no locks");
-    // Locked whole, nothing can change: twins, and told so.
+    assert_eq!(lineage.breed(body).await["locks"], Value::Null, "empty locks are stored as none");
+    // With everything locked, all children are twins and marked as such.
     let all = json!({
         "instructions": (0..100).collect::<Vec<_>>(), "constants": (0..128).collect::<Vec<_>>(),
     });

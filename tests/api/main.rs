@@ -1,4 +1,4 @@
-//! The HTTP interface, as a stranger meets it: a real server on a free port, one file a resource.
+//! Tests of the HTTP interface from outside: a real server on a free port, one file per resource.
 
 #![expect(
     clippy::unwrap_used,

@@ -1,11 +1,11 @@
-//! Uploaded meshes: read with warnings, refused with the line, and shown in pictures.
+//! Uploaded meshes: parsed with warnings, refused with the line, and rendered.
 
 use brood_tests::{TestLineage, TestServer, ids, raw_request, text_of};
 use serde_json::json;
 
 const OBJ: &str = "model/obj";
 
-/// A square pyramid without texture coordinates or normals.
+/// Square pyramid without texture coordinates and normals.
 const PYRAMID: &str = "\
 v -1 0 -1
 v 1 0 -1
@@ -20,7 +20,7 @@ f 4 5 1
 ";
 
 #[tokio::test(flavor = "multi_thread")]
-async fn mesh_is_shown_when_a_scene_names_it() {
+async fn mesh_is_rendered_when_a_scene_names_it() {
     let server = TestServer::start();
     let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();
     assert_eq!(mesh["triangles"], 6);
@@ -35,24 +35,27 @@ async fn mesh_is_shown_when_a_scene_names_it() {
     let path = format!("/v1/individuals/{child}/render.png?size=64");
     let picture = server.get(&path).await.expect(200).picture();
     let covered = picture.pixels().filter(|pixel| pixel.0[3] > 0).count();
-    assert!((300..3000).contains(&covered), "a pyramid fills a part of the picture: {covered}");
+    assert!(
+        (300..3000).contains(&covered),
+        "the pyramid must cover a part of the picture: {covered}"
+    );
     let ball = ids(&TestLineage::new(&server).await.random(1).await)[0].clone();
     let path = format!("/v1/individuals/{ball}/render.png?size=64");
     assert_ne!(server.get(&path).await.expect(200).picture(), picture);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn mesh_has_warnings_with_lines_when_it_is_odd() {
+async fn mesh_has_warnings_with_lines_when_parts_are_ignored() {
     let server = TestServer::start();
     let odd = format!("mtllib ../../secret.mtl\n{PYRAMID}curv 0 1\n");
     let mesh = server.post_bytes("/v1/meshes", OBJ, odd).await.expect(201).json();
     let warnings = mesh["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|it| it["line"] == 1), "mtllib is ignored: {warnings:?}");
-    assert!(warnings.iter().any(|it| it["line"] == 12), "curv is not known: {warnings:?}");
+    assert!(warnings.iter().any(|it| it["line"] == 12), "curv is unknown: {warnings:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn mesh_is_refused_with_its_line_when_it_is_broken() {
+async fn mesh_is_refused_with_its_line_when_it_is_invalid() {
     let server = TestServer::start();
     let rows = [
         ("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", 2),
@@ -81,7 +84,7 @@ async fn mesh_is_refused_when_it_is_larger_than_32_mib() {
     let server = TestServer::start();
     let line = "# a comment that fills space, as long as any line of an OBJ file would be long\n";
     let large = line.repeat(33 * 1024 * 1024 / line.len() + 1);
-    // From the declared length alone, before anything of the body has come.
+    // Refused by the declared length alone, before any of the body arrives.
     let head = format!(
         "POST /v1/meshes HTTP/1.1\r\nHost: {}\r\nContent-Type: {OBJ}\r\nContent-Length: {}\r\n\
          Connection: close\r\n\r\n",
@@ -91,14 +94,14 @@ async fn mesh_is_refused_when_it_is_larger_than_32_mib() {
     let (status, text) = raw_request(server.address(), head.as_bytes()).await;
     assert_eq!(status, 413, "{text}");
     assert!(text.contains("application/problem+json"), "{text}");
-    // In one piece, and in chunks whose number nobody declared.
+    // In one piece, and in chunks without a declared length.
     let declared = reqwest::Body::from(large.clone());
     let pieces = large.into_bytes();
     let pieces: Vec<Vec<u8>> = pieces.chunks(64 * 1024).map(<[u8]>::to_vec).collect();
     let pieces = futures::stream::iter(pieces.into_iter().map(Ok::<_, std::io::Error>));
     for body in [declared, reqwest::Body::wrap_stream(pieces)] {
         let request = server.request(reqwest::Method::POST, "/v1/meshes");
-        // Whoever is still sending gets the answer all the same.
+        // A client that is still sending gets the answer as well.
         server.send(request.header("content-type", OBJ).body(body)).await.problem(413);
     }
     let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();

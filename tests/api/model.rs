@@ -1,17 +1,18 @@
-//! Models of reflectance: listed, printed, evaluated, rendered, refused; and bred, alone and with programs.
+//! Reflectance models: listed, printed, evaluated, rendered and refused; bred alone and with
+//! programs.
 
 use brood_tests::{TestServer, brood, text_of};
 use serde_json::json;
 use tempfile::TempDir;
 
-/// A file of that text, and its name.
+/// Writes a file and returns its path.
 fn file(folder: &TempDir, name: &str, text: &str) -> String {
     let path = folder.path().join(name);
     std::fs::write(&path, text).unwrap();
     path.to_string_lossy().into_owned()
 }
 
-/// What a command says that fails.
+/// Returns the error text of a command that must fail.
 fn refused(arguments: &[&str]) -> String {
     let finished = brood(arguments);
     assert_eq!(finished.code, 1, "{}", finished.stdout);
@@ -19,7 +20,7 @@ fn refused(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn every_model_that_is_listed_is_printed_and_its_text_is_rendered() {
+fn every_listed_model_is_printed_and_its_text_is_rendered() {
     let folder = TempDir::new().unwrap();
     let listed: serde_json::Value =
         serde_json::from_str(&brood(["model", "list", "--json"]).success().stdout).unwrap();
@@ -60,7 +61,7 @@ fn a_lambert_model_and_a_genome_of_the_same_colour_make_the_same_picture() {
 }
 
 #[test]
-fn values_are_those_of_the_model_and_bad_files_are_told_by_their_line() {
+fn values_equal_the_model_and_invalid_files_are_refused_with_the_line() {
     let folder = TempDir::new().unwrap();
     let model = file(&folder, "model.brood", "brood 1\n.model lambert\nalbedo 0.5 0.25 1\n");
     let pairs =
@@ -75,16 +76,19 @@ fn values_are_those_of_the_model_and_bad_files_are_told_by_their_line() {
     assert_eq!(rows[2], "0,0,0");
     let bad = file(&folder, "bad.brood", "brood 1\n.model ward\n\nalpha_x 3\n");
     let error = refused(&["render", &bad, "-o", "x.png"]);
-    assert!(error.contains("line 4, column 9: alpha_x is from 0.001 to 1, not 3"), "{error}");
+    assert!(
+        error.contains("line 4, column 9: alpha_x must be between 0.001 and 1, got 3"),
+        "{error}"
+    );
     let source = brood(["export", &model]).success().stdout;
     assert!(source.contains("vec3 evolved(") && source.contains("lambert"), "{source}");
 }
 
 #[test]
-fn layers_add_up_and_the_energy_limit_holds_them() {
+fn layers_add_up_and_obey_the_energy_limit() {
     let folder = TempDir::new().unwrap();
     let head = "brood 1\n.dialect paper smooth registers 7\n.const C0 1 1 1 0\n";
-    // pi f is 0.7 of the models and pi of the program.
+    // pi f is 0.7 from the models and pi from the program.
     let layers = ".model lambert\nalbedo 0.5 0.5 0.5\n.model lambert\nalbedo 0.2 0.2 0.2\n";
     let both = file(&folder, "both.brood", &format!("{head}{layers}MOV R0, C0\n"));
     let albedo = |file: &str| -> f64 {
@@ -102,7 +106,7 @@ fn layers_add_up_and_the_energy_limit_holds_them() {
 }
 
 #[test]
-fn models_are_bred_on_the_command_line_as_programs_are() {
+fn models_are_bred_on_the_command_line_like_programs() {
     let folder = TempDir::new().unwrap();
     let place = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     let breed = |options: &[&str], out: &str| {
@@ -129,7 +133,7 @@ fn models_are_bred_on_the_command_line_as_programs_are() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_lineage_of_models_starts_is_bred_crossed_with_programs_and_travels() {
+async fn lineage_of_models_is_bred_recombined_with_programs_exported_and_imported() {
     let server = TestServer::start();
     let dialect = json!({"length": 0});
     let body = json!({"name": "metals", "dialect": dialect, "thumbnail_px": 16});
@@ -191,7 +195,7 @@ async fn a_lineage_of_models_starts_is_bred_crossed_with_programs_and_travels() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn individuals_name_their_models_at_birth_and_ever_after() {
+async fn individuals_list_their_models_when_bred_and_when_read() {
     let server = TestServer::start();
     let new = json!({"name": "models"});
     let lineage = server.post("/v1/lineages", &new).await.expect(201).json();
@@ -212,7 +216,7 @@ async fn individuals_name_their_models_at_birth_and_ever_after() {
 }
 
 #[test]
-fn materials_are_compared_in_pictures_curves_and_numbers() {
+fn materials_are_compared_by_pictures_curves_and_values() {
     let folder = TempDir::new().unwrap();
     let metal = file(&folder, "metal.brood", "brood 1\n.model conductor\n");
     let matt = file(&folder, "a, <b>.brood", "brood 1\n.model lambert\n");
@@ -239,7 +243,7 @@ fn materials_are_compared_in_pictures_curves_and_numbers() {
 }
 
 #[test]
-fn measurements_are_rendered_and_evaluated_and_bad_ones_are_told_by_their_row() {
+fn measurements_are_rendered_and_evaluated_and_invalid_ones_are_refused_with_the_row() {
     let folder = TempDir::new().unwrap();
     let head = "wix,wiy,wiz,wox,woy,woz,r,g,b\n";
     let rows = "0,0,1,0,0,1,0.25,0.125,0.5\n0.6,0,0.8,0,0,1,0.25,0.125,0.5\n0,0,-1,0,0,1,9,9,9\n";
@@ -262,14 +266,17 @@ fn measurements_are_rendered_and_evaluated_and_bad_ones_are_told_by_their_row() 
     assert!(skipped.contains("1 of 3 samples are not above the surface"), "{skipped}");
     let bad = file(&folder, "bad.csv", &format!("{head}0,0,1,0,0,2,1,1,1\n"));
     let error = refused(&["model", "albedo", &bad]);
-    assert!(error.contains("row 1: wo: the direction has length 2"), "{error}");
+    assert!(
+        error.contains("row 1: wo: the length of the direction must be 1 within 0.001, got 2"),
+        "{error}"
+    );
     let formula = file(&folder, "formula.brdf", "analytic\n::begin parameters\n");
     assert!(refused(&["eval", &formula, &pairs]).contains("formula in GLSL"));
     let tensor = file(&folder, "cut.bsdf", "tensor_file");
     assert!(refused(&["eval", &tensor, &pairs]).contains("it ends within its head"));
 }
 
-/// RGL's tables of a material that is the same everywhere.
+/// Returns RGL tables of a material with a constant BRDF.
 fn even_bsdf(rgb: [f32; 3]) -> Vec<u8> {
     let one = |count: usize| vec![1.0_f32; count];
     let colours = rgb.iter().flat_map(|value| [*value; 4]).collect::<Vec<_>>();
@@ -306,7 +313,7 @@ fn even_bsdf(rgb: [f32; 3]) -> Vec<u8> {
 }
 
 #[test]
-fn values_below_zero_of_rgl_are_kept_where_that_is_asked_for() {
+fn negative_values_of_rgl_are_kept_when_requested() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("blue.bsdf");
     std::fs::write(&path, even_bsdf([0.5, -0.25, 2.0])).unwrap();
@@ -334,7 +341,7 @@ fn values_below_zero_of_rgl_are_kept_where_that_is_asked_for() {
     for other in [&metal, &csv] {
         for words in [["render", other, "-o", "out.exr"], ["eval", other, &pairs, "--json"]] {
             let error = refused(&[&words[..], &["--keep-negative"]].concat());
-            assert!(error.contains("--keep-negative is for RGL's .bsdf"), "{error}");
+            assert!(error.contains("--keep-negative needs an RGL .bsdf"), "{error}");
         }
     }
 }

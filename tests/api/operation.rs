@@ -1,10 +1,10 @@
-//! What operators and newcomers ask for: health, figures, documents, the page, and a clean end.
+//! Operation: health, metrics, documentation, the page, and a clean shutdown.
 
 use brood_tests::{TestLineage, TestServer, text_of};
 use serde_json::Value;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn server_reports_health_figures_and_itself_when_asked() {
+async fn server_reports_health_metrics_and_its_description() {
     let server = TestServer::start();
     server.get("/healthz").await.expect(200);
     server.get("/readyz").await.expect(200);
@@ -21,7 +21,7 @@ async fn server_reports_health_figures_and_itself_when_asked() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn openapi_is_the_committed_one_when_served() {
+async fn served_openapi_equals_the_committed_document() {
     let server = TestServer::start();
     let served = server.get("/openapi.json").await.expect(200).json();
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../openapi.json");
@@ -37,7 +37,7 @@ async fn openapi_is_the_committed_one_when_served() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn page_and_documents_are_served_from_the_binary_when_asked() {
+async fn page_and_documentation_are_served_from_the_binary() {
     let server = TestServer::start();
     let page = server.get("/").await.expect(200);
     assert!(page.header("content-type").starts_with("text/html"));
@@ -46,18 +46,18 @@ async fn page_and_documents_are_served_from_the_binary_when_asked() {
     assert_eq!(page.header("x-content-type-options"), "nosniff");
     let script = server.get("/web/main.js").await.expect(200);
     assert!(script.header("content-type").contains("javascript"));
-    let style = server.get("/web/style.css").await.expect(200);
+    let style = server.get("/web/style/page.css").await.expect(200);
     assert!(style.header("content-type").starts_with("text/css"));
     for path in ["/web/../Cargo.toml", "/web/%2e%2e/Cargo.toml", "/web/nothing.js"] {
         assert_eq!(server.get(path).await.status, 404, "{path}");
     }
     let docs = server.get("/docs/").await;
     assert!(matches!(docs.status, 200 | 303 | 307 | 308), "{}", docs.status);
-    assert!(!docs.text().contains("https://"), "the documents need no network");
+    assert!(!docs.text().contains("https://"), "the documentation must not load from the network");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn server_ends_with_zero_and_keeps_everything_when_asked_to_end() {
+async fn server_exits_with_zero_and_keeps_its_data_when_terminated() {
     let mut server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;
@@ -68,7 +68,7 @@ async fn server_ends_with_zero_and_keeps_everything_when_asked_to_end() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn request_id_is_answered_when_anything_is_asked() {
+async fn every_answer_has_a_request_id() {
     let server = TestServer::start();
     let first = server.get("/v1/system").await.header("x-request-id");
     let second = server.get("/v1/nothing").await.header("x-request-id");

@@ -1,11 +1,11 @@
-//! Pictures: thumbnails, larger renders, sheets, and what caches may do with them.
+//! Pictures: thumbnails, larger renders, sheets, and caching.
 
 use brood_tests::{TestLineage, TestServer, ids, text_of};
 use reqwest::Method;
 use serde_json::json;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn thumbnails_are_256_square_and_immutable_when_nothing_is_said() {
+async fn thumbnails_are_256_square_and_immutable_by_default() {
     let server = TestServer::start();
     let lineage = TestLineage::with(&server, json!({"name": "first"})).await;
     let first = lineage.breed(json!({"parents": [], "seed": 3})).await;
@@ -13,7 +13,7 @@ async fn thumbnails_are_256_square_and_immutable_when_nothing_is_said() {
     let mut urls = vec![text_of(&generation["centre"]["thumbnail"])];
     let children = generation["individuals"].as_array().unwrap();
     urls.extend(children.iter().map(|child| text_of(&child["thumbnail"])));
-    // All 21 at once, as a page asks for them: a GET of what is still being rendered waits.
+    // All 21 at once, as the page requests them: a GET waits while its picture is rendered.
     let answers = futures::future::join_all(urls.iter().map(|url| server.get(url))).await;
     for (url, answer) in urls.iter().zip(answers) {
         let answer = answer.expect(200);
@@ -22,8 +22,8 @@ async fn thumbnails_are_256_square_and_immutable_when_nothing_is_said() {
         assert_eq!(answer.header("x-content-type-options"), "nosniff");
         let picture = answer.picture();
         assert_eq!(picture.dimensions(), (256, 256));
-        assert_eq!(picture.get_pixel(0, 0).0[3], 0, "around the object it is transparent");
-        assert_eq!(picture.get_pixel(128, 128).0[3], 255, "the object is not");
+        assert_eq!(picture.get_pixel(0, 0).0[3], 0, "the background must be transparent");
+        assert_eq!(picture.get_pixel(128, 128).0[3], 255, "the object must be opaque");
         let tag = answer.header("etag");
         assert!(tag.starts_with('"') && tag.len() > 10, "a strong tag: {tag}");
         let again = server.request(Method::GET, url).header("if-none-match", &tag);
@@ -35,7 +35,7 @@ async fn thumbnails_are_256_square_and_immutable_when_nothing_is_said() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn pictures_are_the_same_when_the_cache_was_lost() {
+async fn pictures_are_the_same_when_the_cache_was_deleted() {
     let mut server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;
@@ -43,7 +43,7 @@ async fn pictures_are_the_same_when_the_cache_was_lost() {
     let before = server.get(&url).await.expect(200).body;
     assert_eq!(server.terminate(), 0);
     let cache = server.data().join("cache");
-    assert!(cache.is_dir(), "pictures are derived, in a folder of their own");
+    assert!(cache.is_dir(), "pictures are cached in their own folder");
     std::fs::remove_dir_all(cache).unwrap();
     server.restart();
     assert_eq!(server.get(&url).await.expect(200).body, before, "rendered again, bit for bit");
@@ -66,14 +66,14 @@ async fn picture_is_rendered_again_when_its_file_was_damaged() {
     }
     assert_eq!(server.terminate(), 0);
     let damaged = damage(&server.data().join("cache"));
-    assert!(damaged > 0, "pictures are kept on disk");
+    assert!(damaged > 0, "there must be pictures on disk");
     server.restart();
     for (url, body) in urls.iter().zip(before) {
         assert_eq!(server.get(url).await.expect(200).body, body);
     }
 }
 
-/// Turns one byte in the middle of every file around; the number of files.
+/// Flips one byte in the middle of every file; returns the number of files.
 fn damage(folder: &std::path::Path) -> usize {
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -94,7 +94,7 @@ fn damage(folder: &std::path::Path) -> usize {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn render_is_as_large_and_lit_as_asked_when_parameters_are_given() {
+async fn render_has_the_requested_size_and_light() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let child = ids(&lineage.random(5).await)[1].clone();
@@ -108,7 +108,7 @@ async fn render_is_as_large_and_lit_as_asked_when_parameters_are_given() {
     let back = server.get(&path("?size=48&light_deg=0")).await.expect(200).picture();
     assert_eq!(back, small, "0 is where the scene has the light");
     let rims = |picture: &image::RgbaImage| picture.pixels().any(|p| !matches!(p.0[3], 0 | 255));
-    assert!(rims(&small), "pictures are antialiased where nothing is said");
+    assert!(rims(&small), "pictures are antialiased by default");
     let adaptive = server.get(&path("?size=48&samples=adaptive")).await.expect(200).picture();
     assert_eq!(adaptive, small);
     assert!(rims(&server.get(&path("?size=48&samples=4")).await.expect(200).picture()));
@@ -124,7 +124,7 @@ async fn render_is_as_large_and_lit_as_asked_when_parameters_are_given() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn area_is_the_same_pixels_when_a_part_is_asked_for() {
+async fn area_has_the_pixels_of_the_whole_picture() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let child = ids(&lineage.random(5).await)[2].clone();
@@ -138,14 +138,14 @@ async fn area_is_the_same_pixels_when_a_part_is_asked_for() {
     }
     let all = server.get(&path("&area=0,0,64,64")).await.expect(200);
     let plain = server.get(&path("")).await.expect(200);
-    assert_eq!(all.header("etag"), plain.header("etag"), "all of it is the picture itself");
+    assert_eq!(all.header("etag"), plain.header("etag"), "the whole area is the picture itself");
     for area in ["", "1,2,3", "0,0,0,4", "40,0,25,4", "0,0,4294967295,2", "a,b,c,d", "-1,0,2,2"] {
         server.get(&path(&format!("&area={area}"))).await.problem(400);
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn key_of_an_older_renderer_is_gone_and_says_where_the_picture_is() {
+async fn key_of_an_older_renderer_is_gone_with_the_location_of_the_current_picture() {
     let mut server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let generation = lineage.random(1).await;
@@ -157,13 +157,13 @@ async fn key_of_an_older_renderer_is_gone_and_says_where_the_picture_is() {
     server.restart();
     let gone = server.get(&format!("/v1/thumbnails/{old}.png")).await;
     let location = gone.header("location");
-    assert_eq!(location, url, "the same scene, size and material by the present renderer");
+    assert_eq!(location, url, "same scene, size and material, by the current renderer");
     let problem = gone.problem(410);
     assert!(text_of(&problem["detail"]).contains(&url), "{problem}");
     assert_eq!(server.get(&location).await.expect(200).body, picture);
 }
 
-/// Makes a picture's key one that an older renderer gave; the new name of the key.
+/// Rewrites a picture's row as an older renderer's; returns its new key.
 async fn age(file: &std::path::Path, key: &str) -> String {
     use sqlx::Connection;
     let old = key.chars().rev().collect::<String>();
@@ -180,7 +180,7 @@ async fn age(file: &std::path::Path, key: &str) -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn sheet_is_six_by_six_around_the_centre_when_a_brood_has_twenty() {
+async fn sheet_is_six_by_six_around_the_centre_when_there_are_twenty_children() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let first = lineage.breed(json!({"parents": [], "seed": 1})).await;
@@ -203,6 +203,6 @@ async fn sheet_is_six_by_six_around_the_centre_when_a_brood_has_twenty() {
     }
     let one = ids(&first)[..5].join(",");
     let free = server.get(&format!("/v1/sheet.png?individuals={one}")).await.expect(200).picture();
-    assert!(free.width() < width, "five cells need no six by six");
+    assert!(free.width() < width, "five cells need a smaller sheet");
     server.get("/v1/sheet.png").await.problem(400);
 }

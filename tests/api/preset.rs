@@ -1,4 +1,4 @@
-//! Presets, and genomes brought into a lineage as they are.
+//! Presets, and adoption of genomes into a lineage.
 
 use brood_tests::{TestLineage, TestServer, text_of};
 use serde_json::{Value, json};
@@ -14,7 +14,7 @@ async fn lineage_of(server: &TestServer, dialect: &Value) -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_preset_can_be_brought_in_and_bred() {
+async fn every_preset_can_be_adopted_and_bred() {
     let server = TestServer::start();
     let presets = presets(&server).await;
     assert!(presets.len() >= 12);
@@ -34,7 +34,7 @@ async fn every_preset_can_be_brought_in_and_bred() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn saved_genomes_are_padded_to_the_lineage_and_travel_with_it() {
+async fn adopted_genomes_are_padded_to_the_lineage_and_exported_with_it() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let short = "brood 1\n.dialect paper smooth registers 7\nSIN R0.xyz, R0.x\n";
@@ -44,7 +44,7 @@ async fn saved_genomes_are_padded_to_the_lineage_and_travel_with_it() {
     let made = server.post(&path, &body).await.expect(201).json();
     let individuals = made["individuals"].as_array().unwrap();
     assert_eq!(individuals.len(), 2);
-    assert_ne!(individuals[0]["hash"], saved["hash"], "a longer genome is another one");
+    assert_ne!(individuals[0]["hash"], saved["hash"], "a padded genome has another hash");
     let long = format!("/v1/genomes/{}", text_of(&individuals[0]["hash"]));
     let long = server.get(&long).await.expect(200).json();
     assert_eq!(long["dialect"]["length"], json!(100));
@@ -61,7 +61,7 @@ async fn saved_genomes_are_padded_to_the_lineage_and_travel_with_it() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_brought_in_is_refused_at_its_place() {
+async fn genomes_that_cannot_be_adopted_are_refused_with_a_pointer() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let path = lineage.path("/adoptions");
@@ -77,5 +77,5 @@ async fn what_cannot_be_brought_in_is_refused_at_its_place() {
         assert_eq!(problem["pointer"], json!(pointer), "{problem}");
     }
     let list = server.get(&lineage.path("/generations")).await.expect(200).json();
-    assert_eq!(list["items"], json!([]), "nothing of a refused request is kept");
+    assert_eq!(list["items"], json!([]), "a refused request stores nothing");
 }

@@ -1,4 +1,4 @@
-//! Scenes: stored with every default filled in, refused with a pointer.
+//! Scenes: stored with all defaults filled in, and refused with a pointer.
 
 use brood_tests::{TestServer, text_of};
 use serde_json::json;
@@ -19,7 +19,7 @@ async fn scene_has_every_field_when_only_a_mesh_is_given() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn scene_is_refused_with_a_pointer_when_a_value_makes_no_sense() {
+async fn scene_is_refused_with_a_pointer_when_a_value_is_invalid() {
     let server = TestServer::start();
     let point = json!({"kind": "point"});
     let rows = [

@@ -1,4 +1,5 @@
-//! Searches: begun, watched, paused, resumed, cancelled; what they find is bred like anything else; and what is refused.
+//! Searches: started, watched, paused, resumed and cancelled; results that can be bred; and refused
+//! requests.
 
 use std::time::Duration;
 
@@ -21,7 +22,7 @@ fn is_done(job: &Value) -> bool {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn search_ends_with_a_front_whose_best_can_be_bred_by_eye() {
+async fn search_ends_with_a_front_whose_best_can_be_bred() {
     let server = TestServer::start();
     let id = begin(&server, json!({"generations": 3, "seed": "7"})).await;
     let path = format!("/v1/jobs/{id}");
@@ -48,7 +49,7 @@ async fn search_ends_with_a_front_whose_best_can_be_bred_by_eye() {
     let rest = server.get(&format!("{path}/log?after=2")).await.expect(200).text();
     assert_eq!(rest.lines().count(), 1);
 
-    // Its history: each best is the parent of the next, and the front comes last.
+    // History: each best is the parent of the next, and the front comes last.
     let lineage = format!("/v1/lineages/{}", text_of(&job["lineage"]));
     let history = server.get(&format!("{lineage}/generations")).await.expect(200).json();
     let history = history["items"].as_array().unwrap();
@@ -61,7 +62,7 @@ async fn search_ends_with_a_front_whose_best_can_be_bred_by_eye() {
     let body = json!({"parents": [best["individual"]], "count": 4, "seed": 1});
     let bred = server.post(&format!("{lineage}/generations"), &body).await.expect(201).json();
     assert_eq!(bred["individuals"].as_array().unwrap().len(), 4);
-    // And the whole travels.
+    // The whole lineage can be exported and imported.
     let file = server.get(&format!("{lineage}/file")).await.expect(200).body;
     server.post_bytes("/v1/lineages/import", "application/json", file).await.expect(201);
     let jobs = server.get("/v1/jobs").await.expect(200).json();
@@ -69,7 +70,7 @@ async fn search_ends_with_a_front_whose_best_can_be_bred_by_eye() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn search_waits_while_it_is_paused_and_ends_when_it_is_cancelled() {
+async fn search_stops_while_paused_and_ends_when_cancelled() {
     let server = TestServer::start();
     let id = begin(&server, json!({"seconds": 3600})).await;
     server.job_once(&id, |job| job["generation"].as_u64() > Some(1)).await;
@@ -91,13 +92,13 @@ async fn search_waits_while_it_is_paused_and_ends_when_it_is_cancelled() {
         assert!(text_of(&problem["detail"]).contains("cancelled"), "{problem}");
     }
     let front = server.get(&format!("/v1/jobs/{id}/front")).await.expect(200).json();
-    assert_eq!(front["items"][0]["hash"], cancelled["best"]["hash"], "what was found stays");
+    assert_eq!(front["items"][0]["hash"], cancelled["best"]["hash"], "the best result is kept");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn more_searches_than_there_is_room_for_take_turns() {
+async fn searches_take_turns_when_there_are_more_than_workers() {
     let server = TestServer::start();
-    // A worker has four at once; after 20 s one makes room for the fifth.
+    // A worker runs four at once; after 20 s one yields to the fifth.
     let mut all = Vec::new();
     for _ in 0..5 {
         all.push(begin(&server, json!({"seconds": 3600})).await);
@@ -115,7 +116,7 @@ async fn more_searches_than_there_is_room_for_take_turns() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn same_search_is_begun_once_and_comes_to_the_same_in_parts() {
+async fn search_is_started_once_per_key_and_is_reproducible_when_interrupted() {
     let server = TestServer::start();
     let target = server.glossy_target().await;
     let body = json!({"kind": "fit", "target": target, "generations": 6, "threads": 1});
@@ -142,10 +143,10 @@ async fn same_search_is_begun_once_and_comes_to_the_same_in_parts() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn search_is_refused_when_it_cannot_be_had() {
+async fn search_is_refused_when_a_value_is_invalid() {
     let server = TestServer::start();
     let target = server.glossy_target().await;
-    let nobody = "01890000-0000-7000-8000-000000000000";
+    let unknown = "01890000-0000-7000-8000-000000000000";
     let paper = server.post("/v1/lineages", &json!({"name": "by eye"})).await.expect(201).json();
     let rows = [
         (422, "/kind", json!({"kind": "render", "seconds": 1})),
@@ -161,9 +162,9 @@ async fn search_is_refused_when_it_cannot_be_had() {
         (422, "/strategy", json!({"seconds": 1, "strategy": "guessing"})),
         (422, "/target_error", json!({"seconds": 1, "target_error": 0})),
         (422, "/lineage", json!({"seconds": 1, "lineage": paper["id"]})),
-        (404, "/lineage", json!({"seconds": 1, "lineage": nobody})),
-        (404, "/target", json!({"seconds": 1, "target": nobody})),
-        (404, "/start/0", json!({"seconds": 1, "start": [nobody]})),
+        (404, "/lineage", json!({"seconds": 1, "lineage": unknown})),
+        (404, "/target", json!({"seconds": 1, "target": unknown})),
+        (404, "/start/0", json!({"seconds": 1, "start": [unknown]})),
         (400, "/colour", json!({"seconds": 1, "colour": "red"})),
     ];
     for (status, pointer, more) in rows {
@@ -173,14 +174,14 @@ async fn search_is_refused_when_it_cannot_be_had() {
         assert_eq!(problem["pointer"], pointer, "{body}: {problem}");
     }
     for path in ["front", "log", "events"] {
-        server.get(&format!("/v1/jobs/{nobody}/{path}")).await.problem(404);
+        server.get(&format!("/v1/jobs/{unknown}/{path}")).await.problem(404);
     }
-    change(&server, nobody, "pause").await.problem(404);
+    change(&server, unknown, "pause").await.problem(404);
     assert_eq!(server.get("/v1/jobs").await.expect(200).json()["items"], json!([]));
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn listeners_hear_how_a_search_comes_forward() {
+async fn stream_has_the_progress_of_a_search() {
     let server = TestServer::start();
     let id = begin(&server, json!({"seconds": 3600})).await;
     let lineage = text_of(&server.job_once(&id, |_| true).await["lineage"]);
@@ -202,7 +203,7 @@ async fn listeners_hear_how_a_search_comes_forward() {
             there += &String::from_utf8_lossy(&chunk);
         }
     };
-    tokio::time::timeout(Duration::from_secs(30), hear).await.expect("it is told");
+    tokio::time::timeout(Duration::from_secs(30), hear).await.expect("the events arrive");
     assert!(told.contains("event: resync") && told.contains("event: state"), "{told}");
     assert!(there.contains("event: job"), "{there}");
 }

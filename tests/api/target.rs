@@ -1,15 +1,15 @@
-//! Targets: taken in by upload, told, kept while a job needs them; and what is refused, each with its reason.
+//! Targets: uploaded, described, kept while a job needs them, and refused with a reason.
 
 use brood_tests::{TestServer, glossy_csv, text_of, upload};
 use serde_json::{Value, json};
 
-/// The reason that a file is refused for.
+/// Returns the reason for which a file is refused.
 async fn reason(server: &TestServer, kind: &str, file: &[u8]) -> String {
     let problem = server.post_target(&json!({"kind": kind}), file).await.problem(422);
     text_of(&problem["detail"])
 }
 
-/// An EXR of that size.
+/// Returns an EXR of this size.
 fn exr(side: u32, value: f32) -> Vec<u8> {
     let picture = image::Rgb32FImage::from_pixel(side, side, image::Rgb([value; 3]));
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -18,7 +18,7 @@ fn exr(side: u32, value: f32) -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn target_is_told_listed_and_deleted() {
+async fn target_is_described_listed_and_deleted() {
     let server = TestServer::start();
     let spec = json!({"kind": "samples", "name": "glossy <b>"});
     let answer = server.post_target(&spec, glossy_csv(600, 1)).await.expect(201);
@@ -43,7 +43,7 @@ async fn target_is_told_listed_and_deleted() {
     server.delete(&place).await.problem(404);
 }
 
-/// A MERL table of a material that reflects that share of all light everywhere.
+/// Returns a MERL table of a constant BRDF with this albedo.
 fn even_merl(albedo: f64) -> Vec<u8> {
     let mut bytes = [90i32, 90, 180].map(i32::to_le_bytes).concat();
     for scale in [1.0, 1.15, 1.66] {
@@ -54,7 +54,7 @@ fn even_merl(albedo: f64) -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn target_says_how_much_light_it_sends_back() {
+async fn target_has_its_largest_albedo() {
     let server = TestServer::start();
     for albedo in [0.5, 1.5] {
         let answer = server.post_target(&json!({"kind": "merl"}), even_merl(albedo)).await;
@@ -66,12 +66,12 @@ async fn target_says_how_much_light_it_sends_back() {
     assert_eq!(
         told.expect(201).json()["largest_albedo"],
         Value::Null,
-        "it is not known everywhere"
+        "null if the target does not cover all directions"
     );
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn upload_is_answered_once_when_it_is_sent_again() {
+async fn repeated_upload_is_stored_once() {
     let server = TestServer::start();
     let send = async |rows: usize| {
         let (kind, body) = upload("{\"kind\": \"samples\"}", glossy_csv(rows, 1).as_bytes());
@@ -87,7 +87,7 @@ async fn upload_is_answered_once_when_it_is_sent_again() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_target_is_refused_with_its_reason() {
+async fn invalid_target_is_refused_with_a_reason() {
     let server = TestServer::start();
     let head = "wix,wiy,wiz,wox,woy,woz,r,g,b\n";
     let rows = |value: &str, count: usize| {
@@ -125,11 +125,11 @@ async fn what_is_no_target_is_refused_with_its_reason() {
     let large = vec![b'0'; (64 << 20) + 1];
     server.post_target(&json!({"kind": "samples"}), large).await.problem(413);
     let list = server.get("/v1/targets").await.expect(200).json();
-    assert_eq!(list["items"], json!([]), "nothing is kept");
+    assert_eq!(list["items"], json!([]), "a refused upload stores nothing");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn target_stays_while_a_job_uses_it() {
+async fn target_cannot_be_deleted_while_a_job_uses_it() {
     let server = TestServer::start();
     let target = server.glossy_target().await;
     let body = json!({"kind": "fit", "target": target, "seconds": 3600});
@@ -139,7 +139,7 @@ async fn target_stays_while_a_job_uses_it() {
     server.post(&format!("/v1/jobs/{job}/cancel"), &json!({})).await.expect(200);
     server.delete(&place).await.expect(204);
     let told = server.get(&format!("/v1/jobs/{job}")).await.expect(200).json();
-    assert_eq!(text_of(&told["target"]), target, "what it was about is still told");
+    assert_eq!(text_of(&told["target"]), target, "the job still names its target");
     let again = server.post("/v1/jobs", &body).await.problem(404);
     assert_eq!(again["pointer"], "/target");
 }

@@ -1,5 +1,5 @@
-//! Pictures of known scenes as targets: what is understood of them, what a search finds, that they outlive what they were made with, and
-//! what is refused.
+//! Image targets: analysis of the picture, searches, independence from what they were made of, and
+//! refused uploads.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -22,7 +22,7 @@ const LEGEND: [(&str, [u8; 3]); 9] = [
     ("unlit", [0x6d, 0x4c, 0x41]),
 ];
 
-/// A ball, 24 by 48 quadrilaterals.
+/// Returns an OBJ ball of 24 by 48 quadrilaterals.
 fn ball() -> String {
     let (rows, columns) = (24, 48);
     let mut text = String::new();
@@ -52,7 +52,7 @@ fn ball() -> String {
     text
 }
 
-/// A lamp that shines along a direction, on a mesh that is seen from afar.
+/// Returns a scene with a directional light and a distant camera.
 fn scene(mesh: &str, direction: [f64; 3]) -> Value {
     json!({
         "mesh": mesh, "camera": {"orthographic": 1.1},
@@ -60,7 +60,7 @@ fn scene(mesh: &str, direction: [f64; 3]) -> Value {
     })
 }
 
-/// A plastic ball in that scene: the id of the individual and its picture as linear radiance.
+/// Renders a plastic ball in this scene; returns the individual's id and its linear picture.
 async fn photographed(server: &TestServer, scene: &Value) -> (String, Vec<u8>) {
     let stored = server.post("/v1/scenes", scene).await.expect(201).json();
     let body =
@@ -85,7 +85,7 @@ fn encoded(side: (u32, u32), pixel: impl Fn(u32, u32) -> [f32; 3]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A mask whose left half is white.
+/// Returns a mask whose left half is white.
 fn left_half(side: u32) -> Vec<u8> {
     let picture = image::GrayImage::from_fn(side, side, |x, _| {
         image::Luma([if x < side / 2 { 255 } else { 0 }])
@@ -110,7 +110,7 @@ async fn searched(server: &TestServer, target: &Value) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
+async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     let mut server = TestServer::start();
     let mesh = upload_ball(&server).await;
     let scene = scene(&mesh, [-1.0, -1.0, -1.5]);
@@ -126,7 +126,7 @@ async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
     assert!(count("used") > 800 && count("edge") > 50 && count("unlit") > 50, "{view}");
     assert_eq!(target["samples"], view["pixels"]["used"]);
 
-    // What it shows, as it was understood.
+    // Its pictures.
     let shown = server.get(&format!("{place}/views/0/picture.png")).await.expect(200);
     assert_eq!(shown.header("cache-control"), "private, max-age=31536000, immutable");
     let request = server.request(Method::GET, &format!("{place}/views/0/picture.png"));
@@ -148,7 +148,7 @@ async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
     assert!(text_of(&problem["detail"]).contains("no mask"), "{problem}");
     server.get(&format!("{place}/views/1/picture.png")).await.problem(404);
 
-    // The material that it was taken of, laid over it.
+    // The original material, rendered in the target's scene.
     let over = format!("/v1/individuals/{individual}/render.png?target={}", text_of(&target["id"]));
     let over_it = server.get(&over).await.expect(200).picture();
     let whole = over_it.pixels().zip(shown.pixels()).filter(|(over, _)| over.0[3] == 255);
@@ -182,7 +182,7 @@ async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
     let other = format!("/v1/jobs?lineage={}", text_of(&target["id"]));
     assert_eq!(server.get(&other).await.expect(200).json()["items"], json!([]));
 
-    // The same after a restart, without what it was made of at hand.
+    // The target works after a restart and without the files that it was made of.
     assert_eq!(server.terminate(), 0);
     server.restart();
     assert_eq!(server.get(&place).await.expect(200).json(), target);
@@ -195,7 +195,7 @@ async fn picture_of_an_uploaded_mesh_is_understood_and_its_material_found() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn several_pictures_are_one_target_and_one_of_them_is_held_out() {
+async fn several_pictures_make_one_target_with_one_held_out() {
     let server = TestServer::start();
     let (front, side) = (scene("sphere", [-1.0, -1.0, -1.5]), scene("torus", [1.0, -0.5, -1.0]));
     let (_, first) = photographed(&server, &front).await;
@@ -211,12 +211,12 @@ async fn several_pictures_are_one_target_and_one_of_them_is_held_out() {
     let place = format!("/v1/targets/{}", text_of(&target["id"]));
     let views = target["views"].as_array().unwrap();
     assert_eq!(views[0]["pixels"]["masked"], SIDE * SIDE / 2);
-    assert_eq!(target["samples"], views[0]["pixels"]["used"], "what is held out is not fitted");
+    assert_eq!(target["samples"], views[0]["pixels"]["used"], "a held-out picture is not fitted");
     assert_eq!(views[1]["scene"]["mesh"], "torus");
     assert_eq!((&views[1]["gain_solved"], &views[1]["held_out"]), (&json!(true), &json!(true)));
     let shown = server.get(&format!("{place}/views/0/mask.png")).await.expect(200).picture();
     assert!(shown.enumerate_pixels().all(|(x, _, pixel)| (pixel.0[0] == 255) == (x < SIDE / 2)));
-    // The very material under a gain is as bright as the picture.
+    // The original material under an unknown gain is as bright as the picture.
     let over = format!("/v1/individuals/{individual}/render.png?target={}", text_of(&target["id"]));
     let over = server.get(&format!("{over}&view=1")).await.expect(200).picture();
     let wanted = server.get(&format!("{place}/views/1/picture.png")).await.expect(200).picture();
@@ -232,13 +232,13 @@ async fn several_pictures_are_one_target_and_one_of_them_is_held_out() {
     let front = front.expect(200).json();
     let items = front["items"].as_array().unwrap();
     assert!(items.iter().all(|one| one["views"].as_array().is_some_and(|all| all.len() == 2)));
-    // What was uploaded for it is had by workers alone.
+    // The uploaded file is only available to workers.
     let path = format!("/v1/leases/targets/{}", text_of(&target["hash"]));
     server.get(&path).await.problem(401);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn worker_gets_all_of_a_target_by_its_hash() {
+async fn worker_gets_a_target_file_by_its_hash() {
     let mut server = TestServer::start();
     let scene = scene(&upload_ball(&server).await, [-1.0, -1.0, -1.5]);
     let (_, picture) = photographed(&server, &scene).await;
@@ -247,7 +247,7 @@ async fn worker_gets_all_of_a_target_by_its_hash() {
     let again = server.post_target(&spec, &picture).await.expect(201).json();
     assert_eq!((&again["hash"], &again["bytes"]), (&target["hash"], &target["bytes"]));
     assert_ne!(again["id"], target["id"]);
-    // The other still has the file.
+    // The other target still has the file.
     server.delete(&format!("/v1/targets/{}", text_of(&again["id"]))).await.expect(204);
     assert_eq!(server.terminate(), 0);
     let data = server.data().to_string_lossy().into_owned();
@@ -258,21 +258,21 @@ async fn worker_gets_all_of_a_target_by_its_hash() {
     let path = format!("/v1/leases/targets/{}", text_of(&target["hash"]));
     let file = server.send(server.request(Method::GET, &path).bearer_auth(token)).await;
     let file = file.expect(200).body;
-    assert!(file.len() as u64 > target["bytes"].as_u64().unwrap(), "all of it, and a head");
+    assert!(file.len() as u64 > target["bytes"].as_u64().unwrap(), "the whole file and a header");
     assert!(file.windows(picture.len()).any(|part| part == picture));
     let other = format!("/v1/leases/targets/{}", "ab".repeat(32));
     server.send(server.request(Method::GET, &other).bearer_auth(token)).await.problem(404);
 }
 
-/// Name, status, pointer and words of a refusal; picture and scene.
+/// Name, status, pointer and reason of a refusal; picture and scene.
 type Row<'a> = (&'a str, u16, &'a str, &'a str, Vec<u8>, &'a Value);
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_picture_of_its_scene_is_refused_with_its_reason() {
+async fn picture_that_does_not_fit_its_scene_is_refused_with_a_reason() {
     let server = TestServer::start();
     let lit = scene("sphere", [-1.0, -1.0, -1.5]);
     let grey = |side: u32| encoded((side, side), |_, _| [0.2; 3]);
-    let nobody = "01890000-0000-7000-8000-000000000000";
+    let unknown = "01890000-0000-7000-8000-000000000000";
     let changed = |pointer: &str, value: Value| {
         let mut scene = lit.clone();
         scene[pointer] = value;
@@ -291,8 +291,8 @@ async fn what_is_no_picture_of_its_scene_is_refused_with_its_reason() {
         ("few", 422, "/file", "pixels can be used and 100 are needed: of 64 pixels", grey(8), &lit),
         ("NaN", 422, "/file", "the pixel 3, 4 is not a finite number", nan, &lit),
         ("black", 422, "/file", "reflects nothing", encoded((SIDE, SIDE), |_, _| [0.0; 3]), &lit),
-        ("none", 422, "/file", "a picture is an EXR", b"no picture".to_vec(), &lit),
-        ("large", 422, "/file", "4194304 is the most", png_head(2049), &lit),
+        ("none", 422, "/file", "the picture must be an EXR", b"no picture".to_vec(), &lit),
+        ("large", 422, "/file", "at most 4194304", png_head(2049), &lit),
         ("past", 422, "/scene/camera", "sees nothing of the mesh", grey(SIDE), &past),
         ("behind", 422, "/scene/lights", "no light of the scene reaches", grey(SIDE), &behind),
         ("soft", 422, "/scene/lights", "a light of kind ambient", grey(SIDE), &soft),
@@ -301,13 +301,13 @@ async fn what_is_no_picture_of_its_scene_is_refused_with_its_reason() {
             "mesh",
             422,
             "/scene/mesh",
-            "no mesh with that id",
+            "no mesh with this id",
             grey(SIDE),
-            &changed("mesh", json!(nobody)),
+            &changed("mesh", json!(unknown)),
         ),
         ("scale", 422, "/scene/scale", "", grey(SIDE), &far),
         ("field", 400, "/scene/colour", "unknown field", grey(SIDE), &strange),
-        ("id", 422, "/scene", "", grey(SIDE), &json!(nobody)),
+        ("id", 422, "/scene", "", grey(SIDE), &json!(unknown)),
     ];
     for (name, status, pointer, words, picture, scene) in rows {
         let spec = json!({"kind": "image", "scene": scene, "samples": 1});
@@ -333,10 +333,10 @@ async fn what_is_no_picture_of_its_scene_is_refused_with_its_reason() {
         assert!(text_of(&problem["detail"]).contains(words), "{problem}");
     }
     let list = server.get("/v1/targets").await.expect(200).json();
-    assert_eq!(list["items"], json!([]), "nothing is kept");
+    assert_eq!(list["items"], json!([]), "a refused upload stores nothing");
 }
 
-/// The head of a PNG, and nothing after it.
+/// Returns the header of a PNG without image data.
 fn png_head(side: u32) -> Vec<u8> {
     let picture = image::GrayImage::new(side, side);
     let mut bytes = Cursor::new(Vec::new());
@@ -345,7 +345,7 @@ fn png_head(side: u32) -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn views_that_do_not_go_together_are_refused() {
+async fn inconsistent_views_are_refused() {
     let server = TestServer::start();
     let lit = scene("sphere", [-1.0, -1.0, -1.5]);
     let picture = encoded((SIDE, SIDE), |_, _| [0.2; 3]);
@@ -379,5 +379,5 @@ async fn views_that_do_not_go_together_are_refused() {
     assert!(text_of(&problem["detail"]).contains("there is a part b"), "{problem}");
     server.post_parts(&json!({"kind": "image"}), &[]).await.problem(400);
     let list = server.get("/v1/targets").await.expect(200).json();
-    assert_eq!(list["items"], json!([]), "nothing is kept");
+    assert_eq!(list["items"], json!([]), "a refused upload stores nothing");
 }

@@ -1,4 +1,4 @@
-//! Measured targets as pictures: drawn in any scene and light, and individuals exposed as they are.
+//! Measured targets rendered in any scene and light, and individuals at their exposure.
 
 use brood_tests::{TestLineage, TestServer, ids, text_of};
 use reqwest::Method;
@@ -13,7 +13,7 @@ fn brightness(picture: &image::RgbaImage) -> f64 {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn measured_target_is_drawn_in_any_scene_and_light() {
+async fn measured_target_is_rendered_in_any_scene_and_light() {
     let server = TestServer::start();
     let id = server.glossy_target().await;
     let place = format!("/v1/targets/{id}/render.png");
@@ -50,7 +50,7 @@ async fn measured_target_is_drawn_in_any_scene_and_light() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn individual_is_exposed_as_the_target_that_it_is_held_against() {
+async fn individual_has_the_exposure_of_the_target_it_is_compared_with() {
     let server = TestServer::start();
     let id = server.glossy_target().await;
     let lineage = TestLineage::new(&server).await;
@@ -67,9 +67,9 @@ async fn individual_is_exposed_as_the_target_that_it_is_held_against() {
     let linear = beside.replace("render.png", "render.exr");
     let exr = server.get(&linear).await.expect(200);
     let plain = server.get(&own.replace("render.png", "render.exr")).await.expect(200);
-    assert_eq!(exr.body, plain.body, "exposure has no part in radiance");
+    assert_eq!(exr.body, plain.body, "radiance does not depend on exposure");
     server.get(&format!("{beside}&view=0")).await.problem(422);
     server.get(&format!("{beside}&backend=cpu")).await.problem(400);
-    let nobody = "01890000-0000-7000-8000-000000000000";
-    server.get(&format!("{own}&target={nobody}")).await.problem(404);
+    let unknown = "01890000-0000-7000-8000-000000000000";
+    server.get(&format!("{own}&target={unknown}")).await.problem(404);
 }

@@ -1,7 +1,7 @@
-//! kill -9 at awkward moments under load: every birth that was answered with 201 is there afterwards, unchanged, and
-//! a request that is sent again with its key is born once.
+//! kill -9 of the server and of workers under load.
 //!
-//! A worker that is killed takes no picture with it. Each test prints one line of figures.
+//! Every generation answered with 201 is there afterwards, unchanged; a repeated request with the
+//! same key is bred once; a killed worker loses no picture. Each test prints one line of figures.
 
 #![expect(
     clippy::unwrap_used,
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 const ROUNDS: u64 = 20;
 const CLIENTS: u64 = 4;
 
-/// A request that was sent: enough to send it again.
+/// Request that can be sent again.
 #[derive(Clone)]
 struct Request {
     key: String,
@@ -30,7 +30,7 @@ struct Request {
     body: Value,
 }
 
-/// What one client saw before the server died.
+/// Answers that one client got before the server died.
 #[derive(Default)]
 struct Seen {
     acknowledged: Vec<(Request, Value)>,
@@ -38,7 +38,7 @@ struct Seen {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn no_acknowledged_birth_is_lost_when_the_server_is_killed_twenty_times() {
+async fn no_acknowledged_generation_is_lost_when_the_server_is_killed_twenty_times() {
     let mut server = TestServer::start();
     let path = {
         let body = json!({"name": "under fire", "thumbnail_px": 16});
@@ -70,12 +70,12 @@ async fn no_acknowledged_birth_is_lost_when_the_server_is_killed_twenty_times() 
     );
 }
 
-/// The workers that this process started: those that render, or those that search.
+/// Returns the workers started by this process: those that render, or those that search.
 #[cfg(target_os = "linux")]
 fn workers_of(process: u32, that_search: bool) -> Vec<u32> {
     let all = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
         let id: u32 = entry.ok()?.file_name().to_str()?.parse().ok()?;
-        // A process may be gone again by now.
+        // The process may have ended meanwhile.
         let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
         let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
         let command = std::fs::read_to_string(format!("/proc/{id}/cmdline")).ok()?;
@@ -85,8 +85,9 @@ fn workers_of(process: u32, that_search: bool) -> Vec<u32> {
     all.collect()
 }
 
-/// Kills the worker a moment after a whole brood's pictures were asked for; the number of workers killed and of
-/// pictures that came. Its keeper sees it die, so those of its lease come as soon as the next worker has rendered them.
+/// Kills the worker shortly after a whole brood's pictures were requested; returns the numbers of
+/// workers killed and of pictures received. The supervisor reports the death, so the pictures
+/// arrive as soon as the next worker renders them.
 #[cfg(target_os = "linux")]
 async fn shoot_worker(moment: Duration) -> (usize, usize) {
     let server = TestServer::start();
@@ -111,7 +112,7 @@ async fn shoot_worker(moment: Duration) -> (usize, usize) {
         tokio::time::sleep(moment).await;
         let workers = workers_of(server.process(), false);
         for worker in &workers {
-            // It may have ended by itself in between.
+            // It may have ended by itself meanwhile.
             let _ = std::process::Command::new("kill").args(["-9", &worker.to_string()]).status();
         }
         workers.len()
@@ -122,7 +123,7 @@ async fn shoot_worker(moment: Duration) -> (usize, usize) {
 
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread")]
-async fn every_picture_comes_when_a_worker_is_killed_while_it_renders() {
+async fn every_picture_arrives_when_a_worker_is_killed_while_rendering() {
     let rounds = [5, 20, 45].map(|ms| shoot_worker(Duration::from_millis(ms)));
     let seen = futures::future::join_all(rounds).await;
     let killed: usize = seen.iter().map(|round| round.0).sum();
@@ -133,10 +134,10 @@ async fn every_picture_comes_when_a_worker_is_killed_while_it_renders() {
 
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread")]
-async fn pictures_do_not_wait_for_the_lease_of_a_worker_that_was_killed() {
+async fn pictures_do_not_wait_for_the_lease_of_a_killed_worker() {
     let server = TestServer::start();
     let lineage = TestLineage::with(&server, json!({"name": "frozen", "thumbnail_px": 32})).await;
-    // Once a picture has come, the worker waits for its next job.
+    // Once a picture has arrived, the worker waits for its next job.
     let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
     server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
     let worker = workers_of(server.process(), false)[0].to_string();
@@ -144,7 +145,7 @@ async fn pictures_do_not_wait_for_the_lease_of_a_worker_that_was_killed() {
         std::process::Command::new("kill").args([name, worker.as_str()]).status().unwrap();
     };
     signal("-STOP");
-    // It is given the job all the same: nobody can see that it sleeps.
+    // The job is granted all the same: the server cannot see that the worker is stopped.
     let second = lineage.breed(json!({"parents": [], "count": 2, "seed": 2})).await;
     let start = Instant::now();
     signal("-KILL");
@@ -157,7 +158,8 @@ async fn pictures_do_not_wait_for_the_lease_of_a_worker_that_was_killed() {
     println!("kill -9 of a worker with a lease: pictures after {} ms", elapsed.as_millis());
 }
 
-/// Breeds with several clients at once and kills the server in the middle; gives what was left without an answer.
+/// Breeds with several clients at once and kills the server meanwhile; returns the requests without
+/// an answer.
 async fn shoot(
     server: &mut TestServer,
     path: &str,
@@ -171,7 +173,7 @@ async fn shoot(
         tokio::spawn(load(base, first, Arc::clone(&parents)))
     });
     let clients: Vec<_> = clients.collect();
-    // A different moment in each round: early ones hit the start of writing, late ones full load.
+    // A different moment in each round: early ones hit the first writes, late ones full load.
     let moment = Duration::from_millis(30 + (round * 7919) % 400);
     tokio::time::sleep(moment).await;
     server.kill9();
@@ -184,7 +186,7 @@ async fn shoot(
     unanswered
 }
 
-/// One client: breeds one generation after the other until the server is gone.
+/// Breeds one generation after the other until the server is gone.
 async fn load(base: reqwest::RequestBuilder, first: u64, parents: Arc<Vec<String>>) -> Seen {
     let mut seen = Seen::default();
     for seed in first.. {
@@ -205,7 +207,7 @@ async fn load(base: reqwest::RequestBuilder, first: u64, parents: Arc<Vec<String
     seen
 }
 
-/// Status and body, or nothing where the connection broke.
+/// Returns status and body; `None` if the connection broke.
 async fn answer(request: reqwest::RequestBuilder) -> Option<(u16, Value)> {
     let response = request.send().await.ok()?;
     let status = response.status().as_u16();
@@ -231,11 +233,12 @@ async fn all_generations(server: &TestServer, path: &str) -> Vec<Value> {
     }
 }
 
-/// Every birth is listed once and is what its answer said; indices have no gap and nothing is listed besides.
+/// Asserts that every generation is listed once and equals its answer, and that indices have no
+/// gap.
 fn compare(births: &BTreeMap<u64, Value>, listed: &[Value], round: u64) {
     let mut by_seed = HashMap::new();
     for (position, generation) in listed.iter().enumerate() {
-        assert_eq!(generation["index"], position, "round {round}: indices have no gap");
+        assert_eq!(generation["index"], position, "round {round}: indices must have no gap");
         let twice = by_seed.insert(seed_of(generation), generation);
         assert!(twice.is_none(), "round {round}: seed {} was born twice", seed_of(generation));
     }
@@ -244,10 +247,10 @@ fn compare(births: &BTreeMap<u64, Value>, listed: &[Value], round: u64) {
         let found = found.unwrap_or_else(|| panic!("round {round}: seed {seed} is lost: {born}"));
         assert_eq!(found, born, "round {round}: seed {seed} has changed");
     }
-    assert!(by_seed.is_empty(), "round {round}: born without a request: {:?}", by_seed.keys());
+    assert!(by_seed.is_empty(), "round {round}: bred without a request: {:?}", by_seed.keys());
 }
 
-/// Pictures of the last generations, as whoever opens the lineage would see them.
+/// Decodes the pictures of the last generations, as shown when the lineage is opened.
 async fn decode_pictures(server: &TestServer, births: &BTreeMap<u64, Value>) -> usize {
     let mut count = 0;
     for generation in births.values().rev().take(10) {

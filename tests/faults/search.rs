@@ -1,5 +1,5 @@
-//! kill -9 of server and worker in the middle of a search: it ends with the same population as one that nobody disturbed,
-//! unless every worker dies over it.
+//! kill -9 of server and worker during a search: it ends with the same population as an undisturbed
+//! one, unless every worker dies while running it.
 
 use std::time::{Duration, Instant};
 
@@ -22,7 +22,7 @@ fn has_ended(job: &Value) -> bool {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn search_that_is_killed_five_times_ends_as_one_that_was_not() {
+async fn search_killed_five_times_ends_like_an_undisturbed_one() {
     let mut server = TestServer::start();
     let target = server.glossy_target().await;
     let whole = begin(&server, &target).await;
@@ -66,7 +66,7 @@ async fn search_that_is_killed_five_times_ends_as_one_that_was_not() {
         }
     };
     let lines = log(id).await;
-    assert_eq!(lines, log(text_of(&whole["id"])).await, "but for the time it took");
+    assert_eq!(lines, log(text_of(&whole["id"])).await, "equal except for the durations");
     assert_eq!(lines.len(), GENERATIONS as usize, "no generation twice");
     println!(
         "kill -9 of a search: {} times, after generations {killed:?}; the same population after {GENERATIONS}",
@@ -75,7 +75,7 @@ async fn search_that_is_killed_five_times_ends_as_one_that_was_not() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn search_that_every_worker_dies_over_fails_and_the_next_one_does_not() {
+async fn search_fails_when_every_worker_dies_running_it_and_the_next_one_succeeds() {
     let server = TestServer::start();
     let target = server.glossy_target().await;
     let id = begin(&server, &target).await;
@@ -85,7 +85,7 @@ async fn search_that_every_worker_dies_over_fails_and_the_next_one_does_not() {
         if has_ended(&job) {
             break job;
         }
-        // A generation that was told is a sign of life: deaths are counted from there again.
+        // A reported generation resets the count of deaths.
         if job["state"] == "running" {
             for worker in workers_of(server.process(), true) {
                 let kill = ["-9", &worker.to_string()];
@@ -102,5 +102,5 @@ async fn search_that_every_worker_dies_over_fails_and_the_next_one_does_not() {
     let next = begin(&server, &target).await;
     let next = server.job_once(&next, has_ended).await;
     assert_eq!(next["state"], "succeeded", "{next}");
-    println!("kill -9 of {killed} workers over one search: it failed, the next one did not");
+    println!("kill -9 of {killed} workers of one search: it failed, the next one did not");
 }

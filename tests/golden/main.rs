@@ -1,8 +1,9 @@
-//! Golden images: what `brood render` makes of committed genomes, against committed pictures.
+//! Golden images: `brood render` of committed genomes against committed pictures.
 //!
-//! A case is a folder with `genome.brood`, `scene.json` and `expected.png`. The tolerance is nothing at all: evaluation
-//! is bit-exact on every machine, geometry is f64 without platform functions, so any difference is a change of meaning.
-//! `cargo xtask golden --update` writes the pictures anew; every run leaves a report in target/golden/.
+//! A case is a folder with `genome.brood`, `scene.json` and `expected.png`. There is no tolerance:
+//! evaluation is bit-exact on every machine and geometry is f64 without platform functions, so any
+//! difference is a change of meaning. `cargo xtask golden --update` rewrites the pictures; every
+//! run writes a report to target/golden/.
 
 #![expect(
     clippy::unwrap_used,
@@ -18,13 +19,13 @@ use brood_tests::{brood, target_directory};
 use image::RgbaImage;
 use report::Case;
 
-/// Largest committed picture.
+/// Largest committed picture in bytes.
 const MAX_BYTES: u64 = 16 * 1024;
-/// Side of the pictures.
+/// Side of the pictures in pixels.
 const SIZE_PX: &str = "64";
 
 #[test]
-fn pictures_are_the_committed_ones_when_rendered() {
+fn rendered_pictures_equal_the_committed_ones() {
     let update = std::env::var_os("BROOD_GOLDEN_UPDATE").is_some();
     let report = target_directory().join("golden");
     std::fs::create_dir_all(&report).unwrap();
@@ -32,7 +33,7 @@ fn pictures_are_the_committed_ones_when_rendered() {
     for folder in folders() {
         cases.push(run(&folder, &report, update));
     }
-    assert!(cases.len() >= 6, "the cases are there: {}", cases.len());
+    assert!(cases.len() >= 6, "there must be at least 6 cases, found {}", cases.len());
     report::write(&report, &cases);
     let failures: Vec<String> = cases
         .iter()
@@ -42,7 +43,7 @@ fn pictures_are_the_committed_ones_when_rendered() {
     assert!(failures.is_empty(), "{}\nsee {}", failures.join("\n"), page.display());
 }
 
-/// All cases, by name.
+/// Returns the folders of all cases, by name.
 fn folders() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden");
     let entries = std::fs::read_dir(root).unwrap();
@@ -52,7 +53,7 @@ fn folders() -> Vec<PathBuf> {
     folders
 }
 
-/// Renders one case, compares or rewrites it, and leaves its pictures for the report.
+/// Renders one case, compares or rewrites it, and writes its pictures for the report.
 fn run(folder: &Path, report: &Path, update: bool) -> Case {
     let name = folder.file_name().unwrap().to_string_lossy().into_owned();
     let actual_file = report.join(format!("{name}-actual.png"));
@@ -69,7 +70,7 @@ fn run(folder: &Path, report: &Path, update: bool) -> Case {
         "-o".as_ref(),
         actual_file.as_ref(),
     ];
-    // A picture of an earlier run must not pass for one of this.
+    // Removed, so that a picture of an earlier run cannot pass for one of this run.
     if actual_file.exists() {
         std::fs::remove_file(&actual_file).unwrap();
     }
@@ -83,15 +84,18 @@ fn run(folder: &Path, report: &Path, update: bool) -> Case {
     Case { name, failure }
 }
 
-/// Says how two pictures differ, and draws the difference.
+/// Compares two pictures; writes the difference if there is one.
 fn compare(actual: &Path, expected: &Path, report: &Path, name: &str) -> Result<(), String> {
     if !expected.is_file() {
-        return Err("has no expected.png; look at it, then cargo xtask golden --update".to_owned());
+        return Err(
+            "there is no expected.png: review the picture, then run cargo xtask golden --update"
+                .to_owned(),
+        );
     }
     std::fs::copy(expected, report.join(format!("{name}-expected.png"))).unwrap();
     let bytes = std::fs::metadata(expected).unwrap().len();
     if bytes > MAX_BYTES {
-        return Err(format!("expected.png has {bytes} bytes, more than {MAX_BYTES}"));
+        return Err(format!("expected.png must have at most {MAX_BYTES} bytes, got {bytes}"));
     }
     let (actual, expected) = (open(actual), open(expected));
     if actual.dimensions() != expected.dimensions() {
@@ -109,7 +113,8 @@ fn open(path: &Path) -> RgbaImage {
     image::open(path).unwrap().to_rgba8()
 }
 
-/// The difference made visible, the number of pixels that differ, and the largest difference of a channel.
+/// Returns the amplified difference, the number of different pixels, and the largest difference of
+/// a channel.
 fn difference(actual: &RgbaImage, expected: &RgbaImage) -> (RgbaImage, usize, u8) {
     let (mut count, mut worst) = (0, 0);
     let mut drawn = RgbaImage::new(actual.width(), actual.height());

@@ -1,15 +1,13 @@
-//! The report: actual, expected and difference side by side, as a page that opens from the disk.
-//!
-//! Owns the page. Refuses to judge the pictures.
+//! HTML report of a run: actual, expected and difference side by side.
 
 use std::fmt::Write;
 use std::path::Path;
 
-/// The outcome of one case.
+/// Outcome of one case.
 pub struct Case {
-    /// Name of its folder.
+    /// Name of the folder.
     pub name: String,
-    /// How it differs, where it does.
+    /// Difference, if any.
     pub failure: Option<String>,
 }
 
@@ -18,7 +16,7 @@ const HEAD: &str = "<!doctype html><meta charset=utf-8><title>brood: golden imag
 td,th{padding:.4em 1em;text-align:left}.bad{color:#f88}</style>
 <h1>Golden images</h1><table><tr><th>case<th>actual<th>expected<th>difference x 8\n";
 
-/// Writes index.html beside the pictures.
+/// Writes index.html next to the pictures.
 pub fn write(folder: &Path, cases: &[Case]) {
     let mut page = HEAD.to_owned();
     for Case { name, failure } in cases {

@@ -1,14 +1,13 @@
-//! An HTTP answer read to its end, with checks that quote it when they fail.
-//!
-//! Owns how an unexpected answer is shown. Refuses to know routes.
+//! HTTP answer, read completely, with assertions that quote it when they fail. Independent of
+//! routes.
 
 use reqwest::header::HeaderMap;
 use serde_json::Value;
 
-/// Status, headers and the whole body.
+/// Status, headers and body of an answer.
 #[derive(Debug, Clone)]
 pub struct Answer {
-    /// What was asked, for messages.
+    /// Request, for messages.
     pub request: String,
     /// Status code.
     pub status: u16,
@@ -19,33 +18,33 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Reads a response to its end.
+    /// Reads a whole response.
     ///
     /// # Panics
-    /// Where the connection breaks.
+    /// If the connection breaks.
     pub async fn read(request: String, response: reqwest::Response) -> Self {
         let (status, headers) = (response.status().as_u16(), response.headers().clone());
         let body = match response.bytes().await {
             Ok(body) => body.to_vec(),
-            Err(error) => panic!("{request}: the body broke off: {error}"),
+            Err(error) => panic!("{request}: the body is incomplete: {error}"),
         };
         Self { request, status, headers, body }
     }
 
-    /// Insists on a status.
+    /// Asserts a status.
     ///
     /// # Panics
-    /// Where it is another, quoting the body.
+    /// If the status differs; quotes the body.
     #[track_caller]
     pub fn expect(self, status: u16) -> Self {
         assert_eq!(self.status, status, "{}: {}", self.request, self.excerpt());
         self
     }
 
-    /// Insists on a problem of that status in the form of RFC 9457, and hands it over.
+    /// Asserts a problem of this status in the form of RFC 9457, and returns it.
     ///
     /// # Panics
-    /// Where it is anything else.
+    /// If the answer is anything else.
     #[track_caller]
     pub fn problem(&self, status: u16) -> Value {
         assert_eq!(self.status, status, "{}: {}", self.request, self.excerpt());
@@ -60,10 +59,10 @@ impl Answer {
         problem
     }
 
-    /// The body as JSON.
+    /// Returns the body as JSON.
     ///
     /// # Panics
-    /// Where it is none.
+    /// If it is not JSON.
     #[track_caller]
     pub fn json(&self) -> Value {
         match serde_json::from_slice(&self.body) {
@@ -72,16 +71,16 @@ impl Answer {
         }
     }
 
-    /// The body as text, whatever is no UTF-8 replaced.
+    /// Returns the body as text, with invalid UTF-8 replaced.
     #[must_use]
     pub fn text(&self) -> String {
         String::from_utf8_lossy(&self.body).into_owned()
     }
 
-    /// The body as a picture.
+    /// Returns the body as a picture.
     ///
     /// # Panics
-    /// Where it is no PNG.
+    /// If it is not a PNG.
     #[track_caller]
     pub fn picture(&self) -> image::RgbaImage {
         match image::load_from_memory_with_format(&self.body, image::ImageFormat::Png) {
@@ -90,7 +89,7 @@ impl Answer {
         }
     }
 
-    /// A header as text, empty where it is absent.
+    /// Returns a header as text, empty if absent.
     #[must_use]
     pub fn header(&self, name: &str) -> String {
         let value = self.headers.get(name).and_then(|value| value.to_str().ok());

@@ -1,14 +1,14 @@
-//! The binary under test, and its offline commands.
+//! Binary under test and its offline commands.
 //!
-//! Owns where the binary is looked for. Refuses to build it: whoever starts the tests has built everything once.
+//! Finds the binary but does not build it: the test runner must have built everything.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-/// The built `brood`: `$BROOD_BIN`, else the one beside this test's own executable.
+/// Returns the built `brood`: `$BROOD_BIN`, else the binary next to the test's own executable.
 ///
 /// # Panics
-/// Where there is none, with a sentence on what to do.
+/// If there is none; the message names the command to build it.
 #[must_use]
 pub fn binary() -> PathBuf {
     if let Some(path) = std::env::var_os("BROOD_BIN") {
@@ -22,7 +22,7 @@ pub fn binary() -> PathBuf {
     path
 }
 
-/// Cargo's target directory.
+/// Returns cargo's target directory.
 #[must_use]
 pub fn target_directory() -> PathBuf {
     let profile = profile_directory();
@@ -35,21 +35,21 @@ fn profile_directory() -> PathBuf {
     deps.parent().expect("test executables lie in target/<profile>/deps").to_path_buf()
 }
 
-/// An offline command that has ended.
+/// Finished offline command.
 #[derive(Debug)]
 pub struct Finished {
-    /// Exit code; -1 where a signal ended it.
+    /// Exit code; -1 if a signal ended it.
     pub code: i32,
-    /// What it printed.
+    /// Text on stdout.
     pub stdout: String,
-    /// What it complained about.
+    /// Text on stderr.
     pub stderr: String,
 }
 
-/// Runs `brood` with these arguments and nothing to read.
+/// Runs `brood` with these arguments and empty stdin.
 ///
 /// # Panics
-/// Where the binary cannot be started.
+/// If the binary cannot be started.
 #[must_use]
 pub fn brood<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) -> Finished {
     let output = Command::new(binary())
@@ -65,10 +65,10 @@ pub fn brood<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) 
 }
 
 impl Finished {
-    /// Insists on exit code 0.
+    /// Asserts exit code 0.
     ///
     /// # Panics
-    /// Where the command failed, with what it said.
+    /// If the command failed; quotes its stderr.
     #[track_caller]
     pub fn success(self) -> Self {
         assert_eq!(self.code, 0, "brood failed\nstdout: {}\nstderr: {}", self.stdout, self.stderr);

@@ -1,7 +1,8 @@
-//! What every test from outside needs: the built binary, a real server on a free port, and answers that explain
-//! themselves when they are not what was expected.
+//! Tools for tests from outside: the built binary, a real server on a free port, and answers that
+//! explain failed assertions.
 //!
-//! Owns processes and HTTP. Refuses to know the types behind the answers: a test reads the JSON that a stranger reads.
+//! Owns processes and HTTP. Does not use the types behind the answers: a test reads JSON like any
+//! other client.
 
 mod answer;
 mod binary;

@@ -1,16 +1,16 @@
-//! Requests that no HTTP client would send.
-//!
-//! Owns a bare TCP connection. Refuses to interpret more than the status line.
+//! Requests that HTTP clients cannot send, over a bare TCP connection.
 
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
-/// Sends these bytes and gives the status code with everything that came back until the server closed.
+/// Sends bytes; returns the status code and everything received until the server closed the
+/// connection.
 ///
 /// # Panics
-/// Where the server cannot be reached, or answers nothing within 40 s (longer than any of its own limits).
+/// If the server cannot be reached, or neither answers nor closes within 40 s, which is longer than
+/// its limits.
 pub async fn raw_request(address: &str, bytes: &[u8]) -> (u16, String) {
     let mut stream = TcpStream::connect(address).await.expect("the server accepts connections");
     stream.write_all(bytes).await.expect("the server reads the request");

@@ -1,6 +1,7 @@
-//! A real server: the built binary on a free port with a data directory of its own.
+//! Real server: the built binary on a free port with its own data directory.
 //!
-//! Owns the process, its directory and its log; ends it when dropped, and shows the log where the test has failed.
+//! Owns the process, its directory and its log; terminates it on drop and prints the log if the
+//! test has failed.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -15,12 +16,12 @@ use tempfile::TempDir;
 
 use crate::{Answer, binary};
 
-/// Longest wait for a server that starts, on a busy machine with two cores.
+/// Longest time to start, on a busy machine with two cores.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
-/// Longer than the server lets any request wait.
+/// Longer than the server's longest wait.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(90);
 
-/// How a server is started.
+/// Options of a server.
 #[derive(Debug, Clone)]
 pub struct ServerOptions {
     /// Value of `--backend`.
@@ -32,13 +33,13 @@ pub struct ServerOptions {
 }
 
 impl Default for ServerOptions {
-    /// One worker on the CPU: what most tests need, and quick to start.
+    /// One worker on the CPU: enough for most tests, and quick to start.
     fn default() -> Self {
         Self { backend: "cpu", workers: 1, arguments: Vec::new() }
     }
 }
 
-/// A running server.
+/// Running server.
 pub struct TestServer {
     options: ServerOptions,
     data: TempDir,
@@ -52,7 +53,7 @@ impl TestServer {
     /// Starts a server on an empty data directory and waits until it listens.
     ///
     /// # Panics
-    /// Where it does not come up, with its log.
+    /// If it does not start; prints its log.
     #[must_use]
     pub fn start() -> Self {
         Self::start_with(ServerOptions::default())
@@ -61,7 +62,7 @@ impl TestServer {
     /// Starts a server with these options on an empty data directory.
     ///
     /// # Panics
-    /// Where it does not come up, with its log.
+    /// If it does not start; prints its log.
     #[must_use]
     pub fn start_with(options: ServerOptions) -> Self {
         Self::start_on(options, TempDir::new().expect("a temporary folder can be made"))
@@ -70,7 +71,7 @@ impl TestServer {
     /// Starts a server with these options on this data directory.
     ///
     /// # Panics
-    /// Where it does not come up, with its log.
+    /// If it does not start; prints its log.
     #[must_use]
     pub fn start_on(options: ServerOptions, data: TempDir) -> Self {
         let log = Arc::new(Mutex::new(String::new()));
@@ -83,25 +84,25 @@ impl TestServer {
         Self { options, data, child, address, log, client }
     }
 
-    /// `host:port` that the server listens on.
+    /// Returns the `host:port` that the server listens on.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// The server's process id.
+    /// Returns the server's process id.
     #[must_use]
     pub fn process(&self) -> u32 {
         self.child.id()
     }
 
-    /// The data directory.
+    /// Returns the data directory.
     #[must_use]
     pub fn data(&self) -> &Path {
         self.data.path()
     }
 
-    /// What the server wrote on stderr so far, over all its starts.
+    /// Returns the text on stderr so far, over all starts.
     ///
     /// # Panics
     /// Never in practice: no reader of the log panics.
@@ -110,19 +111,19 @@ impl TestServer {
         self.log.lock().expect("no reader of the log panics").clone()
     }
 
-    /// Ends the server at once, as a power cut would end it, and waits until it is gone.
+    /// Kills the server, like a power cut, and waits for its end.
     ///
     /// # Panics
-    /// Where the process cannot be killed.
+    /// If the process cannot be killed.
     pub fn kill9(&mut self) {
         self.child.kill().expect("a child can be killed");
         self.child.wait().expect("a killed child ends");
     }
 
-    /// Asks the server to end, and gives its exit code.
+    /// Terminates the server; returns its exit code.
     ///
     /// # Panics
-    /// Where it does not end within 30 s.
+    /// If it does not end within 30 s.
     #[must_use]
     pub fn terminate(&mut self) -> i32 {
         let signal = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
@@ -137,16 +138,16 @@ impl TestServer {
         }
     }
 
-    /// Starts the server again on the same data directory, after it has ended.
+    /// Starts an ended server again on the same data directory.
     ///
     /// # Panics
-    /// Where it does not come up, with its log.
+    /// If it does not start; prints its log.
     pub fn restart(&mut self) {
         let (child, address) = spawn(&self.options, self.data.path(), &self.log);
         (self.child, self.address) = (child, address);
     }
 
-    /// A request to this server, for what the helpers below do not cover.
+    /// Returns a request to this server, for cases that the other methods do not cover.
     pub fn request(&self, method: Method, path: &str) -> reqwest::RequestBuilder {
         self.client.request(method, format!("http://{}{path}", self.address))
     }
@@ -154,7 +155,7 @@ impl TestServer {
     /// Sends a request and reads the answer.
     ///
     /// # Panics
-    /// Where no answer comes.
+    /// If there is no answer.
     pub async fn send(&self, request: reqwest::RequestBuilder) -> Answer {
         match self.try_send(request).await {
             Ok(answer) => answer,
@@ -165,7 +166,7 @@ impl TestServer {
     /// Sends a request to a server that may be gone.
     ///
     /// # Errors
-    /// Where the request could not be sent or its answer did not come to an end.
+    /// If the request cannot be sent or the answer is incomplete.
     pub async fn try_send(&self, request: reqwest::RequestBuilder) -> reqwest::Result<Answer> {
         let request = request.build()?;
         let name = format!("{} {}", request.method(), request.url().path());
@@ -175,23 +176,23 @@ impl TestServer {
         Ok(Answer { request: name, status, headers, body })
     }
 
-    /// GET.
+    /// Sends a GET.
     pub async fn get(&self, path: &str) -> Answer {
         self.send(self.request(Method::GET, path)).await
     }
 
-    /// POST of JSON.
+    /// Sends a POST of JSON.
     pub async fn post(&self, path: &str, body: &Value) -> Answer {
         self.send(self.request(Method::POST, path).json(body)).await
     }
 
-    /// POST of bytes of some kind.
+    /// Sends a POST of bytes of this media type.
     pub async fn post_bytes(&self, path: &str, kind: &str, body: impl Into<Vec<u8>>) -> Answer {
         let request = self.request(Method::POST, path).header("content-type", kind);
         self.send(request.body(body.into())).await
     }
 
-    /// PATCH of JSON with `If-Match` where a version is given.
+    /// Sends a PATCH of JSON, with `If-Match` if a version is given.
     pub async fn patch(&self, path: &str, version: Option<&str>, body: &Value) -> Answer {
         let mut request = self.request(Method::PATCH, path).json(body);
         if let Some(version) = version {
@@ -200,7 +201,7 @@ impl TestServer {
         self.send(request).await
     }
 
-    /// DELETE.
+    /// Sends a DELETE.
     pub async fn delete(&self, path: &str) -> Answer {
         self.send(self.request(Method::DELETE, path)).await
     }
@@ -208,14 +209,14 @@ impl TestServer {
 
 impl Drop for TestServer {
     fn drop(&mut self) {
-        // The server may have ended already; then there is nothing to end.
+        // The server may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
         if std::thread::panicking() {
             let log = self.log();
             let from = log.len().saturating_sub(6000);
             let from = (from..=log.len()).find(|at| log.is_char_boundary(*at)).unwrap_or(0);
-            eprintln!("--- the server's log ends so:\n{}", &log[from..]);
+            eprintln!("--- end of the server's log:\n{}", &log[from..]);
         }
     }
 }
@@ -241,7 +242,7 @@ fn spawn(options: &ServerOptions, data: &Path, log: &Arc<Mutex<String>>) -> (Chi
     std::thread::spawn(move || {
         for line in BufReader::new(stdout).lines().map_while(Result::ok) {
             if let Some(address) = line.strip_prefix("brood is listening on http://") {
-                // Nobody listens any more once the address is known.
+                // The receiver is dropped once the address is known.
                 let _ = told.send(address.trim_end_matches('/').to_owned());
             }
         }
@@ -255,7 +256,7 @@ fn spawn(options: &ServerOptions, data: &Path, log: &Arc<Mutex<String>>) -> (Chi
     panic!("the server did not say that it is listening ({status:?}); its log:\n{log}");
 }
 
-/// Appends a stream to the log as it comes.
+/// Appends a stream to the log as it arrives.
 fn keep(mut stream: impl Read, log: &Mutex<String>) {
     let mut buffer = [0; 4096];
     while let Ok(count) = stream.read(&mut buffer) {

@@ -1,4 +1,4 @@
-//! Targets for searches: samples of a glossy material, and uploads.
+//! Targets of searches: samples of a glossy material, and uploads.
 
 use std::fmt::Write;
 
@@ -6,10 +6,11 @@ use serde_json::{Value, json};
 
 use crate::{Answer, TestServer, text_of};
 
-/// What stands between the parts of an upload.
+/// Boundary between the parts of an upload.
 const BOUNDARY: &str = "----between-the-parts";
 
-/// Samples of a coloured, glossy, reciprocal material as CSV, at directions drawn from a seed.
+/// Returns samples of a coloured, glossy, reciprocal material as CSV, at directions drawn from a
+/// seed.
 #[must_use]
 pub fn glossy_csv(rows: usize, seed: u64) -> String {
     let mut state = seed.wrapping_mul(2).wrapping_add(1);
@@ -32,18 +33,18 @@ pub fn glossy_csv(rows: usize, seed: u64) -> String {
         let [r, g, b] = [0.25, 0.12, 0.05].map(|diffuse| diffuse + gloss);
         let numbers = [i, o, [r, g, b]].concat();
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        writeln!(text, "{}", numbers.join(",")).expect("a string takes all");
+        writeln!(text, "{}", numbers.join(",")).expect("writing to a string cannot fail");
     }
     text
 }
 
-/// The body of an upload, and its content type.
+/// Returns the content type and the body of an upload.
 #[must_use]
 pub fn upload(spec: &str, file: &[u8]) -> (String, Vec<u8>) {
     upload_parts(spec, &[("file", file)])
 }
 
-/// The same with other parts than one file.
+/// Returns the content type and the body of an upload with any parts.
 #[must_use]
 pub fn upload_parts(spec: &str, parts: &[(&str, &[u8])]) -> (String, Vec<u8>) {
     let mut body = Vec::new();
@@ -71,17 +72,17 @@ impl TestServer {
         self.post_bytes("/v1/targets", &kind, body).await
     }
 
-    /// Uploads a glossy material and gives its id.
+    /// Uploads a glossy material; returns its id.
     pub async fn glossy_target(&self) -> String {
         let spec = json!({"kind": "samples", "name": "glossy"});
         let target = self.post_target(&spec, glossy_csv(600, 1)).await.expect(201).json();
         text_of(&target["id"])
     }
 
-    /// The job once it is as wanted.
+    /// Waits until the job satisfies `is_wanted`, and returns it.
     ///
     /// # Panics
-    /// Where it is not within two minutes.
+    /// If it does not within two minutes.
     pub async fn job_once(&self, id: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
         let deadline = std::time::Instant::now() + std::time::Duration::from_secs(120);
         loop {

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use brood_program::Program;
-use brood_protocol::Work;
+use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{BuiltinMesh, Film, LightAssets, Mesh, MeshRef, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
@@ -95,7 +95,7 @@ impl<'a> SceneView<'a> {
     }
 
     fn render(&self, raster: Raster) -> SampleSet {
-        SampleSet::render_lit(self.mesh, self.scene, self.assets, raster)
+        SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
     }
 
     fn set_key(&self, raster: Raster) -> blake3::Hash {
@@ -144,7 +144,7 @@ impl Caches {
         self.uploaded.get(hash)
     }
 
-    pub(crate) fn keep_uploaded(&self, mesh: Arc<LoadedMesh>) {
+    pub(crate) fn cache_uploaded(&self, mesh: Arc<LoadedMesh>) {
         self.uploaded.insert(*mesh.hash(), mesh);
     }
 
@@ -159,10 +159,10 @@ impl Caches {
                     Arc::new(view.render(raster))
                 })
             },
-            |sets_us| Work { sets_us, ..Work::default() },
+            |sets_us| RenderStats { sets_us, ..RenderStats::default() },
         );
         let (sets_made, sets_reused) = (u64::from(made), u64::from(!made));
-        self.counters.add(Work { sets_made, sets_reused, ..Work::default() });
+        self.counters.add(RenderStats { sets_made, sets_reused, ..RenderStats::default() });
         set
     }
 
@@ -176,10 +176,10 @@ impl Caches {
     ) -> Arc<SampleSet> {
         let key = view.set_key(raster);
         if let Some(set) = self.sets.get(&key) {
-            self.counters.add(Work { sets_reused: 1, ..Work::default() });
+            self.counters.add(RenderStats { sets_reused: 1, ..RenderStats::default() });
             return set;
         }
-        self.counters.add(Work { sets_made: 1, ..Work::default() });
+        self.counters.add(RenderStats { sets_made: 1, ..RenderStats::default() });
         let set = Arc::new(view.render(raster));
         self.sets.insert(key, set.clone());
         set
@@ -197,10 +197,10 @@ impl Caches {
         }
         let key = hasher.finalize();
         if let Some(program) = self.programs.get(&key) {
-            self.counters.add(Work { translations_reused: 1, ..Work::default() });
+            self.counters.add(RenderStats { translations_reused: 1, ..RenderStats::default() });
             return Ok(program);
         }
-        self.counters.add(Work { translations_made: 1, ..Work::default() });
+        self.counters.add(RenderStats { translations_made: 1, ..RenderStats::default() });
         let program = Arc::new(unpack(words)?);
         self.programs.insert(key, program.clone());
         Ok(program)

@@ -6,8 +6,8 @@ use std::time::Duration;
 use brood_genome::{BirthKey, Dialect, Variation};
 use brood_program::Program;
 use brood_protocol::{
-    Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource, Outcome,
-    PictureFormat, PictureKey, RenderItem, RenderJob, decode, encode,
+    Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
+    PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, decode, encode,
 };
 use brood_scene::{MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -158,7 +158,7 @@ async fn pictures_are_submitted_with_their_keys() {
     assert_eq!(*request, format!("POST /v1/leases/{}/results", ticket.lease));
     let results: LeaseResults = decode(body).unwrap();
     assert_eq!(results.ticket, ticket);
-    let Outcome::Pictures(pictures, work) = results.outcome else { panic!("{results:?}") };
+    let RenderOutcome::Pictures(pictures, work) = results.outcome else { panic!("{results:?}") };
     assert_eq!((pictures.len(), pictures[0].key), (1, key));
     assert!(work.pictures == 1 && work.rays >= 32 * 32, "{work:?}");
     assert_eq!(work.operations_written, 200 * work.rays);
@@ -178,7 +178,7 @@ async fn job_fails_with_reason_when_grant_is_invalid() {
     for grant in [broken, other_key, grant(&scene, 32)] {
         let requests = FakeServer::new(grant, 204, 204).run_worker().await;
         let results: LeaseResults = decode(&requests.last().unwrap().1).unwrap();
-        let Outcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
+        let RenderOutcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
         assert!(!reason.is_empty());
     }
 }

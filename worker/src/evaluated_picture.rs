@@ -8,7 +8,7 @@ use brood_eval::{
     rough_tiles, shade,
 };
 use brood_program::Program;
-use brood_protocol::{Backend, Frame, Work};
+use brood_protocol::{Backend, Frame, RenderStats};
 use brood_scene::{PixelArea, SampleSet};
 
 use crate::cache::{Raster, SceneView};
@@ -107,7 +107,11 @@ impl EvaluatedPicture<'_> {
             renderer.evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
             fine.radiance(&f, &mut put);
             let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);
-            renderer.caches.counters.add(Work { rough_pixels, rough_samples, ..Work::default() });
+            renderer.caches.counters.add(RenderStats {
+                rough_pixels,
+                rough_samples,
+                ..RenderStats::default()
+            });
         }
         Ok(())
     }

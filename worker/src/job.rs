@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    ClientError, LeaseGrant, LeaseResults, LeaseTicket, LightAssetFile, MeshSource, Outcome,
-    RenderJob, WorkerClient,
+    ClientError, LeaseGrant, LeaseResults, LeaseTicket, LightAssetFile, MeshSource, RenderJob,
+    RenderOutcome, WorkerClient,
 };
 use brood_scene::{AssetRef, Light, LightAssets, MeshRef};
 use tokio::sync::{mpsc, oneshot};
@@ -51,7 +51,7 @@ impl RenderContext {
         };
         match outcome {
             Ok(outcome) => {
-                if let Outcome::Failed(reason) = &outcome {
+                if let RenderOutcome::Failed(reason) = &outcome {
                     tracing::warn!(%job, reason, "job failed");
                 }
                 let results = LeaseResults { ticket, outcome };
@@ -76,24 +76,24 @@ impl RenderContext {
         }
     }
 
-    async fn render(&self, work: RenderJob) -> Result<Outcome, Abandoned> {
+    async fn render(&self, work: RenderJob) -> Result<RenderOutcome, Abandoned> {
         let mesh = match self.mesh(&work).await {
             Ok(mesh) => mesh,
             Err(ClientError::Stale) => return Err(Abandoned::Stale),
             Err(ClientError::Status { status, detail }) if status.is_client_error() => {
                 let reason = format!("cannot download the mesh ({status}): {detail}");
-                return Ok(Outcome::Failed(reason));
+                return Ok(RenderOutcome::Failed(reason));
             }
-            Err(ClientError::Wire(error)) => return Ok(Outcome::Failed(error.to_string())),
+            Err(ClientError::Wire(error)) => return Ok(RenderOutcome::Failed(error.to_string())),
             Err(error) => return Err(Abandoned::Release(error.to_string())),
         };
         let mesh = match mesh {
             Ok(mesh) => mesh,
-            Err(reason) => return Ok(Outcome::Failed(reason)),
+            Err(reason) => return Ok(RenderOutcome::Failed(reason)),
         };
         let assets = match self.light_assets(&work).await {
             Ok(Ok(assets)) => assets,
-            Ok(Err(reason)) => return Ok(Outcome::Failed(reason)),
+            Ok(Err(reason)) => return Ok(RenderOutcome::Failed(reason)),
             Err(ClientError::Stale) => return Err(Abandoned::Stale),
             Err(error) => return Err(Abandoned::Release(error.to_string())),
         };
@@ -127,7 +127,7 @@ impl RenderContext {
                 }
                 let mesh = self.client.mesh(&hash).await?;
                 let renderer = self.renderer.clone();
-                let keep = move || renderer.keep_uploaded(&hash, LoadedMesh::new(mesh));
+                let keep = move || renderer.cache_uploaded(&hash, LoadedMesh::new(mesh));
                 Ok(match tokio::task::spawn_blocking(keep).await {
                     Ok(kept) => kept.map_err(|e| e.to_string()),
                     Err(error) => Err(error.to_string()),

@@ -45,4 +45,4 @@ pub use cache::LoadedMesh;
 pub use claim::{WorkerConfig, WorkerError, run};
 pub use renderer::{RenderError, Renderer};
 pub use search::{SearcherConfig, run_searches};
-pub use view_comparison::Beside;
+pub use view_comparison::ViewComparison;

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use brood_genome::Input;
 use brood_program::Program;
-use brood_protocol::{Outcome, RenderJob, RenderedPicture, Work};
+use brood_protocol::{RenderJob, RenderOutcome, RenderStats, RenderedPicture};
 use brood_scene::LightAssets;
 use tokio::sync::{mpsc, oneshot};
 
@@ -23,7 +23,7 @@ pub(crate) struct RenderRequest {
     pub(crate) mesh: Arc<LoadedMesh>,
     pub(crate) assets: LightAssets,
     /// Channel for the outcome; closed if the lease was lost.
-    pub(crate) reply: oneshot::Sender<Outcome>,
+    pub(crate) reply: oneshot::Sender<RenderOutcome>,
 }
 
 /// Starts the thread. It ends when all senders are dropped.
@@ -51,10 +51,10 @@ pub(crate) fn start(
     Ok(sender)
 }
 
-fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome {
+fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> RenderOutcome {
     let start = Instant::now();
     // Discard the counters of an earlier job that failed.
-    let _ = renderer.take_work();
+    let _ = renderer.take_stats();
     let render = || {
         let programs: Result<Vec<_>, RenderError> =
             work.items.iter().map(|item| renderer.program(&item.words)).collect();
@@ -62,7 +62,7 @@ fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome 
         let programs: Vec<_> = programs.iter().map(AsRef::as_ref).collect();
         let pictures = renderer.render(&work.frame, mesh, &programs)?;
         let mut counters = counters(work, &programs, &pictures);
-        counters += renderer.take_work();
+        counters += renderer.take_stats();
         Ok::<_, RenderError>((pictures, counters))
     };
     match catch_unwind(AssertUnwindSafe(render)) {
@@ -70,31 +70,33 @@ fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> Outcome 
             // A picture with a wrong key would corrupt the server's cache.
             for (picture, item) in pictures.iter().zip(&work.items) {
                 if picture.key != item.key {
-                    return Outcome::Failed("server and worker are of different versions".into());
+                    return RenderOutcome::Failed(
+                        "server and worker are of different versions".into(),
+                    );
                 }
             }
             let busy_us = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
-            Outcome::Pictures(pictures, Work { busy_us, ..counters })
+            RenderOutcome::Pictures(pictures, RenderStats { busy_us, ..counters })
         }
-        Ok(Err(error)) => Outcome::Failed(error.to_string()),
-        Err(_) => Outcome::Failed("the renderer panicked".to_owned()),
+        Ok(Err(error)) => RenderOutcome::Failed(error.to_string()),
+        Err(_) => RenderOutcome::Failed("the renderer panicked".to_owned()),
     }
 }
 
 /// Sums the counters of the pictures, with the work that they would have taken without
 /// optimisations.
-fn counters(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> Work {
+fn counters(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> RenderStats {
     let rays = work.frame.rays();
-    let mut total = Work::default();
+    let mut total = RenderStats::default();
     for ((item, program), picture) in work.items.iter().zip(programs).zip(pictures) {
-        total += Work {
+        total += RenderStats {
             pictures: 1,
             operations_written: u64::from(item.operations_written) * rays,
             operations_executed: picture.operations,
             inputs_known: Input::ALL.len() as u64,
             inputs_read: program.inputs().iter().count() as u64,
             samples_lit: picture.samples,
-            ..Work::default()
+            ..RenderStats::default()
         };
     }
     total

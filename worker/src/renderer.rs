@@ -6,8 +6,8 @@ use std::time::Instant;
 use brood_eval::{Developed, EvalError, Gain};
 use brood_program::{Program, WordsError};
 use brood_protocol::{
-    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderedPicture, WireError, Work,
-    WorkerReport,
+    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderStats, RenderedPicture,
+    WireError, WorkerReport,
 };
 use brood_scene::{
     BuiltinMesh, Exposure, Film, LightAssets, PixelArea, SampleSet, Sampling, SceneError,
@@ -111,7 +111,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Returns [`RenderError::MeshContent`] if its content hash is not `hash`.
-    pub fn keep_uploaded(
+    pub fn cache_uploaded(
         &self,
         hash: &[u8; 32],
         mesh: LoadedMesh,
@@ -120,7 +120,7 @@ impl Renderer {
             return Err(RenderError::MeshContent);
         }
         let mesh = Arc::new(mesh);
-        self.caches.keep_uploaded(mesh.clone());
+        self.caches.cache_uploaded(mesh.clone());
         Ok(mesh)
     }
 
@@ -156,7 +156,7 @@ impl Renderer {
     /// Returns the counters since the last call and resets them: rays and hits, sample sets and
     /// programs computed and reused, times.
     #[must_use = "taking the counters resets them"]
-    pub fn take_work(&self) -> Work {
+    pub fn take_stats(&self) -> RenderStats {
         self.caches.counters.take()
     }
 
@@ -231,7 +231,8 @@ impl Renderer {
         let assets = self.loaded_assets();
         let view = SceneView::new(&scene, mesh, &assets);
         // Adaptive sampling needs the neighbours of each pixel, to decide if it is rough.
-        let traced_area = if sampling == Sampling::Adaptive { area.grown(size_px) } else { area };
+        let traced_area =
+            if sampling == Sampling::Adaptive { area.with_border(size_px) } else { area };
         let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: traced_area });
         let gains = if area == whole {
             None
@@ -247,12 +248,12 @@ impl Renderer {
             let counters = &self.caches.counters;
             counters.timed(
                 || self.evaluators.eval(frame.backend, programs, &set, &mut out),
-                |evaluation_us| Work { evaluation_us, ..Work::default() },
+                |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
             )?;
             let counts = set.counts();
             let pictures = programs.len() as u64;
             let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
-            counters.add(Work { rays, samples_covered, ..Work::default() });
+            counters.add(RenderStats { rays, samples_covered, ..RenderStats::default() });
             let started = Instant::now();
             let results: Result<Vec<T>, RenderError> = programs
                 .par_iter()
@@ -269,7 +270,8 @@ impl Renderer {
                 })
                 .collect();
             done.extend(results?);
-            counters.add(Work { film_us: micros(started.elapsed()), ..Work::default() });
+            counters
+                .add(RenderStats { film_us: micros(started.elapsed()), ..RenderStats::default() });
         }
         *self.buffer() = out;
         Ok(done)
@@ -460,10 +462,10 @@ mod tests {
         let renderer = Renderer::new(Backend::Cpu);
         let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
         let hash = *mesh.hash();
-        assert!(matches!(renderer.keep_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
+        assert!(matches!(renderer.cache_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
         let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
         assert!(renderer.uploaded(&hash).is_none());
-        renderer.keep_uploaded(&hash, mesh).unwrap();
+        renderer.cache_uploaded(&hash, mesh).unwrap();
         assert!(renderer.uploaded(&hash).is_some());
     }
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use brood_protocol::{
-    ClientError, Directive, SearchGrant, SearchNews, SearchReport, SearchRequest, SearchTicket,
+    ClientError, Directive, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate,
     WorkerClient,
 };
 use brood_search::{TargetFile, TargetKind};
@@ -126,7 +126,7 @@ struct SearchContext {
 
 /// Reason for stopping a search.
 enum StopReason {
-    /// The search is complete, the server has answered [`Directive::Leave`], or the lease is no
+    /// The search is complete, the server has answered [`Directive::Stop`], or the lease is no
     /// longer valid: nothing remains to be reported.
     Done,
     /// Permanent failure.
@@ -165,8 +165,8 @@ impl SearchContext {
             StopReason::Done => return tracing::debug!(%job, "search ended"),
             StopReason::Failed(reason) => {
                 tracing::warn!(%job, reason, "search failed");
-                let news = SearchNews::Failed(reason);
-                self.client.report_search(&SearchReport { ticket, news }).await.map(drop)
+                let update = SearchUpdate::Failed(reason);
+                self.client.report_search(&SearchReport { ticket, update }).await.map(drop)
             }
             StopReason::Release(reason) => {
                 tracing::info!(%job, reason, "search returned to the queue");
@@ -178,7 +178,7 @@ impl SearchContext {
         }
     }
 
-    /// Runs a search to its end, or until the server answers [`Directive::Leave`].
+    /// Runs a search to its end, or until the server answers [`Directive::Stop`].
     async fn search(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> StopReason {
         match self.run_search(grant, stop).await {
             Ok(()) => StopReason::Done,
@@ -212,16 +212,16 @@ impl SearchContext {
             })
             .await?;
             run = back;
-            let StepBatch { news, is_over } = batch.map_err(StopReason::Failed)?;
-            if let Some(news) = news
-                && self.report(ticket, news).await? == Directive::Leave
+            let StepBatch { update, is_over } = batch.map_err(StopReason::Failed)?;
+            if let Some(update) = update
+                && self.report(ticket, update).await? == Directive::Stop
             {
                 return Ok(());
             }
             if is_over {
                 let stop = stop.clone();
-                let news = blocking(&pool, move || run.finish(&stop)).await?;
-                self.report(ticket, news.map_err(StopReason::Failed)?).await?;
+                let update = blocking(&pool, move || run.finish(&stop)).await?;
+                self.report(ticket, update.map_err(StopReason::Failed)?).await?;
                 return Ok(());
             }
         }
@@ -251,9 +251,9 @@ impl SearchContext {
     async fn report(
         &self,
         ticket: SearchTicket,
-        news: SearchNews,
+        update: SearchUpdate,
     ) -> Result<Directive, StopReason> {
-        let report = SearchReport { ticket, news };
+        let report = SearchReport { ticket, update };
         let mut backoff = Backoff::default();
         loop {
             let error = match self.client.report_search(&report).await {
@@ -277,7 +277,7 @@ impl SearchContext {
         let period = HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
         loop {
             tokio::time::sleep(period).await;
-            match self.client.keep_search(ticket).await {
+            match self.client.heartbeat_search(ticket).await {
                 Ok(()) => {}
                 Err(ClientError::Stale) => return,
                 Err(error) => tracing::debug!(%error, "heartbeat failed"),

@@ -9,14 +9,14 @@ use brood_eval::express;
 use brood_genome::Genome;
 use brood_inspect::Specimen;
 use brood_protocol::{
-    Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews,
+    Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchUpdate,
 };
 use brood_search::{
-    Candidate, Found, KnownView, Options, Pace, Progress, Search, Strategy, TargetFile,
+    Candidate, Found, KnownView, Options, Progress, Search, Strategy, TargetFile, TimeBudget,
 };
 use rayon::prelude::*;
 
-use crate::view_comparison::Beside;
+use crate::view_comparison::ViewComparison;
 
 /// Interval between reports. Shorter generations are reported together.
 const REPORT_INTERVAL: Duration = Duration::from_millis(250);
@@ -33,7 +33,7 @@ pub(crate) struct SearchRun {
     /// Search time in seconds, without pauses and the server's response times.
     seconds: f64,
     /// Present if the budget is a time.
-    pace: Option<Pace>,
+    pace: Option<TimeBudget>,
     /// Validation error of the best material reported so far.
     recorded: f64,
     /// True if a generation has completed, in this lease or before.
@@ -43,7 +43,7 @@ pub(crate) struct SearchRun {
 /// Batch of generations.
 pub(crate) struct StepBatch {
     /// Report, or `None` if there was no generation.
-    pub(crate) news: Option<SearchNews>,
+    pub(crate) update: Option<SearchUpdate>,
     /// True if the budget is used up or the target error is reached.
     pub(crate) is_over: bool,
 }
@@ -70,7 +70,7 @@ impl SearchRun {
             target_error: grant.target_error,
             seconds: grant.seconds,
             pace: match grant.budget {
-                Budget::Seconds(seconds) => Some(Pace::new(seconds)),
+                Budget::Seconds(seconds) => Some(TimeBudget::new(seconds)),
                 Budget::Generations(_) | Budget::Evaluations(_) => None,
             },
             recorded: grant.recorded.unwrap_or(f64::INFINITY),
@@ -85,7 +85,7 @@ impl SearchRun {
         let (mut lines, mut best) = (Vec::new(), None);
         let mut is_over = self.has_begun && self.is_over(&self.search.progress());
         while !is_over && !stop.load(Ordering::Relaxed) {
-            let (step, times) = (Instant::now(), self.search.next_takes());
+            let (step, times) = (Instant::now(), self.search.next_step_cost());
             let progress = self.search.step();
             let took = step.elapsed().as_secs_f64();
             self.seconds += took;
@@ -117,16 +117,16 @@ impl SearchRun {
                 break;
             }
         }
-        let news = (!lines.is_empty()).then(|| SearchNews::Generations {
+        let update = (!lines.is_empty()).then(|| SearchUpdate::Generations {
             lines,
             checkpoint: self.search.checkpoint(),
             best,
         });
-        Ok(StepBatch { news, is_over })
+        Ok(StepBatch { update, is_over })
     }
 
     /// Returns the front, the best material first.
-    pub(crate) fn finish(&self, stop: &AtomicBool) -> Result<SearchNews, String> {
+    pub(crate) fn finish(&self, stop: &AtomicBool) -> Result<SearchUpdate, String> {
         let (started, mut pace) = (Instant::now(), self.pace);
         // Stop early if the result is no longer needed.
         let outcome = self.search.finish_while(|| {
@@ -142,7 +142,7 @@ impl SearchRun {
         let target = &*self.target;
         let front: Result<Vec<_>, _> = front.par_iter().map(|one| measure(target, one)).collect();
         let seconds = self.seconds + started.elapsed().as_secs_f64();
-        Ok(SearchNews::Finished { front: front?, seconds })
+        Ok(SearchUpdate::Finished { front: front?, seconds })
     }
 
     fn is_over(&self, progress: &Progress) -> bool {
@@ -165,7 +165,7 @@ fn measure(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial,
     Ok(MeasuredMaterial {
         genome: found.genome.canonical_bytes(),
         operations: count(found.operations),
-        numbers: count(found.numbers),
+        numbers: count(found.parameters),
         e_log: found.e_log,
         e_log_fitted: found.fitted,
         e_cbrt: found.e_cbrt,
@@ -180,7 +180,7 @@ fn compare_views(views: &[KnownView], genome: &Genome) -> Vec<FoundView> {
     let program = express(genome);
     let material = Specimen::Bred(genome, &program);
     let one = |known: &KnownView| {
-        let Beside { error, flip, .. } = Beside::of(known, &material);
+        let ViewComparison { error, flip, .. } = ViewComparison::of(known, &material);
         let held_out = known.setting.is_held_out;
         FoundView { rmse: error.rmse, flip, gain: error.gain, held_out }
     };

@@ -6,7 +6,7 @@ use brood_search::{ImageError, KnownView};
 
 /// Image of a target and the rendered material in the same scene.
 #[derive(Debug)]
-pub struct Beside {
+pub struct ViewComparison {
     /// The target image, scaled to the material's brightness if its own is unknown.
     pub wanted: LinearImage,
     /// The rendered material.
@@ -20,7 +20,7 @@ pub struct Beside {
     pub exposure_ev: f64,
 }
 
-impl Beside {
+impl ViewComparison {
     /// Renders a material in the scene of an image and compares the two.
     #[must_use]
     pub fn of(known: &KnownView, material: &(impl Shade + ?Sized)) -> Self {
@@ -37,7 +37,7 @@ impl Beside {
         let exposure_ev = taken.developed.exposure_ev;
         let gain_ev = if error.gain > 0.0 { libm::log2(error.gain) } else { 0.0 };
         let linear = |pixels: Vec<[f64; 3]>| LinearImage::new(side, side, pixels);
-        let wanted = linear(view.wanted().to_vec()).exposed(exposure_ev - gain_ev);
+        let wanted = linear(view.target().to_vec()).exposed(exposure_ev - gain_ev);
         let found = taken.radiance.premultiplied().iter().map(|pixel| pixel.map(f64::from));
         let found = linear(found.collect()).exposed(exposure_ev);
         let flip = wanted.flip(&found);

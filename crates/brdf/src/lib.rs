@@ -5,7 +5,7 @@
 //! - [`Model`] is one of the classical and physical models ([`ModelKind`]) with values for its
 //!   parameters; [`PreparedModel`] is the form that is evaluated, pair by pair through [`Brdf`] or
 //!   in [`Block`]s of SIMD lanes.
-//! - [`Merl`], [`Rgl`], [`Neural`], [`Slice`] and [`Scattered`] are measured materials, read from
+//! - [`Merl`], [`Rgl`], [`Neural`], [`ImageSlice`] and [`Scattered`] are measured materials, read from
 //!   bytes or from samples.
 //!
 //! The crate does no I/O and does not depend on meshes, programs or images.
@@ -34,13 +34,14 @@ pub use direction::{DirectionError, DirectionPair};
 pub use elementary::{Branchless, Elementary, Libm};
 pub use input::{Input, InputMask, Parametrisation};
 pub use measured::{
-    CsvError, GoniometerError, Merl, MerlError, Neural, NeuralError, Rgl, RglError, SampleError,
-    Samples, Scattered, Slice, SliceError, TensorError,
+    CsvError, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples, Merl, MerlError,
+    Neural, NeuralError, Rgl, RglError, SampleError, Scattered, TensorError,
 };
 pub use model::{
     Brdf, Claims, ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants,
     MetalConstants, Model, ModelConstants, ModelKind, ModelPreset, Parameter, ParameterError,
-    ParameterTextError, ParameterValuesError, PhongHighlight, PreparedModel, PrincipledConstants,
-    Scale, SgdChannel, Shadowing, Shape, TableDetail, UnknownModel, WardForm, model_presets,
+    ParameterKind, ParameterScale, ParameterTextError, ParameterValuesError, PhongHighlight,
+    PreparedModel, PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm,
+    model_presets,
 };
 pub use swapped::Swapped;

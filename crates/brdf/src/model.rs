@@ -37,7 +37,7 @@ pub use constants::{
 pub use kind::{ModelKind, UnknownModel};
 pub use microfacet::Shadowing;
 use parameter::Values;
-pub use parameter::{Parameter, Scale, Shape};
+pub use parameter::{Parameter, ParameterKind, ParameterScale};
 pub use phong::PhongHighlight;
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
@@ -124,7 +124,7 @@ pub enum ParameterError {
     },
 }
 
-/// Error of [`Model::from_numbers`].
+/// Error of [`Model::from_parameter_values`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterValuesError {
     /// Wrong number of values.
@@ -150,12 +150,15 @@ impl Model {
         Self { kind, values }
     }
 
-    /// Returns the model with these values, in the order of [`Model::numbers`].
+    /// Returns the model with these values, in the order of [`Model::parameter_values`].
     ///
     /// # Errors
     /// Returns [`ParameterValuesError`] if the number of values is wrong or a value is out of
     /// range.
-    pub fn from_numbers(kind: ModelKind, values: &[f64]) -> Result<Self, ParameterValuesError> {
+    pub fn from_parameter_values(
+        kind: ModelKind,
+        values: &[f64],
+    ) -> Result<Self, ParameterValuesError> {
         let model = Self::new(kind);
         if values.len() != model.values.len() {
             let (wanted, found) = (model.values.len(), values.len());
@@ -177,7 +180,7 @@ impl Model {
 
     /// Values of all parameters, in the order of the kind's table.
     #[must_use]
-    pub fn numbers(&self) -> &[f64] {
+    pub fn parameter_values(&self) -> &[f64] {
         &self.values
     }
 
@@ -216,7 +219,8 @@ impl Model {
         }
         let (low, high) = parameter.range;
         for &value in values {
-            let whole = !matches!(parameter.shape, Shape::Choice { .. }) || value.fract() == 0.0;
+            let whole =
+                !matches!(parameter.kind, ParameterKind::Choice { .. }) || value.fract() == 0.0;
             if !((low..=high).contains(&value) && whole) {
                 return Err(ParameterError::Range { name: parameter.name, low, high, value });
             }
@@ -234,7 +238,7 @@ impl Model {
     /// Returns [`ParameterError`] if there is no such choice or no such word.
     pub fn choose(self, name: &str, word: &str) -> Result<Self, ParameterError> {
         let (parameter, _) = self.find(name)?;
-        let Shape::Choice { words } = parameter.shape else {
+        let ParameterKind::Choice { words } = parameter.kind else {
             let wanted = if parameter.count() == 1 { "one number" } else { "three numbers" };
             return Err(ParameterError::Count { name: parameter.name, wanted, found: 0 });
         };

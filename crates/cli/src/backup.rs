@@ -37,7 +37,7 @@ pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
     let part = output::name_beside(&args.file)?;
     let spinner = output::spinner("copying");
     let copied = place::runtime()?.block_on(async {
-        let store = Store::open_beside(&data).await.context("open the data directory")?;
+        let store = Store::open_shared(&data).await.context("open the data directory")?;
         let copied = store.backup(&part).await.context("copy the database");
         store.close().await?;
         copied

@@ -159,9 +159,9 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
                 first.dialect().is_compatible(second.dialect()),
                 "the parents have different dialects; only parents of one dialect can be recombined"
             );
-            let variation = Variation::recombine(first, second, args.recombination, args.mutation);
+            let variation = Variation::crossover(first, second, args.recombination, args.mutation);
             ensure!(
-                !variation.is_settled(),
+                !variation.is_deterministic(),
                 "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",
                 args.recombination
             );

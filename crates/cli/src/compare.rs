@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use brood_eval::{Developed, encode_png};
 use brood_inspect::{
-    COMPARED, CurvePoint, LightCircle, LinearImage, OTHER_LIGHT_DEG, Phenomena, Picture, Shot,
+    COMPARED, CurvePoint, LightOrbit, LinearImage, OTHER_LIGHT_DEG, Phenomena, Picture, Shot,
     curves,
 };
 use brood_protocol::PictureFormat;
@@ -75,7 +75,7 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
         Shot { mesh: mesh.mesh(), scene, assets: &assets, size_px, sampling }.take(subject)
     };
     let spinner = output::spinner("comparing");
-    let circle = LightCircle::trace(mesh.mesh(), &scene, &assets);
+    let circle = LightOrbit::trace(mesh.mesh(), &scene, &assets);
     // One exposure for all, so that a darker material looks darker.
     let exposure_ev = circle.ev(&subjects[0].specimen(), scene.film);
     scene.film.exposure = Exposure::Ev(exposure_ev);

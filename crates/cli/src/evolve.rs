@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use brood_genome::{Dialect, Genome};
 use brood_program::Program;
-use brood_search::{AskOptions, AskTell, DIALECT, Told};
+use brood_search::{AskOptions, AskTell, DIALECT, Evaluated};
 use clap::Args;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -151,7 +151,7 @@ fn question(search: &AskTell) -> Value {
 }
 
 fn ending(search: &AskTell) -> Value {
-    let told = |told: &Told| {
+    let told = |told: &Evaluated| {
         let (error, operations) = (told.error, told.operations);
         json!({ "hash": told.genome.hash().to_string(), "error": error, "operations": operations, "text": told.genome.to_string() })
     };

@@ -157,7 +157,7 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
     let budget = args.generations.map_or(FitBudget::Seconds(seconds), FitBudget::Generations);
     let mut search = match args.models.as_slice() {
         [] => Search::new(&target.fitted, &options),
-        kinds => Search::of_kinds(&target.fitted, &options, kinds.to_vec()),
+        kinds => Search::with_kinds(&target.fitted, &options, kinds.to_vec()),
     };
     let mut log = args.log.as_deref().map(Log::create).transpose()?;
     let spinner = output::spinner("searching");
@@ -193,8 +193,8 @@ fn write_front(folder: &Path, front: &[Found]) -> Result<()> {
     for (index, found) in front.iter().enumerate() {
         let name = format!("{index:02}.brood");
         output::write_file(&genomes.join(&name), found.genome.to_string().as_bytes())?;
-        let Found { operations, numbers, fitted, e_log, .. } = found;
-        text += &format!("front/{name},{operations},{numbers},{fitted},{e_log}\n");
+        let Found { operations, parameters, fitted, e_log, .. } = found;
+        text += &format!("front/{name},{operations},{parameters},{fitted},{e_log}\n");
     }
     output::write_file(&folder.join("front.csv"), text.as_bytes())
 }

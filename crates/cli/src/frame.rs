@@ -65,7 +65,7 @@ pub struct ExposureWord(pub Exposure);
 
 fn sampling(text: &str) -> Result<Sampling, String> {
     let known =
-        text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= PIXEL_SAMPLES_MAX);
+        text.parse().ok().filter(|sampling: &Sampling| sampling.min_rays() <= PIXEL_SAMPLES_MAX);
     known.ok_or_else(|| format!("must be adaptive or a number from 1 to {PIXEL_SAMPLES_MAX}"))
 }
 
@@ -135,7 +135,8 @@ impl FrameArgs {
     /// Returns an error if the picture could need more memory than machines have.
     fn check_memory(&self, scene: &Scene) -> Result<()> {
         let pixels = u64::from(self.size) * u64::from(self.size);
-        let samples = pixels * u64::from(self.samples.least()) * u64::from(scene.light_samples());
+        let samples =
+            pixels * u64::from(self.samples.min_rays()) * u64::from(scene.light_samples());
         ensure!(
             samples <= PICTURE_SAMPLES_MAX,
             "this picture may need {samples} samples, at most {PICTURE_SAMPLES_MAX} are possible: reduce --size, --samples or \

@@ -4,8 +4,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use brood_brdf::{Brdf, Claims, Model, ModelKind, Parameter, Scale, Shape, model_presets};
-use brood_eval::{Quadrature, around, channel_albedos, express, pair};
+use brood_brdf::{
+    Brdf, Claims, Model, ModelKind, Parameter, ParameterKind, ParameterScale, model_presets,
+};
+use brood_eval::{Quadrature, channel_albedos, direction_at, direction_pair, express};
 use brood_genome::{Genome, Output};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
@@ -104,9 +106,9 @@ fn show(name: &str, json: bool) -> Result<()> {
 /// Meaning, range and unit of a parameter, in one line.
 fn bounds(parameter: &Parameter) -> String {
     let (low, high) = parameter.range;
-    let range = match parameter.shape {
-        Shape::Choice { words } => words.join(" | "),
-        Shape::Scalar { .. } | Shape::Color { .. } => format!("{low} to {high}"),
+    let range = match parameter.kind {
+        ParameterKind::Choice { words } => words.join(" | "),
+        ParameterKind::Scalar { .. } | ParameterKind::Color { .. } => format!("{low} to {high}"),
     };
     let unit =
         if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
@@ -122,15 +124,15 @@ fn parameter_json(parameter: &Parameter) -> Value {
     let (low, high) = parameter.range;
     let mut found =
         json!({ "name": parameter.name, "about": parameter.about, "unit": parameter.unit });
-    match parameter.shape {
-        Shape::Choice { words } => found["words"] = json!(words),
-        Shape::Scalar { default } => found["default"] = json!(default),
-        Shape::Color { default } => found["default"] = json!(default),
+    match parameter.kind {
+        ParameterKind::Choice { words } => found["words"] = json!(words),
+        ParameterKind::Scalar { default } => found["default"] = json!(default),
+        ParameterKind::Color { default } => found["default"] = json!(default),
     }
-    if !matches!(parameter.shape, Shape::Choice { .. }) {
+    if !matches!(parameter.kind, ParameterKind::Choice { .. }) {
         found["low"] = json!(low);
         found["high"] = json!(high);
-        found["logarithmic"] = json!(parameter.scale == Scale::Logarithmic);
+        found["logarithmic"] = json!(parameter.scale == ParameterScale::Logarithmic);
     }
     found
 }
@@ -195,8 +197,11 @@ fn claims(material: &MaterialFile) -> Claims {
 /// Directional albedo of each channel.
 fn directional_albedo(brdf: &dyn Brdf, theta_deg: f64, quadrature: &Quadrature) -> [f64; 3] {
     let (sine, cosine) = libm::sincos(theta_deg.to_radians());
-    let wi = around(sine, cosine, 0.0);
-    let f: Vec<[f64; 3]> =
-        quadrature.directions().iter().map(|wo| brdf.f(&pair(wi, *wo)).to_array()).collect();
+    let wi = direction_at(sine, cosine, 0.0);
+    let f: Vec<[f64; 3]> = quadrature
+        .directions()
+        .iter()
+        .map(|wo| brdf.f(&direction_pair(wi, *wo)).to_array())
+        .collect();
     [0, 1, 2].map(|channel| quadrature.integrate(f.iter().map(|rgb| rgb[channel])))
 }

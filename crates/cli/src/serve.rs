@@ -71,7 +71,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         backend: args.backend,
         threads: threads_each(args.workers),
         searches: false,
-        undertaker: server.undertaker(),
+        worker_reaper: server.worker_reaper(),
     };
     // Workers stop after the server has drained, so that pending renders are still done.
     let stop = CancellationToken::new();

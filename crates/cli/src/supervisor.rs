@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use brood_protocol::Backend;
-use brood_server::Undertaker;
+use brood_server::WorkerReaper;
 use tokio::process::{Child, Command};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, timeout};
@@ -41,7 +41,7 @@ pub struct WorkerPlan {
     /// True if the worker searches instead of rendering.
     pub searches: bool,
     /// Notified of each worker that died.
-    pub undertaker: Undertaker,
+    pub worker_reaper: WorkerReaper,
 }
 
 /// Keeps `workers` rendering workers running until `stop`, plus one search worker if there is at
@@ -70,7 +70,7 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
                 tokio::select! {
                     ended = child.wait() => {
                         report(&name, ended);
-                        plan.undertaker.bury(&name).await;
+                        plan.worker_reaper.requeue_jobs_of(&name).await;
                     }
                     () = stop.cancelled() => {
                         drop(stdin);

@@ -140,5 +140,5 @@ async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
 }
 
 async fn open(data: Option<&PathBuf>) -> Result<Store> {
-    Store::open_beside(&place::data_dir(data)?).await.context("open the data directory")
+    Store::open_shared(&place::data_dir(data)?).await.context("open the data directory")
 }

@@ -116,12 +116,12 @@ pub(crate) fn with_workspace<R>(f: impl FnOnce(&mut Workspace) -> R) -> R {
 }
 
 /// A computation that is compiled once for each instruction set; see [`Level::run`].
-pub trait Work {
+pub trait SimdKernel {
     /// Result of the computation.
-    type Done;
+    type Output;
     /// Runs the computation. Implementations must be `#[inline(always)]`, so that they are compiled
     /// with the instructions of the level.
-    fn run(self) -> Self::Done;
+    fn run(self) -> Self::Output;
 }
 
 /// Computes the reflectance of the samples from `start` that `out` has room for; `out` already
@@ -133,8 +133,8 @@ struct Reflectance<'a> {
     workspace: &'a mut Workspace,
 }
 
-impl Work for Reflectance<'_> {
-    type Done = ();
+impl SimdKernel for Reflectance<'_> {
+    type Output = ();
 
     #[inline(always)]
     fn run(self) {

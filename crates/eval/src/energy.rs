@@ -18,9 +18,9 @@ use brood_program::{Child, Program};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-pub use hemisphere::{Quadrature, around, pair};
+pub use hemisphere::{Quadrature, direction_at, direction_pair};
 pub use lobe::LobeRule;
-pub use search::{ALBEDO_ORDER, Effort, LimitSearch, turns_with_surface};
+pub use search::{ALBEDO_ORDER, Effort, LimitSearch, is_anisotropic};
 
 use subject::Subject;
 
@@ -43,19 +43,19 @@ pub struct EnergyLimit {
 
 /// An incident direction and a texture position.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct Incidence {
     theta_deg: f64,
     turn: f64,
     /// Texture position.
     pub uv: DVec2,
 }
 
-impl Place {
+impl Incidence {
     /// Returns the incident direction.
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         let (sin, cos) = libm::sincos(self.theta_deg.to_radians());
-        around(sin, cos, self.turn)
+        direction_at(sin, cos, self.turn)
     }
 }
 
@@ -97,7 +97,7 @@ pub fn energy_limit(program: &Program) -> EnergyLimit {
 
 /// Returns the largest albedo of the channels at a place, with a quadrature of that order.
 #[must_use]
-pub fn directional_albedo(program: &Program, place: &Place, order: usize) -> f64 {
+pub fn directional_albedo(program: &Program, place: &Incidence, order: usize) -> f64 {
     Subject::new(program).albedos_at(&[*place], &Quadrature::new(order))[0]
 }
 
@@ -105,7 +105,7 @@ pub fn directional_albedo(program: &Program, place: &Place, order: usize) -> f64
 /// position 0.
 #[must_use]
 pub fn channel_albedos(program: &Program, theta_deg: f64, order: usize) -> [f64; 3] {
-    let place = Place { theta_deg, turn: 0.0, uv: DVec2::ZERO };
+    let place = Incidence { theta_deg, turn: 0.0, uv: DVec2::ZERO };
     Subject::new(program).channels_at(&[place], &Quadrature::new(order))[0]
 }
 

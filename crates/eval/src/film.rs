@@ -14,7 +14,7 @@ pub(crate) use srgb::decode_srgb;
 pub use srgb::encode_srgb;
 
 use self::tone::{Curve, WithCurve, with_curve};
-use crate::canonical::Work;
+use crate::canonical::SimdKernel;
 use crate::radiance::ReflectedLight;
 use crate::{Level, RadianceImage};
 
@@ -77,7 +77,7 @@ struct Pixels<'a> {
 }
 
 impl WithCurve for Pixels<'_> {
-    type Done = Vec<u8>;
+    type Output = Vec<u8>;
 
     fn with<T: Curve>(self, tone: T) -> Vec<u8> {
         let Self { image, factor } = self;
@@ -121,7 +121,7 @@ struct Samples<'a> {
 }
 
 impl WithCurve for Samples<'_> {
-    type Done = ();
+    type Output = ();
 
     fn with<T: Curve>(self, tone: T) {
         let Self { light, factor, pixels } = self;
@@ -145,8 +145,8 @@ struct Development<'a, T> {
     pixels: &'a mut [[u8; 4]],
 }
 
-impl<T: Curve> Work for Development<'_, T> {
-    type Done = ();
+impl<T: Curve> SimdKernel for Development<'_, T> {
+    type Output = ();
 
     #[inline(always)]
     fn run(mut self) {

@@ -6,7 +6,7 @@
 
 use brood_brdf::{Branchless, Loop, Machine};
 
-use crate::canonical::Work;
+use crate::canonical::SimdKernel;
 
 /// An instruction set of this machine's architecture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl Level {
     }
 
     /// Runs a kernel with the instructions of this level.
-    pub fn run<W: Work>(self, kernel: W) -> W::Done {
+    pub fn run<W: SimdKernel>(self, kernel: W) -> W::Output {
         match self.0 {
             Kind::Baseline => kernel.run(),
             // SAFETY: only `available` makes levels, and only after it detected the features.
@@ -89,8 +89,8 @@ impl Machine for Level {
 
 struct Looped<L>(L);
 
-impl<L: Loop> Work for Looped<L> {
-    type Done = L::Values;
+impl<L: Loop> SimdKernel for Looped<L> {
+    type Output = L::Values;
 
     #[inline(always)]
     fn run(self) -> L::Values {
@@ -100,12 +100,12 @@ impl<L: Loop> Work for Looped<L> {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn avx2<W: Work>(kernel: W) -> W::Done {
+fn avx2<W: SimdKernel>(kernel: W) -> W::Output {
     kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn avx512<W: Work>(kernel: W) -> W::Done {
+fn avx512<W: SimdKernel>(kernel: W) -> W::Output {
     kernel.run()
 }

@@ -35,12 +35,12 @@ mod preview;
 mod radiance;
 mod reference;
 
-pub use canonical::{CanonicalEvaluator, Work};
+pub use canonical::{CanonicalEvaluator, SimdKernel};
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
-    ALBEDO_ORDER, Effort, EnergyLimit, LimitSearch, LobeRule, Place, Quadrature, around,
-    channel_albedos, directional_albedo, energy_limit, express, express_brood, limited, pair,
-    turns_with_surface,
+    ALBEDO_ORDER, Effort, EnergyLimit, Incidence, LimitSearch, LobeRule, Quadrature,
+    channel_albedos, direction_at, direction_pair, directional_albedo, energy_limit, express,
+    express_brood, is_anisotropic, limited,
 };
 pub use evaluator::{EvalError, Evaluator};
 pub use film::{
@@ -58,6 +58,6 @@ pub use picture::{
     decode_environment, decode_linear, decode_png, encode_apng, encode_exr, encode_png,
     picture_size, sheet,
 };
-pub use preview::{Look, PreviewScorer, diverse_brood};
+pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_each};
 pub use reference::ReferenceEvaluator;

@@ -38,7 +38,7 @@ fn samples() -> &'static SampleSet {
 
 /// A preview of a program: the colours of the pixels that the object covers, at automatic exposure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Look {
+pub struct Preview {
     codes: Vec<[u8; 3]>,
     bright_share: f32,
 }
@@ -47,7 +47,7 @@ pub struct Look {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PreviewScorer;
 
-impl Look {
+impl Preview {
     /// Renders the preview of a program.
     #[must_use]
     pub fn of(program: &Program) -> Self {
@@ -82,15 +82,15 @@ impl Look {
 }
 
 impl DrawScorer for PreviewScorer {
-    type Features = Look;
+    type Features = Preview;
 
-    fn features(&self, program: &Program) -> Look {
-        Look::of(program)
+    fn features(&self, program: &Program) -> Preview {
+        Preview::of(program)
     }
 
     /// Returns the distance to the nearest preview that was taken, relative to `UNLIKE_CODES` and
     /// at most 1. Black previews score below 0, darker ones lower.
-    fn score(&self, look: &Look, taken: &[Look]) -> f32 {
+    fn score(&self, look: &Preview, taken: &[Preview]) -> f32 {
         if look.is_black() {
             return look.bright_share - BRIGHT_SHARE;
         }
@@ -105,7 +105,7 @@ impl DrawScorer for PreviewScorer {
 pub fn diverse_brood(request: &BroodRequest<'_>) -> Vec<Child> {
     let first = |slot| {
         let draw = request.draw(slot);
-        let look = Look::of(draw.program());
+        let look = Preview::of(draw.program());
         (draw, look)
     };
     settle_scored(request, (0..request.count).into_par_iter().map(first).collect(), &PreviewScorer)
@@ -133,8 +133,8 @@ mod tests {
             let variation = Variation::mutate(&parent, mutation);
             let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
             let brood = diverse_brood(&request);
-            let mut looks = vec![Look::of(&Program::lower(&parent))];
-            looks.extend(brood.iter().map(|child| Look::of(&child.program)));
+            let mut looks = vec![Preview::of(&Program::lower(&parent))];
+            looks.extend(brood.iter().map(|child| Preview::of(&child.program)));
             let unlike = |one: usize| {
                 let others = looks.iter().enumerate().filter(|(other, _)| *other != one);
                 others.into_iter().all(|(_, other)| looks[one].apart(other) >= UNLIKE_CODES)
@@ -167,9 +167,9 @@ mod tests {
 
     #[test]
     fn dark_material_with_visible_detail_is_not_black() {
-        assert!(Look::of(&program("SUB R0, R0, R0\n")).is_black());
-        assert!(!Look::of(&program("MOV R0, R0\n")).is_black());
+        assert!(Preview::of(&program("SUB R0, R0, R0\n")).is_black());
+        assert!(!Preview::of(&program("MOV R0, R0\n")).is_black());
         let scaled = program(".const C0 0.001 0 0 0\nMUL R0, R0, C0.x\n");
-        assert!(!Look::of(&scaled).is_black(), "automatic exposure makes it visible");
+        assert!(!Preview::of(&scaled).is_black(), "automatic exposure makes it visible");
     }
 }

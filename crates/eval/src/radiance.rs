@@ -140,7 +140,7 @@ impl<'a> ReflectedLight<'a> {
     pub(crate) fn each_pixel(&self, run: &PixelRun, mut put: impl FnMut(usize, [f32; 3])) {
         let scale = self.layout.scale;
         let (start, pixels) = (run.start as usize, run.pixels as usize);
-        if run.samples == 1 && run.counted == 0 {
+        if run.samples == 1 && run.radiance_start == 0 {
             // The usual case. Slices of one length remove the bounds checks from the loop.
             let [red, green, blue] = self.f.map(|f| &f[start..start + pixels]);
             let [to_red, to_green, to_blue] = self.irradiance.map(|e| &e[start..start + pixels]);
@@ -151,7 +151,7 @@ impl<'a> ReflectedLight<'a> {
             return;
         }
         for (k, span) in run.spans().enumerate() {
-            let sum = self.sum(span.counted as usize, span.end as usize);
+            let sum = self.sum(span.radiance_start as usize, span.end as usize);
             put(k, sum.map(|sum| sum * scale));
         }
     }
@@ -239,7 +239,7 @@ mod tests {
             let (size_px, sampling) = (12, Sampling::Fixed(1));
             let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
             let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-            let set = SampleSet::render_lit(&mesh, &scene, &assets, raster);
+            let set = SampleSet::render_with_assets(&mesh, &scene, &assets, raster);
             let mut f = Vec::new();
             model_reflectance(&*brdf, &set, &mut f);
             let image = shade(&set, &f);

@@ -14,7 +14,7 @@ use brood_genome::{BirthKey, Genome, Model, ModelKind, Operator, RANGE, Stream};
 use brood_program::Program;
 use glam::DVec3;
 
-pub use bound::{BOUNDS, Bound, Figures, Tally};
+pub use bound::{BOUNDS, Bound, ErrorSummary, ErrorTally};
 pub use sample::pairs;
 
 /// Number of models of each kind: one with the defaults, the others random.
@@ -28,7 +28,7 @@ const MIN_F: f64 = 1e-20;
 
 /// A test case: a model alone.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct ModelCase {
     /// The model.
     pub model: Model,
     /// Program with the model as its only layer.
@@ -37,7 +37,7 @@ pub struct Case {
 
 /// Reference value, and the unit of its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct ReferenceValue {
     /// f by the reference.
     pub f: DVec3,
     /// Unit of error of each channel.
@@ -47,10 +47,10 @@ pub struct Wanted {
 /// Returns the models of a kind: the defaults, then random ones, in which ends of ranges are
 /// frequent and all words of choices occur.
 #[must_use]
-pub fn cases(kind: ModelKind) -> Vec<Case> {
+pub fn cases(kind: ModelKind) -> Vec<ModelCase> {
     let case = |model: Model| {
         let genome = Genome::of_models(vec![model.clone()]).expect("one layer is a genome");
-        Case { model, program: Program::lower(&genome) }
+        ModelCase { model, program: Program::lower(&genome) }
     };
     let random = (1..MODELS).map(|slot| random_model(kind, slot));
     std::iter::once(Model::new(kind)).chain(random).map(case).collect()
@@ -84,7 +84,7 @@ fn share(stream: &mut Stream) -> f64 {
     }
 }
 
-impl Case {
+impl ModelCase {
     /// True if the model claims to be reciprocal.
     #[must_use]
     pub fn is_reciprocal(&self) -> bool {
@@ -93,7 +93,7 @@ impl Case {
 
     /// Returns reference value and unit for each of the pairs.
     #[must_use]
-    pub fn wanted(&self, pairs: &[[DVec3; 2]]) -> Vec<Wanted> {
+    pub fn reference_values(&self, pairs: &[[DVec3; 2]]) -> Vec<ReferenceValue> {
         let prepared = self.model.prepare();
         let of = |brdf: &dyn Brdf, [wi, wo]: [DVec3; 2]| {
             let pair = DirectionPair::new(wi, wo).expect("samples are unit to f32");
@@ -108,7 +108,7 @@ impl Case {
                 let rounded = others.iter().map(|other| (of(other, *pair) - f).abs());
                 let unit =
                     moved.chain(rounded).sum::<DVec3>() + ROUNDING * f.max(DVec3::splat(MIN_F));
-                Wanted { f, unit }
+                ReferenceValue { f, unit }
             })
             .collect()
     }

@@ -130,12 +130,12 @@ mod tests {
         programs
     }
 
-    fn models() -> Vec<conformance::Case> {
+    fn models() -> Vec<conformance::ModelCase> {
         ModelKind::ALL.into_iter().flat_map(conformance::cases).collect()
     }
 
     /// The first two models as layers over a program with an output stage.
-    fn over_a_program(cases: &[conformance::Case]) -> Program {
+    fn over_a_program(cases: &[conformance::ModelCase]) -> Program {
         let mut text =
             "brood 1\n.scale 0.5 2 0\n.dialect paper smooth registers 7\nMUL R0, R0, R1\n"
                 .to_owned();

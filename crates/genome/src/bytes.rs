@@ -138,7 +138,9 @@ impl Genome {
         }
         for model in self.layers() {
             bytes.push(model.kind().number());
-            bytes.extend(model.numbers().iter().flat_map(|number| number.to_bits().to_le_bytes()));
+            bytes.extend(
+                model.parameter_values().iter().flat_map(|number| number.to_bits().to_le_bytes()),
+            );
         }
         bytes
     }
@@ -244,9 +246,9 @@ impl Reader<'_> {
             .map(|_| self.take().map(f64::from_le_bytes))
             .collect::<Result<Vec<_>, _>>()?;
         let has_bits = |model: &Model| {
-            model.numbers().iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits())
+            model.parameter_values().iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits())
         };
-        let model = Model::from_numbers(kind, &values).ok().filter(has_bits);
+        let model = Model::from_parameter_values(kind, &values).ok().filter(has_bits);
         model.ok_or(BytesError::Model { at })
     }
 

@@ -65,7 +65,7 @@ pub enum DialectError {
 
 /// Initial value of a register component, before the first instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Source {
+pub enum InitialValue {
     /// The constant 0.
     Zero,
     /// The constant 1.
@@ -132,14 +132,14 @@ impl Dialect {
 
     /// Initial value of component 0..4 of temporary register `register`.
     #[must_use]
-    pub fn initial(&self, register: u8, component: usize) -> Source {
+    pub fn initial(&self, register: u8, component: usize) -> InitialValue {
         if self.opcodes == OpcodeSet::Extended && (7..10).contains(&register) {
             return self.extended(register, component);
         }
         self.symbol(INITIAL[usize::from(register) % INITIAL.len()][component])
     }
 
-    fn extended(&self, register: u8, component: usize) -> Source {
+    fn extended(&self, register: u8, component: usize) -> InitialValue {
         let input = match (register, component) {
             (7, 0) => Input::LogTanHalf,
             (7, 1) => Input::HalfDotLight,
@@ -152,16 +152,16 @@ impl Dialect {
             (_, 0) => Input::LogCosineSum,
             (_, 1) => Input::NormalDotHalf,
             (_, 2) => return self.symbol(P3),
-            _ => return Source::One,
+            _ => return InitialValue::One,
         };
-        Source::Input(input)
+        InitialValue::Input(input)
     }
 
-    fn symbol(&self, symbol: Symbol) -> Source {
+    fn symbol(&self, symbol: Symbol) -> InitialValue {
         use Parametrisation::{Paper, Smooth};
-        Source::Input(match (symbol, self.parametrisation) {
-            (P5 | P6, _) if self.isotropic => return Source::Zero,
-            (U | V, _) if self.homogeneous => return Source::Zero,
+        InitialValue::Input(match (symbol, self.parametrisation) {
+            (P5 | P6, _) if self.isotropic => return InitialValue::Zero,
+            (U | V, _) if self.homogeneous => return InitialValue::Zero,
             (P1, _) => Input::P1,
             (U, _) => Input::U,
             (V, _) => Input::V,
@@ -188,13 +188,13 @@ mod tests {
         let dialect = Dialect { isotropic: true, homogeneous: true, ..Dialect::default() };
         for register in 0..7 {
             for component in 0..4 {
-                if let Source::Input(input) = dialect.initial(register, component) {
+                if let InitialValue::Input(input) = dialect.initial(register, component) {
                     use Input::{P1, SmoothP3, SmoothQ1, SmoothQ2};
                     assert!([P1, SmoothP3, SmoothQ1, SmoothQ2].contains(&input));
                 }
             }
         }
-        assert_eq!(dialect.initial(5, 0), Source::Zero);
+        assert_eq!(dialect.initial(5, 0), InitialValue::Zero);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Interpreter of genomes as written: the test oracle for lowered programs.
 
-use crate::{Arithmetic, Genome, Input, Instruction, Opcode, Operand, Output, Register, Source};
+use crate::{
+    Arithmetic, Genome, InitialValue, Input, Instruction, Opcode, Operand, Output, Register,
+};
 
 /// Runs a genome for one sample and returns the reflectance of the three channels.
 ///
@@ -14,9 +16,9 @@ pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) ->
     for (register, values) in (0..genome.dialect().registers).zip(&mut registers) {
         for (component, value) in values.iter_mut().enumerate() {
             *value = match genome.dialect().initial(register, component) {
-                Source::Zero => T::from_f32(0.0),
-                Source::One => T::from_f32(1.0),
-                Source::Input(input) => inputs(input),
+                InitialValue::Zero => T::from_f32(0.0),
+                InitialValue::One => T::from_f32(1.0),
+                InitialValue::Input(input) => inputs(input),
             };
         }
     }

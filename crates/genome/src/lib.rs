@@ -41,7 +41,7 @@ mod variation;
 
 pub use arithmetic::{Arithmetic, RANGE};
 pub use bytes::{BytesError, GenomeHash, HashError};
-pub use dialect::{Dialect, DialectError, OpcodeSet, Source};
+pub use dialect::{Dialect, DialectError, InitialValue, OpcodeSet};
 pub use functions::Functions;
 pub use genome::{CONSTANTS, Genome, GenomeError, LAYERS_MAX, Output, OutputError};
 pub use instruction::{Instruction, InstructionError};

@@ -182,7 +182,7 @@ impl LockedLayers {
         let channel = |at: usize| locks.channels.iter().any(|channel| *channel as usize == at);
         let of_layer = |(index, model): (usize, &Model)| {
             let whole = locks.layers.iter().any(|layer| usize::from(*layer) == index);
-            let mut locked = Vec::with_capacity(model.numbers().len());
+            let mut locked = Vec::with_capacity(model.parameter_values().len());
             for (parameter, values) in model.parameters() {
                 let mut locks_of_parameters = locks.parameters.iter();
                 let named = locks_of_parameters

@@ -57,7 +57,7 @@ proptest! {
         let key = BirthKey { seed, slot: 3, attempt: 0 };
         for variation in [
             Variation::mutate(&first, mutation),
-            Variation::recombine(&first, &second, share, mutation),
+            Variation::crossover(&first, &second, share, mutation),
         ] {
             let child = variation.with_locks(Some(&locks)).birth(key);
             for index in &locks.instructions {
@@ -81,7 +81,7 @@ proptest! {
         let key = BirthKey { seed, slot: 3, attempt: 0 };
         for variation in [
             Variation::mutate(&first, mutation),
-            Variation::recombine(&first, &second, share, mutation),
+            Variation::crossover(&first, &second, share, mutation),
         ] {
             let child = variation.with_locks(Some(&locks)).birth(key);
             for (before, after) in results(&first).iter().zip(results(&child)) {

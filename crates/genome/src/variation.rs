@@ -79,7 +79,7 @@ impl<'a> Variation<'a> {
     /// # Panics
     /// If an amount is outside its domain or the dialects are not compatible.
     #[must_use]
-    pub fn recombine(
+    pub fn crossover(
         first: &'a Genome,
         second: &'a Genome,
         recombination: f32,
@@ -142,7 +142,7 @@ impl<'a> Variation<'a> {
     /// True if all children are equal for any key: there is no mutation and no random choice
     /// between the parents.
     #[must_use]
-    pub fn is_settled(&self) -> bool {
+    pub fn is_deterministic(&self) -> bool {
         match self.origin {
             Origin::Random(_) => false,
             Origin::Mutate { mutation, .. } => mutation <= 0.0,

@@ -19,7 +19,7 @@ fn differing(a: &Genome, b: &Genome) -> usize {
 #[test]
 fn birth_gives_the_same_child_when_the_key_is_the_same() {
     let (a, b) = (parent(0), parent(1));
-    let variation = Variation::recombine(&a, &b, 0.5, 0.3);
+    let variation = Variation::crossover(&a, &b, 0.5, 0.3);
     assert_eq!(variation.birth(key(3)), variation.birth(key(3)));
     assert_ne!(variation.birth(key(3)), variation.birth(key(4)));
 }
@@ -34,7 +34,7 @@ fn children_are_equal_when_nothing_is_random() {
     let of_kind = |same: bool| {
         models[1..].iter().find(|other| (other.layers()[0].kind() == kind) == same).unwrap()
     };
-    let cross = Variation::recombine;
+    let cross = Variation::crossover;
     for (variation, settled) in [
         (Variation::random(Dialect::default()), false),
         (Variation::mutate(&a, 0.0), true),
@@ -51,7 +51,7 @@ fn children_are_equal_when_nothing_is_random() {
         (cross(model, &a, 1.0, 0.0), false),
         (cross(&a, model, 1.0, 0.0), true),
     ] {
-        assert_eq!(variation.is_settled(), settled, "{variation:?}");
+        assert_eq!(variation.is_deterministic(), settled, "{variation:?}");
         let first = variation.birth(key(0));
         let all_one = (1..60).all(|slot| variation.birth(key(slot)) == first);
         assert_eq!(all_one, settled, "{variation:?}");
@@ -114,7 +114,7 @@ fn recombination_takes_each_instruction_from_a_parent_at_its_own_position() {
     let (first, second) = (parent(0), parent(1));
     let mut taken = 0;
     for slot in 0..200 {
-        let child = Variation::recombine(&first, &second, 0.25, 0.0).birth(key(slot));
+        let child = Variation::crossover(&first, &second, 0.25, 0.0).birth(key(slot));
         for (position, instruction) in child.instructions().iter().enumerate() {
             let (a, b) = (first.instructions()[position], second.instructions()[position]);
             assert!(*instruction == a || *instruction == b);

@@ -3,7 +3,7 @@
 //! without an adapter, like other tests of evaluators.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, conformance::layered_programs};
-use brood_export::conformance::{Tally, cases, pairs};
+use brood_export::conformance::{ErrorTally, cases, pairs};
 use brood_export::{Format, export};
 use brood_genome::ModelKind;
 use brood_program::Program;
@@ -104,11 +104,11 @@ fn exported_models_are_near_the_reference_and_reciprocal() {
     let rows: Vec<_> = pairs.iter().map(|pair| row(*pair, DVec2::ZERO)).collect();
     let swapped: Vec<_> = pairs.iter().map(|[wi, wo]| row([*wo, *wi], DVec2::ZERO)).collect();
     for kind in ModelKind::ALL {
-        let mut tally = Tally::new(kind);
+        let mut tally = ErrorTally::new(kind);
         for case in cases(kind) {
             let module = export(&case.program, Format::Wgsl);
             let found = run(&device, &module, &rows);
-            for ((f, wanted), pair) in found.iter().zip(case.wanted(&pairs)).zip(&pairs) {
+            for ((f, wanted), pair) in found.iter().zip(case.reference_values(&pairs)).zip(&pairs) {
                 tally.add(*f, &wanted, || format!("{} {pair:?}", case.model));
             }
             if case.is_reciprocal() {
@@ -117,7 +117,7 @@ fn exported_models_are_near_the_reference_and_reciprocal() {
                 assert_eq!(differs, None, "{} {:?}", case.model, differs.map(|k| pairs[k]));
             }
         }
-        println!("{kind}: {:?}", tally.figures());
+        println!("{kind}: {:?}", tally.summary());
         tally.check();
     }
 }

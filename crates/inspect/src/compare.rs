@@ -10,7 +10,7 @@ mod specimen;
 
 pub use curve::{CurvePoint, curves, luminance};
 pub use difference::{LinearImage, LinearImageError};
-pub use exposure::LightCircle;
+pub use exposure::LightOrbit;
 pub use phenomena::Phenomena;
 pub use specimen::Specimen;
 

@@ -25,7 +25,7 @@ mod shot;
 mod slice;
 
 pub use compare::{
-    COMPARED, CurvePoint, LightCircle, LinearImage, LinearImageError, OTHER_LIGHT_DEG, Phenomena,
+    COMPARED, CurvePoint, LightOrbit, LinearImage, LinearImageError, OTHER_LIGHT_DEG, Phenomena,
     Specimen, curves, luminance,
 };
 pub use energy::Energy;

@@ -1,7 +1,7 @@
 //! Physical checks of a program: sign, finiteness, reciprocity.
 
 use brood_brdf::{DirectionPair, Input};
-use brood_eval::{Quadrature, around, pair};
+use brood_eval::{Quadrature, direction_at, direction_pair};
 use brood_program::Program;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ impl Physics {
     pub(crate) fn of(program: &Program) -> Self {
         let rule = Quadrature::new(ORDER);
         let pairs: Vec<DirectionPair> = incident()
-            .flat_map(|wi| rule.directions().iter().map(move |wo| pair(wi, *wo)))
+            .flat_map(|wi| rule.directions().iter().map(move |wo| direction_pair(wi, *wo)))
             .collect();
         let mut physics = Self {
             samples: 0,
@@ -91,7 +91,7 @@ fn incident() -> impl Iterator<Item = DVec3> {
     rings.map(|(ring, step)| {
         let theta: f64 = 89.0 * ring as f64 / (RINGS - 1) as f64;
         let (sin, cos) = libm::sincos(theta.to_radians());
-        around(sin, cos, step as f64 / AZIMUTHS as f64)
+        direction_at(sin, cos, step as f64 / AZIMUTHS as f64)
     })
 }
 

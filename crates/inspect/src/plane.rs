@@ -1,6 +1,6 @@
 //! Reflectance over a plane of incidence, the data of a polar plot.
 
-use brood_eval::{around, pair, turns_with_surface};
+use brood_eval::{direction_at, direction_pair, is_anisotropic};
 use brood_program::Program;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -38,7 +38,7 @@ pub struct Curve {
 /// Returns the planes along and across u, or one plane if the program is isotropic.
 #[must_use]
 pub fn planes(program: &Program) -> Vec<Plane> {
-    let turns = turns_with_surface(program);
+    let turns = is_anisotropic(program);
     let azimuths: &[f64] = if turns { &[0.0, 90.0] } else { &[0.0] };
     azimuths.iter().map(|azimuth_deg| plane(program, *azimuth_deg)).collect()
 }
@@ -50,11 +50,12 @@ fn plane(program: &Program, azimuth_deg: f64) -> Plane {
     // The light is on the side of negative angles.
     let direction = |theta_deg: f64| {
         let (sin, cos) = libm::sincos(theta_deg.to_radians());
-        around(sin, cos, azimuth_deg / 360.0)
+        direction_at(sin, cos, azimuth_deg / 360.0)
     };
     let curve = |theta_i_deg: &f64| {
         let wi = direction(-theta_i_deg);
-        let pairs: Vec<_> = theta_o_deg.iter().map(|theta| pair(wi, direction(*theta))).collect();
+        let pairs: Vec<_> =
+            theta_o_deg.iter().map(|theta| direction_pair(wi, direction(*theta))).collect();
         let f = evaluate(program, &pairs, DVec2::splat(0.5));
         let count = pairs.len();
         let channel = |channel: usize| f[channel * count..(channel + 1) * count].to_vec();

@@ -100,6 +100,6 @@ impl Shot<'_> {
 
     fn samples(&self, sampling: Sampling, area: PixelArea) -> SampleSet {
         let raster = Raster { size_px: self.size_px, sampling, area };
-        SampleSet::render_lit(self.mesh, self.scene, self.assets, raster)
+        SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
     }
 }

@@ -1,7 +1,7 @@
 //! Image slice of a program: f over half angle and difference angle.
 
 use brood_brdf::DirectionPair;
-use brood_eval::{around, encode_srgb};
+use brood_eval::{direction_at, encode_srgb};
 use brood_program::Program;
 use glam::{DVec2, DVec3};
 
@@ -67,7 +67,7 @@ pub fn image_slice(program: &Program, size_px: u32) -> Slice {
 /// or `None` if a direction is below the surface.
 fn pair_of(theta_h: f64, theta_d: f64) -> Option<DirectionPair> {
     let (sin_h, cos_h) = libm::sincos(theta_h);
-    let h = around(sin_h, cos_h, 0.0);
+    let h = direction_at(sin_h, cos_h, 0.0);
     let (sin_d, cos_d) = libm::sincos(theta_d);
     // Perpendicular to h and to the plane of h and the normal: phi_d = 90 degrees.
     let across = DVec3::Y * sin_d;

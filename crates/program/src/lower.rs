@@ -2,7 +2,9 @@
 
 use std::cell::RefCell;
 
-use brood_genome::{Genome, Instruction, Liveness, Model, Opcode, REGISTERS, Register, Source};
+use brood_genome::{
+    Genome, InitialValue, Instruction, Liveness, Model, Opcode, REGISTERS, Register,
+};
 
 use crate::build::{Builder, Node, Reference};
 use crate::{Constant, Operand, Program, Step};
@@ -57,9 +59,9 @@ pub(crate) fn scalarise(
         let components = registers[usize::from(register)].iter_mut().enumerate();
         for (component, value) in components.filter(|(component, _)| read >> component & 1 == 1) {
             *value = match dialect.initial(register, component) {
-                Source::Zero => zero,
-                Source::One => builder.constant(1.0),
-                Source::Input(input) => builder.input(input),
+                InitialValue::Zero => zero,
+                InitialValue::One => builder.constant(1.0),
+                InitialValue::Input(input) => builder.input(input),
             };
         }
     }

@@ -68,7 +68,7 @@ impl Program {
         }
         for model in &self.layers {
             words.push(u32::from(model.kind().number()));
-            words.extend(model.numbers().iter().copied().flat_map(halves));
+            words.extend(model.parameter_values().iter().copied().flat_map(halves));
         }
         words
     }
@@ -173,7 +173,8 @@ impl Reader<'_> {
             let words = self.words.get(at + 1..end).ok_or(WordsError::Length)?;
             let numbers: Vec<f64> =
                 words.as_chunks().0.iter().map(|[low, high]| joined(*low, *high)).collect();
-            let model = Model::from_numbers(kind, &numbers).map_err(|_| WordsError::Model(at))?;
+            let model =
+                Model::from_parameter_values(kind, &numbers).map_err(|_| WordsError::Model(at))?;
             layers.push(model);
             at = end;
         }

@@ -145,7 +145,7 @@ impl WorkerClient {
     /// # Errors
     /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
     /// fails.
-    pub async fn keep_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
+    pub async fn heartbeat_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
         let path = format!("/v1/leases/searches/{}/heartbeat", ticket.job);
         self.send(Method::POST, &path, Some(ticket)).await.map(drop)
     }

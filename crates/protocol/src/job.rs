@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::schema::RenderKind;
-use crate::{JobId, Work};
+use crate::{JobId, RenderStats};
 
 /// State of a render job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -45,7 +45,7 @@ pub struct JobAnswer {
     pub reason: Option<String>,
     /// Render counters; present once the job has completed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub work: Option<Work>,
+    pub work: Option<RenderStats>,
     /// Durations; present once the job has completed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub times: Option<JobTimes>,

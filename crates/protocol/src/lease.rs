@@ -6,7 +6,7 @@
 use brood_scene::{PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, Work};
+use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, RenderStats};
 
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
@@ -84,7 +84,7 @@ pub struct RenderItem {
     /// Packed words of the program.
     pub words: Vec<u32>,
     /// Scalar operations of the genome as written, which cannot be counted from the lowered
-    /// program. Input of [`Work`].
+    /// program. Input of [`RenderStats`].
     pub operations_written: u32,
 }
 
@@ -144,7 +144,7 @@ impl Frame {
     #[must_use]
     pub fn rays(&self) -> u64 {
         let area = self.area.unwrap_or(PixelArea::whole(self.size_px));
-        area.pixels() * u64::from(self.sampling.least())
+        area.pixels() * u64::from(self.sampling.min_rays())
     }
 
     /// Returns the scene.
@@ -178,15 +178,15 @@ impl Frame {
 pub struct LeaseResults {
     /// Ticket of the lease.
     pub ticket: LeaseTicket,
-    /// Outcome of the job.
-    pub outcome: Outcome,
+    /// RenderOutcome of the job.
+    pub outcome: RenderOutcome,
 }
 
-/// Outcome of a render job.
+/// RenderOutcome of a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Outcome {
+pub enum RenderOutcome {
     /// All pictures of the job, and the work counters.
-    Pictures(Vec<RenderedPicture>, Work),
+    Pictures(Vec<RenderedPicture>, RenderStats),
     /// Permanent failure: the job must not be retried.
     Failed(String),
 }
@@ -270,8 +270,11 @@ mod tests {
         let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 3 };
         let key = PictureKey([7; 32]);
         let picture = RenderedPicture { key, bytes, exposure_ev: 0.5, samples: 9, operations: 99 };
-        let work = Work { pictures: 1, samples_lit: 9, ..Work::default() };
-        LeaseResults { ticket, outcome: Outcome::Pictures(vec![picture.clone(), picture], work) }
+        let work = RenderStats { pictures: 1, samples_lit: 9, ..RenderStats::default() };
+        LeaseResults {
+            ticket,
+            outcome: RenderOutcome::Pictures(vec![picture.clone(), picture], work),
+        }
     }
 
     #[test]

@@ -49,8 +49,8 @@ pub use id::{
 pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
-    CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource, Outcome,
-    RenderItem, RenderJob, RenderedPicture, WireError, WorkerReport, decode, encode,
+    CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
+    RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, WorkerReport, decode, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};
@@ -58,14 +58,14 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
 pub use problem::Problem;
-pub use render_stats::Work;
+pub use render_stats::RenderStats;
 pub use search::{
     AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, SearchAnswer, SearchLine,
     SearchOptions, SearchState,
 };
 pub use search_lease::{
-    Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews, SearchReport,
-    SearchRequest, SearchTicket, TargetBytes,
+    Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport, SearchRequest,
+    SearchTicket, SearchUpdate, TargetBytes,
 };
 pub use seed::Seed;
 pub use system::{BackendReport, SystemAnswer};

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Counters of rendering work, summed over pictures. They do not affect any pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[schema(as = Work)]
-pub struct Work {
+pub struct RenderStats {
     /// Number of pictures rendered.
     pub pictures: u64,
     /// Scalar operations of the genomes as written, times the rays of their pictures: the cost
@@ -50,7 +50,7 @@ pub struct Work {
     pub film_us: u64,
 }
 
-impl AddAssign for Work {
+impl AddAssign for RenderStats {
     fn add_assign(&mut self, other: Self) {
         self.pictures += other.pictures;
         self.operations_written += other.operations_written;

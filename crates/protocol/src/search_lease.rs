@@ -118,12 +118,12 @@ pub struct SearchReport {
     /// Ticket of the lease.
     pub ticket: SearchTicket,
     /// Progress or end of the search.
-    pub news: SearchNews,
+    pub update: SearchUpdate,
 }
 
 /// Progress or end of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum SearchNews {
+pub enum SearchUpdate {
     /// Completed generations and the state after the last one.
     Generations {
         /// One line per generation.
@@ -149,7 +149,7 @@ pub enum SearchNews {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Directive {
     /// Continue the search.
-    GoOn,
+    Continue,
     /// Stop: the search has ended, or another search has waited for a full time slice.
-    Leave,
+    Stop,
 }

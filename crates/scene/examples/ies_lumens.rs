@@ -1,8 +1,9 @@
-//! Holds the flux of real photometric files against what others make of them: `ies_lumens FOLDER`.
+//! Compares the flux of real photometric files with reference values: `ies_lumens FOLDER`.
 //!
-//! The folder has IES files and `reference_lumens.md`, a table whose first column is a file's name and which has a column
-//! "Photometric Toolbox lumen"; those must be met within 0.2 %. A file that says `[_ABSOLUTELUMENS]` in its head and is not
-//! in the table must meet that within 1 %. Exit status 1 where one does not.
+//! FOLDER has IES files and `reference_lumens.md`, a table with file names in the first column and
+//! a column "Photometric Toolbox lumen"; the tolerance is 0.2 %. Files outside the table with
+//! `[_ABSOLUTELUMENS]` in the header are compared with that, tolerance 1 %. The exit status is 1 if
+//! a file exceeds its tolerance or there are no files.
 
 use std::error::Error;
 use std::fs;
@@ -26,25 +27,25 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let name = name.unwrap_or_default();
         let bytes = fs::read(&path)?;
         let profile = IesProfile::parse(&bytes)?;
-        let stated = references.iter().find(|row| row.0 == name).map(|row| (row.1, 2e-3));
-        let stated = stated.or_else(|| header_lumens(&bytes).map(|lumens| (lumens, 1e-2)));
+        let reference = references.iter().find(|row| row.0 == name).map(|row| (row.1, 2e-3));
+        let reference = reference.or_else(|| header_lumens(&bytes).map(|lumens| (lumens, 1e-2)));
         let lumens = profile.lumens();
         let kind = profile.photometry();
-        let Some((expected, bound)) = stated else {
-            println!("{name}: type {kind:?}, {lumens:.2} lm, nothing to compare with");
+        let Some((expected, tolerance)) = reference else {
+            println!("{name}: type {kind:?}, {lumens:.2} lm, no reference");
             continue;
         };
-        let off = lumens / expected - 1.0;
+        let error = lumens / expected - 1.0;
         println!(
-            "{name}: type {kind:?}, {lumens:.2} lm, stated {expected} lm, off by {:+.5} %",
-            100.0 * off
+            "{name}: type {kind:?}, {lumens:.2} lm, stated {expected} lm, error {:+.5} %",
+            100.0 * error
         );
-        failed |= off.abs() > bound;
+        failed |= error.abs() > tolerance;
     }
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Names and lumens of the table.
+/// Returns names and lumens of the table.
 fn references(text: &str) -> Vec<(String, f64)> {
     let cells = |line: &str| -> Vec<String> {
         line.split('|').map(|cell| cell.trim().to_owned()).collect()
@@ -60,6 +61,7 @@ fn references(text: &str) -> Vec<(String, f64)> {
     lines.filter_map(row).collect()
 }
 
+/// Returns the lumens stated in the header.
 fn header_lumens(bytes: &[u8]) -> Option<f64> {
     let text = String::from_utf8_lossy(bytes);
     let line = text.lines().find_map(|line| line.strip_prefix("[_ABSOLUTELUMENS]"))?;

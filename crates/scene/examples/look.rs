@@ -1,7 +1,7 @@
-//! Draws a mesh in the default scene with a plain material, to see what a mesh or a file looks like.
+//! Renders a mesh with a fixed material to a PNG file, to inspect meshes and OBJ files.
 //!
-//! `look MESH OUT.png [SIZE] [SCENE_JSON] [SAMPLES]`: MESH is a built-in name or an OBJ file. Half the texture squares are darker, and
-//! the highlight is stretched along u, so that texture positions and tangents can be seen.
+//! `look MESH OUT.png [SIZE] [SCENE_JSON] [SAMPLES]`: MESH is a built-in name or an OBJ file. A
+//! checkerboard and a highlight stretched along u show texture positions and tangents.
 
 use std::error::Error;
 use std::fs;
@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         start.elapsed()
     );
     let start = std::time::Instant::now();
-    let again = SampleSet::render(&mesh, &scene, size_px, sampling);
-    println!("second render {:?}, at most {} bytes", start.elapsed(), again.bytes());
+    let second = SampleSet::render(&mesh, &scene, size_px, sampling);
+    println!("second render {:?}, at most {} bytes", start.elapsed(), second.bytes());
     let mut encoder = png::Encoder::new(fs::File::create(out)?, size_px, size_px);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.write_header()?.write_image_data(&develop(&samples))?;
@@ -48,6 +48,7 @@ fn read(path: &str) -> Result<Mesh, Box<dyn Error>> {
     Ok(file.mesh)
 }
 
+/// Returns 8-bit grey values of the shaded samples.
 fn develop(samples: &SampleSet) -> Vec<u8> {
     let image = samples.image().expect("a rendered set has an image");
     let mut pixels = vec![40u8; image.coverage.len()];
@@ -58,9 +59,9 @@ fn develop(samples: &SampleSet) -> Vec<u8> {
     }
     let irradiance = samples.irradiance()[0];
     for span in image.spans() {
-        let radiance: f64 = (span.counted..span.end)
+        let radiance: f64 = (span.radiance_start..span.end)
             .map(|index| index as usize)
-            .map(|index| plain(samples, index) * f64::from(irradiance[index]))
+            .map(|index| brdf(samples, index) * f64::from(irradiance[index]))
             .sum();
         let shown = (radiance * f64::from(image.scale)).clamp(0.0, 1.0).powf(1.0 / 2.2);
         pixels[span.pixel as usize] = (255.0 * shown).round() as u8;
@@ -68,8 +69,8 @@ fn develop(samples: &SampleSet) -> Vec<u8> {
     pixels
 }
 
-/// Diffuse squares and an anisotropic highlight.
-fn plain(samples: &SampleSet, index: usize) -> f64 {
+/// Diffuse checkerboard with an anisotropic highlight.
+fn brdf(samples: &SampleSet, index: usize) -> f64 {
     let (pair, uv) = samples.pair(index);
     let h = (pair.wi() + pair.wo()).normalize();
     let exponent = (h.x / 0.3).powi(2) + (h.y / 0.08).powi(2);

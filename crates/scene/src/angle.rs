@@ -1,10 +1,10 @@
-//! Sines and cosines of angles in degrees, and the rotations of the scene description made of them.
+//! Sines and cosines of angles in degrees, and the rotations used by scene descriptions.
 //!
-//! Quarter turns are exact, so that a scene turned by 90 degrees has no stray 1e-17 in its axes. Knows no scene.
+//! Quarter turns are exact, so a scene turned by 90 degrees has no stray 1e-17 in its axes.
 
 use glam::{DMat3, DVec3};
 
-/// (sin, cos) of an angle.
+/// Returns (sin, cos) of an angle.
 ///
 /// # Units
 /// Degrees.
@@ -14,8 +14,8 @@ use glam::{DMat3, DVec3};
 pub(crate) fn sin_cos_deg(degrees: f64) -> (f64, f64) {
     let turn = degrees % 360.0;
     let quarters = (turn / 90.0).round();
-    let rest = (turn - 90.0 * quarters) * (std::f64::consts::PI / 180.0);
-    let (sin, cos) = (libm::sin(rest), libm::cos(rest));
+    let remainder = (turn - 90.0 * quarters) * (std::f64::consts::PI / 180.0);
+    let (sin, cos) = (libm::sin(remainder), libm::cos(remainder));
     match quarters as i64 & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),
@@ -33,13 +33,13 @@ pub(crate) fn rotation_xyz_deg(degrees: [f64; 3]) -> DMat3 {
     z * rotation_y_deg(degrees[1]) * x
 }
 
-/// Rotation about y: from +z towards +x.
+/// Rotation about y in degrees: from +z towards +x.
 pub(crate) fn rotation_y_deg(degrees: f64) -> DMat3 {
     let (s, c) = sin_cos_deg(degrees);
     DMat3::from_cols(DVec3::new(c, 0.0, -s), DVec3::Y, DVec3::new(s, 0.0, c))
 }
 
-/// The unit vector of an azimuth (0 is +z, 90 is +x) and an elevation above the xz plane.
+/// Unit vector of an azimuth (0 is +z, 90 is +x) and an elevation above the xz plane.
 pub(crate) fn orbit_direction(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
     let (sa, ca) = sin_cos_deg(azimuth_deg);
     let (se, ce) = sin_cos_deg(elevation_deg);
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sine_is_exact_when_the_angle_is_a_quarter_turn() {
+    fn sin_cos_is_exact_when_the_angle_is_a_quarter_turn() {
         let expected = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)];
         for turn in -9i32..9 {
             let (sin, cos) = sin_cos_deg(90.0 * f64::from(turn));
@@ -65,9 +65,9 @@ mod tests {
     }
 
     #[test]
-    fn rotation_turns_about_x_first_and_about_z_last() {
-        let turned = rotation_xyz_deg([90.0, 90.0, 90.0]) * DVec3::Y;
-        assert!((turned - DVec3::Y).length() < 1e-15, "y to z, to x, to y: {turned}");
+    fn rotation_applies_x_first_and_z_last() {
+        let rotated = rotation_xyz_deg([90.0, 90.0, 90.0]) * DVec3::Y;
+        assert!((rotated - DVec3::Y).length() < 1e-15, "y to z, to x, to y: {rotated}");
         assert!((rotation_y_deg(90.0) * DVec3::Z - DVec3::X).length() < 1e-15);
         assert!((orbit_direction(90.0, 0.0) - DVec3::X).length() < 1e-15);
         assert!((orbit_direction(10.0, 90.0) - DVec3::Y).length() < 1e-15);

@@ -1,7 +1,7 @@
-//! A scene as people and scripts write it: mesh, camera, lights and film, with a default for every field.
+//! Scene description: mesh, camera, lights and film, with a default for every field.
 //!
-//! Owns the JSON form (and a compact binary form for formats that are not self-describing) and what is a valid scene.
-//! Knows nothing of rays: what a camera sees is the sample set's business.
+//! Owns the JSON form, a binary form for formats that are not self-describing, and validation. Does
+//! not trace rays; the sample set does.
 
 mod camera;
 mod film;
@@ -28,29 +28,29 @@ pub use mesh_ref::{BuiltinMesh, MeshRef};
 pub use normals::Normals;
 pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX, SceneError};
 
-/// What is rendered: a mesh, a camera, lights and a film. World right-handed, y up.
+/// Mesh, camera, lights and film of a picture. The world is right-handed with y up.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
-    /// The mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded one.
+    /// Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
     pub mesh: MeshRef,
-    /// Rotation of the mesh about its centre, in degrees: about x, then y, then z.
+    /// Rotation of the mesh about its centre: about x, then y, then z, in degrees.
     pub rotation_deg: [f64; 3],
-    /// Size of the mesh, scaled about its centre; the camera keeps framing the size 1.
+    /// Scale of the mesh about its centre. The default camera frames scale 1.
     pub scale: f64,
-    /// Where it is seen from.
+    /// Camera.
     pub camera: Camera,
-    /// What it is lit by.
+    /// Lights, at most 16.
     pub lights: Vec<Light>,
-    /// What becomes of radiance.
+    /// Exposure and tone curve.
     pub film: Film,
-    /// Position on the light circle, in degrees: every light is turned by this angle about the vertical axis
-    /// through the centre of the mesh, from +z towards +x. 0 leaves the lights where they are said to be.
+    /// Position on the light orbit, in degrees: all lights are rotated by this angle about the
+    /// vertical axis through the centre of the mesh, from +z towards +x.
     pub light_deg: f64,
-    /// Whether what is between a light and a place keeps its light off.
+    /// True if the mesh casts shadows.
     pub shadows: bool,
-    /// What the normals of the mesh's corners tell of.
+    /// Meaning of the vertex normals.
     pub normals: Normals,
 }
 
@@ -71,10 +71,10 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// The scene with its lights at another position on the light circle.
+    /// Returns the scene with another position on the light orbit.
     ///
     /// # Units
-    /// Degrees, from +z towards +x; 0 is where the scene says the lights are. Replaces [`Scene::light_deg`].
+    /// Degrees, from +z towards +x. Replaces [`Scene::light_deg`].
     #[must_use]
     pub fn with_light_deg(&self, degrees: f64) -> Self {
         Self { light_deg: degrees, ..self.clone() }
@@ -82,8 +82,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Samples that all its lights make at each place at most: by so much a picture takes longer than in the light of one
-    /// point.
+    /// Returns the largest number of samples of all lights at one shading point: the cost of a
+    /// picture relative to one point light.
     #[must_use]
     pub fn light_samples(&self) -> u32 {
         self.lights.iter().map(Light::samples).sum()
@@ -91,7 +91,8 @@ impl Scene {
 }
 
 impl Serialize for Scene {
-    /// Pictures are found again by the JSON of their scene: what came later is only written where it says something.
+    /// Picture keys hash this JSON, so fields added later are written only if they differ from
+    /// their default.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let all = !serializer.is_human_readable();
         let (shadows, normals) = (self.shadows || all, self.normals != Normals::default() || all);

@@ -1,7 +1,7 @@
-//! Meshes as glTF binaries, for renderers that read the direction of u with the model.
+//! Export of meshes as glTF binaries with tangents.
 //!
-//! Owns the layout of the bytes. Programs depend on the tangent frame, which no vertex shader can make by itself: a
-//! material that is exported as a function needs its mesh with it.
+//! Programs depend on the tangent frame, which a vertex shader cannot derive by itself, so a
+//! material exported as shader code needs its mesh with tangents.
 
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -12,18 +12,19 @@ const MAGIC: u32 = 0x4654_6c67;
 const VERSION: u32 = 2;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BINARY_CHUNK: u32 = 0x004e_4942;
-/// glTF's names for the type of a component and for what a view is bound to.
+/// glTF codes of component types and buffer view targets.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 impl Mesh {
-    /// The mesh as a glTF 2.0 binary (`.glb`) with one primitive: POSITION, NORMAL, TANGENT, TEXCOORD_0 where there are
-    /// texture positions, and indices.
+    /// Encodes the mesh as a glTF 2.0 binary (`.glb`) with one primitive: POSITION, NORMAL,
+    /// TANGENT, TEXCOORD_0 if the mesh has texture positions, and indices.
     ///
-    /// TANGENT is the direction of growing u as everything here is shaded with it, orthogonal to the normal; its w is
-    /// 1 throughout, as y = n x u also where a texture is mirrored. TEXCOORD_0 has v downwards, as glTF wants it.
+    /// TANGENT is the direction of growing u used in shading, orthogonal to the normal; its w is
+    /// always 1, because y = n x u also where a texture is mirrored. TEXCOORD_0 has v downwards, as
+    /// glTF requires.
     ///
     /// # Units
     /// The mesh's own, y up.
@@ -36,25 +37,27 @@ impl Mesh {
     #[must_use]
     pub fn to_glb(&self) -> Vec<u8> {
         let parts = self.parts();
-        let unit = |of: &DVec3| of.as_vec3().normalize_or(Vec3::Z).to_array();
-        let places: Vec<[f32; 3]> =
-            parts.positions.iter().map(|place| place.as_vec3().to_array()).collect();
-        let bound = |of: fn(f32, f32) -> f32| {
-            let join = |a: [f32; 3], b: &[f32; 3]| [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])];
-            places.iter().fold(places[0], join)
+        let unit = |vector: &DVec3| vector.as_vec3().normalize_or(Vec3::Z).to_array();
+        let positions: Vec<[f32; 3]> =
+            parts.positions.iter().map(|position| position.as_vec3().to_array()).collect();
+        let bound = |select: fn(f32, f32) -> f32| {
+            let join = |a: [f32; 3], b: &[f32; 3]| {
+                [select(a[0], b[0]), select(a[1], b[1]), select(a[2], b[2])]
+            };
+            positions.iter().fold(positions[0], join)
         };
-        let mut file = Binary::default();
-        file.add(ARRAY_BUFFER, FLOAT, "VEC3", &places, |accessor| {
+        let mut file = GlbBuilder::default();
+        file.add(ARRAY_BUFFER, FLOAT, "VEC3", &positions, |accessor| {
             accessor["min"] = json!(bound(f32::min));
             accessor["max"] = json!(bound(f32::max));
         });
         let normals: Vec<[f32; 3]> = parts.normals.iter().map(unit).collect();
         file.add(ARRAY_BUFFER, FLOAT, "VEC3", &normals, |_| {});
-        let with_side = |of: &DVec3| {
-            let [x, y, z] = unit(of);
+        let with_handedness = |vector: &DVec3| {
+            let [x, y, z] = unit(vector);
             [x, y, z, 1.0]
         };
-        let tangents: Vec<[f32; 4]> = parts.tangents.iter().map(with_side).collect();
+        let tangents: Vec<[f32; 4]> = parts.tangents.iter().map(with_handedness).collect();
         file.add(ARRAY_BUFFER, FLOAT, "VEC4", &tangents, |_| {});
         let mut attributes = json!({ "POSITION": 0, "NORMAL": 1, "TANGENT": 2 });
         if parts.has_uv {
@@ -62,22 +65,24 @@ impl Mesh {
                 parts.uvs.iter().map(|uv| [uv.x as f32, (1.0 - uv.y) as f32]).collect();
             attributes["TEXCOORD_0"] = file.add(ARRAY_BUFFER, FLOAT, "VEC2", &uvs, |_| {}).into();
         }
-        let corners: Vec<[u32; 1]> = parts.triangles.iter().flatten().map(|&at| [at]).collect();
+        let corners: Vec<[u32; 1]> =
+            parts.triangles.iter().flatten().map(|&corner| [corner]).collect();
         let indices = file.add(ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR", &corners, |_| {});
         file.finish(&json!({ "attributes": attributes, "indices": indices, "mode": 4 }))
     }
 }
 
-/// The bytes behind the description, and the description of them.
+/// Builder of the binary chunk with its buffer views and accessors.
 #[derive(Default)]
-struct Binary {
+struct GlbBuilder {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
-impl Binary {
-    /// Appends an array; every component is four bytes, so everything stays aligned.
+impl GlbBuilder {
+    /// Appends an array and returns its accessor index. Every component is four bytes, so the
+    /// alignment holds.
     fn add<T: bytemuck::Pod>(
         &mut self,
         target: u32,
@@ -100,8 +105,9 @@ impl Binary {
         self.accessors.len() - 1
     }
 
+    /// Returns the file with one mesh of this primitive.
     fn finish(self, primitive: &Value) -> Vec<u8> {
-        let description = json!({
+        let document = json!({
             "asset": { "version": "2.0", "generator": "brood" },
             "scene": 0,
             "scenes": [{ "nodes": [0] }],
@@ -111,15 +117,15 @@ impl Binary {
             "bufferViews": self.views,
             "accessors": self.accessors,
         });
-        let mut text = description.to_string().into_bytes();
+        let mut text = document.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
         let length = |bytes: usize| u32::try_from(bytes).expect("a mesh is smaller than 4 GiB");
-        let whole = 12 + 8 + text.len() + 8 + self.bytes.len();
-        let mut file = Vec::with_capacity(whole);
+        let total = 12 + 8 + text.len() + 8 + self.bytes.len();
+        let mut file = Vec::with_capacity(total);
         let words = |file: &mut Vec<u8>, words: &[u32]| {
             file.extend(words.iter().flat_map(|word| word.to_le_bytes()));
         };
-        words(&mut file, &[MAGIC, VERSION, length(whole), length(text.len()), JSON_CHUNK]);
+        words(&mut file, &[MAGIC, VERSION, length(total), length(text.len()), JSON_CHUNK]);
         file.extend_from_slice(&text);
         words(&mut file, &[length(self.bytes.len()), BINARY_CHUNK]);
         file.extend_from_slice(&self.bytes);
@@ -132,7 +138,7 @@ mod tests {
     use super::*;
     use crate::{BuiltinMesh, ObjLimits, parse_obj};
 
-    /// The description, and an array of what it says is there.
+    /// Parses a file; returns its JSON document and a function that reads an accessor as floats.
     fn read(file: &[u8]) -> (Value, impl Fn(usize) -> Vec<f32> + use<>) {
         let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
         assert_eq!((word(0), word(4), word(8)), (MAGIC as usize, 2, file.len()));
@@ -151,35 +157,36 @@ mod tests {
     }
 
     #[test]
-    fn binary_holds_every_vertex_with_a_unit_tangent_across_its_normal() {
+    fn glb_has_unit_tangents_orthogonal_to_normals() {
         for builtin in
             [BuiltinMesh::Sphere, BuiltinMesh::Torus, BuiltinMesh::Cube, BuiltinMesh::Knob]
         {
             let mesh = Mesh::builtin(builtin);
             let (description, floats) = read(&mesh.to_glb());
-            let [places, normals, tangents] = [floats(0), floats(1), floats(2)];
-            assert_eq!(places.len(), 3 * mesh.vertex_count());
+            let [positions, normals, tangents] = [floats(0), floats(1), floats(2)];
+            assert_eq!(positions.len(), 3 * mesh.vertex_count());
             for (normal, tangent) in normals.chunks(3).zip(tangents.chunks(4)) {
                 let (n, t) = (Vec3::from_slice(normal), Vec3::from_slice(tangent));
                 assert!(n.dot(t).abs() < 1e-5 && t.is_normalized() && n.is_normalized(), "{n} {t}");
                 assert!(tangent[3] > 0.5);
             }
-            let least = places.chunks(3).map(|place| place[1]).fold(f32::INFINITY, f32::min);
-            assert_eq!(description["accessors"][0]["min"][1].as_f64(), Some(f64::from(least)));
+            let lowest =
+                positions.chunks(3).map(|position| position[1]).fold(f32::INFINITY, f32::min);
+            assert_eq!(description["accessors"][0]["min"][1].as_f64(), Some(f64::from(lowest)));
             assert_eq!(description["accessors"][4]["count"], 3 * mesh.triangle_count());
         }
     }
 
     #[test]
-    fn texture_positions_are_upside_down_and_left_out_where_there_are_none() {
+    fn glb_flips_v_and_omits_missing_texture_positions() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0.25\nvt 0 1\nf 1/1 2/2 3/3\n";
         let mesh = parse_obj(text.as_bytes(), &ObjLimits::default()).unwrap().mesh;
         let (description, floats) = read(&mesh.to_glb());
         assert_eq!(description["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"], 3);
         assert_eq!(floats(3)[..2], [0.0, 0.75]);
-        let bare =
+        let without_uv =
             parse_obj(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &ObjLimits::default()).unwrap();
-        let (description, _) = read(&bare.mesh.to_glb());
+        let (description, _) = read(&without_uv.mesh.to_glb());
         assert!(description["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"].is_null());
     }
 }

@@ -1,7 +1,7 @@
-//! Photometric profiles: how strongly a luminaire shines in each direction, from the bytes of an IES file (LM-63).
+//! Photometric profiles: luminous intensity of a luminaire per direction, from an IES file (LM-63).
 //!
-//! Owns the format, what is told of a direction that was not measured, and the flux of the whole. Knows no scene and reads
-//! no files: bytes come in, and what is malformed is refused with its line.
+//! Owns the file format, the interpolation between measured directions and the total flux. Takes
+//! bytes and opens no files; malformed input is rejected with its line.
 
 mod error;
 mod integral;

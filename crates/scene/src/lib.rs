@@ -1,9 +1,10 @@
-//! What is looked at and how: meshes, scenes and the sample sets that are made of them.
+//! Scene descriptions, meshes, lights, and the sample sets rendered from them.
 //!
-//! This crate owns the description of a scene as people write it, meshes (made by code or read from OBJ bytes), their
-//! tangent frames, the rays of a camera and the [`SampleSet`], the one batch type that every evaluator shades. It
-//! refuses to know programs, materials, images in colours, files and sockets. All geometry is computed in f64 and is
-//! the same to the bit whatever the number of threads.
+//! Main types: [`Scene`] (JSON description of mesh, camera, lights and film), [`Mesh`] (validated
+//! triangles, built in or read from OBJ bytes with [`parse_obj`]), [`LightAssets`] (IES profiles
+//! and environment maps by name) and [`SampleSet`] (batch of direction pairs with irradiance, the
+//! input of every evaluator). The crate does not depend on programs or materials and does no I/O.
+//! All geometry is computed in f64; results are bit-identical for any number of threads.
 //!
 //! ```
 //! use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};

@@ -1,6 +1,7 @@
-//! What lights refer to by name: photometric profiles and pictures of environments.
+//! IES profiles and environment maps that lights refer to by name.
 //!
-//! Owns nothing but the names; who reads files, uploads or a database fills it in.
+//! The table only stores what the caller inserts; loading files, uploads or database rows is the
+//! caller's task.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,49 +9,50 @@ use std::sync::Arc;
 use crate::description::Light;
 use crate::{EnvironmentMap, IesProfile, Scene, SceneError};
 
-/// Profiles and environments by the names that scenes have for them.
+/// IES profiles and environment maps by the names used in scenes.
 #[derive(Debug, Clone, Default)]
 pub struct LightAssets {
     profiles: BTreeMap<String, Arc<IesProfile>>,
     environments: BTreeMap<String, Arc<EnvironmentMap>>,
 }
 
-/// What a light refers to.
+/// Asset name that a light refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AssetRef<'a> {
-    /// An IES file.
+    /// Name of an IES profile.
     Profile(&'a str),
-    /// A picture of an environment.
+    /// Name of an environment map.
     Environment(&'a str),
 }
 
 impl LightAssets {
-    /// Adds a profile, or takes the place of the one of that name.
+    /// Inserts a profile, replacing the one of that name.
     pub fn insert_profile(&mut self, name: impl Into<String>, profile: Arc<IesProfile>) {
         self.profiles.insert(name.into(), profile);
     }
 
-    /// The profile of that name.
+    /// Returns the profile of that name.
     #[must_use]
     pub fn profile(&self, name: &str) -> Option<&Arc<IesProfile>> {
         self.profiles.get(name)
     }
 
-    /// Adds an environment, or takes the place of the one of that name.
+    /// Inserts an environment map, replacing the one of that name.
     pub fn insert_environment(&mut self, name: impl Into<String>, map: Arc<EnvironmentMap>) {
         self.environments.insert(name.into(), map);
     }
 
-    /// The environment of that name.
+    /// Returns the environment map of that name.
     #[must_use]
     pub fn environment(&self, name: &str) -> Option<&Arc<EnvironmentMap>> {
         self.environments.get(name)
     }
 
-    /// Whether everything that a scene refers to is here.
+    /// Checks that every asset that the scene refers to is present. A light whose asset is missing
+    /// emits nothing.
     ///
-    /// # Error
-    /// The first light whose asset is not; such a light is dark.
+    /// # Errors
+    /// Returns [`SceneError`] for the first light whose asset is missing.
     pub fn check(&self, scene: &Scene) -> Result<(), SceneError> {
         for (index, light) in scene.lights.iter().enumerate() {
             let Some(asset) = light.asset() else { continue };
@@ -62,14 +64,14 @@ impl LightAssets {
                 let pointer = format!("/lights/{index}/{field}");
                 return Err(SceneError {
                     pointer,
-                    reason: "there is none of that name".to_owned(),
+                    reason: "names an asset that does not exist".to_owned(),
                 });
             }
         }
         Ok(())
     }
 
-    /// Whether both hold the same files in memory under the same names: then they have one hash.
+    /// True if both hold the same `Arc`s under the same names, which implies equal content hashes.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         let profiles = self.profiles.iter().zip(&other.profiles);
@@ -80,19 +82,19 @@ impl LightAssets {
             && environments.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
     }
 
-    /// Whether nothing is here.
+    /// True if there are no assets.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.profiles.is_empty() && self.environments.is_empty()
     }
 
-    /// Hash of all names and contents: what caches of sample sets depend on besides scene and mesh.
+    /// Hash of all names and contents. Cached sample sets depend on it besides scene and mesh.
     #[must_use]
     pub fn content_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
-        let profiles = self.profiles.iter().map(|(name, own)| (b'p', name, own.content_hash()));
+        let profiles = self.profiles.iter().map(|(name, asset)| (b'p', name, asset.content_hash()));
         let environments =
-            self.environments.iter().map(|(name, own)| (b'e', name, own.content_hash()));
+            self.environments.iter().map(|(name, asset)| (b'e', name, asset.content_hash()));
         for (kind, name, hash) in profiles.chain(environments) {
             hasher.update(&[kind]);
             hasher.update(&(name.len() as u64).to_le_bytes());
@@ -104,7 +106,7 @@ impl LightAssets {
 }
 
 impl Light {
-    /// What it refers to besides itself.
+    /// Asset that the light refers to, if its kind uses one.
     #[must_use]
     pub fn asset(&self) -> Option<AssetRef<'_>> {
         match self {
@@ -126,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn missing_asset_is_told_with_its_pointer() {
+    fn check_returns_the_pointer_when_an_asset_is_missing() {
         let json = r#"{"lights": [{}, {"kind": "ies", "profile": "a.ies"}]}"#;
         let scene: Scene = serde_json::from_str(json).unwrap();
         let mut assets = LightAssets::default();

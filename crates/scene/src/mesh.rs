@@ -1,7 +1,8 @@
-//! Indexed triangles with a normal, a texture position and a tangent per vertex.
+//! Validated triangle meshes with a normal, a texture position and a tangent per vertex.
 //!
-//! Owns what a valid mesh is, and checks it also on the way in from another process, so that nothing later can meet a
-//! NaN or an index out of range. Refuses to know where a mesh comes from and how it is looked at; it is not normalised.
+//! Validity is checked in the constructor and on deserialisation, so later code cannot meet a NaN
+//! or an index out of range. Meshes are stored as given, not normalised in size. Independent of
+//! file formats and cameras.
 
 mod assemble;
 mod builtin;
@@ -16,20 +17,20 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-pub(crate) use assemble::{Guesses, RawMesh, assemble};
+pub(crate) use assemble::{RawMesh, Repairs, assemble};
 pub(crate) use tangent::fixed_tangent;
 
 use crate::BuiltinMesh;
 use crate::trace::Tracer;
 
-/// Coordinates stay in the range of f32, so that squares and products of them are finite in f64.
+/// Largest absolute coordinate. Within the range of f32, squares and products stay finite in f64.
 pub(crate) const COORDINATE_MAX: f64 = f32::MAX as f64;
-/// Smallest radius of the bounding sphere; ratios to it stay finite.
+/// Smallest radius of the bounding sphere; keeps ratios to it finite.
 pub(crate) const RADIUS_MIN: f64 = 1e-30;
-/// How far a stored normal or tangent may be off unit length, and off a right angle with each other.
+/// Tolerance on the squared length of stored normals and tangents and on their dot product.
 const FRAME_TOLERANCE: f64 = 1e-6;
 
-/// The arrays of a mesh, all per vertex but `triangles`.
+/// Arrays of a mesh, all per vertex except `triangles`.
 ///
 /// # Shapes
 /// `positions`, `normals`, `uvs` and `tangents` have one entry per vertex; `triangles` index them.
@@ -39,46 +40,46 @@ pub struct MeshParts {
     pub positions: Vec<DVec3>,
     /// Unit normals.
     pub normals: Vec<DVec3>,
-    /// Texture positions, v up; zero where there are none.
+    /// Texture positions, v up; zero if absent.
     pub uvs: Vec<DVec2>,
-    /// Unit vectors of growing u, perpendicular to the normals.
+    /// Unit vectors along increasing u, perpendicular to the normals.
     pub tangents: Vec<DVec3>,
-    /// Corners, counter-clockwise seen from outside.
+    /// Vertex indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether any texture position was given.
+    /// True if any vertex has a texture position; otherwise u and v are 0 everywhere.
     pub has_uv: bool,
 }
 
-/// A valid mesh.
+/// Valid mesh with its bounding sphere.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     parts: MeshParts,
     centre: DVec3,
     radius: f64,
-    /// Made at the first render.
+    /// Ray tracing structure, built at the first render.
     tracer: OnceLock<Arc<Tracer>>,
 }
 
-/// Why arrays are not a mesh.
+/// Reason why arrays are not a valid mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
-    /// There is no triangle.
+    /// The mesh has no triangle.
     #[error("the mesh has no triangle")]
     NoTriangle,
-    /// All vertices are at one place.
+    /// All vertices are at one position.
     #[error("the mesh has no extent")]
     NoExtent,
-    /// The arrays per vertex differ in length.
-    #[error("the arrays per vertex differ in length")]
+    /// The per-vertex arrays differ in length.
+    #[error("the per-vertex arrays differ in length")]
     Lengths,
     /// More than 2^32 - 1 vertices or triangles.
-    #[error("the mesh has more vertices or triangles than 32 bits count")]
+    #[error("the mesh has more than 2^32 - 1 vertices or triangles")]
     TooLarge,
-    /// A triangle names a vertex that does not exist.
-    #[error("triangle {0} has a corner that does not exist")]
+    /// A triangle refers to a vertex that does not exist.
+    #[error("triangle {0} refers to a vertex that does not exist")]
     Corner(usize),
-    /// A number is not finite or beyond the range of f32.
-    #[error("a number of vertex {0} is not finite or beyond the range of 32-bit floats")]
+    /// A coordinate is not finite or beyond the range of f32.
+    #[error("a coordinate of vertex {0} is not finite or beyond the range of 32-bit floats")]
     NotFinite(usize),
     /// Normal and tangent are not unit vectors at a right angle.
     #[error("normal and tangent of vertex {0} are not unit vectors at a right angle")]
@@ -86,10 +87,10 @@ pub enum MeshError {
 }
 
 impl Mesh {
-    /// Checks the arrays.
+    /// Creates a mesh from arrays, which are kept bit for bit.
     ///
-    /// # Error
-    /// The first thing found wrong; what is accepted is kept to the bit.
+    /// # Errors
+    /// Returns [`MeshError`] for the first violation found.
     pub fn from_parts(parts: MeshParts) -> Result<Self, MeshError> {
         let count = parts.positions.len();
         if [parts.normals.len(), parts.uvs.len(), parts.tangents.len()] != [count; 3] {
@@ -116,13 +117,13 @@ impl Mesh {
         Ok(Self { parts, centre, radius, tracer: OnceLock::new() })
     }
 
-    /// A mesh made by code.
+    /// Creates a built-in mesh.
     #[must_use]
     pub fn builtin(mesh: BuiltinMesh) -> Self {
         Self::from_parts(builtin::build(mesh)).expect("built-in meshes are valid")
     }
 
-    /// The arrays.
+    /// Arrays of the mesh.
     #[must_use]
     pub fn parts(&self) -> &MeshParts {
         &self.parts
@@ -140,13 +141,13 @@ impl Mesh {
         self.parts.triangles.len()
     }
 
-    /// Whether any texture position was given; otherwise u and v are 0 everywhere.
+    /// True if any vertex has a texture position; otherwise u and v are 0 everywhere.
     #[must_use]
     pub fn has_uv(&self) -> bool {
         self.parts.has_uv
     }
 
-    /// Centre of the bounding box, which is that of the bounding sphere.
+    /// Centre of the bounding box and of the bounding sphere.
     #[must_use]
     pub fn centre(&self) -> DVec3 {
         self.centre
@@ -158,7 +159,7 @@ impl Mesh {
         self.radius
     }
 
-    /// Hash of all arrays to the bit; equal meshes have equal hashes.
+    /// Hash of all arrays; meshes with bit-identical arrays have equal hashes.
     #[must_use]
     pub fn content_hash(&self) -> [u8; 32] {
         let parts = &self.parts;
@@ -169,14 +170,14 @@ impl Mesh {
         hasher.update(&(parts.triangles.len() as u64).to_le_bytes());
         for vertex in 0..parts.positions.len() {
             let mut bytes = [0u8; 88];
-            let numbers = parts.positions[vertex]
+            let coordinates = parts.positions[vertex]
                 .to_array()
                 .into_iter()
                 .chain(parts.normals[vertex].to_array())
                 .chain(parts.uvs[vertex].to_array())
                 .chain(parts.tangents[vertex].to_array());
-            for (slot, number) in bytes.chunks_exact_mut(8).zip(numbers) {
-                slot.copy_from_slice(&number.to_le_bytes());
+            for (slot, coordinate) in bytes.chunks_exact_mut(8).zip(coordinates) {
+                slot.copy_from_slice(&coordinate.to_le_bytes());
             }
             hasher.update(&bytes);
         }
@@ -186,7 +187,7 @@ impl Mesh {
         *hasher.finalize().as_bytes()
     }
 
-    /// The structure that rays are traced against, made once.
+    /// Ray tracing structure, built on first use.
     pub(crate) fn tracer(&self) -> &Tracer {
         self.tracer.get_or_init(|| {
             Arc::new(Tracer::new(
@@ -233,14 +234,14 @@ fn check_vertex(parts: &MeshParts, vertex: usize) -> Result<(), MeshError> {
     }
     let (n, u) = (parts.normals[vertex], parts.tangents[vertex]);
     let unit = |w: DVec3| (w.length_squared() - 1.0).abs() <= FRAME_TOLERANCE;
-    // Written so that NaN fails.
+    // This form of the comparison rejects NaN.
     if unit(n) && unit(u) && n.dot(u).abs() <= FRAME_TOLERANCE {
         return Ok(());
     }
     Err(MeshError::Frame(vertex))
 }
 
-/// Centre of the bounding box and the largest distance from it.
+/// Returns the centre of the bounding box and the largest distance of a position from it.
 pub(crate) fn bounding_sphere(positions: &[DVec3]) -> (DVec3, f64) {
     let low = positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
     let high = positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));

@@ -1,7 +1,7 @@
-//! Wavefront OBJ files, from bytes to a mesh.
+//! Parser of Wavefront OBJ files, from bytes to a mesh.
 //!
-//! Owns the grammar, its limits and its line numbers. Refuses to open anything: `mtllib` is named in a warning and
-//! that is all. What a mesh lacks is filled in by the mesh module.
+//! Owns the grammar, its limits and line numbers. Opens no files: `mtllib` only yields a warning.
+//! The mesh module fills in missing normals, texture positions and tangents.
 
 mod error;
 mod face;
@@ -22,16 +22,16 @@ use join::join;
 use reader::read;
 use warning::Warnings;
 
-/// What a file may hold at most; beyond it the file is refused.
+/// Limits on the size of a file; a file above any of them is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ObjLimits {
-    /// Length of the file.
+    /// Length of the file in bytes.
     pub bytes: usize,
-    /// `v`, `vt` and `vn` lines each, and vertices after joining equal corners.
+    /// Number of `v`, of `vt` and of `vn` lines, and of vertices after joining equal corners.
     pub vertices: usize,
-    /// Triangles after cutting polygons.
+    /// Number of triangles after triangulation.
     pub triangles: usize,
-    /// Corners of one polygon.
+    /// Number of corners of one polygon.
     pub polygon_corners: usize,
 }
 
@@ -41,24 +41,26 @@ impl Default for ObjLimits {
     }
 }
 
-/// A file that was understood.
+/// Parsed file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjFile {
-    /// The mesh.
+    /// Mesh.
     pub mesh: Mesh,
-    /// What was odd in it, in the order of lines.
+    /// Warnings: first those of single lines in order, then those of the whole file.
     pub warnings: Vec<ObjWarning>,
 }
 
-/// Reads a file: `v`, `vt`, `vn` and `f` with all forms of indices; other statements are ignored, with a warning
-/// where something is lost.
+/// Parses a file: `v`, `vt`, `vn` and `f` with all forms of indices. Other statements are ignored,
+/// with a warning if data is lost.
 ///
 /// # Domain
-/// Any bytes, UTF-8 or not. Polygons are cut into triangles, concave ones too. Corners of equal indices become one
-/// vertex. Missing normals become smooth ones per place; missing texture positions are 0.
+/// Any bytes, UTF-8 or not. Convex and concave polygons are triangulated. Corners with equal
+/// indices become one vertex. Missing normals become smooth normals, shared by all vertices at one
+/// position; missing texture positions are 0.
 ///
-/// # Error
-/// The first malformed line, a limit passed, or a file without any face (with its last line).
+/// # Errors
+/// Returns [`ObjError`] for the first malformed line, an exceeded limit, or a file without faces
+/// (with its last line).
 pub fn parse_obj(bytes: &[u8], limits: &ObjLimits) -> Result<ObjFile, ObjError> {
     if bytes.len() > limits.bytes {
         return Err(ObjErrorKind::TooManyBytes { limit: limits.bytes }.at(1));
@@ -67,8 +69,8 @@ pub fn parse_obj(bytes: &[u8], limits: &ObjLimits) -> Result<ObjFile, ObjError> 
     let records = read(bytes, limits, &mut warnings)?;
     let last_line = records.last_line;
     let raw = join(records, limits)?;
-    let (parts, guesses) = crate::mesh::assemble(raw);
-    warnings.guesses(&guesses, parts.has_uv, last_line);
+    let (parts, repairs) = crate::mesh::assemble(raw);
+    warnings.repairs(&repairs, parts.has_uv, last_line);
     let mesh = Mesh::from_parts(parts).map_err(|error| ObjErrorKind::Mesh(error).at(last_line))?;
     Ok(ObjFile { mesh, warnings: warnings.into_list() })
 }

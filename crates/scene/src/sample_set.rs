@@ -1,7 +1,7 @@
-//! The sample set: the one batch type that every evaluator shades.
+//! Sample set: the batch of shading samples that every evaluator takes.
 //!
-//! Owns the pairs of directions, what is computed from them at first use, the light that falls on each sample, and the
-//! way back from samples to pixels. Knows nothing of programs and colours.
+//! Owns the direction pairs, the program inputs computed from them on first use, the irradiance of
+//! each sample, and the mapping from samples to pixels. Independent of programs and colours.
 
 #[cfg(test)]
 mod adaptive_tests;
@@ -40,13 +40,14 @@ use values::Values;
 /// Shading samples as a structure of arrays.
 ///
 /// # Shapes
-/// Every array has [`SampleSet::len`] entries. In sets of an image, samples are in the order of pixels, in a pixel those
-/// of the ray through its centre come first, and only lit and covered ones are there ([`ImageLayout`]).
+/// Every array has [`SampleSet::len`] entries. In the set of an image, samples are ordered by
+/// pixel; within a pixel, samples of the ray through the pixel's centre come first. Only lit
+/// samples on the mesh are stored ([`ImageLayout`]).
 #[derive(Debug)]
 pub struct SampleSet {
     id: u64,
     len: usize,
-    /// As many as samples; none in a set of pixels that were picked without them.
+    /// One per sample; empty in a set picked without directions.
     pairs: Vec<DirectionPair>,
     uvs: Vec<DVec2>,
     irradiance: [Vec<f32>; 3],
@@ -56,25 +57,27 @@ pub struct SampleSet {
 }
 
 impl SampleSet {
-    /// The samples of a square picture of `mesh` in `scene`, whose own mesh reference is not looked at.
+    /// Samples a square picture of `mesh` in `scene`. The mesh reference in `scene` is ignored.
     ///
     /// # Domain
-    /// A scene that [`Scene::validate`] accepts; another one gives a meaningless set. Lights that refer to assets are dark.
+    /// A scene that [`Scene::validate`] accepts; otherwise the set is meaningless. Lights that
+    /// refer to assets emit nothing.
     ///
     /// # Panics
-    /// Where `size_px` is not in 1..=65535, a fixed number of samples is 0, or the set would have 2^32 samples.
+    /// If `size_px` is not in 1..=65535, the fixed number of samples is 0, or the set would have
+    /// 2^32 samples.
     ///
     /// # Error
-    /// The same to the bit for any number of threads.
+    /// Bit-identical for any number of threads.
     #[must_use]
     pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, sampling: impl Into<Sampling>) -> Self {
         Self::render_area(mesh, scene, size_px, sampling, PixelArea::whole(size_px))
     }
 
-    /// The samples of a part of that picture: those of the whole picture in these pixels, to the bit.
+    /// Samples a part of that picture, bit-identical to these pixels of the whole picture.
     ///
     /// # Panics
-    /// As [`SampleSet::render`], and where the area is empty or not within the picture.
+    /// As [`SampleSet::render`], and if the area is empty or not within the picture.
     #[must_use]
     pub fn render_area(
         mesh: &Mesh,
@@ -84,36 +87,45 @@ impl SampleSet {
         area: PixelArea,
     ) -> Self {
         let raster = Raster { size_px, sampling: sampling.into(), area };
-        Self::render_lit(mesh, scene, &LightAssets::default(), raster)
+        Self::render_with_assets(mesh, scene, &LightAssets::default(), raster)
     }
 
-    /// The same for scenes whose lights refer to assets. A light whose asset is not there is dark ([`LightAssets::check`]
-    /// tells).
+    /// Samples a scene whose lights refer to assets. A light whose asset is missing emits nothing
+    /// ([`LightAssets::check`] reports it).
     ///
     /// # Panics
     /// As [`SampleSet::render_area`].
     #[must_use]
-    pub fn render_lit(mesh: &Mesh, scene: &Scene, assets: &LightAssets, raster: Raster) -> Self {
+    pub fn render_with_assets(
+        mesh: &Mesh,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+    ) -> Self {
         render::render(mesh, scene, assets, raster)
     }
 
-    /// The samples of some pixels of images that were sampled alike, as an image of one row, part after part. Of the inputs it
-    /// has only those asked for, and directions only where `directions` says so; ranges of inputs are those of the whole parts.
+    /// Copies some pixels of each part into one set, as an image of one row, part after part.
+    /// The set has only the inputs in `inputs`, and directions only if `directions` is true.
+    /// [`SampleSet::input_range`] is taken over the whole parts.
+    ///
+    /// # Domain
+    /// Parts of the same [`Sampling`].
     ///
     /// # Panics
-    /// Where a part has no image, or its pixels do not ascend or are not in it.
+    /// If a part has no image, or its pixels are not ascending or not in the image.
     #[must_use]
     pub fn pick(parts: &[(&Self, &[u32])], inputs: InputMask, directions: bool) -> Self {
         pick::pick(parts, inputs, directions)
     }
 
-    /// One sample per pair of directions with irradiance 1 and no image; no `uvs` at all stand for zeros.
+    /// Makes one sample per direction pair, with irradiance 1 and no image. Empty `uvs` mean zeros.
     ///
     /// # Domain
     /// Finite `uvs`. Pairs below the surface are kept.
     ///
     /// # Panics
-    /// Where `uvs` is neither empty nor as long as `pairs`.
+    /// If `uvs` is neither empty nor as long as `pairs`.
     #[must_use]
     pub fn from_pairs(pairs: &[DirectionPair], uvs: &[DVec2]) -> Self {
         let count = pairs.len();
@@ -132,7 +144,7 @@ impl SampleSet {
         image: Option<ImageLayout>,
         counts: SampleCounts,
     ) -> Self {
-        // An identity for caches alone: no value ever depends on it.
+        // Key of caches only: no computed value depends on it.
         static NEXT_ID: AtomicU64 = AtomicU64::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
         Self {
@@ -147,7 +159,7 @@ impl SampleSet {
         }
     }
 
-    /// A number that no other set of this process has, so that copies on devices can be told apart.
+    /// Returns the id of this set, unique in this process: the key of copies cached on devices.
     #[must_use]
     pub fn id(&self) -> u64 {
         self.id
@@ -159,56 +171,61 @@ impl SampleSet {
         self.len
     }
 
-    /// Whether there is no sample.
+    /// True if the set has no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// An input for every sample: computed in f64 and rounded once, at first use, then kept.
+    /// Returns a program input for every sample. It is computed on first use, in f64 with one
+    /// rounding to f32, and cached.
     ///
     /// # Panics
-    /// In a set of picked pixels, for an input that was not picked with them.
+    /// If the set was made by [`SampleSet::pick`] without this input.
     #[must_use]
     pub fn input(&self, input: Input) -> &[f32] {
-        self.kept(input)
+        self.cached(input)
     }
 
-    /// Between these are all values of an input; both 0 where there is none. In sets that were not picked, the least and the
-    /// largest.
+    /// Returns bounds of all values of an input; both are 0 in an empty set. They are the exact
+    /// minimum and maximum unless the set was made by [`SampleSet::pick`].
     ///
     /// # Panics
     /// As [`SampleSet::input`].
     #[must_use]
     pub fn input_range(&self, input: Input) -> (f32, f32) {
-        self.kept(input).range()
+        self.cached(input).range()
     }
 
-    fn kept(&self, input: Input) -> &Values {
-        let kept = &self.inputs[input.index()];
-        if kept.get().is_none() {
-            assert!(self.pairs.len() == self.len, "{input:?} was not picked with these pixels");
-            // Not inside `get_or_init`: a thread that waits for its share of this loop may be given a task that asks
-            // for the same input, and would wait for itself. Computing twice does no harm.
+    fn cached(&self, input: Input) -> &Values {
+        let cache = &self.inputs[input.index()];
+        if cache.get().is_none() {
+            assert!(
+                self.pairs.len() == self.len,
+                "input {input:?} was not picked with these pixels"
+            );
+            // Not inside `get_or_init`: while a rayon thread waits for this loop it may steal a
+            // task that needs the same input, and would deadlock on itself. Computing twice is
+            // harmless.
             let values = Values::compute(self.len(), |index| {
                 round_to_f32(input.evaluate(&self.pairs[index], self.uvs[index]))
             });
-            kept.get_or_init(|| values);
+            cache.get_or_init(|| values);
         }
-        kept.get().expect("the input has just been computed")
+        cache.get().expect("the input has just been computed")
     }
 
-    /// The directions and the texture position of a sample.
+    /// Returns the directions and the texture position of a sample.
     ///
     /// # Panics
-    /// Where there is no such sample, and in a set of pixels that were picked without directions.
+    /// If `index` is out of range, or the set was picked without directions.
     #[must_use]
     #[inline]
     pub fn pair(&self, index: usize) -> (DirectionPair, DVec2) {
         (self.pairs[index], self.uvs[index])
     }
 
-    /// The directions of these samples.
+    /// Returns the directions of a range of samples.
     ///
     /// # Panics
     /// As [`SampleSet::pair`].
@@ -217,28 +234,30 @@ impl SampleSet {
         &self.pairs[range]
     }
 
-    /// For red, green and blue: the light per sample, which reflected radiance is f times.
+    /// Returns the irradiance of each sample in red, green and blue. Reflected radiance is f times
+    /// irradiance.
     ///
     /// # Units
-    /// Irradiance at normal incidence times cos_i; finite, not negative. 1 in sets of pairs.
+    /// Irradiance at normal incidence times cos_i; finite, not negative. 1 in sets made by
+    /// [`SampleSet::from_pairs`].
     #[must_use]
     pub fn irradiance(&self) -> [&[f32]; 3] {
         [&self.irradiance[0], &self.irradiance[1], &self.irradiance[2]]
     }
 
-    /// The way back to pixels, for sets that a scene made.
+    /// Returns the mapping from samples to pixels; `None` in sets without an image.
     #[must_use]
     pub fn image(&self) -> Option<&ImageLayout> {
         self.image.as_ref()
     }
 
-    /// How much was traced and how much of it is here.
+    /// Returns the numbers of traced rays and of stored, skipped and shadowed samples.
     #[must_use]
     pub fn counts(&self) -> SampleCounts {
         self.counts
     }
 
-    /// Memory that the set takes at most, with every input computed.
+    /// Returns an upper bound of the set's memory in bytes, with every input computed.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let per_sample = size_of::<DirectionPair>()
@@ -249,7 +268,7 @@ impl SampleSet {
     }
 }
 
-/// Rounded to the nearest f32; beyond its range the largest finite one.
+/// Rounds to the nearest f32; values out of range become the largest finite f32 of that sign.
 fn round_to_f32(value: f64) -> f32 {
     (value as f32).clamp(f32::MIN, f32::MAX)
 }

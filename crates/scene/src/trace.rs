@@ -1,10 +1,10 @@
-//! Nearest hits of rays on the triangles of a mesh.
+//! Ray tracing: nearest hits and occlusion on the triangles of a mesh.
 //!
-//! Owns the tree over f32 boxes and the exact decision which triangle is hit: f64, watertight along shared edges, ties
-//! to the lowest triangle, so that a hit does not depend on the shape of the tree. Works in the unit frame of the mesh:
-//! centre of the bounding sphere 0, radius 1.
+//! Owns the BVH with f32 boxes and the ray-triangle test in f64. The test is watertight along
+//! shared edges, and ties go to the lowest triangle index, so a hit does not depend on the shape of
+//! the BVH. Works in the unit frame of the mesh: bounding sphere with centre 0 and radius 1.
 
-mod beam;
+mod frustum;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -12,36 +12,37 @@ mod triangle;
 
 use glam::{DVec2, DVec3, Vec3A};
 
-pub(crate) use beam::Beam;
-use beam::Window;
+use frustum::EdgeFunctions;
+pub(crate) use frustum::PixelFrustum;
 use tree::{Bounds, Item, Node};
 use triangle::ShearedRay;
 
-/// Boxes are grown by this much in the unit frame. Boxes are tested in f32, against origins within 2.6 of the centre:
-/// the corners, the origin, their difference, the product and the hit distance are rounded by at most 2.4e-7 each.
+/// Margin by which boxes are grown, in the unit frame. Boxes are tested in f32 with origins within
+/// 2.6 of the centre: the corners, the origin, their difference, the product and the hit distance
+/// are rounded by at most 2.4e-7 each.
 const BOX_MARGIN: f32 = 4e-6;
 
-/// A ray in the unit frame.
+/// Ray in the unit frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ray {
-    /// Where it starts.
+    /// Start point.
     pub origin: DVec3,
-    /// Its unit direction.
+    /// Unit direction.
     pub direction: DVec3,
 }
 
-/// The nearest hit of a ray.
+/// Nearest hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
-    /// Number of the triangle.
+    /// Index of the triangle in the mesh.
     pub triangle: usize,
-    /// Weights of its corners; they sum to 1 and none is negative.
+    /// Barycentric weights of the triangle's corners; non-negative, with sum 1.
     pub weights: [f64; 3],
-    /// Distance from the point where the ray came within reach of the mesh.
+    /// Distance from the start that [`approach`] moved towards the mesh.
     distance: f64,
 }
 
-/// What rays are traced against.
+/// BVH over the triangles of a mesh.
 #[derive(Debug)]
 pub(crate) struct Tracer {
     nodes: Vec<Node>,
@@ -49,19 +50,19 @@ pub(crate) struct Tracer {
     triangles: Vec<Triangle>,
 }
 
-/// A triangle with its corners at hand: what is tested together lies together.
+/// Triangle with its corners stored inline, for locality: triangles of a leaf are contiguous.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
     corners: [DVec3; 3],
     number: u32,
 }
 
-/// Nodes that wait for their visit, kept between rays. Reused so that no ray allocates.
+/// Stack of BVH nodes to visit. Reused between rays to avoid allocation.
 #[derive(Debug, Default)]
 pub(crate) struct Stack(Vec<(f32, u32)>);
 
 impl Tracer {
-    /// Builds the tree over all triangles that can be hit.
+    /// Builds the BVH over all triangles with a nonzero area.
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]], centre: DVec3, radius: f64) -> Self {
         let positions: Vec<DVec3> = positions.iter().map(|p| (*p - centre) / radius).collect();
         let corners = |t: &[u32; 3]| t.map(|corner| positions[corner as usize]);
@@ -69,8 +70,9 @@ impl Tracer {
             let [a, b, c] = corners(t);
             (b - a).cross(c - a) != DVec3::ZERO
         };
-        let solid = (0u32..).zip(triangles).filter(|(_, t)| has_area(t));
-        let items = solid.map(|(triangle, t)| Item { bounds: grown_bounds(corners(t)), triangle });
+        let hittable = (0u32..).zip(triangles).filter(|(_, t)| has_area(t));
+        let items =
+            hittable.map(|(triangle, t)| Item { bounds: grown_bounds(corners(t)), triangle });
         let (nodes, order) = tree::build(items.collect());
         let ordered = order
             .into_iter()
@@ -78,10 +80,10 @@ impl Tracer {
         Self { nodes, triangles: ordered.collect() }
     }
 
-    /// The nearest hit at a positive distance.
+    /// Returns the nearest hit at a positive distance.
     ///
     /// # Domain
-    /// Any ray with finite numbers; another one misses.
+    /// Any finite ray; others miss.
     pub fn trace(&self, ray: Ray, stack: &mut Stack) -> Option<Hit> {
         let (sheared, origin) = approach(ray)?;
         let origin = origin.as_vec3a();
@@ -105,7 +107,7 @@ impl Tracer {
                 for triangle in &self.triangles[node.range()] {
                     test(&sheared, triangle, &mut best);
                 }
-                // Rounded, which the margin of the boxes allows for.
+                // `BOX_MARGIN` covers this rounding.
                 reach = best.map_or(f32::INFINITY, |hit| hit.distance as f32);
                 continue;
             }
@@ -117,7 +119,7 @@ impl Tracer {
             } else {
                 ((far, right), (near, left))
             };
-            // The nearer child is popped first.
+            // Pushed last, the nearer child is popped first.
             if far.0 <= reach && far.0 < f32::INFINITY {
                 stack.push(far);
             }
@@ -128,13 +130,13 @@ impl Tracer {
         best
     }
 
-    /// Whether anything is hit at a positive distance below `reach`.
+    /// True if a triangle is hit at a positive distance below `reach`.
     ///
     /// # Domain
-    /// Any ray with finite numbers; another one hits nothing. An infinite reach is allowed.
+    /// Any finite ray; others hit nothing. `reach` may be infinite.
     pub fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
         let Some((sheared, origin)) = approach(ray) else { return false };
-        // Hits count from where the ray came within reach of the mesh.
+        // Hit distances are measured from the origin that `approach` returns.
         let reach = reach - (origin - ray.origin).dot(ray.direction);
         let origin = origin.as_vec3a();
         let inverse = inverse(ray.direction);
@@ -145,7 +147,7 @@ impl Tracer {
         }
         while let Some((_, index)) = stack.pop() {
             let node = &self.nodes[index as usize];
-            // Infinite where the ray passes by; the margin of the boxes allows for what is rounded.
+            // Infinite on a miss; `BOX_MARGIN` covers the rounding.
             let entry = entry_distance(&node.bounds, origin, inverse);
             if entry == f32::INFINITY || f64::from(entry) > reach {
                 continue;
@@ -165,17 +167,18 @@ impl Tracer {
         false
     }
 
-    /// Looks up every triangle that a ray within the beam may hit; `false` where they are so many that rays are better
-    /// traced one by one. `project` says where in the pixel a place is seen.
+    /// Collects every triangle that a ray within the frustum may hit. Returns false if there are
+    /// more than [`Candidates::MAX`]: the BVH is then faster. `project` maps a point to pixel
+    /// coordinates, see [`EdgeFunctions::new`].
     pub fn gather(
         &self,
-        beam: &Beam,
+        frustum: &PixelFrustum,
         project: impl Fn(DVec3) -> Option<DVec2>,
         stack: &mut Stack,
         found: &mut Candidates,
     ) -> bool {
         found.triangles.clear();
-        found.windows.clear();
+        found.edges.clear();
         let stack = &mut stack.0;
         stack.clear();
         if !self.nodes.is_empty() {
@@ -183,7 +186,7 @@ impl Tracer {
         }
         while let Some((_, index)) = stack.pop() {
             let node = &self.nodes[index as usize];
-            if !beam.may_meet(&node.bounds) {
+            if !frustum.may_intersect(&node.bounds) {
                 continue;
             }
             if node.count == 0 {
@@ -192,12 +195,12 @@ impl Tracer {
                 continue;
             }
             for triangle in &self.triangles[node.range()] {
-                if let Some(window) = Window::around(&triangle.corners, &project) {
+                if let Some(edges) = EdgeFunctions::new(&triangle.corners, &project) {
                     found.triangles.push(*triangle);
-                    found.windows.push(window);
+                    found.edges.push(edges);
                 }
             }
-            if found.triangles.len() > Candidates::MOST {
+            if found.triangles.len() > Candidates::MAX {
                 return false;
             }
         }
@@ -205,24 +208,25 @@ impl Tracer {
     }
 }
 
-/// The triangles that matter to the rays of a pixel, and where in the pixel they may be seen.
+/// Triangles that rays of a pixel may hit, with their edge functions in the pixel.
 #[derive(Debug, Default)]
 pub(crate) struct Candidates {
     triangles: Vec<Triangle>,
-    windows: Vec<Window>,
+    edges: Vec<EdgeFunctions>,
 }
 
 impl Candidates {
-    /// Above this, the tree is faster.
-    const MOST: usize = 160;
+    /// Above this number of triangles the BVH is faster.
+    const MAX: usize = 160;
 
-    /// The nearest hit among them: what [`Tracer::trace`] finds, to the bit, for the ray through a place of the beam.
-    pub fn trace(&self, ray: Ray, place: DVec2) -> Option<Hit> {
+    /// Returns the nearest hit among the candidates, for the ray through a point of the pixel.
+    /// Bit-identical to [`Tracer::trace`].
+    pub fn trace(&self, ray: Ray, in_pixel: DVec2) -> Option<Hit> {
         let (sheared, _) = approach(ray)?;
-        let place = place.as_vec2();
+        let in_pixel = in_pixel.as_vec2();
         let mut best = None;
-        for (window, triangle) in self.windows.iter().zip(&self.triangles) {
-            if window.holds(place) {
+        for (edges, triangle) in self.edges.iter().zip(&self.triangles) {
+            if edges.contains(in_pixel) {
                 test(&sheared, triangle, &mut best);
             }
         }
@@ -230,8 +234,8 @@ impl Candidates {
     }
 }
 
-/// The ray from where it comes within reach of the bounding sphere: far origins would cost digits. `None` where it
-/// passes by or is not finite.
+/// Moves the origin of a ray forward, close to the bounding sphere: far origins would lose digits.
+/// Returns `None` if the ray misses the sphere or is not finite.
 fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
     let ahead = -ray.origin.dot(ray.direction);
     if (ray.origin + ray.direction * ahead).length_squared() > 1.01 {
@@ -241,15 +245,16 @@ fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
     Some((ShearedRay::new(origin, ray.direction)?, origin))
 }
 
-/// One over a direction, for boxes.
+/// Returns the reciprocal of a direction, for box tests.
 #[inline]
 fn inverse(direction: DVec3) -> Vec3A {
     let direction = direction.as_vec3a();
-    // An infinity would make NaN of a box side that the origin lies on.
+    // Infinity times 0 is NaN if the origin lies on a box side, so it is replaced by 1e30.
     let tiny = direction.abs().cmplt(Vec3A::splat(1e-30));
     Vec3A::select(tiny, Vec3A::splat(1e30), direction.recip())
 }
 
+/// Tests a triangle and updates the nearest hit; ties go to the lower triangle index.
 #[inline]
 fn test(ray: &ShearedRay, triangle: &Triangle, best: &mut Option<Hit>) {
     let Some((distance, weights)) = ray.intersect(&triangle.corners) else { return };
@@ -262,7 +267,7 @@ fn test(ray: &ShearedRay, triangle: &Triangle, best: &mut Option<Hit>) {
     }
 }
 
-/// Distance at which the ray enters the box (0 inside), infinite where it passes by.
+/// Returns the distance at which the ray enters the box: 0 from inside, infinite on a miss.
 #[inline]
 fn entry_distance(bounds: &Bounds, origin: Vec3A, inverse: Vec3A) -> f32 {
     let a = (bounds.low - origin) * inverse;
@@ -272,7 +277,7 @@ fn entry_distance(bounds: &Bounds, origin: Vec3A, inverse: Vec3A) -> f32 {
     if near <= far { near } else { f32::INFINITY }
 }
 
-/// The box of a triangle, grown so that it holds the triangle after all rounding.
+/// Returns the box of a triangle, grown to contain the triangle despite rounding.
 fn grown_bounds([a, b, c]: [DVec3; 3]) -> Bounds {
     let low = a.min(b).min(c).as_vec3a() - BOX_MARGIN;
     let high = a.max(b).max(c).as_vec3a() + BOX_MARGIN;

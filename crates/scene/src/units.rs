@@ -1,43 +1,48 @@
-//! Units of light: from watts to lumens and back, and from the flux of a lamp to what falls on a surface.
+//! Radiometric and photometric units: conversion factors and formulas for flux, intensity,
+//! irradiance and radiance.
 //!
-//! Owns the factors and the formulas. Knows no scene: every function is one line of arithmetic on numbers of any colour.
+//! Independent of scenes: every function is one line of arithmetic and works on any colour channel.
 //!
-//! Radiometric and photometric quantities come in pairs, and one factor leads from each to the other: W and lm, W/sr and
-//! cd, W/m2 and lx, W/(m2 sr) and nit (cd/m2). The factor depends on the spectrum. Colours have three channels here, each
-//! in the unit of white light of that strength: a lamp of 60 W that is white has 60 in each of them, and a channel of
-//! photometric numbers is one of radiometric numbers times [`EFFICACY_WHITE`].
+//! Quantities come in pairs, each related by one factor: W and lm, W/sr and cd, W/m2 and lx,
+//! W/(m2 sr) and nit (cd/m2). The factor depends on the spectrum. Colours have three channels, each
+//! in the unit of white light of that strength: a white lamp of 60 W has 60 in every channel, and a
+//! photometric channel is the radiometric one times [`EFFICACY_WHITE`].
 
 use std::f64::consts::PI;
 
-/// Lumens for each watt at 555 nm, where the eye is most sensitive.
+/// Luminous efficacy at 555 nm, where the eye is most sensitive.
 ///
 /// # Units
 /// lm/W.
 ///
 /// # Source
-/// The SI defines the candela by 683 lm/W at 540 THz (BIPM 2019, The International System of Units, 2.3.1).
+/// The SI defines the candela by 683 lm/W at 540 THz (BIPM 2019, The International System of Units,
+/// 2.3.1).
 pub const EFFICACY_555_NM: f64 = 683.0;
 
-/// Lumens for each watt of white light: a spectrum of equal energy all over the visible range and nothing beyond it.
+/// Luminous efficacy of white light: a spectrum of equal energy over the visible range and none
+/// outside.
 ///
 /// # Units
 /// lm/W.
 ///
 /// # Error
-/// It is a convention. 683 lm/W times the integral of V(lambda), 106.86 nm, is 182.5 lm/W for a range of 400 nm; lamps
-/// that also radiate what is not seen have less: a white LED about 300 of its visible light, a filament about 15 of all.
+/// This is a convention. 683 lm/W times the integral of V(lambda), 106.86 nm, is 182.5 lm/W for a
+/// range of 400 nm. Lamps that also radiate outside the visible range have less in total: a white
+/// LED about 300 of its visible light, a filament about 15 of all its power.
 ///
 /// # Source
 /// Ward Larson and Shakespeare 1998, *Rendering with Radiance*: 179 lm/W for uniform white light.
 pub const EFFICACY_WHITE: f64 = 179.0;
 
-/// Shares of linear red, green and blue in luminance.
+/// Weights of linear red, green and blue in luminance.
 ///
 /// # Source
 /// ITU-R BT.709-6, 3.2, whose primaries are those of sRGB.
 pub const LUMINANCE_WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// From a radiometric to the photometric quantity: W to lm, W/sr to cd, W/m2 to lx, W/(m2 sr) to nit.
+/// Converts a radiometric to the photometric quantity: W to lm, W/sr to cd, W/m2 to lx, W/(m2 sr)
+/// to nit.
 ///
 /// # Units
 /// `efficacy` in lm/W: [`EFFICACY_555_NM`], [`EFFICACY_WHITE`], or that of another spectrum.
@@ -46,7 +51,8 @@ pub fn photometric(radiometric: f64, efficacy: f64) -> f64 {
     radiometric * efficacy
 }
 
-/// From a photometric to the radiometric quantity: lm to W, cd to W/sr, lx to W/m2, nit to W/(m2 sr).
+/// Converts a photometric to the radiometric quantity: lm to W, cd to W/sr, lx to W/m2, nit to
+/// W/(m2 sr).
 ///
 /// # Units
 /// `efficacy` in lm/W, above 0.
@@ -55,13 +61,13 @@ pub fn radiometric(photometric: f64, efficacy: f64) -> f64 {
     photometric / efficacy
 }
 
-/// What a colour counts as a whole: the luminance of radiances, the flux of fluxes and so on.
+/// Weighted mean of the channels: luminance of a radiance, total flux of a flux, and so on.
 #[must_use]
 pub fn luminance(channels: [f64; 3]) -> f64 {
     channels.iter().zip(LUMINANCE_WEIGHTS).map(|(channel, weight)| channel * weight).sum()
 }
 
-/// The intensity of a lamp that shines alike in all directions.
+/// Intensity of a point source that emits equally in all directions.
 ///
 /// # Units
 /// W to W/sr, or lm to cd.
@@ -70,23 +76,24 @@ pub fn isotropic_intensity(flux: f64) -> f64 {
     flux / (4.0 * PI)
 }
 
-/// The intensity on the axis of a spot light of that flux: 1 within the hotspot, linear in the cosine down to 0 at the
-/// fall-off.
+/// On-axis intensity of a spot light of the given flux: full within the hotspot, then linear in the
+/// cosine down to 0 at the fall-off.
 ///
 /// # Units
 /// W to W/sr, or lm to cd.
 ///
 /// # Domain
-/// 1 >= `cos_hotspot` >= `cos_falloff` >= -1, not both 1: then the cone has no solid angle and the intensity is infinite.
+/// 1 >= `cos_hotspot` >= `cos_falloff` >= -1, not both 1 (such a cone has no solid angle and the
+/// intensity would be infinite).
 ///
 /// # Source
-/// The integral of the profile over the sphere: 2 pi (1 - (cos H + cos F) / 2).
+/// Integral of the profile over the sphere: 2 pi (1 - (cos H + cos F) / 2).
 #[must_use]
 pub fn spot_intensity(flux: f64, cos_hotspot: f64, cos_falloff: f64) -> f64 {
     flux / (2.0 * PI * (1.0 - 0.5 * (cos_hotspot + cos_falloff)))
 }
 
-/// The radiance of a surface that sends its flux out alike from everywhere and towards everywhere, on one side.
+/// Radiance of a one-sided Lambertian surface of uniform exitance.
 ///
 /// # Units
 /// W and m2 to W/(m2 sr), or lm and m2 to nit.
@@ -98,7 +105,7 @@ pub fn lambertian_radiance(flux: f64, area: f64) -> f64 {
     flux / (PI * area)
 }
 
-/// Irradiance at normal incidence at a distance from a point: the law of the inverse square.
+/// Irradiance at normal incidence at a distance from a point source (inverse square law).
 ///
 /// # Units
 /// W/sr and m to W/m2, or cd and m to lx.
@@ -119,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn watts_become_lumens_and_come_back() {
+    fn photometric_conversion_round_trips() {
         assert!(close(photometric(1.0, EFFICACY_555_NM), 683.0));
         assert!(close(photometric(60.0, EFFICACY_WHITE), 10_740.0));
         for value in [0.0, 1e-9, 3.0, 1e12] {
@@ -131,13 +138,13 @@ mod tests {
     }
 
     #[test]
-    fn white_of_any_unit_is_worth_its_channels() {
+    fn luminance_of_white_equals_its_channels() {
         assert!(close(luminance([5.0; 3]), 5.0));
         assert!(luminance([0.0, 1.0, 0.0]) > luminance([1.0, 0.0, 0.0]));
     }
 
     #[test]
-    fn candle_of_one_candela_sends_4_pi_lumens_and_gives_one_lux_at_a_metre() {
+    fn point_of_one_candela_emits_4_pi_lumens_and_gives_one_lux_at_one_metre() {
         let candela = isotropic_intensity(4.0 * PI);
         assert!(close(candela, 1.0));
         assert!(close(irradiance_at(candela, 1.0), 1.0));
@@ -145,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn spot_of_the_whole_sphere_is_a_point_light_and_its_profile_integrates_to_the_flux() {
+    fn spot_equals_point_light_over_the_sphere_and_integrates_to_its_flux() {
         assert!(close(spot_intensity(7.0, -1.0, -1.0), isotropic_intensity(7.0)));
         for (hotspot, falloff) in [(0.9, 0.8), (0.5, 0.5), (1.0, 0.0), (0.2, -0.7)] {
             let peak = spot_intensity(100.0, hotspot, falloff);
@@ -163,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn square_metre_of_one_nit_sends_pi_lumens() {
+    fn square_metre_of_one_nit_emits_pi_lumens() {
         assert!(close(lambertian_radiance(PI, 1.0), 1.0));
         assert!(close(lambertian_radiance(PI, 0.25), 4.0));
     }

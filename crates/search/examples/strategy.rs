@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!(
                 "{name} {:6.2} s, {what}: E_log {on_train:.5} train, {on_test:.5} test; {} parameters, {} operations, largest f {:.2} of the target's",
                 begun.elapsed().as_secs_f64(),
-                candidate.numbers,
+                candidate.parameters,
                 program.operations(),
                 largest / own,
             );

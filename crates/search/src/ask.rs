@@ -36,7 +36,7 @@ pub struct AskOptions {
 
 /// A genome and its error.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct Evaluated {
     /// The genome.
     pub genome: Genome,
     /// Error; smaller is better.
@@ -72,9 +72,9 @@ pub struct AskTell {
     /// `repeats` before the genomes of the current generation were drawn.
     repeats_before: u64,
     /// Parents, the least error first; no two have the same program.
-    kept: Vec<Told>,
+    kept: Vec<Evaluated>,
     /// From the shortest to the longest; each has a smaller error than all shorter ones.
-    front: Vec<Told>,
+    front: Vec<Evaluated>,
     seen: HashSet<ProgramHash>,
     asked: Vec<Genome>,
 }
@@ -119,9 +119,9 @@ impl AskTell {
             return Err(SearchError::Version);
         }
         let state: State = postcard::from_bytes(state).map_err(|_| SearchError::Damaged)?;
-        let evaluated = |all: Vec<(Vec<u8>, f64)>| -> Option<Vec<Told>> {
+        let evaluated = |all: Vec<(Vec<u8>, f64)>| -> Option<Vec<Evaluated>> {
             let one = |(bytes, error): (Vec<u8>, f64)| {
-                Some(Told::new(Genome::from_canonical_bytes(&bytes).ok()?, error))
+                Some(Evaluated::new(Genome::from_canonical_bytes(&bytes).ok()?, error))
             };
             all.into_iter().map(one).collect()
         };
@@ -143,7 +143,7 @@ impl AskTell {
     /// State for [`AskTell::resume`].
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
-        let evaluated = |all: &[Told]| {
+        let evaluated = |all: &[Evaluated]| {
             all.iter()
                 .map(|evaluated| (evaluated.genome.canonical_bytes(), evaluated.error))
                 .collect()
@@ -189,7 +189,7 @@ impl AskTell {
         for (genome, error) in std::mem::take(&mut self.asked).into_iter().zip(errors) {
             self.seen.insert(hash_of(&genome));
             if *error < f64::INFINITY {
-                let evaluated = Told::new(genome, *error);
+                let evaluated = Evaluated::new(genome, *error);
                 self.offer(&evaluated);
                 self.kept.push(evaluated);
             }
@@ -222,19 +222,19 @@ impl AskTell {
 
     /// Best genome; `None` while no genome has a finite error.
     #[must_use]
-    pub fn best(&self) -> Option<&Told> {
+    pub fn best(&self) -> Option<&Evaluated> {
         self.kept.first()
     }
 
     /// Front, from the shortest to the longest; each has a smaller error than all shorter ones.
     #[must_use]
-    pub fn front(&self) -> &[Told] {
+    pub fn front(&self) -> &[Evaluated] {
         &self.front
     }
 
-    fn offer(&mut self, evaluated: &Told) {
+    fn offer(&mut self, evaluated: &Evaluated) {
         let is_beaten =
-            |by: &Told, it: &Told| by.operations <= it.operations && by.error <= it.error;
+            |by: &Evaluated, it: &Evaluated| by.operations <= it.operations && by.error <= it.error;
         if self.front.iter().any(|own| is_beaten(own, evaluated)) {
             return;
         }
@@ -290,7 +290,7 @@ impl AskTell {
     }
 }
 
-impl Told {
+impl Evaluated {
     fn new(genome: Genome, error: f64) -> Self {
         let program = Program::lower(&genome);
         let operations = u32::try_from(program.operations()).unwrap_or(u32::MAX);

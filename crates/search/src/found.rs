@@ -16,7 +16,7 @@ pub struct Found {
     /// Number of scalar operations per sample, under the energy limit.
     pub operations: usize,
     /// Number of fitted parameters.
-    pub numbers: usize,
+    pub parameters: usize,
     /// E_log on the fitted samples.
     pub fitted: f64,
     /// E_log on the held-out samples.
@@ -43,7 +43,7 @@ impl Found {
     /// # Errors
     /// Returns [`EvalError`] if its program cannot be evaluated.
     pub fn of(candidate: &Candidate, target: &MeasuredTarget) -> Result<Self, EvalError> {
-        let Candidate { genome, numbers, .. } = candidate;
+        let Candidate { genome, parameters, .. } = candidate;
         let program = Program::lower(genome);
         let divisor = energy_limit(&program).divisor;
         let program = if divisor > 1.0 { program.divided(divisor) } else { program };
@@ -55,7 +55,7 @@ impl Found {
         Ok(Self {
             genome: genome.clone(),
             operations: program.steps().len(),
-            numbers: *numbers,
+            parameters: *parameters,
             fitted: metric::e_log(&fitted.0, &fitted.1),
             e_log: metric::e_log(&held.0, &held.1),
             e_cbrt: metric::e_cbrt(&held.0, &held.1),

@@ -138,7 +138,7 @@ impl Method for Hybrid {
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
     }
 
-    fn next_takes(&self) -> f64 {
+    fn next_step_cost(&self) -> f64 {
         let is_last = Method::progress(&self.lobes).generation + 1 == LOBES;
         if self.gp.is_none() && is_last { LAST_GENERATION_COST } else { 1.0 }
     }
@@ -155,7 +155,7 @@ impl Method for Hybrid {
         }
     }
 
-    fn is_short(&self) -> bool {
+    fn finishes_quickly(&self) -> bool {
         self.gp.as_ref().is_some_and(|stage| stage.lobes_front.is_some())
     }
 

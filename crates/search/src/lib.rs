@@ -19,7 +19,7 @@
 //! let samples = Samples::of(&*brdf, draw_pairs(200, 1));
 //! let options =
 //!     Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
-//! let mut search = Search::of_kinds(&samples, &options, vec![ModelKind::Lambert]);
+//! let mut search = Search::with_kinds(&samples, &options, vec![ModelKind::Lambert]);
 //! let progress = search.step();
 //! assert!(progress.held < 1e-3);
 //! assert_eq!(search.best().unwrap().genome.layers()[0].kind(), ModelKind::Lambert);
@@ -41,16 +41,16 @@ mod target;
 #[cfg(test)]
 mod test_material;
 
-pub use ask::{AskOptions, AskTell, TellError, Told};
+pub use ask::{AskOptions, AskTell, Evaluated, TellError};
 pub use found::Found;
 pub use gp::Population;
 pub use method::{Candidate, Outcome, Progress};
-pub use pace::Pace;
+pub use pace::TimeBudget;
 pub use probe::Probe;
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
     BundleError, BundledView, ImageError, ImageTargetError, ImageView, KnownView, MeasuredFile,
-    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelFate, Reflected,
-    Samples, Setting, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View,
-    ViewError, draw_pairs, narrow_pairs, pooled,
+    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelStatus, Reflected,
+    Samples, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View, ViewError,
+    ViewSetup, draw_pairs, narrow_pairs, pooled,
 };

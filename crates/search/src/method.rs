@@ -23,7 +23,7 @@ pub struct Candidate {
     /// Genome, under the energy limit.
     pub genome: Genome,
     /// Number of fitted parameters.
-    pub numbers: usize,
+    pub parameters: usize,
     /// E_log on the fitted samples.
     pub fitted: f64,
     /// E_log on the held-back samples, before refinement on these as well.
@@ -89,13 +89,13 @@ pub(crate) trait Method: Send {
     fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome>;
 
     /// True if [`Method::finish`] has no fits to shorten, and so takes next to no time.
-    fn is_short(&self) -> bool {
+    fn finishes_quickly(&self) -> bool {
         true
     }
 
     /// Estimated duration of the next generation as a multiple of the previous ones; above 1 if it
     /// also finishes a stage.
-    fn next_takes(&self) -> f64 {
+    fn next_step_cost(&self) -> f64 {
         1.0
     }
 

@@ -11,7 +11,7 @@ const FORGET: f64 = 0.7;
 
 /// Time budget with estimates of how long generations and parts of finishing take.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pace {
+pub struct TimeBudget {
     seconds: f64,
     /// Longest recent duration of a generation, decayed by [`FORGET`].
     longest: f64,
@@ -20,14 +20,14 @@ pub struct Pace {
     longest_part: f64,
 }
 
-impl Pace {
+impl TimeBudget {
     /// Creates an unspent budget.
     #[must_use]
     pub fn new(seconds: f64) -> Self {
         Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
-    /// Records that a generation took `seconds`; `times` is the estimate of [`Search::next_takes`]
+    /// Records that a generation took `seconds`; `times` is the estimate of [`Search::next_step_cost`]
     /// for it.
     pub fn took(&mut self, seconds: f64, times: f64) {
         self.longest = (seconds / times).max(FORGET * self.longest);
@@ -36,13 +36,13 @@ impl Pace {
     /// True if there is no time for another generation after `spent` seconds.
     #[must_use]
     pub fn is_over(&self, spent: f64, search: &Search) -> bool {
-        self.has_passed(spent, search.is_short(), search.next_takes())
+        self.has_passed(spent, search.finishes_quickly(), search.next_step_cost())
     }
 
-    /// No time is reserved if the search `is_short` to finish, or if the next generation takes more
+    /// No time is reserved if the search `finishes_quickly` to finish, or if the next generation takes more
     /// than `times` = 1 of the usual time: it then does the work that the reserve is for.
-    fn has_passed(&self, spent: f64, is_short: bool, times: f64) -> bool {
-        let is_kept = !is_short && times <= 1.0;
+    fn has_passed(&self, spent: f64, finishes_quickly: bool, times: f64) -> bool {
+        let is_kept = !finishes_quickly && times <= 1.0;
         let kept = if is_kept { (KEPT.0 * self.seconds).min(KEPT.1) } else { 0.0 };
         spent + times * self.longest > self.seconds - kept
     }
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn generation_is_not_started_when_it_would_overrun() {
-        let mut pace = Pace::new(10.0);
+        let mut pace = TimeBudget::new(10.0);
         assert!(!pace.has_passed(0.0, false, 1.0) && !pace.has_passed(6.9, false, 1.0));
         assert!(pace.has_passed(7.5, false, 1.0) && !pace.has_passed(7.5, true, 1.0));
         pace.took(4.0, 1.0);
@@ -72,7 +72,7 @@ mod tests {
         (0..3).for_each(|_| pace.took(0.1, 1.0));
         assert!(!pace.has_passed(6.5, true, 1.0), "the estimate decays");
         assert!(pace.has_passed(6.5, true, 5.0), "the next one takes 5 times as long");
-        let mut pace = Pace::new(10.0);
+        let mut pace = TimeBudget::new(10.0);
         pace.took(0.6, 1.0);
         assert!(!pace.has_passed(4.2, false, 5.0), "a finishing generation needs no reserve");
         pace.took(3.0, 5.0);
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn part_of_finishing_is_not_started_when_it_would_overrun() {
-        let mut pace = Pace::new(10.0);
+        let mut pace = TimeBudget::new(10.0);
         assert!(pace.has_time(7.0), "no estimate yet");
         assert!(pace.has_time(8.0), "parts take one second");
         assert!(!pace.has_time(9.5));
@@ -89,6 +89,6 @@ mod tests {
 
     #[test]
     fn reserve_is_capped_when_the_budget_is_long() {
-        assert!(!Pace::new(1000.0).has_passed(995.0, false, 1.0));
+        assert!(!TimeBudget::new(1000.0).has_passed(995.0, false, 1.0));
     }
 }

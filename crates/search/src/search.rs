@@ -125,7 +125,7 @@ impl Search {
     /// Creates a search of [`Strategy::Analytic`] over these model kinds only. [`Search::resume`]
     /// keeps them.
     #[must_use]
-    pub fn of_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
+    pub fn with_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
         Self { method: Box::new(analytic(samples, options, kinds)) }
     }
 
@@ -195,15 +195,15 @@ impl Search {
 
     /// True if [`Search::finish`] takes next to no time.
     #[must_use]
-    pub fn is_short(&self) -> bool {
-        self.method.is_short()
+    pub fn finishes_quickly(&self) -> bool {
+        self.method.finishes_quickly()
     }
 
     /// Estimated duration of the next generation as a multiple of the previous ones; above 1 if it
     /// also finishes a stage.
     #[must_use]
-    pub fn next_takes(&self) -> f64 {
-        self.method.next_takes()
+    pub fn next_step_cost(&self) -> f64 {
+        self.method.next_step_cost()
     }
 
     /// State for [`Search::resume`]. Searches in the same state have the same bytes.

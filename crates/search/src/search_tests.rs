@@ -45,7 +45,7 @@ fn hybrid_announces_the_long_generation() {
     let mut search = Search::new(&samples(), &options(Strategy::Hybrid));
     let is_long = (0..9).map(|_| {
         search.step();
-        search.next_takes() > 1.0
+        search.next_step_cost() > 1.0
     });
     assert_eq!(is_long.collect::<Vec<_>>(), (1..=9).map(|done| done == 7).collect::<Vec<_>>());
 }

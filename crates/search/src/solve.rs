@@ -2,7 +2,7 @@
 //! operations is fixed, so the bits are the same on every machine; linear algebra libraries choose
 //! kernels by the processor and do not guarantee that.
 
-use brood_eval::{Level, Work};
+use brood_eval::{Level, SimdKernel};
 
 /// Solves A x = b, A being `count` x `count`, row by row; `None` if A is not positive definite.
 pub(crate) fn solve(matrix: Vec<f64>, right: &[f64]) -> Option<Vec<f64>> {
@@ -25,8 +25,8 @@ struct Solve<'a> {
     right: &'a [f64],
 }
 
-impl Work for Solve<'_> {
-    type Done = Option<Vec<f64>>;
+impl SimdKernel for Solve<'_> {
+    type Output = Option<Vec<f64>>;
 
     #[inline(always)]
     fn run(self) -> Option<Vec<f64>> {
@@ -48,8 +48,8 @@ struct InverseDiagonal {
     count: usize,
 }
 
-impl Work for InverseDiagonal {
-    type Done = Option<Vec<f64>>;
+impl SimdKernel for InverseDiagonal {
+    type Output = Option<Vec<f64>>;
 
     #[inline(always)]
     fn run(self) -> Option<Vec<f64>> {

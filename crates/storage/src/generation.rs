@@ -14,8 +14,8 @@ use crate::genome::{self, CHUNK_ROWS, NewGenome};
 use crate::individual::{self, StoredIndividual, select_individual};
 use crate::row::{Columns, Key, corrupt_column, f32_from_real, json_set, signed};
 use crate::{
-    Committed, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency, job,
-    picture, search_lease,
+    CommitTimes, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency,
+    job, picture, search_lease,
 };
 
 /// Generation to be stored, with everything that is written in the same transaction.
@@ -161,7 +161,7 @@ impl Store {
     pub async fn create_generation_timed(
         &self,
         new: NewGeneration,
-    ) -> Result<(StoredGeneration, Committed), StorageError> {
+    ) -> Result<(StoredGeneration, CommitTimes), StorageError> {
         if new.job.as_ref().is_some_and(|job| job.leased_to.is_some()) {
             self.claims().fetch_add(1, Ordering::Relaxed);
         }

@@ -26,7 +26,7 @@ pub struct Idempotency {
 
 /// Result of looking up a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Remembered {
+pub enum IdempotencyLookup {
     /// There is no record: the request is new.
     Fresh,
     /// There is a record with the same body.
@@ -50,7 +50,7 @@ impl Store {
         key: &str,
         route: &str,
         body_hash: [u8; 32],
-    ) -> Result<Remembered, StorageError> {
+    ) -> Result<IdempotencyLookup, StorageError> {
         let row = sqlx::query(
             "SELECT body_hash, status, answer FROM idempotency WHERE key = ? AND route = ?",
         )
@@ -58,18 +58,18 @@ impl Store {
         .bind(route)
         .fetch_optional(&mut *self.reader().await?)
         .await?;
-        let Some(row) = row else { return Ok(Remembered::Fresh) };
+        let Some(row) = row else { return Ok(IdempotencyLookup::Fresh) };
         if row.hash("body_hash")? != body_hash {
-            return Ok(Remembered::OtherBody);
+            return Ok(IdempotencyLookup::OtherBody);
         }
-        Ok(Remembered::Replay { status: row.whole("status")?, body: row.blob("answer")? })
+        Ok(IdempotencyLookup::Replay { status: row.whole("status")?, body: row.blob("answer")? })
     }
 
     /// Stores a record on its own, for a write that is idempotent itself.
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the key is in use.
-    pub async fn remember_answer(
+    pub async fn store_idempotency(
         &self,
         answer: Idempotency,
         created_ms: i64,

@@ -119,7 +119,7 @@ pub struct ClaimedJob {
 
 /// Job without its payload.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct JobRow {
+pub struct StoredJob {
     /// Id of the job.
     pub id: JobId,
     /// Kind of the job.
@@ -356,7 +356,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no such job or it has completed.
-    pub async fn job(&self, id: JobId) -> Result<JobRow, StorageError> {
+    pub async fn job(&self, id: JobId) -> Result<StoredJob, StorageError> {
         let row = sqlx::query(
             "SELECT id, kind, queue, state, epoch, deaths, worker, reason, created_ms
              FROM job WHERE id = ?",
@@ -364,7 +364,7 @@ impl Store {
         .bind(id.key())
         .fetch_one(&mut *self.reader().await?)
         .await?;
-        Ok(JobRow {
+        Ok(StoredJob {
             id: row.id("id")?,
             kind: JobKind::parse(&row.text("kind")?)?,
             queue: Queue::parse(&row.text("queue")?)?,

@@ -48,7 +48,7 @@ pub struct LineageCursor {
 /// Error of parsing a [`LineageCursor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the cursor must be the `next` of an earlier page")]
-pub struct BadCursor;
+pub struct InvalidCursor;
 
 impl LineageCursor {
     /// Returns the position of a lineage.
@@ -65,12 +65,12 @@ impl fmt::Display for LineageCursor {
 }
 
 impl FromStr for LineageCursor {
-    type Err = BadCursor;
+    type Err = InvalidCursor;
 
-    fn from_str(text: &str) -> Result<Self, BadCursor> {
-        let (created_ms, id) = text.split_once('.').ok_or(BadCursor)?;
-        let created_ms = created_ms.parse().map_err(|_| BadCursor)?;
-        Ok(Self { created_ms, id: id.parse().map_err(|_| BadCursor)? })
+    fn from_str(text: &str) -> Result<Self, InvalidCursor> {
+        let (created_ms, id) = text.split_once('.').ok_or(InvalidCursor)?;
+        let created_ms = created_ms.parse().map_err(|_| InvalidCursor)?;
+        Ok(Self { created_ms, id: id.parse().map_err(|_| InvalidCursor)? })
     }
 }
 

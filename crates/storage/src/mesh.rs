@@ -27,7 +27,7 @@ pub struct NewMesh {
 
 /// Stored mesh without its data.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MeshRow {
+pub struct StoredMesh {
     /// Id of the mesh.
     pub id: MeshId,
     /// Hash of the content.
@@ -78,7 +78,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn mesh(&self, id: MeshId) -> Result<MeshRow, StorageError> {
+    pub async fn mesh(&self, id: MeshId) -> Result<StoredMesh, StorageError> {
         let row = sqlx::query(
             "SELECT id, content_hash, vertices, triangles, has_uv, warnings_json
              FROM mesh WHERE id = ?",
@@ -86,7 +86,7 @@ impl Store {
         .bind(id.key())
         .fetch_one(&mut *self.reader().await?)
         .await?;
-        Ok(MeshRow {
+        Ok(StoredMesh {
             id: row.id("id")?,
             content_hash: row.hash("content_hash")?,
             vertices: row.whole("vertices")?,

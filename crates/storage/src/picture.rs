@@ -12,7 +12,7 @@ use crate::{StorageError, Store};
 
 /// Parameters that are needed to render a picture, with its key.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PictureRow {
+pub struct StoredPicture {
     /// Key of the picture.
     pub key: PictureKey,
     /// Genome with the picture's program.
@@ -36,7 +36,7 @@ pub struct PictureRow {
 }
 
 /// Picture key to be stored; the same as is read back.
-pub type NewPicture = PictureRow;
+pub type NewPicture = StoredPicture;
 
 impl Store {
     /// Stores keys. Existing keys are unchanged; nothing is written if all exist.
@@ -66,7 +66,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the key is unknown.
-    pub async fn picture(&self, key: PictureKey) -> Result<PictureRow, StorageError> {
+    pub async fn picture(&self, key: PictureKey) -> Result<StoredPicture, StorageError> {
         let row = sqlx::query(
             "SELECT key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
                     backend, renderer_version
@@ -95,7 +95,7 @@ pub(crate) async fn insert(
                 .push_bind(picture.scene.key())
                 .push_bind(picture.light_deg)
                 .push_bind(picture.size_px)
-                .push_bind(picture.sampling.least())
+                .push_bind(picture.sampling.min_rays())
                 .push_bind(picture.sampling == Sampling::Adaptive)
                 .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
                 .push_bind(format_name(picture.format))
@@ -108,8 +108,8 @@ pub(crate) async fn insert(
     Ok(())
 }
 
-fn read(row: &SqliteRow) -> Result<PictureRow, StorageError> {
-    Ok(PictureRow {
+fn read(row: &SqliteRow) -> Result<StoredPicture, StorageError> {
+    Ok(StoredPicture {
         key: PictureKey(row.hash("key")?),
         genome_hash: GenomeHash::from_bytes(row.hash("genome_hash")?),
         scene: row.id("scene_id")?,

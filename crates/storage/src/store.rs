@@ -13,7 +13,7 @@ use tokio::task::JoinHandle;
 
 use crate::lock::DirectoryLock;
 use crate::row::Columns;
-use crate::writer::{Committed, Durability, WriteFuture, Writer};
+use crate::writer::{CommitTimes, Durability, WriteFuture, Writer};
 use crate::{StorageError, connection};
 
 const FILE: &str = "brood.db";
@@ -100,7 +100,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`Store::open`], except [`StorageError::Locked`].
-    pub async fn open_beside(dir: &Path) -> Result<Self, StorageError> {
+    pub async fn open_shared(dir: &Path) -> Result<Self, StorageError> {
         match Self::open(dir).await {
             Err(StorageError::Locked) => {}
             other => return other,
@@ -255,7 +255,7 @@ impl Store {
     pub(crate) async fn write_timed<T, F>(
         &self,
         operation: F,
-    ) -> Result<(T, Committed), StorageError>
+    ) -> Result<(T, CommitTimes), StorageError>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>

@@ -49,7 +49,7 @@ struct GroupTimes {
 
 /// Durations of the stages of a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Committed {
+pub struct CommitTimes {
     /// Waiting for earlier writes.
     pub queued: Duration,
     /// Running the statements of the group.
@@ -71,7 +71,7 @@ pub(crate) enum Durability {
 struct Pending<T, F> {
     operation: F,
     enqueued: Instant,
-    answer: oneshot::Sender<Result<(T, Committed), StorageError>>,
+    answer: oneshot::Sender<Result<(T, CommitTimes), StorageError>>,
 }
 
 /// Type-erased [`Pending`].
@@ -105,7 +105,7 @@ where
             }
             let (answer, enqueued) = (self.answer, self.enqueued);
             let reply = Box::new(move |outcome: Result<GroupTimes, StorageError>| {
-                let committed = |times: GroupTimes| Committed {
+                let committed = |times: GroupTimes| CommitTimes {
                     queued: times.started.saturating_duration_since(enqueued),
                     written: times.written - times.started,
                     synced: times.synced - times.written,
@@ -171,7 +171,7 @@ impl Writer {
         &self,
         durability: Durability,
         operation: F,
-    ) -> Result<(T, Committed), StorageError>
+    ) -> Result<(T, CommitTimes), StorageError>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>

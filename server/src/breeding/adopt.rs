@@ -1,4 +1,5 @@
-//! Genomes that were not bred here brought into a lineage as they are, as individuals without parents.
+//! Adoption: adds existing genomes and presets to a lineage, unchanged, as individuals without
+//! parents.
 
 use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
@@ -12,24 +13,31 @@ use crate::idempotency::Attempt;
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
-use crate::stage::Stages;
+use crate::server_timing::ServerTiming;
 use crate::state::{App, AppState};
 
-/// How an individual came about that was brought in.
+/// Operator of an adopted individual.
 pub const OPERATOR: &str = "adopt";
 
 impl AppState {
-    /// Makes a generation of the genomes and presets, in that order.
+    /// Makes a generation of `adopt.genomes`, then `adopt.presets`, in this order.
+    ///
+    /// # Errors
+    /// [`ApiError`] if there are too many, one is unknown, or one does not fit the lineage's
+    /// dialect.
     pub async fn adopt(
         self: &App,
         lineage: &Lineage,
         adopt: Adopt,
         attempt: &Attempt,
-        stages: &mut Stages,
+        timing: &mut ServerTiming,
     ) -> Result<(Generation, Option<JobId>), ApiError> {
         let count = adopt.genomes.len() + adopt.presets.len();
         if !(1..=limit::CHILDREN as usize).contains(&count) {
-            let words = format!("1 to {} genomes and presets, not {count}", limit::CHILDREN);
+            let words = format!(
+                "`genomes` and `presets` must have 1 to {} items together, got {count}",
+                limit::CHILDREN
+            );
             return Err(ApiError::refused(words).at("/genomes"));
         }
         let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
@@ -38,7 +46,7 @@ impl AppState {
             let pointer = format!("/genomes/{index}");
             let known = match hash.parse::<GenomeHash>() {
                 Ok(hash) => self.library.material(hash).await,
-                Err(_) => Err(ApiError::refused("a genome's hash is 64 hexadecimal digits")),
+                Err(_) => Err(ApiError::refused("a genome hash must be 64 hexadecimal digits")),
             };
             let known = known.map_err(|error| error.at(pointer.clone()))?;
             genomes.push(fitted(known.genome.clone(), &lineage.dialect, pointer)?);
@@ -47,14 +55,14 @@ impl AppState {
             let pointer = format!("/presets/{index}");
             let preset = Preset::find(name).ok_or_else(|| {
                 let words =
-                    format!("there is no preset {}; GET /v1/presets lists them", quote(name));
+                    format!("there is no preset {}; `GET /v1/presets` lists them", quote(name));
                 ApiError::not_found(words).at(pointer.clone())
             })?;
             genomes.push(fitted(preset.genome().clone(), &lineage.dialect, pointer)?);
         }
-        stages.end("read");
+        timing.end("read");
         let children = self.on_processor(move || newborns(genomes)).await?;
-        stages.end("make");
+        timing.end("make");
         let breed = Breed {
             parents: Vec::new(),
             mutation: 0.0,
@@ -71,12 +79,13 @@ impl AppState {
             children,
             recording: None,
         };
-        self.birth(lineage, &framed, &[], brood, attempt, stages).await
+        self.birth(lineage, &framed, &[], brood, attempt, timing).await
     }
 }
 
-/// The genome at the lineage's length: a shorter one is padded with what changes nothing. Models have no length to fit, and
-/// a lineage of models takes programs as they are.
+/// Pads a genome with no-ops to the lineage's length.
+///
+/// Models have no length, and a lineage of models takes programs of any length.
 pub(super) fn fitted(
     genome: Genome,
     dialect: &Dialect,
@@ -89,7 +98,7 @@ pub(super) fn fitted(
     let as_long = Dialect { length: dialect.length, ..own };
     if own.length > dialect.length || !as_long.is_compatible(dialect) {
         let words = format!(
-            "the genome is of the dialect {own}, length {}; the lineage's is {dialect}, length {}",
+            "the genome has dialect {own}, length {}; the lineage has {dialect}, length {}",
             own.length, dialect.length
         );
         return Err(ApiError::refused(words).at(pointer));
@@ -97,6 +106,7 @@ pub(super) fn fitted(
     genome.padded(dialect.length).map_err(|error| ApiError::refused(error.to_string()).at(pointer))
 }
 
+/// Wraps genomes as the children of a brood, by slot.
 pub(super) fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
     let newborn = |(slot, genome): (u32, Genome)| {
         let program = express(&genome);

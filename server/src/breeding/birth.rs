@@ -1,9 +1,9 @@
-//! The birth of a brood: one transaction that holds all of it, and render jobs for the pictures that do not exist yet.
+//! Stores a brood in one transaction and queues render jobs for its missing pictures.
 //!
-//! The first job is part of the transaction. A worker that waits gets it while the disk is still busy with the
-//! transaction: pictures are derived from their keys, so one whose brood never became a fact harms nobody. The 201
-//! comes after the disk all the same. A large brood's other jobs follow in the batch queue, so that its first pictures
-//! come at once and somebody else's brood need not wait for its last ones.
+//! The first job is part of the transaction. A waiting worker gets it while the transaction is
+//! still being synced: a picture depends only on its key, so a picture of a brood that was never
+//! committed is harmless. The 201 is sent after the commit. A large brood's other jobs go to the
+//! batch queue, so that its first pictures come early and do not delay other broods.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -15,25 +15,26 @@ use brood_protocol::{
     PictureKey, RenderJob, Seed, encode,
 };
 use brood_storage::{
-    Committed, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, SearchStep, StorageError,
+    CommitTimes, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, SearchStep, StorageError,
     StoredGeneration, StoredIndividual,
 };
 use futures::poll;
 use http::StatusCode;
 
 use super::{Newborn, Parent};
-use crate::dispatch::{FrameId, Waiting, queued_job, render_work};
+use crate::clock::now_ms;
+use crate::dispatch::{FrameId, WaitingWorker, queued_job, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
 use crate::limit;
 use crate::picture::Failure;
 use crate::presenter::{individual, thumbnail_url};
 use crate::problem::ApiError;
-use crate::stage::Stages;
-use crate::state::{App, AppState, now_ms};
+use crate::server_timing::ServerTiming;
+use crate::state::{App, AppState};
 
 impl AppState {
-    /// Makes a brood a fact and gets its pictures under way.
+    /// Stores a brood and starts rendering its pictures.
     pub(super) async fn birth(
         self: &App,
         lineage: &Lineage,
@@ -41,7 +42,7 @@ impl AppState {
         parents: &[Parent],
         brood: Brood,
         attempt: &Attempt,
-        stages: &mut Stages,
+        timing: &mut ServerTiming,
     ) -> Result<(Generation, Option<JobId>), ApiError> {
         let centre = parents.first().filter(|parent| parent.individual.is_some());
         let (id, created_ms) = (GenerationId::fresh(), now_ms());
@@ -49,7 +50,7 @@ impl AppState {
             Some(Recording { ids, step }) => (ids, Some(step)),
             None => (brood.children.iter().map(|_| IndividualId::fresh()).collect(), None),
         };
-        let mut materials: Vec<Wanted> = Vec::new();
+        let mut materials: Vec<ChildPicture> = Vec::new();
         let mut pictures: Vec<NewPicture> = Vec::new();
         let mut individuals: Vec<NewIndividual> = Vec::new();
         if let Some(centre) = centre
@@ -78,11 +79,11 @@ impl AppState {
                 attempts: child.attempts,
                 twin: child.twin,
             });
-            let material = self.library.keep(child.hash, child.genome, child.program);
+            let material = self.library.insert_material(child.hash, child.genome, child.program);
             materials.push((key, *id, material));
         }
         for row in &pictures {
-            self.gallery.learn(&Arc::new(row.clone()));
+            self.picture_cache.insert_row(&Arc::new(row.clone()));
         }
         let answer = Generation {
             id,
@@ -112,24 +113,25 @@ impl AppState {
             created_ms,
         };
 
-        let departed = self.gallery.depart(materials.iter().map(|(key, ..)| *key));
+        let reserved = self.picture_cache.reserve(materials.iter().map(|(key, ..)| *key));
         let distinct: HashSet<_> = materials.iter().map(|(key, ..)| *key).collect();
         self.metrics.shared.increment((materials.len() - distinct.len()) as u64);
-        self.metrics.skipped.increment((distinct.len() - departed.len()) as u64);
+        self.metrics.skipped.increment((distinct.len() - reserved.len()) as u64);
         let batch = FrameId::pictures_per_job(&framed.frame);
-        let first = departed.get(..batch).unwrap_or(&departed);
-        let errand = (!first.is_empty()).then(|| {
+        let first = reserved.get(..batch).unwrap_or(&reserved);
+        let direct = (!first.is_empty()).then(|| {
             let work = render_work(&framed.frame, items(first, &materials));
             (JobId::fresh(), work, self.dispatch.next_waiting())
         });
-        let job = errand.as_ref().map(|(id, work, waiting)| NewJob {
+        let job = direct.as_ref().map(|(id, work, waiting)| NewJob {
             id: *id,
             leased_to: waiting.as_ref().map(|waiting| waiting.worker.clone()),
             ..queued_job(Queue::Interactive, encode(work))
         });
         let job_id = job.as_ref().map(|job| job.id);
-        let errand = errand
-            .and_then(|(job, work, waiting)| waiting.map(|waiting| Errand { job, work, waiting }));
+        let direct = direct.and_then(|(job, work, waiting)| {
+            waiting.map(|waiting| DirectDispatch { job, work, waiting })
+        });
         let new = NewGeneration {
             id,
             lineage: lineage.id,
@@ -150,30 +152,31 @@ impl AppState {
             search,
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
-        let flights = Flights { app: self.clone(), keys: departed };
+        let reservations = Reservations { app: self.clone(), keys: reserved };
         let framed = framed.clone();
-        let birth = Birth { new, errand, answer, framed, materials, flights, redraws, twins };
-        stages.end("prepare");
+        let birth = Birth { new, direct, answer, framed, materials, reservations, redraws, twins };
+        timing.end("prepare");
         let app = self.clone();
-        // In a task of its own: what was written must be told even if the request was given up meanwhile.
+        // Runs in a separate task: committed changes must be published even if the client
+        // disconnects.
         let born = self.tasks.spawn(async move { app.deliver(birth).await });
         let born = born.await.map_err(|error| ApiError::internal(error.to_string()))?;
         let (generation, committed) = born?;
-        stages.note("queue", committed.queued);
-        stages.note("write", committed.written);
-        stages.note("commit", committed.synced);
-        stages.end("birth");
+        timing.note("queue", committed.queued);
+        timing.note("write", committed.written);
+        timing.note("commit", committed.synced);
+        timing.end("birth");
         Ok((generation, job_id))
     }
 
-    /// Writes a brood and tells of it.
-    async fn deliver(self: App, birth: Birth) -> Result<(Generation, Committed), ApiError> {
-        let Birth { new, errand, mut answer, framed, materials, mut flights, redraws, twins } =
+    /// Writes a brood, then publishes it.
+    async fn deliver(self: App, birth: Birth) -> Result<(Generation, CommitTimes), ApiError> {
+        let Birth { new, direct, mut answer, framed, materials, mut reservations, redraws, twins } =
             birth;
-        let (born, committed) = self.write_and_hand_out(new, errand).await?;
-        let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
-        flights.keys.drain(..batch);
-        self.dispatch.bell.notify_one();
+        let (born, committed) = self.write_and_dispatch(new, direct).await?;
+        let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
+        reservations.keys.drain(..batch);
+        self.dispatch.job_notify.notify_one();
         answer.index = born.index;
         self.metrics.breeds.increment(1);
         self.metrics.births.increment(answer.individuals.len() as u64);
@@ -181,69 +184,76 @@ impl AppState {
         self.metrics.twins.increment(twins);
         self.events.generation(answer.lineage, answer.id);
         for (key, individual, _) in &materials {
-            // First the wish, then the look: a picture that lands between the two is told of all the same.
-            self.gallery.interest(*key, answer.lineage, *individual);
-            if self.gallery.has(*key) {
-                for (lineage, individual) in self.gallery.take_interests(*key) {
+            // Subscribe before checking: a picture completed in between is still published.
+            self.picture_cache.add_listener(*key, answer.lineage, *individual);
+            if self.picture_cache.has(*key) {
+                for (lineage, individual) in self.picture_cache.take_listeners(*key) {
                     self.events.thumbnail(lineage, individual, &thumbnail_url(*key));
                 }
             }
         }
-        if !flights.keys.is_empty() {
+        if !reservations.keys.is_empty() {
             let app = self.clone();
-            self.tasks.spawn(async move { app.enqueue_rest(&framed, &materials, flights).await });
+            self.tasks
+                .spawn(async move { app.enqueue_rest(&framed, &materials, reservations).await });
         }
         Ok((answer, committed))
     }
 
-    /// Writes a brood; a worker that waits begins with its pictures meanwhile.
-    async fn write_and_hand_out(
+    /// Writes a brood; a waiting worker starts on its pictures before the commit.
+    async fn write_and_dispatch(
         self: &App,
         new: NewGeneration,
-        errand: Option<Errand>,
-    ) -> Result<(StoredGeneration, Committed), StorageError> {
+        direct: Option<DirectDispatch>,
+    ) -> Result<(StoredGeneration, CommitTimes), StorageError> {
         let write = self.store.create_generation_timed(new);
         let mut write = std::pin::pin!(write);
-        // Asked for first: whatever becomes of the job is written behind its birth.
+        // Polled once first, so that the brood's write is queued before any write about the job.
         if let std::task::Poll::Ready(refused) = poll!(write.as_mut()) {
             return refused;
         }
-        let ticket = errand.map(|Errand { job, work, waiting }| self.hand_out(job, work, waiting));
+        let ticket = direct
+            .map(|DirectDispatch { job, work, waiting }| self.grant_directly(job, work, waiting));
         let born = write.await;
         if born.is_err()
             && let Some(ticket) = ticket
         {
-            // There is no such job: its results are stale.
+            // The job was not stored, so its results must be rejected.
             self.dispatch.table.end(&ticket);
         }
         born
     }
 
-    /// Queues the pictures beyond the first job. Those that find no room, or that a crash keeps from being queued, are
-    /// rendered when somebody asks for them.
-    async fn enqueue_rest(&self, framed: &Framed, materials: &[Wanted], mut flights: Flights) {
-        while !flights.keys.is_empty() {
-            let batch = FrameId::pictures_per_job(&framed.frame).min(flights.keys.len());
-            let work = render_work(&framed.frame, items(&flights.keys[..batch], materials));
+    /// Queues the pictures beyond the first job. Pictures that do not fit in the queue, or that a
+    /// crash loses, are rendered on the first request.
+    async fn enqueue_rest(
+        &self,
+        framed: &Framed,
+        materials: &[ChildPicture],
+        mut reservations: Reservations,
+    ) {
+        while !reservations.keys.is_empty() {
+            let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
+            let work = render_work(&framed.frame, items(&reservations.keys[..batch], materials));
             let job = queued_job(Queue::Batch, encode(&work));
             if let Err(error) = self.store.enqueue(job, limit::QUEUED_JOBS).await {
-                let pictures = flights.keys.len();
-                tracing::warn!(%error, pictures, "the rest of a brood is left until it is asked for");
+                let pictures = reservations.keys.len();
+                tracing::warn!(%error, pictures, "the queue is full: the rest of a brood is rendered on request");
                 return;
             }
-            flights.keys.drain(..batch);
-            self.dispatch.bell.notify_one();
+            reservations.keys.drain(..batch);
+            self.dispatch.job_notify.notify_one();
         }
     }
 }
 
-/// A picture, whose it is, and what it is made of.
-type Wanted = (PictureKey, IndividualId, Arc<Material>);
+/// Picture of an individual: key, individual and material.
+type ChildPicture = (PictureKey, IndividualId, Arc<Material>);
 
-/// The materials of pictures, each once, in the order of the keys.
+/// Returns each key with its material, in the order of the keys.
 fn items<'a>(
     keys: &[PictureKey],
-    materials: &'a [Wanted],
+    materials: &'a [ChildPicture],
 ) -> impl Iterator<Item = (PictureKey, &'a Material)> {
     keys.iter().filter_map(|key| {
         let (_, _, material) = materials.iter().find(|(known, ..)| known == key)?;
@@ -251,26 +261,26 @@ fn items<'a>(
     })
 }
 
-/// A brood that is ready to be written, and what is to be told of it then.
+/// Brood that is ready to be written, and the data to publish after the commit.
 struct Birth {
     new: NewGeneration,
-    errand: Option<Errand>,
+    direct: Option<DirectDispatch>,
     answer: Generation,
     framed: Arc<Framed>,
-    materials: Vec<Wanted>,
-    flights: Flights,
+    materials: Vec<ChildPicture>,
+    reservations: Reservations,
     redraws: u64,
     twins: u64,
 }
 
-/// A job for a worker that waits.
-struct Errand {
+/// Job for a worker that is already waiting.
+struct DirectDispatch {
     job: JobId,
     work: RenderJob,
-    waiting: Waiting,
+    waiting: WaitingWorker,
 }
 
-/// What was made and how it was asked for.
+/// Children and the request they came from.
 pub(super) struct Brood {
     pub recording: Option<Recording>,
     pub seed: Seed,
@@ -280,22 +290,22 @@ pub(super) struct Brood {
     pub children: Vec<Newborn>,
 }
 
-/// The step of a search that a brood is written with, and the ids that it has for its children.
+/// Search step to write in the same transaction, and the ids of the children.
 pub(super) struct Recording {
     pub ids: Vec<IndividualId>,
     pub step: SearchStep,
 }
 
-/// Flights that have no job yet; they crash unless they get one.
-struct Flights {
+/// Reserved pictures without a job; they fail on drop unless they get one.
+struct Reservations {
     app: App,
     keys: Vec<PictureKey>,
 }
 
-impl Drop for Flights {
+impl Drop for Reservations {
     fn drop(&mut self) {
         if !self.keys.is_empty() {
-            self.app.gallery.crash(self.keys.iter().copied(), &Failure::Busy);
+            self.app.picture_cache.fail(self.keys.iter().copied(), &Failure::Busy);
         }
     }
 }

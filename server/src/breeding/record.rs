@@ -1,5 +1,5 @@
-//! What a search has found becomes individuals of its lineage: in the same transaction as the step that found it, so that
-//! neither is ever there without the other.
+//! Stores the results of a search as individuals of its lineage, in the same transaction as the
+//! search step that found them.
 
 use brood_genome::{Dialect, Genome};
 use brood_protocol::{
@@ -13,15 +13,19 @@ use super::{Newborn, Parent};
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
-use crate::stage::Stages;
+use crate::server_timing::ServerTiming;
 use crate::state::{App, AppState};
 
-/// How an individual came about that a search has found.
+/// Operator of an individual found by a search.
 pub const OPERATOR: &str = "fit";
 
 impl AppState {
-    /// Makes a generation of what was found, first to last, and takes the step that belongs to it; none where nothing of it
-    /// is a genome that the lineage can have, and then no step is taken either.
+    /// Makes a generation of the found materials, in order, and writes the search step with it.
+    ///
+    /// Returns `None`, and writes no step, if none of the materials fits the lineage's dialect.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails or the server is busy.
     pub async fn record(
         self: &App,
         search: &StoredSearch,
@@ -40,7 +44,7 @@ impl AppState {
                     let genome = read(&one, &dialect);
                     genome
                         .inspect_err(|reason| {
-                            tracing::warn!(job = %id, reason, "a find does not fit its lineage");
+                            tracing::warn!(job = %id, reason, "a search result does not fit its lineage");
                         })
                         .ok()
                         .map(|genome| (one, genome))
@@ -77,14 +81,15 @@ impl AppState {
             children,
             recording: Some(Recording { ids, step }),
         };
-        let (attempt, mut stages) = (self.ledger.unkeyed(), Stages::begin());
+        let (attempt, mut timing) = (self.ledger.unkeyed(), ServerTiming::begin());
         let parents: Vec<Parent> = parent.into_iter().collect();
         let (generation, _) =
-            self.birth(&lineage, &framed, &parents, brood, &attempt, &mut stages).await?;
+            self.birth(&lineage, &framed, &parents, brood, &attempt, &mut timing).await?;
         Ok(Some((generation, materials)))
     }
 
-    /// The best before, or what the search started from, as far as it is there and can be crossed with what is born.
+    /// Returns the previous best, or else the first start individual, if it still exists and is
+    /// compatible with the lineage.
     async fn parent_of(
         &self,
         search: &StoredSearch,
@@ -97,13 +102,13 @@ impl AppState {
     }
 }
 
-/// The genome of a find as the lineage has it.
+/// Reads a found genome and pads it to the lineage's length.
 fn read(found: &MeasuredMaterial, dialect: &Dialect) -> Result<Genome, String> {
     let errors = [found.e_log, found.e_log_fitted, found.e_cbrt, found.relative_l2, found.divisor];
     let views = found.views.iter().flatten();
     let of_views = views.flat_map(|view| [view.rmse, view.flip, view.gain]);
     if !errors.into_iter().chain(of_views).all(f64::is_finite) {
-        return Err("it is off by more than a number can say".to_owned());
+        return Err("an error value is not finite".to_owned());
     }
     let genome = Genome::from_canonical_bytes(&found.genome).map_err(|error| error.to_string())?;
     fitted(genome, dialect, String::new()).map_err(|error| format!("{error:?}"))

@@ -1,6 +1,7 @@
-//! The light's whole circle: animated pictures, animated sheets, and strips of sprites.
+//! Pictures over the light's whole circle: animations, animated sheets, and sprite strips.
 //!
-//! Under automatic exposure all pictures of a circle have one exposure, measured over all of it, so that nothing flickers.
+//! Under automatic exposure all frames share one exposure, measured over the whole circle, so that
+//! they do not flicker.
 
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_apng, encode_png};
 use brood_protocol::{GenerationId, IndividualId, LineageId, PictureFormat, SceneId};
 use brood_scene::{EV_MAX, Exposure, Film, Sampling, Scene};
-use brood_storage::{PictureRow, StoredIndividual};
+use brood_storage::{StoredIndividual, StoredPicture};
 use futures::stream::{self, StreamExt, TryStreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
@@ -26,33 +27,34 @@ const CACHE: &str = "private, no-cache";
 const SIZE: u32 = 128;
 const FRAMES: u32 = 24;
 const SECONDS: f32 = 4.0;
-/// Pictures that are asked for at a time.
+/// Number of pictures requested at a time.
 const AT_ONCE: usize = 32;
-/// Cells of the side of a sheet with a centre, and how many children it has.
+/// Cells along one side of a sheet with a centre.
 const RING: u32 = 6;
+/// Number of children around a centre.
 const AROUND: usize = 20;
 
-/// How the circle is shown.
+/// Options of an animation or strip.
 #[derive(Debug, Clone, Copy, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct CircleQuery {
-    /// Side of a picture in pixels, 16 to 1024; 128 unless asked otherwise.
+    /// Side of each picture in pixels, 16 to 1024; default 128.
     #[param(minimum = 16, maximum = 1024)]
     size: Option<u32>,
-    /// Pictures of the circle, 2 to 120; 24 unless asked otherwise.
+    /// Number of pictures along the circle, 2 to 120; default 24.
     #[param(minimum = 2, maximum = 120)]
     frames: Option<u32>,
-    /// How long the circle takes, 0.1 to 60; 4 unless asked otherwise. Not in strips.
+    /// Duration of one turn in seconds, 0.1 to 60; default 4. Not used for strips.
     #[param(minimum = 0.1, maximum = 60)]
     seconds: Option<f32>,
-    /// The scene; the lineage's unless asked otherwise.
+    /// Scene to render; default: the lineage's scene.
     scene: Option<SceneId>,
 }
 
-/// The same, checked.
+/// Checked [`CircleQuery`].
 #[derive(Debug, Clone, Copy)]
-struct Circle {
+struct CircleOptions {
     size_px: u32,
     frames: u32,
     delay_ms: u16,
@@ -60,30 +62,31 @@ struct Circle {
 }
 
 impl CircleQuery {
-    /// Refuses more pixels than one answer may have, of `cells` pictures a frame.
-    fn check(&self, cells: u64) -> Result<Circle, ApiError> {
+    /// Checks the query for frames of `cells` pictures each.
+    fn check(&self, cells: u64) -> Result<CircleOptions, ApiError> {
         let size_px = limit::side(self.size.unwrap_or(SIZE), limit::THUMBNAIL_PX)?;
         let frames = self.frames.unwrap_or(FRAMES);
         let seconds = self.seconds.unwrap_or(SECONDS);
         if !(2..=limit::CIRCLE_FRAMES).contains(&frames) {
-            let words = format!("2 to {} pictures, not {frames}", limit::CIRCLE_FRAMES);
+            let words = format!("must be 2 to {}, got {frames}", limit::CIRCLE_FRAMES);
             return Err(ApiError::bad_parameter("frames", words));
         }
         if !(0.1..=60.0).contains(&seconds) {
-            return Err(ApiError::bad_parameter("seconds", "0.1 to 60"));
+            return Err(ApiError::bad_parameter("seconds", "must be 0.1 to 60"));
         }
         let pixels = cells * u64::from(frames) * u64::from(size_px) * u64::from(size_px);
         if pixels > limit::CIRCLE_PIXELS {
             let most = limit::CIRCLE_PIXELS;
-            let words = format!("size and frames make {pixels} pixels; {most} is the most");
+            let words =
+                format!("size and frames add up to {pixels} pixels; at most {most} are allowed");
             return Err(ApiError::refused(words));
         }
         let delay_ms = (1000.0 * seconds / frames as f32).round() as u16;
-        Ok(Circle { size_px, frames, delay_ms, scene: self.scene })
+        Ok(CircleOptions { size_px, frames, delay_ms, scene: self.scene })
     }
 }
 
-/// A whole circle of the light as an animated PNG.
+/// Returns an animated PNG of an individual, with the light going once around its circle.
 #[utoipa::path(get, path = "/v1/individuals/{id}/render.apng", tag = "pictures",
     params(("id" = IndividualId, Path), CircleQuery),
     responses((status = 200, content_type = "image/apng"), (status = 304, description = "unchanged")))]
@@ -105,7 +108,7 @@ pub async fn animation(
     head.made(&headers, make).await
 }
 
-/// A whole circle of the light as one PNG: its pictures side by side.
+/// Returns a strip of all pictures along the light's circle, side by side in one PNG.
 #[utoipa::path(get, path = "/v1/individuals/{id}/strip.png", tag = "pictures",
     params(("id" = IndividualId, Path), CircleQuery),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
@@ -127,7 +130,10 @@ pub async fn strip(
     head.made(&headers, make).await
 }
 
-/// A generation as an animated PNG over a whole circle of the light: the sheet, each individual at its own exposure.
+/// Returns a generation's contact sheet as an animated PNG, with the light going once around its
+/// circle.
+///
+/// Each individual has its own exposure.
 #[utoipa::path(get, path = "/v1/generations/{id}/sheet.apng", tag = "pictures",
     params(("id" = GenerationId, Path), CircleQuery),
     responses((status = 200, content_type = "image/apng"), (status = 304, description = "unchanged")))]
@@ -146,8 +152,9 @@ pub async fn sheet(
     let circle = query.check(cells)?;
     let gap_px = (circle.size_px / 32).max(1);
     let side = centre_px(circle.size_px, gap_px);
-    let large = Circle { size_px: side.clamp(limit::PICTURE_MIN_PX, limit::PICTURE_PX), ..circle };
-    // By individual, in each by place of the light.
+    let large =
+        CircleOptions { size_px: side.clamp(limit::PICTURE_MIN_PX, limit::PICTURE_PX), ..circle };
+    // Indexed by individual, then by light position.
     let mut rows = Vec::with_capacity(generation.individuals.len() + 1);
     for one in generation.individuals {
         rows.push(self::rows(&app, one, generation.lineage, circle).await?);
@@ -190,12 +197,12 @@ fn composed(
     brood_eval::sheet(&cells, centre, cell_px, gap_px)
 }
 
-/// The pictures of an individual around the circle, by what they are made of.
+/// Returns the picture rows of an individual around the circle.
 async fn rows_of(
     app: &App,
     id: IndividualId,
-    circle: Circle,
-) -> Result<Vec<Arc<PictureRow>>, ApiError> {
+    circle: CircleOptions,
+) -> Result<Vec<Arc<StoredPicture>>, ApiError> {
     let individual = app.store.individual(id).await?;
     let lineage = individual.lineage;
     rows(app, individual, lineage, circle).await
@@ -205,8 +212,8 @@ async fn rows(
     app: &App,
     individual: StoredIndividual,
     lineage: LineageId,
-    circle: Circle,
-) -> Result<Vec<Arc<PictureRow>>, ApiError> {
+    circle: CircleOptions,
+) -> Result<Vec<Arc<StoredPicture>>, ApiError> {
     let scene = match circle.scene {
         Some(scene) => scene,
         None => app.store.lineage(lineage).await?.scene,
@@ -228,7 +235,8 @@ async fn rows(
     Ok(rows)
 }
 
-/// The scene with the exposure that the individual has over the whole circle, where exposure is automatic.
+/// Returns the scene with the individual's exposure over the whole circle, if its exposure is
+/// automatic.
 async fn exposed(
     app: &App,
     id: SceneId,
@@ -238,27 +246,30 @@ async fn exposed(
     if known.scene.film.exposure != Exposure::Auto {
         return Ok(id);
     }
-    // What lies beyond what a scene may have is black or burnt out either way.
+    // Beyond the limit of a scene's exposure, the picture is all black or all white anyway.
     let ev = circle_ev(app, id, individual).await?.clamp(-EV_MAX, EV_MAX);
     let film = Film { exposure: Exposure::Ev(ev), ..known.scene.film };
     super::scene::store(app, &Scene { film, ..known.scene.clone() }).await
 }
 
-/// The exposure that an individual has over the whole light circle of a scene.
+/// Returns an individual's exposure in EV over the whole light circle of a scene.
+///
+/// # Errors
+/// [`ApiError`] if the scene or the genome cannot be read, or the server is busy.
 pub async fn circle_ev(
     app: &App,
     scene: SceneId,
     individual: &StoredIndividual,
 ) -> Result<f64, ApiError> {
-    let circle = app.library.circle(scene).await?;
+    let circle = app.library.light_circle(scene).await?;
     let material = app.library.material(individual.hash).await?;
     app.on_processor(move || circle.common_ev(&material.program)).await
 }
 
-/// The pixels of pictures of one size.
+/// Returns the decoded pixels of pictures of one size.
 async fn pictures(
     app: &App,
-    rows: Vec<Arc<PictureRow>>,
+    rows: Vec<Arc<StoredPicture>>,
     size_px: u32,
 ) -> Result<Vec<Vec<u8>>, ApiError> {
     let pictures = rows.into_iter().map(|row| async move { app.picture(&row).await });
@@ -271,7 +282,7 @@ async fn pictures(
 fn pixels(png: &[u8], size_px: u32) -> Result<Vec<u8>, ApiError> {
     match decode_png(png) {
         Ok((width, height, rgba)) if (width, height) == (size_px, size_px) => Ok(rgba),
-        Ok(_) => Err(ApiError::internal("a picture is of another size than was asked for")),
+        Ok(_) => Err(ApiError::internal("a rendered picture has the wrong size")),
         Err(error) => Err(ApiError::internal(format!("a picture cannot be decoded: {error}"))),
     }
 }
@@ -288,7 +299,11 @@ fn side_by_side(pictures: &[Vec<u8>], side: u32) -> Vec<u8> {
     encode_png(count * side, side, &rgba)
 }
 
-fn etag<'a>(kind: &str, delay_ms: u16, rows: impl Iterator<Item = &'a Arc<PictureRow>>) -> String {
+fn etag<'a>(
+    kind: &str,
+    delay_ms: u16,
+    rows: impl Iterator<Item = &'a Arc<StoredPicture>>,
+) -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update(kind.as_bytes()).update(&delay_ms.to_le_bytes());
     rows.for_each(|row| {
@@ -302,7 +317,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strip_has_its_pictures_side_by_side() {
+    fn strip_places_pictures_side_by_side() {
         let picture = |value: u8| vec![value; 4 * 2 * 2];
         let png = side_by_side(&[picture(1), picture(2), picture(3)], 2);
         let (width, height, rgba) = decode_png(&png).unwrap();
@@ -313,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn circle_is_refused_where_it_is_too_large() {
+    fn circle_is_refused_when_it_is_too_large() {
         let query = CircleQuery { size: None, frames: None, seconds: None, scene: None };
         assert_eq!(query.check(1).unwrap().delay_ms, 167);
         let status = |query: CircleQuery, cells| query.check(cells).unwrap_err().status();

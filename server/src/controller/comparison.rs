@@ -1,6 +1,7 @@
-//! Comparisons: materials in one scene at one exposure, how far each is from the first, and their optics in curves and numbers.
+//! Comparisons: materials in one scene at one exposure, with their distance from the first and
+//! their optical properties.
 //!
-//! Workers render the pictures; here they are only held against each other.
+//! Workers render the pictures; this module only compares them.
 
 mod picture;
 
@@ -26,85 +27,88 @@ use crate::presenter::thumbnail_url;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-/// A genome never changes; the lineage's scene and the version of the program do.
+/// Must be revalidated: the answer depends on the lineage's scene and on the program version.
 const CACHE: &str = "private, no-cache";
 const SIZE: u32 = 256;
 
-/// What is compared, and how it is shown.
+/// Materials to compare and how to show them.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct ComparisonQuery {
-    /// Two to six individuals by id or genomes by hash, with commas between them; the others are held against the first.
+    /// Two to six individuals by id or genomes by hash, separated by commas. The first is the
+    /// reference.
     materials: String,
-    /// The scene; unless asked otherwise that of the first individual's lineage, or the default one where only genomes are named.
+    /// Scene to render; default: that of the first individual's lineage, or the default scene if
+    /// only genomes are named.
     scene: Option<SceneId>,
-    /// Side of the pictures in pixels, 16 to 1024; 256 unless asked otherwise.
+    /// Side of the pictures in pixels, 16 to 1024; default 256.
     #[param(minimum = 16, maximum = 1024)]
     size: Option<u32>,
 }
 
-/// Materials side by side.
+/// Comparison of materials.
 #[derive(Debug, Clone, Serialize, utoipa::ToSchema)]
 pub struct Comparison {
-    /// The scene of the pictures: the one asked for, with the exposure fixed.
+    /// Scene of the pictures: the requested one with a fixed exposure.
     scene: SceneId,
-    /// One exposure for all: the scene's, or the automatic one of the first material.
+    /// Exposure of all pictures in EV: the scene's, or the automatic exposure of the first
+    /// material.
     exposure_ev: f64,
-    /// Side of the pictures.
+    /// Side of the pictures in pixels.
     size_px: u32,
-    /// How much further along its circle the other light is, in degrees.
+    /// Angle in degrees by which the other light is further along its circle.
     other_light_deg: f64,
-    /// In the order asked for.
+    /// Materials in the order requested.
     materials: Vec<Compared>,
 }
 
-/// One of them.
+/// RequestedMaterial compared material.
 #[derive(Debug, Clone, Serialize, utoipa::ToSchema)]
 pub struct Compared {
-    /// As it was asked for.
+    /// Individual id or genome hash, as requested.
     material: ParentRef,
-    /// Content hash of its genome.
+    /// Content hash of the genome.
     hash: String,
-    /// Names of its models.
+    /// Names of the genome's models.
     layers: Vec<String>,
-    /// Where its picture is.
+    /// URL of the picture.
     picture: String,
-    /// Where its picture under another light is.
+    /// URL of the picture under the other light.
     other_light: String,
-    /// How far it is from the first; null for the first itself.
+    /// Distance from the first material; null for the first itself.
     difference: Option<Difference>,
-    /// Directional albedo and the mirror direction over the angle of incidence.
+    /// Directional albedo and mirror reflection over the angle of incidence.
     curves: Vec<CurvePoint>,
-    /// In numbers.
+    /// Summary values of the optical behaviour.
     phenomena: Phenomena,
 }
 
-/// How far a picture is from the first.
+/// Distance of a picture from the first one.
 #[derive(Debug, Clone, Serialize, utoipa::ToSchema)]
 pub struct Difference {
-    /// Where the absolute difference of linear values as exposed is shown.
+    /// URL of the picture of absolute differences of exposed linear values.
     picture: String,
-    /// Root mean square of the same.
+    /// Root mean square of the differences.
     rmse: f64,
     /// Mean FLIP error of the developed pictures.
     flip: f64,
 }
 
-/// What was asked for, found.
-struct Wanted {
-    materials: Vec<One>,
+/// Parsed and resolved query.
+struct ComparisonRequest {
+    materials: Vec<RequestedMaterial>,
     scene: SceneId,
     size_px: u32,
 }
 
-struct One {
+struct RequestedMaterial {
     named: ParentRef,
     hash: GenomeHash,
     material: Arc<Material>,
 }
 
-/// Two to six materials side by side.
+/// Compares two to six materials.
 #[utoipa::path(get, path = "/v1/comparison", tag = "individuals", params(ComparisonQuery),
     responses((status = 200, body = Comparison), (status = 304, description = "unchanged")))]
 pub async fn get(
@@ -112,17 +116,17 @@ pub async fn get(
     Query(query): Query<ComparisonQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let wanted = find(&app, query).await?;
-    let etag = wanted.etag();
+    let request = find(&app, query).await?;
+    let etag = request.etag();
     let head = FileHead { etag, content_type: "application/json", cache: CACHE };
     let make = async {
-        let compared = limit::in_time(compare(&app, wanted)).await?;
+        let compared = limit::in_time(compare(&app, request)).await?;
         Ok(serde_json::to_vec(&compared).expect("a comparison is plain data"))
     };
     head.made(&headers, make).await
 }
 
-/// The absolute difference of two materials' pictures, of linear values as exposed.
+/// Returns the picture of absolute differences of two materials, in exposed linear values.
 #[utoipa::path(get, path = "/v1/comparison/difference.png", tag = "pictures", params(ComparisonQuery),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn difference(
@@ -130,19 +134,19 @@ pub async fn difference(
     Query(query): Query<ComparisonQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let wanted = find(&app, query).await?;
-    if wanted.materials.len() != 2 {
-        return Err(ApiError::bad_parameter("materials", "a difference is of two"));
+    let request = find(&app, query).await?;
+    if request.materials.len() != 2 {
+        return Err(ApiError::bad_parameter("materials", "must be exactly 2"));
     }
-    let etag = wanted.etag();
+    let etag = request.etag();
     let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let make = async {
-        let exposed = exposed(&app, &wanted).await?;
-        let mut pictures = limit::in_time(linear(&app, &wanted, exposed)).await?;
+        let exposed = exposed(&app, &request).await?;
+        let mut pictures = limit::in_time(linear(&app, &request, exposed)).await?;
         let (second, first) = (pictures.pop(), pictures.pop());
         let draw = move || {
             let apart = first.zip(second).map(|(first, second)| first.absolute_difference(&second));
-            let apart = apart.expect("there are two pictures");
+            let apart = apart.expect("two pictures were requested");
             let (width, height) = apart.size();
             encode_png(width, height, &apart.encoded_rgba())
         };
@@ -151,23 +155,24 @@ pub async fn difference(
     head.made(&headers, make).await
 }
 
-async fn find(app: &App, query: ComparisonQuery) -> Result<Wanted, ApiError> {
+async fn find(app: &App, query: ComparisonQuery) -> Result<ComparisonRequest, ApiError> {
     let size_px = limit::side(query.size.unwrap_or(SIZE), limit::THUMBNAIL_PX)?;
     let count = query.materials.split(',').count();
     if !COMPARED.contains(&count) {
-        let words = format!("{} to {}, not {count}", COMPARED.start(), COMPARED.end());
+        let words =
+            format!("must be {} to {} items, got {count}", COMPARED.start(), COMPARED.end());
         return Err(ApiError::bad_parameter("materials", words));
     }
     let mut materials = Vec::with_capacity(count);
     let mut lineage = None;
     for text in query.materials.split(',').map(str::trim) {
         let named = text.parse().map_err(|_| {
-            let words = format!("{} is neither an id nor the hash of a genome", quote(text));
+            let words = format!("{} is neither an individual's id nor a genome hash", quote(text));
             ApiError::bad_parameter("materials", words)
         })?;
         let missing = |error: StorageError| match error {
             StorageError::NotFound => {
-                ApiError::not_found(format!("there is no material {}", quote(text)))
+                ApiError::not_found(format!("there is no individual or genome {}", quote(text)))
             }
             other => other.into(),
         };
@@ -182,20 +187,24 @@ async fn find(app: &App, query: ComparisonQuery) -> Result<Wanted, ApiError> {
                 individual.hash
             }
         };
-        materials.push(One { named, hash, material: app.library.material(hash).await? });
+        materials.push(RequestedMaterial {
+            named,
+            hash,
+            material: app.library.material(hash).await?,
+        });
     }
     let scene = match (query.scene, lineage) {
         (Some(scene), _) => scene,
         (None, Some(lineage)) => app.store.lineage(lineage).await?.scene,
         (None, None) => super::scene::store(app, &Scene::default()).await?,
     };
-    // Refuses one that is not there, before anything is computed.
+    // Fails early if the scene does not exist.
     app.library.scene(scene).await?;
-    Ok(Wanted { materials, scene, size_px })
+    Ok(ComparisonRequest { materials, scene, size_px })
 }
 
-impl Wanted {
-    /// Of everything that the answer depends on.
+impl ComparisonRequest {
+    /// Returns an ETag of everything that the answer depends on.
     fn etag(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
@@ -216,23 +225,24 @@ fn specimen(material: &Material) -> Specimen<'_> {
     Specimen::Bred(&material.genome, &material.program)
 }
 
-async fn compare(app: &App, wanted: Wanted) -> Result<Comparison, ApiError> {
-    let (scene, exposure_ev) = exposed(app, &wanted).await?;
-    let pictures = linear(app, &wanted, (scene, exposure_ev)).await?;
+async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, ApiError> {
+    let (scene, exposure_ev) = exposed(app, &request).await?;
+    let pictures = linear(app, &request, (scene, exposure_ev)).await?;
     let apart = move || -> Vec<(f64, f64)> {
-        let (first, others) = pictures.split_first().expect("there are two at least");
+        let (first, others) =
+            pictures.split_first().expect("at least two materials were requested");
         others.iter().map(|other| (first.rmse(other), first.flip(other))).collect()
     };
     let mut apart = app.on_processor(apart).await?.into_iter();
-    let first = wanted.materials[0].hash;
+    let first = request.materials[0].hash;
     let light_deg = app.library.scene(scene).await?.scene.light_deg;
-    let mut materials = Vec::with_capacity(wanted.materials.len());
-    for (index, one) in wanted.materials.iter().enumerate() {
-        let optics = optics(app, one, wanted.scene).await?;
-        let view = wanted.view(app, scene, PictureFormat::Png);
+    let mut materials = Vec::with_capacity(request.materials.len());
+    for (index, one) in request.materials.iter().enumerate() {
+        let optics = optics(app, one, request.scene).await?;
+        let view = request.view(app, scene, PictureFormat::Png);
         let other = View { light_deg: Some(light_deg + OTHER_LIGHT_DEG), ..view };
         let difference = (index > 0).then(|| apart.next()).flatten();
-        let (hash, size) = (one.hash, wanted.size_px);
+        let (hash, size) = (one.hash, request.size_px);
         materials.push(Compared {
             material: one.named,
             hash: hash.to_string(),
@@ -250,12 +260,16 @@ async fn compare(app: &App, wanted: Wanted) -> Result<Comparison, ApiError> {
             phenomena: optics.phenomena.clone(),
         });
     }
-    let (size_px, other_light_deg) = (wanted.size_px, OTHER_LIGHT_DEG);
+    let (size_px, other_light_deg) = (request.size_px, OTHER_LIGHT_DEG);
     Ok(Comparison { scene, exposure_ev, size_px, other_light_deg, materials })
 }
 
-async fn optics(app: &App, one: &One, scene: SceneId) -> Result<Arc<Optics>, ApiError> {
-    let circle = app.library.circle(scene).await?;
+async fn optics(
+    app: &App,
+    one: &RequestedMaterial,
+    scene: SceneId,
+) -> Result<Arc<Optics>, ApiError> {
+    let circle = app.library.light_circle(scene).await?;
     let (key, material, app2) = ((one.hash, scene), one.material.clone(), app.clone());
     let look = move || {
         app2.library.optics(key, || {

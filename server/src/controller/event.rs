@@ -1,4 +1,4 @@
-//! The event streams of lineages and of searches.
+//! Event streams of lineages and searches.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -19,14 +19,15 @@ use crate::problem::ApiError;
 use crate::state::{App, AppState};
 
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
-/// A stream ends this long after its token was revoked.
+/// Interval at which an open stream checks its token.
 const ACCESS_TICK: Duration = Duration::from_secs(2);
 
-/// What happens in a lineage, as server-sent events: `generation`, `thumbnail`, `lineage`,
-/// `individual`, `job`, `resync`.
+/// Streams a lineage's changes as server-sent events.
+///
+/// Events: `generation`, `thumbnail`, `lineage`, `individual`, `job`, `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
-    params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
-    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]
+    params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event received")),
+    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
 pub async fn stream_events(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -37,10 +38,12 @@ pub async fn stream_events(
     stream_of(app, id.into(), &headers)
 }
 
-/// What happens to a search, as server-sent events: `state`, `progress`, `best`, `resync`.
+/// Streams a search's changes as server-sent events.
+///
+/// Events: `state`, `progress`, `best`, `resync`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
-    params(("id" = JobId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event that was seen")),
-    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many streams are open")))]
+    params(("id" = JobId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event received")),
+    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
 pub async fn stream_job_events(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -52,14 +55,14 @@ pub async fn stream_job_events(
 }
 
 fn stream_of(app: App, topic: Topic, headers: &HeaderMap) -> Result<Response, ApiError> {
-    let place = app.events.place();
-    let place = place.ok_or_else(|| ApiError::busy("too many event streams are open"))?;
+    let permit = app.events.stream_permit();
+    let permit = permit.ok_or_else(|| ApiError::busy("too many event streams are open"))?;
     let last_id = headers.get("last-event-id").map(|value| value.to_str().unwrap_or_default());
     let Subscription { resync, missed, mut receiver } = app.events.subscribe(topic, last_id);
     let token = layer::token(headers).map(str::to_owned);
     let events = stream! {
-        let _place = place;
-        // Something to read at once, so that proxies and clients know that the stream is open.
+        let _permit = permit;
+        // Sends bytes at once, so that proxies and clients see that the stream is open.
         yield Ok::<_, Infallible>(SseEvent::default().comment("open"));
         if resync {
             yield Ok(resynchronise());
@@ -72,7 +75,7 @@ fn stream_of(app: App, topic: Topic, headers: &HeaderMap) -> Result<Response, Ap
             let event = tokio::select! {
                 event = receiver.recv() => event,
                 () = app.stopping.cancelled() => break,
-                // A stream outlives the check at its beginning: whoever may not read any more hears no more.
+                // The token may be revoked while the stream is open.
                 _ = look.tick() => {
                     let allowed = app.access.check(&app.store, Need::Read, token.as_deref()).await;
                     if allowed.is_err() { break } else { continue }

@@ -1,4 +1,4 @@
-//! Exports: an individual as source code for other renderers.
+//! Exports of individuals as source code for other renderers.
 
 use axum::Json;
 use axum::extract::State;
@@ -15,23 +15,23 @@ use crate::extract::{NoQuery, Path, Query};
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// An individual never changes; what it is printed as does with the version of the program.
+/// Must be revalidated: the exported text depends on the program version.
 const CACHE: &str = "private, no-cache";
 
-/// A format that there is.
+/// Export format.
 #[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
 pub struct ExportFormat {
-    /// As addresses name it.
+    /// Name used in URLs.
     name: &'static str,
-    /// What it is.
+    /// Name for people.
     label: &'static str,
-    /// Ending of a file's name.
+    /// File name extension.
     extension: &'static str,
-    /// Its media type.
+    /// Media type of the file.
     media_type: &'static str,
 }
 
-/// The formats that materials can be exported as.
+/// Lists the export formats.
 #[utoipa::path(get, path = "/v1/exports", tag = "exports",
     responses((status = 200, body = Vec<ExportFormat>)))]
 pub async fn formats(NoQuery: NoQuery) -> Json<Vec<ExportFormat>> {
@@ -44,21 +44,22 @@ pub async fn formats(NoQuery: NoQuery) -> Json<Vec<ExportFormat>> {
     Json(formats.collect())
 }
 
-/// What is exported.
+/// Options of an export.
 #[derive(Debug, Clone, Copy, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct ExportQuery {
-    /// Whether it reflects no more than it receives; as the genome has it unless asked otherwise.
+    /// True to apply the energy limit; default: as in the genome.
     energy_limit: Option<bool>,
-    /// Texture positions from minus this to this are enough, from 0 to 65504: fewer clamps are needed then.
+    /// Largest absolute texture coordinate that the code must handle, 0 to 65504; smaller ranges
+    /// need fewer clamps.
     uv_within: Option<f32>,
 }
 
-/// An individual in one of the formats.
+/// Returns an individual as source code.
 #[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", tag = "exports",
     params(("id" = IndividualId, Path),
-        ("format" = String, Path, description = "a name that GET /v1/exports lists"), ExportQuery),
+        ("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
     responses((status = 200, content_type = "text/plain"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
@@ -72,13 +73,13 @@ pub async fn get(
     let limited = query.energy_limit.unwrap_or(material.genome.is_limited());
     let within = query.uv_within.unwrap_or(RANGE);
     if !(0.0..=RANGE).contains(&within) {
-        return Err(ApiError::bad_parameter("uv_within", "0 to 65504"));
+        return Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"));
     }
     let is_as_bred = limited == material.genome.is_limited();
     let text = if is_as_bred && material.program.layers().is_empty() {
         export_within(&material.program, format, within)
     } else {
-        // A limit is searched for, and models with tables take milliseconds to prepare.
+        // The limit needs a numeric search, and models with tables take milliseconds to prepare.
         let print = move || {
             if is_as_bred {
                 return export_within(&material.program, format, within);

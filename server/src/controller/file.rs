@@ -1,4 +1,4 @@
-//! Files as answers: with an ETag, and neither sent nor made for who has them already. Refuses to know what is in them.
+//! File answers with an ETag: answers 304 if the client already has the file.
 
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -6,17 +6,19 @@ use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 
 use crate::problem::ApiError;
 
-/// What an answer says of its file.
+/// Headers of a file answer.
 #[derive(Debug)]
 pub struct FileHead<'a> {
-    /// With its quotes.
+    /// ETag, with its quotes.
     pub etag: String,
+    /// Value of `Content-Type`.
     pub content_type: &'a str,
+    /// Value of `Cache-Control`.
     pub cache: &'static str,
 }
 
 impl FileHead<'_> {
-    /// The file, or 304 where the client has it already.
+    /// Returns the file, or 304 if the client already has it.
     pub fn answer(&self, headers: &HeaderMap, bytes: impl Into<Bytes>) -> Response {
         match has_already(headers, &self.etag) {
             true => self.unchanged(),
@@ -24,7 +26,10 @@ impl FileHead<'_> {
         }
     }
 
-    /// The same of a file that is made only where the client does not have it.
+    /// Returns the file, or 304 without making it if the client already has it.
+    ///
+    /// # Errors
+    /// Returns the error of `make`.
     pub async fn made<B: Into<Bytes>>(
         &self,
         headers: &HeaderMap,
@@ -60,7 +65,7 @@ impl FileHead<'_> {
     }
 }
 
-/// Whether the client has what carries this ETag already.
+/// Returns true if `If-None-Match` has this ETag.
 pub fn has_already(headers: &HeaderMap, etag: &str) -> bool {
     let values = headers.get_all(header::IF_NONE_MATCH).iter();
     let mut tags = values.filter_map(|value| value.to_str().ok()).flat_map(|text| text.split(','));

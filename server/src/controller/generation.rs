@@ -1,4 +1,4 @@
-//! Generations: bred and read.
+//! Generations: breeding and reading.
 
 use axum::Json;
 use axum::extract::State;
@@ -12,18 +12,18 @@ use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
-use crate::stage::Stages;
+use crate::server_timing::ServerTiming;
 use crate::state::App;
 
 pub(super) const COLLECTION: &str = "/v1/generations";
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
-/// Breeds.
+/// Breeds a generation.
 #[utoipa::path(post, path = "/v1/lineages/{id}/generations", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Breed,
     responses((status = 201, body = Generation, headers(
-        ("Link" = String, description = "with rel=status: the job that renders the pictures, where there are any to be rendered"),
-        ("Server-Timing" = String, description = "where the time went")))))]
+        ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
+        ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn breed(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -35,17 +35,21 @@ pub async fn breed(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
-    let mut stages = Stages::begin();
+    let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
-    let (generation, job) = app.breed(&lineage, body.value, &attempt, &mut stages).await?;
-    Ok(answer(&generation, job, stages))
+    let (generation, job) = app.breed(&lineage, body.value, &attempt, &mut timing).await?;
+    Ok(answer(&generation, job, timing))
 }
 
-/// 201 with where the time went, and where the job is that renders the pictures.
-pub(super) fn answer(generation: &Generation, job: Option<JobId>, mut stages: Stages) -> Response {
+/// Returns 201 with the stage durations and a link to the render job.
+pub(super) fn answer(
+    generation: &Generation,
+    job: Option<JobId>,
+    mut timing: ServerTiming,
+) -> Response {
     let mut response = created(COLLECTION, generation);
-    stages.end("answer");
-    response.headers_mut().insert(SERVER_TIMING, stages.header());
+    timing.end("answer");
+    response.headers_mut().insert(SERVER_TIMING, timing.header());
     if let Some(job) = job {
         let link = HeaderValue::from_str(&format!("</v1/jobs/{job}>; rel=\"status\""));
         response.headers_mut().insert(header::LINK, link.expect("an id is plain text"));
@@ -53,15 +57,16 @@ pub(super) fn answer(generation: &Generation, job: Option<JobId>, mut stages: St
     response
 }
 
-/// The index is known only once the transaction is done: what is remembered gets it from the generation itself.
+/// Completes a stored answer. The index is only known after the commit, so it is read from the
+/// generation itself.
 pub(super) async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
     let id = answer.get("id").and_then(Value::as_str).and_then(|id| id.parse().ok());
-    let id: GenerationId = id.ok_or_else(|| ApiError::internal("a remembered answer has no id"))?;
+    let id: GenerationId = id.ok_or_else(|| ApiError::internal("a stored answer has no id"))?;
     answer["index"] = app.store.generation(id).await?.index.into();
     Ok(answer)
 }
 
-/// The generations of a lineage, oldest first.
+/// Lists a lineage's generations, oldest first.
 #[utoipa::path(get, path = "/v1/lineages/{id}/generations", tag = "generations",
     params(("id" = LineageId, Path), PageQuery),
     responses((status = 200, body = Page<Generation>)))]
@@ -82,7 +87,7 @@ pub async fn list(
     Ok(Json(Page { items: generations, next }))
 }
 
-/// One generation.
+/// Returns a generation.
 #[utoipa::path(get, path = "/v1/generations/{id}", tag = "generations",
     params(("id" = GenerationId, Path)), responses((status = 200, body = Generation)))]
 pub async fn get(

@@ -1,4 +1,4 @@
-//! Genomes: saved and loaded, as text or JSON.
+//! Genomes: storing and reading, as text or JSON.
 
 use axum::Json;
 use axum::body::Body;
@@ -11,23 +11,24 @@ use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::created;
 use super::file::has_already;
+use crate::clock::now_ms;
 use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
-use crate::state::{App, now_ms};
+use crate::state::App;
 
 const TEXT: &str = "text/x-brood";
 const COLLECTION: &str = "/v1/genomes";
 
-/// The hash of a genome that was saved.
+/// Hash of a stored genome.
 #[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
 pub struct GenomeAnswer {
     /// Content hash, 64 hexadecimal digits.
     hash: String,
 }
 
-/// Saves a genome.
+/// Stores a genome.
 #[utoipa::path(post, path = "/v1/genomes", tag = "genomes",
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
     responses((status = 201, body = GenomeAnswer)))]
@@ -63,15 +64,15 @@ pub async fn create(
         layers: genome.layers().iter().map(Model::kind).collect(),
     };
     app.store.put_genome(new).await?;
-    app.library.keep(hash, genome, program);
+    app.library.insert_material(hash, genome, program);
     let answer = GenomeAnswer { hash: hash.to_string() };
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.remember_answer(record, now_ms()).await?;
+        app.store.store_idempotency(record, now_ms()).await?;
     }
     Ok(created(COLLECTION, &answer))
 }
 
-/// A genome: JSON, or its text where `Accept` asks for `text/x-brood`.
+/// Returns a genome as JSON, or as text if `Accept` asks for `text/x-brood`.
 #[utoipa::path(get, path = "/v1/genomes/{hash}", tag = "genomes",
     params(("hash" = String, Path, description = "64 hexadecimal digits")),
     responses((status = 200, content((serde_json::Value = "application/json"), (String = "text/x-brood")))))]
@@ -83,7 +84,7 @@ pub async fn get(
 ) -> Result<Response, ApiError> {
     let hash: GenomeHash = hash
         .parse()
-        .map_err(|_| ApiError::not_found("a genome's hash is 64 hexadecimal digits"))?;
+        .map_err(|_| ApiError::not_found("a genome hash must be 64 hexadecimal digits"))?;
     let accept = headers.get_all(header::ACCEPT).iter();
     let text = accept.filter_map(|value| value.to_str().ok()).any(|value| value.contains(TEXT));
     let material = app.library.material(hash).await?;
@@ -107,7 +108,7 @@ fn from_text(bytes: &[u8]) -> Result<Genome, ApiError> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let good = &bytes[..error.valid_up_to()];
         let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
-        ApiError::bad_genome("the text is not UTF-8")
+        ApiError::bad_genome("the text must be UTF-8")
             .at_line(u32::try_from(line).unwrap_or(u32::MAX), None)
     })?;
     Ok(text.parse::<Genome>()?)

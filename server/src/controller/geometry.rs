@@ -1,4 +1,4 @@
-//! The triangles of a mesh, for those who draw it themselves: as the page reads them, and as glTF.
+//! Triangles of a mesh, in the page's binary format and as glTF.
 
 use axum::extract::State;
 use axum::response::Response;
@@ -17,11 +17,14 @@ const CACHE: &str = "private, no-cache";
 const MAGIC: &[u8; 8] = b"broodgeo";
 const VERSION: u32 = 1;
 
-/// A mesh's geometry in little-endian bytes: `broodgeo`; u32 version 1, vertices, triangles, has_uv (0 or 1); f64 centre
-/// (3) and radius of the bounding sphere; then f32 arrays: positions relative to the centre in radii (3 a vertex), unit
-/// normals (3), unit tangents along u (3), texture positions (2); then u32 corners (3 a triangle).
+/// Returns a mesh's geometry in a little-endian binary format.
+///
+/// `broodgeo`; u32 version 1, vertices, triangles, has_uv (0 or 1); f64 centre (3) and radius of
+/// the bounding sphere; then f32 arrays: positions relative to the centre in radii (3 per vertex),
+/// unit normals (3), unit tangents along u (3), texture coordinates (2); then u32 corners (3 per
+/// triangle).
 #[utoipa::path(get, path = "/v1/meshes/{id}/geometry", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or the name of a built-in one")),
+    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh")),
     responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
@@ -33,10 +36,13 @@ pub async fn get(
     Ok(answer(&headers, CONTENT_TYPE, bytes))
 }
 
-/// A mesh with its tangents as a glTF 2.0 binary, for other renderers that exported materials go to: POSITION in the mesh's own
-/// units, NORMAL, TANGENT along u, TEXCOORD_0 where there are texture positions.
+/// Returns a mesh with its tangents as a glTF 2.0 binary, to preview exported materials in other
+/// renderers.
+///
+/// POSITION in the mesh's own units, NORMAL, TANGENT along u, and TEXCOORD_0 if the mesh has
+/// texture coordinates.
 #[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or the name of a built-in one")),
+    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh")),
     responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
 pub async fn glb(
     State(app): State<App>,
@@ -48,21 +54,21 @@ pub async fn glb(
     Ok(answer(&headers, GLTF_BINARY, bytes))
 }
 
-/// The bytes of a built-in or uploaded mesh.
+/// Encodes a built-in or uploaded mesh.
 async fn encoded(app: &App, id: &str, encode: fn(&Mesh) -> Vec<u8>) -> Result<Vec<u8>, ApiError> {
     let encoded = match MeshRef::from(id) {
         MeshRef::Builtin(name) => {
             app.on_processor(move || Ok(encode(&Mesh::builtin(name)))).await?
         }
         MeshRef::Uploaded(id) => {
-            let unknown = |_| ApiError::not_found("there is no such mesh");
+            let unknown = |_| ApiError::not_found("there is no mesh with this id or name");
             let row = app.store.mesh(id.parse().map_err(unknown)?).await?;
             let data = app.store.mesh_data(row.content_hash).await?;
             let read = move || decode::<Mesh>(&data).map(|mesh| encode(&mesh));
             app.on_processor(read).await?
         }
     };
-    encoded.map_err(|error| ApiError::internal(format!("a stored mesh cannot be read: {error}")))
+    encoded.map_err(|error| ApiError::internal(format!("cannot read a stored mesh: {error}")))
 }
 
 fn answer(headers: &HeaderMap, content_type: &'static str, bytes: Vec<u8>) -> Response {
@@ -107,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn geometry_has_the_length_that_its_head_says_and_a_radius_of_one() {
+    fn geometry_has_the_length_of_its_header_and_a_radius_of_one() {
         let mesh = Mesh::builtin(BuiltinMesh::Torus);
         let bytes = encode(&mesh);
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;

@@ -1,4 +1,4 @@
-//! Individuals: read, marked, and their families.
+//! Individuals: reading, marking, ancestry and descendants.
 
 use axum::Json;
 use axum::extract::State;
@@ -15,29 +15,29 @@ use crate::presenter::Presenter;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Generations that a family tree goes up unless asked otherwise.
+/// Default depth of an ancestry, in generations.
 const DEPTH: u32 = 100;
 const DEPTH_MAX: u32 = 10_000;
 
-/// Which individuals.
+/// Filter of the individuals.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
-pub struct ListQuery {
-    /// Has to be true: favourites are the one list of individuals that there is.
+pub struct FavouritesQuery {
+    /// Must be true: only favourites can be listed.
     favourite: Option<bool>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     cursor: Option<String>,
-    /// Items of a page, 1 to 200; 50 unless asked otherwise.
+    /// Items per page, 1 to 200; default 50.
     limit: Option<u32>,
 }
 
-/// The favourites of all lineages, newest first.
-#[utoipa::path(get, path = "/v1/individuals", tag = "individuals", params(ListQuery),
+/// Lists the favourites of all lineages, newest first.
+#[utoipa::path(get, path = "/v1/individuals", tag = "individuals", params(FavouritesQuery),
     responses((status = 200, body = Page<IndividualDetail>)))]
 pub async fn list(
     State(app): State<App>,
-    Query(query): Query<ListQuery>,
+    Query(query): Query<FavouritesQuery>,
 ) -> Result<Json<Page<IndividualDetail>>, ApiError> {
     if query.favourite != Some(true) {
         return Err(ApiError::bad_parameter("favourite", "must be true"));
@@ -48,7 +48,7 @@ pub async fn list(
     present_page(&app, stored, limit).await
 }
 
-/// One individual.
+/// Returns an individual.
 #[utoipa::path(get, path = "/v1/individuals/{id}", tag = "individuals",
     params(("id" = IndividualId, Path)), responses((status = 200, body = IndividualDetail)))]
 pub async fn get(
@@ -65,9 +65,9 @@ pub async fn get(
     Ok(versioned(detail.individual.version, &detail))
 }
 
-/// Marks a favourite or changes a note.
+/// Changes an individual's favourite mark or note.
 #[utoipa::path(patch, path = "/v1/individuals/{id}", tag = "individuals",
-    params(("id" = IndividualId, Path), ("If-Match" = String, Header, description = "ETag of the individual as it was read")),
+    params(("id" = IndividualId, Path), ("If-Match" = String, Header, description = "ETag of the individual as last read")),
     request_body = PatchIndividual, responses((status = 200, body = IndividualDetail)))]
 pub async fn patch(
     State(app): State<App>,
@@ -88,16 +88,16 @@ pub async fn patch(
     present(&app, stored).await
 }
 
-/// How far up.
+/// Depth of an ancestry.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct AncestryQuery {
-    /// Generations, 1 to 10,000; 100 unless asked otherwise.
+    /// Number of generations, 1 to 10,000; default 100.
     depth: Option<u32>,
 }
 
-/// The ancestors, nearest first.
+/// Lists an individual's ancestors, nearest first.
 #[utoipa::path(get, path = "/v1/individuals/{id}/ancestry", tag = "individuals",
     params(("id" = IndividualId, Path), AncestryQuery),
     responses((status = 200, body = Page<IndividualDetail>)))]
@@ -108,13 +108,16 @@ pub async fn ancestry(
 ) -> Result<Json<Page<IndividualDetail>>, ApiError> {
     let depth = query.depth.unwrap_or(DEPTH);
     if !(1..=DEPTH_MAX).contains(&depth) {
-        return Err(ApiError::bad_parameter("depth", format!("1 to {DEPTH_MAX}, not {depth}")));
+        return Err(ApiError::bad_parameter(
+            "depth",
+            format!("must be 1 to {DEPTH_MAX}, got {depth}"),
+        ));
     }
     let stored = app.store.ancestry(id, depth).await?;
     present_page(&app, stored, u32::MAX).await
 }
 
-/// The descendants in all lineages, oldest first.
+/// Lists an individual's descendants in all lineages, oldest first.
 #[utoipa::path(get, path = "/v1/individuals/{id}/descendants", tag = "individuals",
     params(("id" = IndividualId, Path), PageQuery),
     responses((status = 200, body = Page<IndividualDetail>)))]

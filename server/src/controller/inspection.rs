@@ -1,4 +1,4 @@
-//! Inspections: what an individual's genome is, as figures and as its image slice.
+//! Inspections: properties of an individual's genome, and its image slice.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -14,11 +14,12 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// A genome never changes; what is told of it does with the version of the program.
+/// Must be revalidated: the answer depends on the program version.
 const CACHE: &str = "private, no-cache";
 const SLICE_PX: u32 = 256;
 
-/// What the genome is: source, live code, counts, physical checks, how much it reflects, and its reflectance over planes.
+/// Returns an individual's source, live code, counts, physical checks, albedo, and reflectance over
+/// planes.
 #[utoipa::path(get, path = "/v1/individuals/{id}/inspection", tag = "individuals",
     params(("id" = IndividualId, Path)), responses((status = 200, body = Inspection)))]
 pub async fn get(
@@ -36,23 +37,25 @@ pub async fn get(
             app.on_processor(move || library.library.inspect(hash, &material.genome)).await?
         }
     };
-    // Written from the type itself: on the way through a value, f32 numbers would grow digits.
+    // Serialised directly: through a JSON value, f32 numbers would gain digits.
     let body = serde_json::to_vec(inspection.as_ref()).expect("an inspection is plain data");
     let headers = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, CACHE)];
     Ok((headers, body).into_response())
 }
 
-/// How large.
+/// Options of an image slice.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct SliceQuery {
-    /// Side in pixels, 16 to 2048; 256 unless asked otherwise.
+    /// Side in pixels, 16 to 2048; default 256.
     #[param(minimum = 16, maximum = 2048)]
     size: Option<u32>,
 }
 
-/// The image slice: half angle from left to right, difference angle from bottom to top, both 0 to 90 degrees.
+/// Returns the image slice of an individual.
+///
+/// Half angle from left to right and difference angle from bottom to top, both 0 to 90 degrees.
 #[utoipa::path(get, path = "/v1/individuals/{id}/slice.png", tag = "pictures",
     params(("id" = IndividualId, Path), SliceQuery),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]

@@ -1,4 +1,4 @@
-//! Jobs: where they stand, and what they took.
+//! Jobs: state and cost of searches and render jobs.
 
 use axum::Json;
 use axum::extract::State;
@@ -9,7 +9,9 @@ use crate::extract::{NoQuery, Path};
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// One job: a search, or what renders a brood's pictures. Render jobs that are done are remembered for a while, and not over a restart.
+/// Returns a job: a search, or a render job of a brood's pictures.
+///
+/// Finished render jobs are remembered for a limited time and not across a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = AnyJob)))]
 pub async fn get(
@@ -39,20 +41,23 @@ async fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
         work: None,
         times: None,
     };
-    // Its row is taken off the queue after it is done, so what is done is looked at first.
-    if let Some(done) = app.dispatch.history.of(id) {
+    // A job's row is removed after it is done, so finished jobs are checked first.
+    if let Some(done) = app.dispatch.history.get(id) {
         let (work, times) = (Some(done.work), Some(done.times));
         return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
     }
     let row = match app.store.job(id).await {
         Ok(row) => row,
-        // It may have ended between the two looks, or be in a worker's hands before it was written.
+        // The job may have finished between the two checks, or be granted to a worker before it is
+        // written.
         Err(StorageError::NotFound) => {
-            if let Some(done) = app.dispatch.history.of(id) {
+            if let Some(done) = app.dispatch.history.get(id) {
                 let (work, times) = (Some(done.work), Some(done.times));
                 return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
             }
-            return Err(ApiError::not_found("there is no such job, or it was done long ago"));
+            return Err(ApiError::not_found(
+                "there is no job with this id, or it finished long ago",
+            ));
         }
         Err(error) => return Err(error.into()),
     };

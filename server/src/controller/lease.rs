@@ -1,4 +1,5 @@
-//! Workers: leases, heartbeats, results, and the meshes that they need. Binary, and not part of the public document.
+//! Worker routes: leases, heartbeats, results, meshes and light files. Binary messages, for brood's
+//! own workers.
 
 use axum::body::Body;
 use axum::extract::State;
@@ -17,7 +18,7 @@ use crate::state::App;
 
 const NAME_CHARS: usize = 200;
 
-/// Waits for a job: 200 with a grant, 204 where there was none.
+/// Waits for a render job: 200 with a grant, 204 if there was none in time.
 #[utoipa::path(post, path = "/v1/leases", tag = "workers",
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
     responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
@@ -31,7 +32,7 @@ pub async fn claim(
     Ok(granted(app.lease(&asked).await?))
 }
 
-/// Keeps a lease.
+/// Renews a lease.
 #[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -48,7 +49,7 @@ pub async fn heartbeat(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Takes results.
+/// Accepts the results of a lease.
 #[utoipa::path(post, path = "/v1/leases/{id}/results", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -65,7 +66,7 @@ pub async fn results(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Gives a lease back undone.
+/// Returns a lease without results.
 #[utoipa::path(delete, path = "/v1/leases/{id}", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -82,7 +83,7 @@ pub async fn release(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// An uploaded mesh by its content hash.
+/// Returns an uploaded mesh by its content hash.
 #[utoipa::path(get, path = "/v1/leases/meshes/{hash}", tag = "workers",
     params(("hash" = String, Path)),
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
@@ -92,13 +93,13 @@ pub async fn mesh(
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = blake3::Hash::from_hex(&hash)
-        .map_err(|_| ApiError::not_found("a mesh's hash is 64 hexadecimal digits"))?;
-    // Stored as it is sent.
+        .map_err(|_| ApiError::not_found("a mesh hash must be 64 hexadecimal digits"))?;
+    // The stored encoding is the wire encoding.
     let data = app.store.mesh_data(*hash.as_bytes()).await?;
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], data).into_response())
 }
 
-/// A file that a light refers to, by its hash.
+/// Returns a light's file by its hash.
 #[utoipa::path(get, path = "/v1/leases/light-assets/{hash}", tag = "workers",
     params(("hash" = String, Path)),
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
@@ -108,12 +109,16 @@ pub async fn light_asset(
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = blake3::Hash::from_hex(&hash)
-        .map_err(|_| ApiError::not_found("a file's hash is 64 hexadecimal digits"))?;
+        .map_err(|_| ApiError::not_found("a file hash must be 64 hexadecimal digits"))?;
     let (kind, bytes) = app.store.light_asset(*hash.as_bytes()).await?;
     let file = encode(&LightAssetFile { kind, bytes });
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], file).into_response())
 }
 
+/// Reads a worker's message of at most `max` bytes.
+///
+/// # Errors
+/// [`ApiError`] if the content type is wrong, the body is too large, or it cannot be decoded.
 pub(super) async fn read<T: DeserializeOwned>(
     request: Request<Body>,
     max: usize,
@@ -124,12 +129,12 @@ pub(super) async fn read<T: DeserializeOwned>(
     decode(&bytes).map_err(|error| ApiError::bad_request(quote(&error.to_string())))
 }
 
-/// A worker's name as it may stand in logs.
+/// Returns a worker's name without control characters, shortened for logs.
 pub(super) fn for_logs(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).take(NAME_CHARS).collect()
 }
 
-/// 200 with what was granted, 204 where nothing was.
+/// Returns 200 with the grant, or 204 if there is none.
 pub(super) fn granted<T: Serialize>(grant: Option<T>) -> Response {
     match grant {
         Some(grant) => ([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&grant)).into_response(),
@@ -141,5 +146,5 @@ fn check_same(id: LeaseId, ticket: &LeaseTicket) -> Result<(), ApiError> {
     if id == ticket.lease {
         return Ok(());
     }
-    Err(ApiError::bad_request("the ticket is of another lease than the address"))
+    Err(ApiError::bad_request("the ticket and the address name different leases"))
 }

@@ -1,4 +1,4 @@
-//! Files that lights refer to: IES profiles and pictures of environments, taken in as they are once they have been read.
+//! Files of lights: IES profiles and environment images, parsed as a check and stored unchanged.
 
 use axum::body::Body;
 use axum::extract::State;
@@ -9,13 +9,14 @@ use brood_scene::IesProfile;
 use http::{Request, StatusCode};
 
 use super::created;
+use crate::clock::now_ms;
 use crate::extract::{ContentType, NoQuery, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
-use crate::state::{App, now_ms};
+use crate::state::App;
 
-/// Takes an IES file in.
+/// Uploads an IES file.
 #[utoipa::path(post, path = "/v1/profiles", tag = "lights",
     request_body(content((String = "application/x-ies"), (String = "text/plain"))),
     responses((status = 201, body = LightAssetAnswer)))]
@@ -25,16 +26,16 @@ pub async fn create_profile(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let taken = Taken {
+    let upload = Upload {
         kind: LightAssetKind::Profile,
         collection: "/v1/profiles",
         media_types: &["application/x-ies", "text/plain"],
         limit_bytes: limit::PROFILE_BYTES,
     };
-    taken.take(&app, key, request).await
+    upload.store(&app, key, request).await
 }
 
-/// Takes a picture of an environment in: equirectangular, Radiance HDR or EXR.
+/// Uploads an environment image: equirectangular, Radiance HDR or EXR.
 #[utoipa::path(post, path = "/v1/environments", tag = "lights",
     request_body(content((Vec<u8> = "image/vnd.radiance"), (Vec<u8> = "image/x-exr"))),
     responses((status = 201, body = LightAssetAnswer)))]
@@ -44,25 +45,25 @@ pub async fn create_environment(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let taken = Taken {
+    let upload = Upload {
         kind: LightAssetKind::Environment,
         collection: "/v1/environments",
         media_types: &["image/vnd.radiance", "image/x-exr"],
         limit_bytes: limit::ENVIRONMENT_BYTES,
     };
-    taken.take(&app, key, request).await
+    upload.store(&app, key, request).await
 }
 
-/// What is taken in, and where.
-struct Taken {
+/// Kind of an upload and its limits.
+struct Upload {
     kind: LightAssetKind,
     collection: &'static str,
     media_types: &'static [&'static str],
     limit_bytes: usize,
 }
 
-impl Taken {
-    async fn take(
+impl Upload {
+    async fn store(
         &self,
         app: &App,
         key: IdempotencyKey,
@@ -80,15 +81,18 @@ impl Taken {
         let (answer, bytes) = read.await??;
         let hash = *blake3::hash(&bytes).as_bytes();
         app.store.put_light_asset(hash, kind, bytes.to_vec()).await?;
-        // The same bytes cannot be both: a file is told by what it begins with.
+        // Equal bytes always have the same kind: the kind follows from the first bytes of the file.
         if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-            app.store.remember_answer(record, now_ms()).await?;
+            app.store.store_idempotency(record, now_ms()).await?;
         }
         Ok(created(self.collection, &answer))
     }
 }
 
-/// Reads a file and says what it is.
+/// Parses a file and returns its summary.
+///
+/// # Errors
+/// [`ApiError`] if the file cannot be parsed.
 pub fn answer(kind: LightAssetKind, bytes: &[u8]) -> Result<LightAssetAnswer, ApiError> {
     let refuse = |error: String| ApiError::refused(error);
     let mut answer = LightAssetAnswer {

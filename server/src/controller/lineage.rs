@@ -1,4 +1,4 @@
-//! Lineages: made, listed, read, changed, hidden, purged.
+//! Lineages: creating, listing, reading, changing, hiding and purging.
 
 use axum::Json;
 use axum::extract::State;
@@ -13,17 +13,18 @@ use serde::Deserialize;
 
 use super::{check_length, created, versioned};
 use crate::access::Need;
+use crate::clock::now_ms;
 use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::layer::token;
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
-use crate::state::{App, now_ms};
+use crate::state::App;
 
 const COLLECTION: &str = "/v1/lineages";
 
-/// Makes a lineage.
+/// Creates a lineage.
 #[utoipa::path(post, path = "/v1/lineages", tag = "lineages", request_body = CreateLineage,
     responses((status = 201, body = Lineage)))]
 pub async fn create(
@@ -42,7 +43,7 @@ pub async fn create(
     check_saturation(asked.saturation)?;
     let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
     if !sides.contains(&asked.thumbnail_px) {
-        let words = format!("{} to {} pixels", sides.start(), sides.end());
+        let words = format!("must be {} to {} pixels", sides.start(), sides.end());
         return Err(ApiError::refused(words).at("/thumbnail_px"));
     }
     asked
@@ -82,7 +83,7 @@ pub async fn create(
     Ok(created(COLLECTION, &lineage))
 }
 
-/// The lineages, newest first, without hidden ones.
+/// Lists the lineages that are not hidden, newest first.
 #[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(PageQuery),
     responses((status = 200, body = Page<ListedLineage>)))]
 pub async fn list(
@@ -100,7 +101,7 @@ pub async fn list(
     Ok(Json(Page { items, next }))
 }
 
-/// One lineage.
+/// Returns a lineage.
 #[utoipa::path(get, path = "/v1/lineages/{id}", tag = "lineages",
     params(("id" = LineageId, Path)), responses((status = 200, body = Lineage)))]
 pub async fn get(
@@ -112,9 +113,9 @@ pub async fn get(
     Ok(versioned(lineage.version, &lineage))
 }
 
-/// Changes name, notes, scene, saturation or energy limit.
+/// Changes a lineage's name, notes, scene, saturation or energy limit.
 #[utoipa::path(patch, path = "/v1/lineages/{id}", tag = "lineages",
-    params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as it was read")),
+    params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as last read")),
     request_body = PatchLineage, responses((status = 200, body = Lineage)))]
 pub async fn patch(
     State(app): State<App>,
@@ -145,17 +146,17 @@ pub async fn patch(
     Ok(versioned(lineage.version, &lineage))
 }
 
-/// What to do besides hiding.
+/// Options of a deletion.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct DeleteQuery {
-    /// Remove it and all that is in it for good.
+    /// True to remove the lineage and its contents permanently.
     #[serde(default)]
     purge: bool,
 }
 
-/// Hides a lineage, or removes it for good.
+/// Hides a lineage, or removes it permanently.
 #[utoipa::path(delete, path = "/v1/lineages/{id}", tag = "lineages",
     params(("id" = LineageId, Path), DeleteQuery), responses((status = 204)))]
 pub async fn delete(
@@ -167,30 +168,37 @@ pub async fn delete(
     if query.purge {
         app.access.check(&app.store, Need::Admin, token(&headers)).await?;
         app.store.purge_lineage(id).await?;
-        // What is at hand may be of the purged lineage; the store knows what is left.
-        app.library.forget_materials();
-        app.gallery.forget_recipes();
+        // The caches may contain entries of the purged lineage.
+        app.library.clear_materials();
+        app.picture_cache.clear_rows();
     } else {
         app.store.hide_lineage(id).await?;
     }
     Ok(StatusCode::NO_CONTENT.into_response())
 }
 
-/// Refuses names that nobody could read.
+/// Checks that a name is visible, short enough, and free of control characters.
+///
+/// # Errors
+/// 422 if it is not.
 pub fn check_name(name: &str) -> Result<(), ApiError> {
     if name.trim().is_empty() || name.chars().any(char::is_control) {
-        let words = "a name has characters that can be seen, and no control characters";
+        let words = "a name must have visible characters and no control characters";
         return Err(ApiError::refused(words).at("/name"));
     }
     check_length(name, limit::NAME_CHARS, "/name")
 }
 
-/// Refuses amounts outside 0 to 1.
+/// Checks that a saturation is between 0 and 1.
+///
+/// # Errors
+/// 422 if it is not.
 pub fn check_saturation(saturation: f32) -> Result<(), ApiError> {
     if (0.0..=1.0).contains(&saturation) {
         return Ok(());
     }
-    Err(ApiError::refused("this is an amount from 0 to 1").at("/saturation"))
+    let words = format!("`saturation` must be between 0 and 1, got {saturation}");
+    Err(ApiError::refused(words).at("/saturation"))
 }
 
 async fn check_scene(app: &App, scene: SceneId) -> Result<SceneId, ApiError> {

@@ -1,4 +1,4 @@
-//! Lineage files: a whole history as one JSON document, given out and taken in again.
+//! Lineage files: export and import of a whole history as one JSON document.
 
 mod form;
 mod import;
@@ -27,15 +27,15 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Rows of one read.
+/// Rows per read.
 const CHUNK: usize = 200;
 const JSON: &str = "application/json";
 
-/// A whole lineage as one file.
+/// Exports a lineage as one file.
 #[utoipa::path(get, path = "/v1/lineages/{id}/file", tag = "lineages",
     params(("id" = LineageId, Path)),
     responses((status = 200, body = LineageFile),
-        (status = 422, description = "the file would be larger than what is imported, 256 MiB")))]
+        (status = 422, description = "the file would be larger than the import limit of 256 MiB")))]
 pub async fn export(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -86,7 +86,9 @@ pub async fn export(
     Ok((headers, written(file).await?).into_response())
 }
 
-/// Takes a lineage file in, of at most 256 MiB: new ids, the same hashes.
+/// Imports a lineage file of at most 256 MiB.
+///
+/// Individuals get new ids; the genome hashes stay the same.
 #[utoipa::path(post, path = "/v1/lineages/import", tag = "lineages", request_body = LineageFile,
     responses((status = 201, body = Lineage)))]
 pub async fn import(
@@ -150,14 +152,14 @@ async fn written(file: LineageFile) -> Result<Vec<u8>, ApiError> {
     Ok(bytes)
 }
 
-/// Refuses a file that could not be imported again.
+/// Checks that a file is small enough to be imported again.
 fn check_bytes(so_far: usize) -> Result<(), ApiError> {
     let most = limit::LINEAGE_FILE_BYTES;
     if so_far <= most {
         return Ok(());
     }
     let words = format!(
-        "too large to be imported again: {so_far} bytes or more, and at most {most} are taken"
+        "the file is too large to be imported again: at least {so_far} bytes, the limit is {most}"
     );
     Err(ApiError::refused(words))
 }
@@ -174,7 +176,7 @@ async fn generations(app: &App, id: LineageId) -> Result<Vec<StoredGeneration>, 
     }
 }
 
-/// Parents that were born in other lineages, and their genomes.
+/// Returns the genome hashes of parents that belong to other lineages.
 async fn foreign_parents(
     app: &App,
     generations: &[StoredGeneration],

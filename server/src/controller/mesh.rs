@@ -1,4 +1,4 @@
-//! Meshes: OBJ files taken in; what is kept is the mesh as it was read, never the file.
+//! Meshes: uploaded as OBJ, stored as parsed meshes. The file itself is not kept.
 
 use axum::Json;
 use axum::body::Body;
@@ -6,19 +6,20 @@ use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{MeshAnswer, MeshId, MeshWarning, encode};
 use brood_scene::{ObjFile, ObjLimits, ObjWarning, parse_obj};
-use brood_storage::{MeshRow, NewMesh};
+use brood_storage::{NewMesh, StoredMesh};
 use http::{Request, StatusCode};
 
 use super::created;
+use crate::clock::now_ms;
 use crate::extract::{ContentType, NoQuery, Path, read_body};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::{ApiError, quote};
-use crate::state::{App, now_ms};
+use crate::state::App;
 
 const COLLECTION: &str = "/v1/meshes";
 
-/// Takes an OBJ file in.
+/// Uploads an OBJ file.
 #[utoipa::path(post, path = "/v1/meshes", tag = "meshes",
     request_body(content = String, content_type = "model/obj"),
     responses((status = 201, body = MeshAnswer)))]
@@ -49,7 +50,7 @@ pub async fn create(
     });
     let new = parsed.await??;
     let hash = new.content_hash;
-    let mut row = MeshRow {
+    let mut row = StoredMesh {
         id: new.id,
         content_hash: hash,
         vertices: new.vertices,
@@ -60,12 +61,12 @@ pub async fn create(
     row.id = app.store.put_mesh(new).await?;
     let answer = answer(row)?;
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.remember_answer(record, now_ms()).await?;
+        app.store.store_idempotency(record, now_ms()).await?;
     }
     Ok(created(COLLECTION, &answer))
 }
 
-/// One mesh, without its geometry.
+/// Returns a mesh's summary, without its geometry.
 #[utoipa::path(get, path = "/v1/meshes/{id}", tag = "meshes",
     params(("id" = MeshId, Path)), responses((status = 200, body = MeshAnswer)))]
 pub async fn get(
@@ -84,9 +85,9 @@ fn warnings_json(warnings: Vec<ObjWarning>) -> String {
     serde_json::to_string(&warnings).expect("warnings are numbers and text")
 }
 
-fn answer(row: MeshRow) -> Result<MeshAnswer, ApiError> {
+fn answer(row: StoredMesh) -> Result<MeshAnswer, ApiError> {
     let warnings = serde_json::from_str(&row.warnings_json).map_err(|error| {
-        ApiError::internal(format!("stored warnings cannot be read: {}", quote(&error.to_string())))
+        ApiError::internal(format!("cannot read stored warnings: {}", quote(&error.to_string())))
     })?;
     Ok(MeshAnswer {
         id: row.id,

@@ -1,4 +1,5 @@
-//! Handlers, one file a resource: requests in, answers out, and nothing that another file could know better.
+//! Request handlers, one file per resource: they parse the request, call the services and build the
+//! answer.
 
 pub mod circle;
 pub mod comparison;
@@ -38,7 +39,7 @@ use serde::{Deserialize, Serialize};
 use crate::extract::etag;
 use crate::problem::ApiError;
 
-/// What the headers of an answer repeat of it.
+/// Fields of an answer that its headers repeat.
 #[derive(Deserialize)]
 struct Head {
     id: Option<String>,
@@ -46,9 +47,9 @@ struct Head {
     version: Option<u64>,
 }
 
-/// 201 with the place of what was made below `collection`, and its ETag where it has a version.
+/// Returns 201 with a `Location` below `collection`, and an ETag if the answer has a version.
 fn created<T: Serialize>(collection: &str, answer: &T) -> Response {
-    // Written from the type itself: on the way through a value, f32 numbers would grow digits.
+    // Serialised directly: through a JSON value, f32 numbers would gain digits.
     let body = serde_json::to_vec(answer).expect("answers are plain data");
     let Head { id, hash, version } = serde_json::from_slice(&body).expect("answers are objects");
     let location = format!("{collection}/{}", id.or(hash).unwrap_or_default());
@@ -63,15 +64,15 @@ fn created<T: Serialize>(collection: &str, answer: &T) -> Response {
     response
 }
 
-/// 200 with the ETag of a version.
+/// Returns 200 with the ETag of a version.
 fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
     ([(header::ETAG, etag(version))], Json(answer)).into_response()
 }
 
-/// Refuses text that is longer than it may be.
+/// Checks the length of a text.
 fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiError> {
     if text.chars().count() > max_chars {
-        let words = format!("at most {max_chars} characters");
+        let words = format!("must have at most {max_chars} characters");
         return Err(ApiError::refused(words).at(pointer));
     }
     Ok(())
@@ -82,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn created_says_where() {
+    fn created_has_a_location_and_an_etag() {
         let response = created("/v1/lineages", &serde_json::json!({"id": "x", "version": 1}));
         assert_eq!(response.headers()[header::LOCATION], "/v1/lineages/x");
         assert_eq!(response.headers()[header::ETAG], "\"1\"");

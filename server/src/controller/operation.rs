@@ -1,4 +1,4 @@
-//! Health and figures, for those who run the server.
+//! Health checks and metrics.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -8,28 +8,28 @@ use http::header;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// The process lives.
+/// Answers `ok` while the process runs.
 #[utoipa::path(get, path = "/healthz", tag = "operation",
     responses((status = 200, body = String, content_type = "text/plain")))]
 pub async fn health() -> &'static str {
     "ok\n"
 }
 
-/// The server takes work: facts can be read and written, and it is not stopping.
+/// Answers `ready` if the server can read and write its data and is not stopping.
 #[utoipa::path(get, path = "/readyz", tag = "operation",
     responses((status = 200, body = String, content_type = "text/plain")))]
 pub async fn ready(State(app): State<App>) -> Result<&'static str, ApiError> {
     if app.stopping.is_cancelled() {
-        return Err(ApiError::stopping("come back when it runs again"));
+        return Err(ApiError::stopping("retry after the restart"));
     }
     if app.store.is_poisoned() {
-        return Err(ApiError::busy("a write to the disk failed; the server must be started again"));
+        return Err(ApiError::busy("a write to the disk failed; restart the server"));
     }
     app.store.any_token().await?;
     Ok("ready\n")
 }
 
-/// Figures as Prometheus reads them.
+/// Returns metrics in the Prometheus text format.
 #[utoipa::path(get, path = "/metrics", tag = "operation",
     responses((status = 200, body = String, content_type = "text/plain")))]
 pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
@@ -59,10 +59,10 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     for (state, searches) in app.store.search_counts().await? {
         app.metrics.gauge("brood_searches", &[("state", state)], searches as f64);
     }
-    let (flights, memory_bytes) = app.gallery.size();
-    let (disk_bytes, pictures) = app.gallery.disk().size();
+    let (in_flight, memory_bytes) = app.picture_cache.size();
+    let (disk_bytes, pictures) = app.picture_cache.disk().size();
     app.metrics.gauge("brood_leases", &[], app.dispatch.table.len() as f64);
-    app.metrics.gauge("brood_pictures_under_way", &[], flights as f64);
+    app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
     app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);
     app.metrics.gauge("brood_cache_disk_pictures", &[], pictures as f64);

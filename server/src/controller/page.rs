@@ -1,4 +1,4 @@
-//! The page: files embedded in the binary, or read from a directory while it is being worked on.
+//! Files of the page: embedded in the binary, or read from a directory during development.
 
 use std::path::{Component, Path as FilePath};
 
@@ -19,12 +19,12 @@ const CACHE: &str = "no-cache";
 #[folder = "../web"]
 struct Embedded;
 
-/// The page itself.
+/// Serves the page.
 pub async fn index(State(app): State<App>, headers: HeaderMap) -> Result<Response, ApiError> {
     serve(&app, "index.html", &headers).await
 }
 
-/// A file of the page.
+/// Serves a file of the page.
 pub async fn asset(
     State(app): State<App>,
     Path(path): Path<String>,
@@ -34,7 +34,7 @@ pub async fn asset(
 }
 
 async fn serve(app: &App, path: &str, headers: &HeaderMap) -> Result<Response, ApiError> {
-    let missing = || ApiError::no_route("the page has no such file");
+    let missing = || ApiError::no_route("the page has no file of this name");
     let content_type = content_type(path).ok_or_else(missing)?;
     let bytes = match &app.web_dir {
         Some(folder) => {
@@ -53,7 +53,7 @@ async fn serve(app: &App, path: &str, headers: &HeaderMap) -> Result<Response, A
     Ok(FileHead { etag, content_type, cache: CACHE }.answer(headers, bytes))
 }
 
-/// The type of the files that a page is made of; others lie in the directory for other reasons and are not served.
+/// Returns the media type of a file of the page; other files in the directory are not served.
 fn content_type(path: &str) -> Option<&'static str> {
     if path.split('/').any(|part| part.starts_with('.') || part == "node_modules") {
         return None;

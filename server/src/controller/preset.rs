@@ -1,4 +1,4 @@
-//! Presets: listed, and any genome brought into a lineage as it is.
+//! Presets, and adoption of any genome into a lineage.
 
 use axum::Json;
 use axum::extract::State;
@@ -12,26 +12,26 @@ use super::generation::{COLLECTION, answer, replay};
 use crate::extract::{Json as JsonBody, NoQuery, Path};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::problem::ApiError;
-use crate::stage::Stages;
+use crate::server_timing::ServerTiming;
 use crate::state::App;
 
-/// A hand-written material to start from.
+/// Hand-written material to start from.
 #[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
 pub struct PresetAnswer {
-    /// As requests name it.
+    /// Name used in requests.
     name: &'static str,
-    /// As people do.
+    /// Name for people.
     title: &'static str,
-    /// What it looks like.
+    /// Description of its appearance.
     words: &'static str,
-    /// The dialect of a lineage that can breed it.
+    /// Dialect of a lineage that can breed it.
     #[schema(value_type = Object)]
     dialect: Dialect,
-    /// The genome as it was written, with comments.
+    /// Source text of the genome, with comments.
     text: &'static str,
 }
 
-/// The materials to start from.
+/// Lists the presets.
 #[utoipa::path(get, path = "/v1/presets", tag = "genomes",
     responses((status = 200, body = Vec<PresetAnswer>)))]
 pub async fn list(NoQuery: NoQuery) -> Json<Vec<PresetAnswer>> {
@@ -45,12 +45,12 @@ pub async fn list(NoQuery: NoQuery) -> Json<Vec<PresetAnswer>> {
     Json(answer.collect())
 }
 
-/// Brings genomes and presets into a lineage: a generation of individuals without parents, to breed from.
+/// Adds genomes and presets to a lineage, as a generation of individuals without parents.
 #[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Adopt,
     responses((status = 201, body = Generation, headers(
-        ("Link" = String, description = "with rel=status: the job that renders the pictures, where there are any to be rendered"),
-        ("Server-Timing" = String, description = "where the time went")))))]
+        ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
+        ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn adopt(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -62,8 +62,8 @@ pub async fn adopt(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
-    let mut stages = Stages::begin();
+    let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
-    let (generation, job) = app.adopt(&lineage, body.value, &attempt, &mut stages).await?;
-    Ok(answer(&generation, job, stages))
+    let (generation, job) = app.adopt(&lineage, body.value, &attempt, &mut timing).await?;
+    Ok(answer(&generation, job, timing))
 }

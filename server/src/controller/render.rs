@@ -1,6 +1,6 @@
-//! Pictures made to order: any size, scene, light and evaluator.
+//! Pictures of an individual at any size, scene, light and backend.
 
-mod beside;
+mod matched;
 
 use axum::extract::State;
 use axum::response::Response;
@@ -9,7 +9,7 @@ use brood_scene::{PixelArea, Sampling};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use self::beside::Beside;
+use self::matched::MatchedRender;
 use super::file::FileHead;
 use crate::extract::{Path, Query};
 use crate::library::View;
@@ -18,35 +18,37 @@ use crate::problem::{ApiError, quote};
 use crate::state::App;
 
 const SIZE: u32 = 256;
-/// The lineage's scene may change, so the address is not the picture's for ever.
+/// Must be revalidated: the lineage's scene may change.
 const CACHE: &str = "private, no-cache";
 
-/// What the picture is of.
+/// Options of a picture.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct RenderQuery {
-    /// Side in pixels, 16 to 2048; 256 unless asked otherwise.
+    /// Side in pixels, 16 to 2048; default 256.
     #[param(minimum = 16, maximum = 2048)]
     size: Option<u32>,
-    /// The scene; the lineage's unless asked otherwise.
+    /// Scene to render; default: the lineage's scene.
     scene: Option<SceneId>,
-    /// Position on the scene's light circle, degrees.
+    /// Light angle on the scene's light circle, in degrees.
     light_deg: Option<f64>,
-    /// Samples per pixel: `adaptive`, or 1 to 64 in every pixel; adaptive unless asked otherwise.
+    /// Samples per pixel: `adaptive` (default), or a fixed number from 1 to 64.
     samples: Option<String>,
-    /// Only this part of the picture, `x,y,width,height` in its pixels; all of it unless asked otherwise.
+    /// Part of the picture to render, as `x,y,width,height` in pixels; default: all of it.
     area: Option<String>,
-    /// The evaluator; the server's unless asked otherwise.
+    /// Backend to render with; default: the server's.
     backend: Option<Backend>,
-    /// A target that the picture is to be held against. One of pictures: drawn in the scene of its `view`, at its size unless `size` is given,
-    /// as bright as that picture. A measured one: exposed as the target is under the same scene and light. Not with `area` or `backend`.
+    /// Target to compare with; not allowed with `area` or `backend`.
+    ///
+    /// An image target sets the scene, the brightness and the default size, from its picture
+    /// `view`. A measured target sets the exposure: that of the target in the same scene and light.
     target: Option<TargetId>,
-    /// Which of the target's pictures, counted from 0; the first unless asked otherwise.
+    /// Index of the target's picture, from 0; default 0.
     view: Option<u32>,
 }
 
-/// A developed picture.
+/// Returns a picture of an individual as PNG.
 #[utoipa::path(get, path = "/v1/individuals/{id}/render.png", tag = "pictures",
     params(("id" = IndividualId, Path), RenderQuery),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
@@ -59,7 +61,7 @@ pub async fn png(
     render(state, path, query, &headers, PictureFormat::Png).await
 }
 
-/// Linear radiance.
+/// Returns the linear radiance of an individual as EXR.
 #[utoipa::path(get, path = "/v1/individuals/{id}/render.exr", tag = "pictures",
     params(("id" = IndividualId, Path), RenderQuery),
     responses((status = 200, content_type = "image/x-exr"), (status = 304, description = "unchanged")))]
@@ -85,10 +87,10 @@ async fn render(
     check_light(query.light_deg)?;
     if let Some(target) = query.target {
         if area.is_some() || query.backend.is_some() {
-            let words = "beside a target pictures are whole, and the server's evaluator draws them";
+            let words = "not allowed together with area or backend";
             return Err(ApiError::bad_parameter("target", words));
         }
-        let beside = Beside {
+        let matched = MatchedRender {
             target,
             view: query.view,
             size_px: query.size,
@@ -98,10 +100,10 @@ async fn render(
             format,
         };
         let individual = app.store.individual(id).await?;
-        return beside.answer(&app, &individual, headers).await;
+        return matched.answer(&app, &individual, headers).await;
     }
     if query.view.is_some() {
-        return Err(ApiError::bad_parameter("view", "which target's?"));
+        return Err(ApiError::bad_parameter("view", "needs the parameter target"));
     }
     check_rays(area.unwrap_or(PixelArea::whole(size_px)).pixels(), sampling)?;
     let individual = app.store.individual(id).await?;
@@ -124,30 +126,40 @@ async fn render(
     let etag = format!("\"{key}\"");
     let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
     let make = async {
-        let row = app.announce(framed.row(key, individual.hash)).await?;
+        let row = app.store_row(framed.row(key, individual.hash)).await?;
         app.picture(&row).await
     };
     head.made(headers, make).await
 }
 
-/// The side of a picture, within what one may have.
+/// Returns the side of a picture in pixels; 256 by default.
+///
+/// # Errors
+/// 400 if it is out of range.
 pub(super) fn size(asked: Option<u32>) -> Result<u32, ApiError> {
     limit::side(asked.unwrap_or(SIZE), limit::PICTURE_PX)
 }
 
-/// Refuses what is no place on the light circle.
+/// Checks a light angle.
+///
+/// # Errors
+/// 400 if it is not a number from -1e6 to 1e6.
 pub(super) fn check_light(light_deg: Option<f64>) -> Result<(), ApiError> {
     match light_deg.filter(|light| !(light.is_finite() && light.abs() <= 1e6)) {
-        Some(_) => Err(ApiError::bad_parameter("light_deg", "a number of degrees up to a million")),
+        Some(_) => Err(ApiError::bad_parameter("light_deg", "must be a number from -1e6 to 1e6")),
         None => Ok(()),
     }
 }
 
-/// Refuses pictures that take too long.
+/// Checks that a picture needs at most [`limit::RAYS`] rays.
+///
+/// # Errors
+/// 422 if it needs more.
 pub(super) fn check_rays(pixels: u64, sampling: Sampling) -> Result<(), ApiError> {
-    let rays = pixels * u64::from(sampling.least());
+    let rays = pixels * u64::from(sampling.min_rays());
     if rays > limit::RAYS {
-        let words = format!("size and samples make {rays} rays; {} is the most", limit::RAYS);
+        let words =
+            format!("size and samples add up to {rays} rays; at most {} are allowed", limit::RAYS);
         return Err(ApiError::refused(words));
     }
     Ok(())
@@ -160,12 +172,16 @@ fn content_type(format: PictureFormat) -> &'static str {
     }
 }
 
-/// How a picture is sampled; adaptively unless asked otherwise.
+/// Parses a `samples` parameter; adaptive by default.
+///
+/// # Errors
+/// 400 if it is neither `adaptive` nor 1 to 64.
 pub(super) fn sampling(text: Option<&str>) -> Result<Sampling, ApiError> {
     let Some(text) = text else { return Ok(Sampling::default()) };
-    let known = text.parse().ok().filter(|sampling: &Sampling| sampling.least() <= limit::SAMPLES);
+    let known =
+        text.parse().ok().filter(|sampling: &Sampling| sampling.min_rays() <= limit::SAMPLES);
     known.ok_or_else(|| {
-        let words = format!("adaptive or 1 to {}, not {}", limit::SAMPLES, quote(text));
+        let words = format!("must be adaptive or 1 to {}, got {}", limit::SAMPLES, quote(text));
         ApiError::bad_parameter("samples", words)
     })
 }
@@ -175,11 +191,11 @@ fn area(text: Option<&str>, size_px: u32) -> Result<Option<PixelArea>, ApiError>
     let known = text.parse().ok().filter(|area: &PixelArea| area.is_within(size_px));
     let known = known.ok_or_else(|| {
         let words = format!(
-            "x,y,width,height within the {size_px} pixels of the picture, not {}",
+            "must be x,y,width,height within the picture's {size_px} pixels, got {}",
             quote(text)
         );
         ApiError::bad_parameter("area", words)
     })?;
-    // All of it is the picture itself, under its own key.
+    // The whole area is dropped, so that the picture has the key of the whole picture.
     Ok(Some(known).filter(|area| *area != PixelArea::whole(size_px)))
 }

@@ -8,15 +8,16 @@ use brood_scene::Scene;
 use http::StatusCode;
 
 use super::created;
+use crate::clock::now_ms;
 use crate::extract::{Json as JsonBody, NoQuery, Path};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::lighting;
 use crate::problem::ApiError;
-use crate::state::{App, now_ms};
+use crate::state::App;
 
 const COLLECTION: &str = "/v1/scenes";
 
-/// Stores a scene; equal scenes have one id.
+/// Stores a scene; equal scenes have the same id.
 #[utoipa::path(post, path = "/v1/scenes", tag = "scenes", request_body = Scene,
     responses((status = 201, body = SceneAnswer)))]
 pub async fn create(
@@ -36,19 +37,19 @@ pub async fn create(
     let id = store(&app, &scene).await?;
     let answer = SceneAnswer { id, scene };
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.remember_answer(record, now_ms()).await?;
+        app.store.store_idempotency(record, now_ms()).await?;
     }
     Ok(created(COLLECTION, &answer))
 }
 
-/// The scene that lineages get unless they name one.
+/// Returns the default scene of new lineages.
 #[utoipa::path(get, path = "/v1/scenes/default", tag = "scenes",
     responses((status = 200, body = Scene)))]
 pub async fn default(NoQuery: NoQuery) -> Json<Scene> {
     Json(Scene::default())
 }
 
-/// One scene.
+/// Returns a scene.
 #[utoipa::path(get, path = "/v1/scenes/{id}", tag = "scenes",
     params(("id" = SceneId, Path)), responses((status = 200, body = SceneAnswer)))]
 pub async fn get(
@@ -60,7 +61,10 @@ pub async fn get(
     Ok(Json(SceneAnswer { id, scene: known.scene.clone() }))
 }
 
-/// Stores a scene that is known to be valid.
+/// Stores a valid scene and returns its id.
+///
+/// # Errors
+/// [`ApiError`] if the store fails.
 pub async fn store(app: &App, scene: &Scene) -> Result<SceneId, ApiError> {
     let json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
     let hash = *blake3::hash(json.as_bytes()).as_bytes();

@@ -1,7 +1,7 @@
-//! Searches: asked for, listed, paused, resumed, cancelled; what they found and how they came to it. One of them is read by
-//! the same address as the jobs that render pictures, and stands in `job`.
+//! Searches: starting, listing, pausing, resuming, cancelling, results and logs. A single search is
+//! read through `job`.
 
-mod ask;
+mod request;
 
 use async_stream::stream;
 use axum::Json;
@@ -17,21 +17,22 @@ use http::{HeaderName, StatusCode, header};
 use serde::{Deserialize, Serialize};
 
 use super::created;
+use crate::clock::now_ms;
 use crate::dispatch::search_json;
 use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
-use crate::state::{App, now_ms};
+use crate::state::App;
 
 const COLLECTION: &str = "/v1/jobs";
-/// Lines that are read at once for a log.
+/// Log lines per read.
 const LOG_LINES: u32 = 1000;
 
 /// Starts a search.
 #[utoipa::path(post, path = "/v1/jobs", tag = "jobs", request_body = CreateSearch,
-    responses((status = 202, body = SearchAnswer, headers(("Location" = String, description = "where it can be watched")))))]
+    responses((status = 202, body = SearchAnswer, headers(("Location" = String, description = "URL of the job")))))]
 pub async fn create(
     State(app): State<App>,
     NoQuery: NoQuery,
@@ -42,40 +43,42 @@ pub async fn create(
         Begun::Replay(answer) => return Ok(accepted(&answer)),
         Begun::Fresh(attempt) => attempt,
     };
-    let mut new = ask::read(&app, body.value).await?;
-    let answer = search_json(ask::before(&new));
+    let mut new = request::read(&app, body.value).await?;
+    let answer = search_json(request::as_stored(&new));
     new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
     let (id, target) = (new.id, new.target);
     app.store.create_search(new, limit::QUEUED_SEARCHES).await.map_err(|error| match error {
-        StorageError::QueueFull => ApiError::busy("too many searches are waiting already"),
-        // It was there a moment ago.
-        StorageError::NotFound => ApiError::not_found(format!("target {target} is gone")),
+        StorageError::QueueFull => ApiError::busy("too many searches are queued"),
+        // The target existed when the request was checked.
+        StorageError::NotFound => {
+            ApiError::not_found(format!("there is no target {target}: it was deleted"))
+        }
         other => other.into(),
     })?;
-    app.tell_state(&app.store.search(id).await?);
-    app.dispatch.search_bell.notify_one();
+    app.publish_state(&app.store.search(id).await?);
+    app.dispatch.search_notify.notify_one();
     Ok(accepted(&answer))
 }
 
-/// Which searches.
+/// Filter of the searches.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
-pub struct ListQuery {
-    /// Only those whose finds are born in this lineage.
+pub struct SearchesQuery {
+    /// Only searches whose results go to this lineage.
     lineage: Option<LineageId>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     cursor: Option<String>,
-    /// Items of a page, 1 to 200; 50 unless asked otherwise.
+    /// Items per page, 1 to 200; default 50.
     limit: Option<u32>,
 }
 
-/// The searches, newest first.
-#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(ListQuery),
+/// Lists the searches, newest first.
+#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(SearchesQuery),
     responses((status = 200, body = Page<SearchAnswer>)))]
 pub async fn list(
     State(app): State<App>,
-    Query(query): Query<ListQuery>,
+    Query(query): Query<SearchesQuery>,
 ) -> Result<Json<Page<SearchAnswer>>, ApiError> {
     let paging = PageQuery { cursor: query.cursor, limit: query.limit };
     let (limit, before) = (paging.limit()?, paging.cursor::<JobId>()?);
@@ -88,7 +91,7 @@ pub async fn list(
     Ok(Json(Page { items: answers, next }))
 }
 
-/// Lets a search wait until it is resumed.
+/// Pauses a search.
 #[utoipa::path(post, path = "/v1/jobs/{id}/pause", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn pause(
@@ -100,7 +103,7 @@ pub async fn pause(
     change(&app, id, key, SearchChange::Pause).await
 }
 
-/// Lets a search that waits go on.
+/// Resumes a paused search.
 #[utoipa::path(post, path = "/v1/jobs/{id}/resume", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn resume(
@@ -112,7 +115,7 @@ pub async fn resume(
     change(&app, id, key, SearchChange::Resume).await
 }
 
-/// Ends a search; what it has found stays.
+/// Cancels a search; its best result so far is kept.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn cancel(
@@ -136,12 +139,12 @@ async fn change(
     };
     let search = app.store.change_search(id, change, now_ms()).await?;
     let search = search.map_err(|state| wrong_state(change, state))?;
-    app.dispatch.holds.forget(id);
-    app.dispatch.search_bell.notify_one();
-    app.tell_state(&search);
+    app.dispatch.search_leases.forget(id);
+    app.dispatch.search_notify.notify_one();
+    app.publish_state(&search);
     let answer = present(app, search).await?;
     if let Some(record) = attempt.record(StatusCode::OK, &answer) {
-        app.store.remember_answer(record, now_ms()).await?;
+        app.store.store_idempotency(record, now_ms()).await?;
     }
     Ok(Json(answer).into_response())
 }
@@ -150,14 +153,16 @@ fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {
     let word = state.name();
     ApiError::conflict(match change {
         SearchChange::Pause => {
-            format!("only a queued or running job can be paused; this one is {word}")
+            format!("only a queued or running job can be paused, but this one is {word}")
         }
-        SearchChange::Resume => format!("only a paused job can be resumed; this one is {word}"),
-        SearchChange::Cancel => format!("the job has ended already: it is {word}"),
+        SearchChange::Resume => format!("only a paused job can be resumed, but this one is {word}"),
+        SearchChange::Cancel => format!("the job has already ended: it is {word}"),
     })
 }
 
-/// What a search found, the best first; before its end, or where it was cancelled, the best so far alone.
+/// Returns the results of a search, best first.
+///
+/// While the search runs, or after it was cancelled, only the best result so far.
 #[utoipa::path(get, path = "/v1/jobs/{id}/front", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = Front)))]
 pub async fn front(
@@ -178,17 +183,17 @@ pub async fn front(
     Ok(Json(Front { items }))
 }
 
-/// From where a log is wanted.
+/// Start of a log.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct LogQuery {
-    /// The generation before the first line that is wanted.
+    /// Skip generations up to and including this one.
     #[serde(default)]
     after: u32,
 }
 
-/// The generations of a search so far, one line of JSON each.
+/// Streams the log of a search: one line of JSON per generation.
 #[utoipa::path(get, path = "/v1/jobs/{id}/log", tag = "jobs",
     params(("id" = JobId, Path), LogQuery),
     responses((status = 200, body = SearchLine, content_type = "application/x-ndjson")))]
@@ -208,7 +213,7 @@ pub async fn log(
                     yield Ok(text(&lines));
                 }
                 Err(error) => {
-                    // The head is out already: the client sees that the body breaks off.
+                    // The headers are already sent: aborting the body signals the error.
                     yield Err(std::io::Error::other(error));
                     return;
                 }
@@ -225,7 +230,10 @@ fn text(lines: &[SearchLine]) -> String {
     lines.iter().map(line).collect()
 }
 
-/// A search with the picture of its best.
+/// Returns a search's answer with the thumbnail of its best result.
+///
+/// # Errors
+/// [`ApiError`] if the store fails.
 pub(super) async fn present(app: &App, search: StoredSearch) -> Result<SearchAnswer, ApiError> {
     let mut answer = search_json(search);
     if let Some(best) = &mut answer.best {
@@ -246,7 +254,7 @@ async fn show(
     Ok(())
 }
 
-/// 202 with the place of what was begun.
+/// Returns 202 with the location of the new job.
 fn accepted<T: Serialize>(answer: &T) -> Response {
     let mut response = created(COLLECTION, answer);
     *response.status_mut() = StatusCode::ACCEPTED;

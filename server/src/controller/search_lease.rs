@@ -1,4 +1,5 @@
-//! Workers that search: leases of searches, what they report, and the files of targets. Binary, like other leases.
+//! Worker routes of searches: leases, reports, and files of targets. Binary messages, for brood's
+//! own workers.
 
 use axum::body::Body;
 use axum::extract::State;
@@ -14,7 +15,7 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Waits for a search: 200 with a grant, 204 where there was none.
+/// Waits for a search: 200 with a grant, 204 if there was none in time.
 #[utoipa::path(post, path = "/v1/leases/searches", tag = "workers",
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
     responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
@@ -28,7 +29,7 @@ pub async fn claim(
     Ok(granted(app.lease_search(&asked).await?))
 }
 
-/// Keeps the lease of a search.
+/// Renews the lease of a search.
 #[utoipa::path(post, path = "/v1/leases/searches/{id}/heartbeat", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -41,11 +42,11 @@ pub async fn heartbeat(
 ) -> Result<StatusCode, ApiError> {
     let ticket: SearchTicket = read(request, limit::JSON_BYTES).await?;
     check_same(id, &ticket)?;
-    app.keep_search(&ticket)?;
+    app.renew_search(&ticket)?;
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Takes down what came of a search, and says how to go on.
+/// Stores a report of a search and returns a directive.
 #[utoipa::path(post, path = "/v1/leases/searches/{id}/report", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -62,7 +63,7 @@ pub async fn report(
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&directive)).into_response())
 }
 
-/// Gives a search back to its queue.
+/// Returns a search to its queue.
 #[utoipa::path(delete, path = "/v1/leases/searches/{id}", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -79,7 +80,7 @@ pub async fn release(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// A target's file by its hash.
+/// Returns a target's file by its hash.
 #[utoipa::path(get, path = "/v1/leases/targets/{hash}", tag = "workers",
     params(("hash" = String, Path)),
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
@@ -89,7 +90,7 @@ pub async fn target(
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = blake3::Hash::from_hex(&hash)
-        .map_err(|_| ApiError::not_found("a file's hash is 64 hexadecimal digits"))?;
+        .map_err(|_| ApiError::not_found("a file hash must be 64 hexadecimal digits"))?;
     let bytes = app.store.target_file(*hash.as_bytes()).await?;
     let file = encode(&TargetBytes { bytes });
     Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], file).into_response())
@@ -99,5 +100,5 @@ fn check_same(id: JobId, ticket: &SearchTicket) -> Result<(), ApiError> {
     if id == ticket.job {
         return Ok(());
     }
-    Err(ApiError::bad_request("the ticket is of another search than the address"))
+    Err(ApiError::bad_request("the ticket and the address name different searches"))
 }

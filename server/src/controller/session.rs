@@ -1,4 +1,4 @@
-//! The page's session: a token kept in a cookie that scripts cannot read.
+//! Session of the page: a token in a cookie that scripts cannot read.
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -12,15 +12,15 @@ use crate::state::App;
 
 const YEAR_S: u32 = 31_536_000;
 
-/// A token.
+/// Sign-in request.
 #[derive(Debug, Clone, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignIn {
-    /// As `brood token add` printed it.
+    /// Token as printed by `brood token add`.
     token: String,
 }
 
-/// Keeps a token in the page's cookie.
+/// Signs in: stores a token in the page's cookie.
 #[utoipa::path(post, path = "/v1/session", tag = "operation", request_body = SignIn,
     responses((status = 204)))]
 pub async fn sign_in(
@@ -29,15 +29,15 @@ pub async fn sign_in(
     body: Json<SignIn>,
 ) -> Result<Response, ApiError> {
     let token = body.value.token;
-    // Tokens are hexadecimal digits: nothing else could get into a header.
+    // Tokens are hexadecimal digits: other characters must not reach a header.
     let plausible = !token.is_empty() && token.bytes().all(|byte| byte.is_ascii_alphanumeric());
     if !plausible || app.access.scope(&app.store, &token).await?.is_none() {
-        return Err(ApiError::unauthorized("this token is not known here").at("/token"));
+        return Err(ApiError::unauthorized("the token is unknown, expired or revoked").at("/token"));
     }
     Ok(cookie(&token, YEAR_S))
 }
 
-/// Forgets the token in the page's cookie.
+/// Signs out: removes the token from the page's cookie.
 #[utoipa::path(delete, path = "/v1/session", tag = "operation", responses((status = 204)))]
 pub async fn sign_out(NoQuery: NoQuery) -> Response {
     cookie("", 0)

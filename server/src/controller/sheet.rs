@@ -1,4 +1,4 @@
-//! Contact sheets, composed from pictures that are there or are waited for.
+//! Contact sheets, composed of cached pictures and pictures still being rendered.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use axum::extract::State;
 use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_png, sheet};
 use brood_protocol::{GenerationId, IndividualId, LineageId};
-use brood_storage::{PictureRow, StoredIndividual};
+use brood_storage::{StoredIndividual, StoredPicture};
 use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
@@ -20,14 +20,15 @@ use crate::problem::{ApiError, quote};
 use crate::state::App;
 
 const CACHE: &str = "private, no-cache";
-/// Children that stand around a centre.
+/// Number of children around a centre.
 const AROUND: usize = 20;
-/// Pictures of a sheet that are asked for at a time: enough for a job, few enough to be held.
+/// Number of pictures requested at a time: enough for one job, few enough to hold in memory.
 const AT_ONCE: usize = 32;
-/// Cells of the side of a sheet with a centre.
+/// Cells along one side of a sheet with a centre.
 const RING: u32 = 6;
 
-/// A generation: 6 x 6 around the centre where it has twenty children, else near-square.
+/// Returns a generation's contact sheet: 6 x 6 around the centre for 20 children, near-square for
+/// other numbers.
 #[utoipa::path(get, path = "/v1/generations/{id}/sheet.png", tag = "pictures",
     params(("id" = GenerationId, Path)),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
@@ -41,21 +42,21 @@ pub async fn generation(
     let around = generation.individuals.len() == AROUND;
     let centre = generation.centre.or_else(|| generation.individuals.first().cloned());
     let centre = centre.filter(|_| around);
-    // The centre is shown in this lineage's scene, wherever it was born.
+    // The centre is shown in this lineage's scene, even if it belongs to another lineage.
     let centre = centre.map(|one| StoredIndividual { lineage: generation.lineage, ..one });
     compose(&app, &headers, generation.individuals, centre).await
 }
 
-/// Which individuals.
+/// Individuals of a sheet.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct SheetQuery {
-    /// Ids with commas between them, up to 256.
+    /// Ids separated by commas, at most 256.
     individuals: String,
 }
 
-/// Any individuals, near-square, each in its lineage's scene.
+/// Returns a near-square contact sheet of any individuals, each in its lineage's scene.
 #[utoipa::path(get, path = "/v1/sheet.png", tag = "pictures", params(SheetQuery),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn individuals(
@@ -72,7 +73,7 @@ pub async fn individuals(
         })
         .collect::<Result<_, _>>()?;
     if ids.len() > limit::SHEET_CELLS {
-        let words = format!("at most {}", limit::SHEET_CELLS);
+        let words = format!("must have at most {} ids", limit::SHEET_CELLS);
         return Err(ApiError::bad_parameter("individuals", words));
     }
     let individuals = app.store.individuals(&ids).await?;
@@ -124,10 +125,13 @@ async fn compose(
     head.made(headers, make).await
 }
 
-/// The pictures in the size of their places, a few of them under way at a time.
+/// Returns the pictures scaled to their cells, requesting [`AT_ONCE`] of them at a time.
+///
+/// # Errors
+/// [`ApiError`] if a picture cannot be rendered or decoded.
 pub(super) async fn collect(
     app: &App,
-    rows: Vec<Arc<PictureRow>>,
+    rows: Vec<Arc<StoredPicture>>,
     centre_px: Option<u32>,
     cell_px: u32,
 ) -> Result<Vec<(u32, u32, Vec<u8>)>, ApiError> {
@@ -146,23 +150,28 @@ pub(super) async fn collect(
     Ok(small)
 }
 
+/// Stores and returns the picture row of an individual in a view.
+///
+/// # Errors
+/// [`ApiError`] if the scene cannot be read or the store fails.
 pub(super) async fn row(
     app: &App,
     one: &StoredIndividual,
     view: View,
-) -> Result<Arc<PictureRow>, ApiError> {
+) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(brood_program::ProgramHash::from_bytes(one.program_hash));
-    app.announce(framed.row(key, one.hash)).await
+    app.store_row(framed.row(key, one.hash)).await
 }
 
-/// A picture in the size of its place, so that no more than one is ever held in its own size.
+/// Scales a picture to its cell. At most one picture at a time is held in its full size.
 fn scale(png: &[u8], side: u32) -> Result<(u32, u32, Vec<u8>), ApiError> {
     let (width, height, rgba) = decode_png(png)
         .map_err(|error| ApiError::internal(format!("a picture cannot be decoded: {error}")))?;
     Ok(sheet(&[SheetCell { width, height, rgba: &rgba }], None, side, 0))
 }
 
+/// Composes scaled pictures into a sheet; the last one is the centre if `has_centre`.
 pub(super) fn draw(
     pictures: Vec<(u32, u32, Vec<u8>)>,
     has_centre: bool,
@@ -184,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sheet_is_the_same_when_its_cells_were_scaled_before() {
+    fn sheet_is_unchanged_when_its_cells_are_scaled_first() {
         let (cell_px, gap_px) = (11, 2);
         let pictures: Vec<(u32, u32, Vec<u8>)> = (0..21u32)
             .map(|k| {

@@ -1,4 +1,4 @@
-//! What the server is and how it is doing.
+//! Description of the server: version, backend, workers and limits.
 
 use axum::Json;
 use axum::extract::State;
@@ -8,7 +8,7 @@ use crate::extract::NoQuery;
 use crate::limit;
 use crate::state::App;
 
-/// Version, evaluator in use and why, workers, limits.
+/// Returns the version, the backend in use and why, the workers, and the limits.
 #[utoipa::path(get, path = "/v1/system", tag = "operation",
     responses((status = 200, body = SystemAnswer)))]
 pub async fn get(State(app): State<App>, NoQuery: NoQuery) -> Json<SystemAnswer> {

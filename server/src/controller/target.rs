@@ -1,4 +1,5 @@
-//! Targets of searches: uploaded, listed, read, deleted. Nothing is kept that a search could not begin with.
+//! Targets of searches: uploading, listing, reading and deleting. Only targets that a search can
+//! use are stored.
 
 mod picture;
 
@@ -13,24 +14,26 @@ use bytes::Bytes;
 use http::{Request, StatusCode};
 
 use super::{check_length, created};
+use crate::clock::now_ms;
 use crate::extract::{
     NoQuery, PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
 };
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
-use crate::shelf::at_desk;
-use crate::state::{App, now_ms};
+use crate::state::App;
+use crate::target_cache::read_blocking;
 
 const COLLECTION: &str = "/v1/targets";
-/// Longest reason that an unreadable file is refused with: names of its fields may stand in it.
+/// Longest error text about an unreadable file, which may quote names from the file.
 const REASON_CHARS: usize = 160;
 
-/// Takes a target in: `multipart/form-data` with the part `spec` (JSON) and the part `file`; of pictures also `mask`, or the parts that the
-/// views of the spec name.
+/// Uploads a target as `multipart/form-data` with the parts `spec` (JSON) and `file`.
 ///
-/// What is measured at directions: CSV, EXR slices, MERL, RGL, Cornell. What is a picture of a known scene: `{"kind": "image"}` with the
-/// scene; the scene may name meshes and profiles of this server, which are kept with the target.
+/// Measured at directions: CSV, EXR slices, MERL, RGL, Cornell. Pictures of a known scene:
+/// `{"kind": "image"}` with the scene, and optionally the part `mask`, or the parts named by the
+/// views of the spec. Meshes and profiles of this server that the scene refers to are stored with
+/// the target.
 #[utoipa::path(post, path = "/v1/targets", tag = "jobs",
     request_body(content = TargetUpload, content_type = "multipart/form-data"),
     responses((status = 201, body = Target)))]
@@ -46,12 +49,13 @@ pub async fn create(
     let parts = Parts::of(&boundary, &body)?;
     let spec = parts.need("spec")?.clone();
     if spec.len() > limit::JSON_BYTES {
-        let words = format!("the part spec has at most {} bytes", limit::JSON_BYTES);
+        let words = format!("the part spec must have at most {} bytes", limit::JSON_BYTES);
         return Err(ApiError::too_large(words));
     }
     let rest = parts.iter().filter(|(name, _)| *name != "spec");
     if rest.map(|(_, bytes)| bytes.len()).sum::<usize>() > limit::TARGET_BYTES {
-        let words = format!("a target's files have at most {} bytes", limit::TARGET_BYTES);
+        let words =
+            format!("a target's files must have at most {} bytes together", limit::TARGET_BYTES);
         return Err(ApiError::too_large(words));
     }
     let attempt = match app.ledger.begin(&app.store, key, &same(&parts)).await? {
@@ -60,22 +64,23 @@ pub async fn create(
     };
     let spec: TargetSpec = parse_json(&spec)?;
     let kind = check(&spec)?;
-    let taken = match kind {
+    let parsed = match kind {
         TargetKind::Image => picture::read(&app, &spec, &parts).await?,
         _ => {
             parts.only(&["spec", "file"])?;
             measured(kind, parts.need("file")?.clone()).await?
         }
     };
-    let target = describe(&spec, &taken);
+    let target = describe(&spec, &parsed);
     let idempotency = attempt.record(StatusCode::CREATED, &target);
-    let Taken { hash, bytes, .. } = taken;
+    let ParsedTarget { hash, bytes, .. } = parsed;
     let new = NewTarget { target: target.clone(), hash: *hash.as_bytes(), bytes, idempotency };
     app.store.create_target(new).await?;
     Ok(created(COLLECTION, &target))
 }
 
-/// Boundaries are drawn anew by each client: what counts is what stands between them.
+/// Returns bytes that are equal for equal uploads. Each client draws a new boundary, so only names
+/// and contents count.
 fn same(parts: &Parts) -> Vec<u8> {
     let mut all = Vec::new();
     for (name, bytes) in parts.iter() {
@@ -85,14 +90,14 @@ fn same(parts: &Parts) -> Vec<u8> {
     all
 }
 
-/// A target that can be searched for, and what is stored of it.
-struct Taken {
+/// Parsed target and its stored file.
+struct ParsedTarget {
     read: TargetFile,
     bytes: Vec<u8>,
     hash: blake3::Hash,
 }
 
-impl Taken {
+impl ParsedTarget {
     fn read(kind: TargetKind, bytes: Vec<u8>) -> Result<Self, TargetFileError> {
         let read = TargetFile::read(kind, &bytes)?;
         let hash = blake3::hash(&bytes);
@@ -100,12 +105,12 @@ impl Taken {
     }
 }
 
-/// Reads what was measured at directions.
-async fn measured(kind: TargetKind, file: Bytes) -> Result<Taken, ApiError> {
-    at_desk(1, move || Taken::read(kind, file.to_vec())).await?.map_err(refusal)
+/// Parses a target measured at directions.
+async fn measured(kind: TargetKind, file: Bytes) -> Result<ParsedTarget, ApiError> {
+    read_blocking(1, move || ParsedTarget::read(kind, file.to_vec())).await?.map_err(refusal)
 }
 
-/// The targets, newest first.
+/// Lists the targets, newest first.
 #[utoipa::path(get, path = "/v1/targets", tag = "jobs", params(PageQuery),
     responses((status = 200, body = Page<Target>)))]
 pub async fn list(
@@ -117,7 +122,7 @@ pub async fn list(
     Ok(Json(page(items, limit, |last| last.id.to_string(), |one| one)))
 }
 
-/// One target.
+/// Returns a target.
 #[utoipa::path(get, path = "/v1/targets/{id}", tag = "jobs",
     params(("id" = TargetId, Path)), responses((status = 200, body = Target)))]
 pub async fn get(
@@ -128,7 +133,7 @@ pub async fn get(
     Ok(Json(app.store.target(id).await?))
 }
 
-/// Removes a target that no search is still to match.
+/// Deletes a target; fails while an unfinished search uses it.
 #[utoipa::path(delete, path = "/v1/targets/{id}", tag = "jobs",
     params(("id" = TargetId, Path)), responses((status = 204)))]
 pub async fn delete(
@@ -146,13 +151,15 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
     })?;
     check_length(&spec.name, limit::NAME_CHARS, "/name")?;
     if spec.name.chars().any(char::is_control) {
-        return Err(ApiError::refused("a name has no control characters").at("/name"));
+        return Err(ApiError::refused("a name must not have control characters").at("/name"));
     }
     let (words, said) = match (kind, &spec.views) {
         (TargetKind::Image, None) => return Ok(kind),
-        (TargetKind::Image, Some(_)) => ("each of several pictures says that for itself", false),
+        (TargetKind::Image, Some(_)) => {
+            ("with `views`, each view has this field for itself", false)
+        }
         _ => {
-            let words = "only a picture shows a scene; what was measured at directions has none";
+            let words = "only a picture has a scene, samples, gain or views; this kind is measured at directions";
             (words, spec.views.is_some())
         }
     };
@@ -178,8 +185,8 @@ fn clean(reason: &str, most_chars: usize) -> String {
     clean.take(most_chars).collect()
 }
 
-fn describe(spec: &TargetSpec, taken: &Taken) -> Target {
-    let TargetFile { target, skipped, pictures, .. } = &taken.read;
+fn describe(spec: &TargetSpec, parsed: &ParsedTarget) -> Target {
+    let TargetFile { target, skipped, pictures, .. } = &parsed.read;
     let (fitted, held) = (target.fitted.len() as u64, target.held.len() as u64);
     let views = pictures.as_ref().map_or(&[][..], |pictures| &pictures.views);
     Target {
@@ -195,8 +202,8 @@ fn describe(spec: &TargetSpec, taken: &Taken) -> Target {
         largest_albedo: target
             .reflected
             .map(|most| LargestAlbedo { albedo: most.albedo, theta_deg: most.theta_deg }),
-        hash: taken.hash.to_hex().to_string(),
-        bytes: taken.bytes.len() as u64,
+        hash: parsed.hash.to_hex().to_string(),
+        bytes: parsed.bytes.len() as u64,
         created_ms: now_ms(),
         views: views.iter().map(picture::describe).collect(),
     }

@@ -1,42 +1,42 @@
-//! What became of jobs lately: what they took, and how long they waited. In memory only, and bounded.
+//! Recently finished jobs and their mean waiting time. In memory only, and bounded.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use brood_protocol::{JobId, JobTimes, Work};
+use brood_protocol::{JobId, JobTimes, RenderStats};
 use moka::sync::Cache;
 
-/// Jobs that are remembered.
+/// Number of jobs remembered.
 const JOBS: u64 = 4096;
 /// Weight of the newest wait in the running mean.
 const NEWEST: f64 = 0.2;
-/// A mean that nobody has added to for so long says nothing about now.
+/// Age at which the mean waiting time is dropped.
 const STALE: Duration = Duration::from_secs(60);
 
-/// What became of a job.
+/// Cost and duration of a finished job.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Finished {
-    /// What it took.
-    pub work: Work,
-    /// How long its stages took.
+pub struct FinishedJob {
+    /// RenderStats that the job took.
+    pub work: RenderStats,
+    /// Time in the queue and time leased.
     pub times: JobTimes,
 }
 
-/// Jobs that were done lately.
+/// Recently finished jobs.
 #[derive(Debug)]
 pub struct History {
-    jobs: Cache<JobId, Finished>,
+    jobs: Cache<JobId, FinishedJob>,
     wait_s: Mutex<Option<(Instant, f64)>>,
 }
 
 impl History {
-    /// None were done.
+    /// Creates an empty history.
     pub fn new() -> Self {
         Self { jobs: Cache::new(JOBS), wait_s: Mutex::default() }
     }
 
-    /// Notes that a job is done.
-    pub fn note(&self, job: JobId, finished: Finished) {
+    /// Records a finished job.
+    pub fn note(&self, job: JobId, finished: FinishedJob) {
         let wait_s = Duration::from_micros(finished.times.queued_us + finished.times.leased_us);
         let mut mean = self.wait_s.lock().expect("nothing panics under this lock");
         let fresh = (*mean).filter(|(when, _)| when.elapsed() < STALE);
@@ -46,12 +46,12 @@ impl History {
         self.jobs.insert(job, finished);
     }
 
-    /// What became of a job, if that was lately.
-    pub fn of(&self, job: JobId) -> Option<Finished> {
+    /// Returns a recently finished job.
+    pub fn get(&self, job: JobId) -> Option<FinishedJob> {
         self.jobs.get(&job)
     }
 
-    /// How long jobs took of late, from being made to being done.
+    /// Returns the recent mean time from a job's creation to its end.
     pub fn wait(&self) -> Option<Duration> {
         let mean = *self.wait_s.lock().expect("nothing panics under this lock");
         let (_, mean) = mean.filter(|(when, _)| when.elapsed() < STALE)?;
@@ -63,12 +63,12 @@ impl History {
 mod tests {
     use super::*;
 
-    fn finished(queued_us: u64, leased_us: u64) -> Finished {
-        Finished { work: Work::default(), times: JobTimes { queued_us, leased_us } }
+    fn finished(queued_us: u64, leased_us: u64) -> FinishedJob {
+        FinishedJob { work: RenderStats::default(), times: JobTimes { queued_us, leased_us } }
     }
 
     #[test]
-    fn wait_follows_the_jobs_of_late() {
+    fn wait_follows_recent_jobs() {
         let history = History::new();
         assert_eq!(history.wait(), None);
         history.note(JobId::fresh(), finished(500_000, 500_000));
@@ -81,11 +81,11 @@ mod tests {
     }
 
     #[test]
-    fn job_is_remembered_with_what_it_took() {
+    fn job_is_remembered_with_its_cost() {
         let history = History::new();
         let (job, done) = (JobId::fresh(), finished(1, 2));
         history.note(job, done);
-        assert_eq!(history.of(job), Some(done));
-        assert_eq!(history.of(JobId::fresh()), None);
+        assert_eq!(history.get(job), Some(done));
+        assert_eq!(history.get(JobId::fresh()), None);
     }
 }

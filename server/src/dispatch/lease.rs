@@ -1,4 +1,4 @@
-//! The road of workers: claims, heartbeats, results, and what becomes of leases that nobody keeps.
+//! Leases of render jobs: claims, heartbeats, results, and requeueing of expired leases.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,56 +6,61 @@ use std::time::Duration;
 use bytes::Bytes;
 
 use brood_protocol::{
-    JobId, JobTimes, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, Outcome, PictureKey,
-    RenderItem, RenderJob, RenderedPicture, decode,
+    JobId, JobTimes, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, PictureKey, RenderItem,
+    RenderJob, RenderOutcome, RenderedPicture, decode,
 };
 use brood_scene::PixelArea;
 use brood_storage::FIRST_EPOCH;
 use tokio::time::Instant;
 
-use super::{Finished, Handed, Lease, Waiting};
+use super::{FinishedJob, Lease, PendingGrant, WaitingWorker};
+use crate::clock::now_ms;
 use crate::limit;
 use crate::picture::{Failure, check};
 use crate::problem::{ApiError, quote};
-use crate::state::{App, AppState, now_ms};
+use crate::state::{App, AppState};
 
-/// Longest reason that is kept.
+/// Longest error text of a worker that is stored.
 const REASON_CHARS: usize = 500;
 
 impl AppState {
-    /// Waits for a job; `None` where there was none in the time asked for.
+    /// Waits for a render job; `None` if there is none in the requested time.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails.
     pub async fn lease(self: &App, request: &LeaseRequest) -> Result<Option<LeaseGrant>, ApiError> {
-        self.dispatch.heard(&request.worker, &request.report);
+        self.dispatch.worker_seen(&request.worker, &request.report);
         let wait = limit::LEASE_WAIT.min(Duration::from_millis(request.wait_ms.into()));
         let deadline = Instant::now() + wait;
         loop {
-            let rung = self.dispatch.bell.notified();
+            let notified = self.dispatch.job_notify.notified();
             if self.stopping.is_cancelled() {
                 return Ok(None);
             }
             if self.store.any_queued().await? {
                 let (app, worker) = (self.clone(), request.worker.clone());
-                // In a task of its own: a claim that was written must become a lease even if the worker has gone.
+                // Runs in a separate task: a claim that was written must become a lease even if the
+                // worker disconnects.
                 let claim = self.tasks.spawn(async move { app.claim(&worker).await });
                 let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
-                if let Some(handed) = claimed? {
-                    return Ok(Some(handed.take()));
+                if let Some(pending) = claimed? {
+                    return Ok(Some(pending.take()));
                 }
             }
-            let mut place = self.dispatch.join(&request.worker);
+            let mut receiver = self.dispatch.join(&request.worker);
             tokio::select! {
                 biased;
-                handed = &mut place => if let Ok(handed) = handed {
-                    return Ok(Some(handed.take()));
+                pending = &mut receiver => if let Ok(pending) = pending {
+                    return Ok(Some(pending.take()));
                 },
-                () = rung => {}
+                () = notified => {}
                 () = tokio::time::sleep_until(deadline) => {}
                 () = self.stopping.cancelled() => {}
             }
-            // A job may have been put there while something else ended the wait.
-            place.close();
-            if let Ok(handed) = place.try_recv() {
-                return Ok(Some(handed.take()));
+            // A job may have arrived while another branch ended the wait.
+            receiver.close();
+            if let Ok(pending) = receiver.try_recv() {
+                return Ok(Some(pending.take()));
             }
             if Instant::now() >= deadline {
                 return Ok(None);
@@ -63,30 +68,35 @@ impl AppState {
         }
     }
 
-    /// Puts a job that is being written as leased into the hands of the worker that it is leased to.
-    pub fn hand_out(self: &App, job: JobId, work: RenderJob, waiting: Waiting) -> LeaseTicket {
+    /// Grants a job that is being written as leased directly to a waiting worker.
+    pub fn grant_directly(
+        self: &App,
+        job: JobId,
+        work: RenderJob,
+        waiting: WaitingWorker,
+    ) -> LeaseTicket {
         let work = Arc::new(work);
         let (ttl_ms, worker) = (lease_ms(), &waiting.worker);
         let lease = (job, FIRST_EPOCH);
         let ticket = self.dispatch.table.grant(lease, worker, work.clone(), Duration::ZERO);
         let grant = LeaseGrant { ticket, job, ttl_ms, work: Arc::unwrap_or_clone(work) };
-        // Where the worker has left, the lease is given back by being dropped.
-        drop(waiting.place.send(Handed::new(self.clone(), grant)));
+        // If the worker has disconnected, dropping the grant returns the lease.
+        drop(waiting.sender.send(PendingGrant::new(self.clone(), grant)));
         ticket
     }
 
-    async fn claim(self: &App, worker: &str) -> Result<Option<Handed>, ApiError> {
+    async fn claim(self: &App, worker: &str) -> Result<Option<PendingGrant>, ApiError> {
         while let Some(job) = self.store.claim(worker).await? {
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
                 Err(error) => {
-                    tracing::error!(job = %job.id, %error, "a stored job cannot be read");
+                    tracing::error!(job = %job.id, %error, "cannot decode a stored job");
                     self.store.fail(job.id, job.epoch, &error.to_string()).await?;
                     continue;
                 }
             };
             let before = work.items.len();
-            work.items = self.without_those_there(work.items).await?;
+            work.items = self.without_cached(work.items).await?;
             self.metrics.skipped.increment((before - work.items.len()) as u64);
             if work.items.is_empty() {
                 self.store.complete(job.id, job.epoch).await?;
@@ -98,46 +108,49 @@ impl AppState {
             let queued = Duration::from_millis(waited_ms);
             let ticket = self.dispatch.table.grant(lease, worker, work.clone(), queued);
             let work = Arc::unwrap_or_clone(work);
-            // More may be queued than bells were heard: whoever waits besides looks again.
-            self.dispatch.bell.notify_one();
+            // Notifications coalesce: wake another waiter, as more jobs may be queued.
+            self.dispatch.job_notify.notify_one();
             let grant = LeaseGrant { ticket, job: job.id, ttl_ms: lease_ms(), work };
-            return Ok(Some(Handed::new(self.clone(), grant)));
+            return Ok(Some(PendingGrant::new(self.clone(), grant)));
         }
         Ok(None)
     }
 
-    /// The items that still have to be rendered. What is there, made meanwhile by another job or before the last
-    /// restart, lands here: somebody may be waiting for it.
-    async fn without_those_there(
+    /// Returns the items that must be rendered. Cached pictures, made by another job or before a
+    /// restart, are completed here: a request may be waiting for them.
+    async fn without_cached(
         self: &App,
         items: Vec<RenderItem>,
     ) -> Result<Vec<RenderItem>, ApiError> {
-        if !items.iter().any(|item| self.gallery.has(item.key)) {
+        if !items.iter().any(|item| self.picture_cache.has(item.key)) {
             return Ok(items);
         }
         let app = self.clone();
         let reading = tokio::task::spawn_blocking(move || {
             let mut items = items;
-            items.retain(|item| !app.gallery.land_if_there(item.key));
+            items.retain(|item| !app.picture_cache.complete_if_cached(item.key));
             items
         });
         reading.await.map_err(|error| ApiError::internal(error.to_string()))
     }
 
-    /// Takes results; they count only while the lease is held.
+    /// Accepts the results of a lease.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.
     pub async fn results(self: &App, results: LeaseResults) -> Result<(), ApiError> {
         let lease = self.dispatch.table.end(&results.ticket).ok_or_else(stale)?;
         let (pictures, work) = match results.outcome {
-            Outcome::Pictures(pictures, work) => (pictures, work),
-            Outcome::Failed(reason) => {
+            RenderOutcome::Pictures(pictures, work) => (pictures, work),
+            RenderOutcome::Failed(reason) => {
                 let reason: String = reason.chars().take(REASON_CHARS).collect();
                 tracing::warn!(job = %lease.job, worker = %lease.worker, reason, "a job failed");
-                return self.give_up(&lease, &reason).await;
+                return self.fail_job(&lease, &reason).await;
             }
         };
         if let Err(reason) = check_all(&lease.work, &pictures) {
             tracing::error!(job = %lease.job, worker = %lease.worker, reason, "results are refused");
-            self.give_up(&lease, "the worker sent something else than the pictures").await?;
+            self.fail_job(&lease, "the worker sent invalid pictures").await?;
             return Err(ApiError::refused(reason));
         }
         let leased = lease.granted.elapsed();
@@ -145,86 +158,94 @@ impl AppState {
         self.metrics.rendered.increment(pictures.len() as u64);
         self.metrics.work(&work);
         let times = JobTimes { queued_us: micros(lease.queued), leased_us: micros(leased) };
-        self.dispatch.history.note(lease.job, Finished { work, times });
+        self.dispatch.history.note(lease.job, FinishedJob { work, times });
         for picture in pictures {
-            self.landed(picture.key, Bytes::from(picture.bytes), true);
+            self.picture_ready(picture.key, Bytes::from(picture.bytes), true);
         }
-        // The pictures are derived: nobody has to wait until the queue's row is gone.
+        // The pictures are already cached, so the answer does not wait for the removal of the
+        // queue's row.
         let app = self.clone();
         self.tasks.spawn(async move {
             if let Err(error) = app.store.complete(lease.job, lease.epoch).await {
-                tracing::warn!(job = %lease.job, %error, "a finished job could not be taken off the queue");
+                tracing::warn!(job = %lease.job, %error, "cannot remove a finished job from the queue");
             }
         });
         Ok(())
     }
 
-    /// Keeps a lease.
+    /// Renews a lease.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
     pub fn heartbeat(&self, ticket: &LeaseTicket) -> Result<(), ApiError> {
         let worker = self.dispatch.table.renew(ticket).ok_or_else(stale)?;
-        self.dispatch.heard_again(&worker);
+        self.dispatch.worker_seen_again(&worker);
         Ok(())
     }
 
-    /// Takes a job back undone.
+    /// Returns an unfinished job to the queue.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
     pub async fn release(&self, ticket: &LeaseTicket) -> Result<(), ApiError> {
         let lease = self.dispatch.table.end(ticket).ok_or_else(stale)?;
-        self.put_back(&lease, false).await;
+        self.requeue_job(&lease, false).await;
         Ok(())
     }
 
-    /// Puts the jobs of leases that nobody has kept back into the queue.
+    /// Requeues the jobs of expired leases.
     pub async fn expire_leases(&self) {
         for lease in self.dispatch.table.expire() {
-            tracing::warn!(job = %lease.job, worker = %lease.worker, "a lease has lapsed");
-            self.put_back(&lease, true).await;
+            tracing::warn!(job = %lease.job, worker = %lease.worker, "a lease has expired");
+            self.requeue_job(&lease, true).await;
         }
-        for ticket in self.dispatch.holds.expire() {
-            tracing::warn!(job = %ticket.job, "the lease of a search has lapsed");
-            self.put_search_back(&ticket, true).await;
+        for ticket in self.dispatch.search_leases.expire() {
+            tracing::warn!(job = %ticket.job, "the lease of a search has expired");
+            self.requeue_search(&ticket, true).await;
         }
     }
 
-    /// Puts the jobs of a worker that is known to be dead back into the queue, without waiting for its leases to lapse.
-    pub async fn bury(&self, worker: &str) {
+    /// Requeues the jobs of a dead worker at once, before its leases expire.
+    pub async fn requeue_jobs_of(&self, worker: &str) {
         for lease in self.dispatch.table.end_those_of(worker) {
-            tracing::warn!(job = %lease.job, worker, "a worker died over a job");
-            self.put_back(&lease, true).await;
+            tracing::warn!(job = %lease.job, worker, "a worker died while rendering a job");
+            self.requeue_job(&lease, true).await;
         }
-        for ticket in self.dispatch.holds.end_those_of(worker) {
-            tracing::warn!(job = %ticket.job, worker, "a worker died over a search");
-            self.put_search_back(&ticket, true).await;
+        for ticket in self.dispatch.search_leases.end_those_of(worker) {
+            tracing::warn!(job = %ticket.job, worker, "a worker died while running a search");
+            self.requeue_search(&ticket, true).await;
         }
     }
 
-    /// Puts all jobs that are out back into the queue.
+    /// Requeues the jobs of all leases.
     pub async fn release_all(&self) {
         for lease in self.dispatch.table.end_all() {
-            self.put_back(&lease, false).await;
+            self.requeue_job(&lease, false).await;
         }
-        for ticket in self.dispatch.holds.end_all() {
-            self.put_search_back(&ticket, false).await;
+        for ticket in self.dispatch.search_leases.end_all() {
+            self.requeue_search(&ticket, false).await;
         }
     }
 
-    /// Puts the job of a lease that has ended back into the queue.
-    pub async fn put_back(&self, lease: &Lease, worker_died: bool) {
+    /// Requeues the job of an ended lease.
+    pub async fn requeue_job(&self, lease: &Lease, worker_died: bool) {
         match self.store.release(lease.job, lease.epoch, worker_died).await {
             Ok(brood_storage::JobState::Dead) => {
-                let reason = "worker_lost: three workers died over it";
-                tracing::error!(job = %lease.job, reason, "a job is dead");
-                self.gallery.crash(keys(lease), &Failure::Render(reason.into()));
+                let reason = "worker_lost: three workers died while rendering it";
+                tracing::error!(job = %lease.job, reason, "a job has failed permanently");
+                self.picture_cache.fail(keys(lease), &Failure::Render(reason.into()));
             }
-            Ok(_) => self.dispatch.bell.notify_one(),
+            Ok(_) => self.dispatch.job_notify.notify_one(),
             Err(error) => {
-                tracing::error!(job = %lease.job, %error, "a job could not be put back");
-                self.gallery.crash(keys(lease), &Failure::Internal);
+                tracing::error!(job = %lease.job, %error, "cannot requeue a job");
+                self.picture_cache.fail(keys(lease), &Failure::Internal);
             }
         }
     }
 
-    async fn give_up(&self, lease: &Lease, reason: &str) -> Result<(), ApiError> {
-        self.gallery.crash(keys(lease), &Failure::Render(reason.into()));
+    /// Marks a job as failed.
+    async fn fail_job(&self, lease: &Lease, reason: &str) -> Result<(), ApiError> {
+        self.picture_cache.fail(keys(lease), &Failure::Render(reason.into()));
         Ok(self.store.fail(lease.job, lease.epoch, reason).await?)
     }
 }
@@ -242,10 +263,10 @@ fn micros(time: Duration) -> u64 {
 }
 
 pub(super) fn stale() -> ApiError {
-    ApiError::stale_lease("the lease has lapsed, or its job was done by another worker")
+    ApiError::stale_lease("the lease has expired, or another worker finished the job")
 }
 
-/// Refuses results that are not exactly the pictures asked for.
+/// Checks that results are exactly the requested pictures.
 fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), String> {
     let mut expected: Vec<_> = work.items.iter().map(|item| item.key).collect();
     let mut given: Vec<_> = pictures.iter().map(|picture| picture.key).collect();
@@ -253,7 +274,7 @@ fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), Strin
     expected.dedup();
     given.sort_unstable();
     if expected != given {
-        return Err("these are not the pictures of the job".to_owned());
+        return Err("the results must be exactly the pictures of the job".to_owned());
     }
     let whole = PixelArea::whole(work.frame.size_px);
     let area = work.frame.area.unwrap_or(whole);

@@ -1,7 +1,8 @@
-//! Dispatch: pictures that are wanted become jobs, jobs become leases, results become pictures.
+//! Job dispatch: picture requests become jobs, jobs become leases, and results become pictures.
 //!
-//! [`table`] holds the leases on the monotonic clock, [`render`] is the road of those who want pictures, [`lease`] that
-//! of those who make them, [`search`] that of those who search, [`queue`] knows the workers that wait, and [`history`] what became of jobs.
+//! [`table`] holds the leases, [`render`] serves picture requests, [`lease`] serves render workers,
+//! [`search`] serves search workers, [`queue`] holds the waiting workers, and [`history`] remembers
+//! finished jobs.
 
 mod history;
 mod lease;
@@ -17,60 +18,60 @@ use std::time::{Duration, Instant};
 use brood_protocol::{BackendReport, WorkerReport};
 use tokio::sync::{Notify, oneshot};
 
-pub use history::{Finished, History};
-use queue::Waiters;
-pub use queue::{Handed, Waiting};
+pub use history::{FinishedJob, History};
+use queue::WaitingWorkers;
+pub use queue::{PendingGrant, WaitingWorker};
 pub use render::{FrameId, queued_job, render_work};
-pub use search::{Holds, search_json};
-pub use table::{Lease, Table};
+pub use search::{SearchLeases, search_json};
+pub use table::{Lease, LeaseTable};
 
-/// Workers that are remembered.
+/// Number of workers remembered.
 const WORKERS: usize = 256;
-/// A worker is said to be there this long after it was heard of.
+/// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
-/// Leases and workers.
+/// Leases, finished jobs and workers.
 pub struct Dispatch {
-    /// Leases that are out.
-    pub table: Table,
-    /// Rung once for each job that is queued.
-    pub bell: Notify,
-    /// Jobs that were done lately.
+    /// Render leases.
+    pub table: LeaseTable,
+    /// Notified once per queued render job.
+    pub job_notify: Notify,
+    /// Recently finished jobs.
     pub history: History,
-    /// Searches that are out.
-    pub holds: Holds,
-    /// Rung for each search that is queued.
-    pub search_bell: Notify,
-    waiters: Waiters,
+    /// Search leases.
+    pub search_leases: SearchLeases,
+    /// Notified once per queued search.
+    pub search_notify: Notify,
+    waiters: WaitingWorkers,
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
 }
 
 impl Dispatch {
-    /// No leases, no workers.
+    /// Creates a dispatch without leases and workers.
     pub fn new() -> Self {
         Self {
-            table: Table::new(),
-            bell: Notify::new(),
+            table: LeaseTable::new(),
+            job_notify: Notify::new(),
             history: History::new(),
-            holds: Holds::default(),
-            search_bell: Notify::new(),
-            waiters: Waiters::default(),
+            search_leases: SearchLeases::default(),
+            search_notify: Notify::new(),
+            waiters: WaitingWorkers::default(),
             workers: Mutex::default(),
         }
     }
 
-    /// The worker that has waited longest for a job; whoever takes it gives it one.
-    pub fn next_waiting(&self) -> Option<Waiting> {
+    /// Removes and returns the worker that has waited longest; the caller gives it a job.
+    pub fn next_waiting(&self) -> Option<WaitingWorker> {
         self.waiters.next()
     }
 
-    /// A place where a worker waits for a job.
-    pub fn join(&self, worker: &str) -> oneshot::Receiver<Handed> {
+    /// Adds a worker to those that wait for a job.
+    pub fn join(&self, worker: &str) -> oneshot::Receiver<PendingGrant> {
         self.waiters.join(worker)
     }
 
-    /// Notes that a worker was heard of.
-    pub fn heard(&self, name: &str, report: &WorkerReport) {
+    /// Records a message of a worker with its report.
+    pub fn worker_seen(&self, name: &str, report: &WorkerReport) {
         let mut workers = self.workers.lock().expect("nothing panics under this lock");
         if workers.len() >= WORKERS && !workers.contains_key(name) {
             workers.retain(|_, (when, _)| when.elapsed() < PRESENT);
@@ -81,15 +82,15 @@ impl Dispatch {
         workers.insert(name.to_owned(), (Instant::now(), report.clone()));
     }
 
-    /// Notes that a worker was heard of that had told about itself before.
-    pub fn heard_again(&self, name: &str) {
+    /// Records a message without a report of a worker that is already known.
+    pub fn worker_seen_again(&self, name: &str) {
         let mut workers = self.workers.lock().expect("nothing panics under this lock");
         if let Some((when, _)) = workers.get_mut(name) {
             *when = Instant::now();
         }
     }
 
-    /// Workers heard of lately, by name, and the evaluator of the one heard of last.
+    /// Returns the names of the present workers and the backend of the worker heard from last.
     pub fn workers(&self) -> (Vec<String>, Option<BackendReport>) {
         let workers = self.workers.lock().expect("nothing panics under this lock");
         let last = workers.values().max_by_key(|(when, _)| *when);

@@ -1,4 +1,4 @@
-//! Workers that found no job and wait for one: a job that is made while they wait is put into their hands.
+//! Workers that wait for a job. A new job is granted to one of them directly.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
@@ -8,70 +8,70 @@ use tokio::sync::oneshot;
 
 use crate::state::App;
 
-/// A lease on its way to a worker. Given back unless it was handed over: a request that is given up in the middle loses
-/// no job.
-pub struct Handed {
+/// Lease on its way to a worker. Unless taken, it is returned on drop, so that a cancelled request
+/// loses no job.
+pub struct PendingGrant {
     app: App,
     grant: Option<LeaseGrant>,
     ticket: LeaseTicket,
 }
 
-impl Handed {
-    /// Of a lease that was just granted.
+impl PendingGrant {
+    /// Wraps a new lease.
     pub fn new(app: App, grant: LeaseGrant) -> Self {
         Self { app, ticket: grant.ticket, grant: Some(grant) }
     }
 
-    /// The lease, which from now on is the worker's to keep.
+    /// Returns the lease, which the worker must now renew.
     pub fn take(mut self) -> LeaseGrant {
         self.grant.take().expect("taken once, by value")
     }
 }
 
-impl Drop for Handed {
+impl Drop for PendingGrant {
     fn drop(&mut self) {
         if self.grant.is_none() {
             return;
         }
         if let Some(lease) = self.app.dispatch.table.end(&self.ticket) {
             let app = self.app.clone();
-            self.app.tasks.spawn(async move { app.put_back(&lease, false).await });
+            self.app.tasks.spawn(async move { app.requeue_job(&lease, false).await });
         }
     }
 }
 
-/// A worker that waits.
-pub struct Waiting {
-    /// Its name.
+/// Worker that waits for a job.
+pub struct WaitingWorker {
+    /// Name of the worker.
     pub worker: String,
-    /// Where it waits.
-    pub place: oneshot::Sender<Handed>,
+    /// Channel that receives the lease.
+    pub sender: oneshot::Sender<PendingGrant>,
 }
 
-/// The workers that wait, longest first.
+/// Queue of waiting workers, longest first.
 #[derive(Default)]
-pub struct Waiters {
-    waiting: Mutex<VecDeque<Waiting>>,
+pub struct WaitingWorkers {
+    waiting: Mutex<VecDeque<WaitingWorker>>,
 }
 
-impl Waiters {
-    /// Joins at the end; who drops or closes the receiver has left.
-    pub fn join(&self, worker: &str) -> oneshot::Receiver<Handed> {
-        let (place, receiver) = oneshot::channel();
+impl WaitingWorkers {
+    /// Adds a worker at the end; it leaves by dropping or closing the receiver.
+    pub fn join(&self, worker: &str) -> oneshot::Receiver<PendingGrant> {
+        let (sender, receiver) = oneshot::channel();
         let mut waiting = self.lock();
-        // Those who have left are forgotten here, so that the list is no longer than the requests that are open.
-        waiting.retain(|one| !one.place.is_closed());
-        waiting.push_back(Waiting { worker: worker.to_owned(), place });
+        // Removing closed entries keeps the queue no longer than the number of open requests.
+        waiting.retain(|one| !one.sender.is_closed());
+        waiting.push_back(WaitingWorker { worker: worker.to_owned(), sender });
         receiver
     }
 
-    /// Takes the one who has waited longest.
-    pub fn next(&self) -> Option<Waiting> {
+    /// Removes and returns the worker that has waited longest.
+    pub fn next(&self) -> Option<WaitingWorker> {
         let mut waiting = self.lock();
-        std::iter::from_fn(|| waiting.pop_front()).find(|one| !one.place.is_closed())
+        std::iter::from_fn(|| waiting.pop_front()).find(|one| !one.sender.is_closed())
     }
 
-    fn lock(&self) -> MutexGuard<'_, VecDeque<Waiting>> {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<WaitingWorker>> {
         self.waiting.lock().expect("nothing panics under this lock")
     }
 }
@@ -81,8 +81,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn longest_waiting_worker_that_is_still_there_comes_next() {
-        let waiters = Waiters::default();
+    fn next_returns_the_longest_waiting_worker_that_has_not_left() {
+        let waiters = WaitingWorkers::default();
         assert!(waiters.next().is_none());
         let gone = waiters.join("gone");
         let _first = waiters.join("first");
@@ -95,8 +95,8 @@ mod tests {
     }
 
     #[test]
-    fn list_forgets_those_who_left() {
-        let waiters = Waiters::default();
+    fn join_removes_workers_that_have_left() {
+        let waiters = WaitingWorkers::default();
         for _ in 0..100 {
             drop(waiters.join("impatient"));
         }

@@ -1,4 +1,5 @@
-//! The road of those who want a picture: memory, disk, a flight that is under way already, or a new job.
+//! Picture requests: answered from memory, from disk, by a render already in flight, or by a new
+//! job.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,25 +9,27 @@ use brood_protocol::{
     Backend, Frame, JobId, PictureFormat, PictureKey, RenderItem, RenderJob, SceneId, encode,
 };
 use brood_scene::{PixelArea, Sampling};
-use brood_storage::{JobKind, NewJob, PictureRow, Queue, StorageError};
+use brood_storage::{JobKind, NewJob, Queue, StorageError, StoredPicture};
 use bytes::Bytes;
 
+use crate::clock::now_ms;
 use crate::library::{Material, View};
 use crate::limit;
-use crate::picture::{Boarding, Failure};
+use crate::picture::{Failure, Lookup};
 use crate::problem::ApiError;
-use crate::state::{App, AppState, now_ms};
+use crate::state::{App, AppState};
 
-/// Pictures that come within this time are one job.
-const MOMENT: Duration = Duration::from_millis(1);
+/// Requests within this time share a job.
+const BATCH_WINDOW: Duration = Duration::from_millis(1);
+/// Largest `Retry-After` in seconds.
 const RETRY_MOST_S: u64 = 60;
-/// Most pictures of one job: a page's brood is one job.
+/// Most pictures per job; one brood of the page fits.
 const JOB_PICTURES: u64 = 32;
-/// Most primary rays of one job, unless one picture has more. It also keeps a job's results, at most 16 bytes a pixel,
-/// far below [`limit::LEASE_BYTES`].
+/// Most primary rays per job, unless a single picture has more. Keeps the results of a job, at most
+/// 16 bytes per pixel, far below [`limit::LEASE_BYTES`].
 const JOB_RAYS: u64 = 4 << 20;
 
-/// What the pictures of one job have in common.
+/// Properties shared by all pictures of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FrameId {
     scene: SceneId,
@@ -39,7 +42,7 @@ pub struct FrameId {
 }
 
 impl FrameId {
-    fn of(row: &PictureRow) -> Self {
+    fn of(row: &StoredPicture) -> Self {
         Self {
             scene: row.scene,
             light_bits: row.light_deg.to_bits(),
@@ -51,15 +54,15 @@ impl FrameId {
         }
     }
 
-    /// How many pictures that have a frame in common are one job: at least 1, and few enough that no job keeps a worker
-    /// for long.
+    /// Returns the number of pictures per job for a frame: at least 1, and few enough to keep jobs
+    /// short.
     pub fn pictures_per_job(frame: &Frame) -> usize {
         per_job(frame.rays())
     }
 
     fn rays(&self) -> u64 {
         let area = self.area.unwrap_or(PixelArea::whole(self.size_px));
-        area.pixels() * u64::from(self.sampling.least())
+        area.pixels() * u64::from(self.sampling.min_rays())
     }
 
     fn view(&self) -> View {
@@ -75,7 +78,7 @@ impl FrameId {
     }
 }
 
-/// What a worker is to do for pictures of one frame.
+/// Returns the render job for pictures of one frame.
 pub fn render_work<'a>(
     frame: &Frame,
     items: impl Iterator<Item = (PictureKey, &'a Material)>,
@@ -88,7 +91,7 @@ pub fn render_work<'a>(
     RenderJob { frame: frame.clone(), items: items.collect() }
 }
 
-/// A render job that waits for a worker.
+/// Returns a queued render job.
 pub fn queued_job(queue: Queue, payload: Vec<u8>) -> NewJob {
     NewJob {
         id: JobId::fresh(),
@@ -100,85 +103,90 @@ pub fn queued_job(queue: Queue, payload: Vec<u8>) -> NewJob {
     }
 }
 
-/// Rounded up, and bounded: a client that hears of an hour would never come back.
+/// Rounds up to whole seconds, at most [`RETRY_MOST_S`].
 fn whole_seconds(time: Duration) -> u64 {
     u64::try_from(time.as_millis().div_ceil(1000)).unwrap_or(RETRY_MOST_S).clamp(1, RETRY_MOST_S)
 }
 
-/// Pictures of so many rays each. Adaptive ones count as one ray a pixel: what edges take is taken once for all of them.
+/// Returns the number of pictures per job for pictures of `rays` rays each. An adaptive picture
+/// counts one ray per pixel.
 fn per_job(rays: u64) -> usize {
     (JOB_RAYS / rays.max(1)).clamp(1, JOB_PICTURES) as usize
 }
 
 impl AppState {
-    /// The picture, rendered if need be; waits for it a bounded time.
-    pub async fn picture(self: &App, row: &Arc<PictureRow>) -> Result<Bytes, ApiError> {
-        let mut waiter = match self.gallery.board(row.key) {
-            Boarding::Here(bytes) => {
+    /// Returns a picture, rendered if necessary; waits at most [`limit::WAIT`].
+    ///
+    /// # Errors
+    /// 503 if the server is busy, stopping or too slow; 500 if rendering fails.
+    pub async fn picture(self: &App, row: &Arc<StoredPicture>) -> Result<Bytes, ApiError> {
+        let mut waiter = match self.picture_cache.subscribe(row.key) {
+            Lookup::Cached(bytes) => {
                 self.metrics.served.increment(1);
                 return Ok(bytes);
             }
-            Boarding::Wait(waiter) => waiter,
-            Boarding::Lead(waiter) => {
+            Lookup::InFlight(waiter) => waiter,
+            Lookup::Leader(waiter) => {
                 let (app, row) = (self.clone(), row.clone());
-                // The flight is owned by a task, so that it lands even if this request is given up.
-                self.tasks.spawn(async move { app.lead(row).await });
+                // Runs in a separate task, so that the picture completes even if the client
+                // disconnects.
+                self.tasks.spawn(async move { app.fetch_or_enqueue(row).await });
                 waiter
             }
         };
-        let landing = tokio::select! {
-            landing = waiter.wait_for(Option::is_some) => match landing {
-                Ok(landing) => landing.clone(),
+        let outcome = tokio::select! {
+            outcome = waiter.wait_for(Option::is_some) => match outcome {
+                Ok(outcome) => outcome.clone(),
                 Err(_) => None,
             },
             () = tokio::time::sleep(limit::WAIT) => {
-                return Err(ApiError::not_yet("ask again in a moment"));
+                return Err(ApiError::not_yet("retry in a moment"));
             }
             () = self.stopping.cancelled() => {
-                return Err(ApiError::stopping("come back when it runs again"));
+                return Err(ApiError::stopping("retry after the restart"));
             }
         };
-        match landing {
+        match outcome {
             Some(Ok(bytes)) => Ok(bytes),
             Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
-            Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are waiting")),
+            Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are queued")),
             Some(Err(Failure::Internal)) | None => {
-                Err(ApiError::internal("a picture's flight ended without a landing"))
+                Err(ApiError::internal("a picture request ended without a result"))
             }
         }
     }
 
-    /// When to ask again after a 503: as long as jobs take at present, or as long as the oldest one has waited already,
-    /// whichever is longer.
+    /// Returns the `Retry-After` of a 503 in seconds: the recent mean duration of jobs or the age
+    /// of the oldest queued job, whichever is longer.
     pub async fn retry_after_s(&self) -> u64 {
         let of_late = self.dispatch.history.wait().unwrap_or_default();
-        // Where even this cannot be read, the answer need not wait for it.
+        // The age is optional: an error of the store must not hide the 503.
         let oldest = self.store.oldest_queued_ms().await.ok().flatten();
         let waited_ms = oldest.map_or(0, |made_ms| u64::try_from(now_ms() - made_ms).unwrap_or(0));
         whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
     }
 
-    async fn lead(self: App, row: Arc<PictureRow>) {
+    async fn fetch_or_enqueue(self: App, row: Arc<StoredPicture>) {
         let key = row.key;
-        let disk = self.gallery.disk().clone();
+        let disk = self.picture_cache.disk().clone();
         if disk.contains(key)
             && let Ok(Some(bytes)) = tokio::task::spawn_blocking(move || disk.read(key)).await
         {
             self.metrics.recalled.increment(1);
-            self.landed(key, bytes, false);
+            self.picture_ready(key, bytes, false);
             return;
         }
         let frame = FrameId::of(&row);
-        if self.wanted.add(frame, row) {
-            tokio::time::sleep(MOMENT).await;
-            let rows = self.wanted.take(&frame);
+        if self.render_batches.add(frame, row) {
+            tokio::time::sleep(BATCH_WINDOW).await;
+            let rows = self.render_batches.take(&frame);
             for batch in rows.chunks(per_job(frame.rays())) {
                 self.enqueue(frame, batch).await;
             }
         }
     }
 
-    async fn enqueue(&self, frame: FrameId, rows: &[Arc<PictureRow>]) {
+    async fn enqueue(&self, frame: FrameId, rows: &[Arc<StoredPicture>]) {
         let result = async {
             let framed = self.library.frame(frame.view()).await?;
             let mut items = Vec::with_capacity(rows.len());
@@ -191,29 +199,29 @@ impl AppState {
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {
-                    tracing::error!(error = %other, "a render job could not be queued");
+                    tracing::error!(error = %other, "cannot queue a render job");
                     Failure::Internal
                 }
             })?;
             Ok(())
         };
         match result.await {
-            Ok(()) => self.dispatch.bell.notify_one(),
-            Err(failure) => self.gallery.crash(rows.iter().map(|row| row.key), &failure),
+            Ok(()) => self.dispatch.job_notify.notify_one(),
+            Err(failure) => self.picture_cache.fail(rows.iter().map(|row| row.key), &failure),
         }
     }
 
-    /// A picture is there: those who wait get it, those who wanted to hear of it are told.
-    pub fn landed(&self, key: PictureKey, bytes: Bytes, fresh: bool) {
+    /// Completes a picture: answers the waiting requests and publishes its thumbnail.
+    pub fn picture_ready(&self, key: PictureKey, bytes: Bytes, fresh: bool) {
         if fresh {
-            self.gallery.land(key, bytes);
+            self.picture_cache.complete(key, bytes);
         } else {
-            self.gallery.recall(key, bytes);
+            self.picture_cache.complete_from_disk(key, bytes);
         }
-        let interests = self.gallery.take_interests(key);
-        if !interests.is_empty() {
+        let listeners = self.picture_cache.take_listeners(key);
+        if !listeners.is_empty() {
             let url = crate::presenter::thumbnail_url(key);
-            for (lineage, individual) in interests {
+            for (lineage, individual) in listeners {
                 self.events.thumbnail(lineage, individual, &url);
             }
         }
@@ -222,7 +230,7 @@ impl AppState {
 
 impl From<ApiError> for Failure {
     fn from(error: ApiError) -> Self {
-        tracing::error!(?error, "a render job could not be made");
+        tracing::error!(?error, "cannot prepare a render job");
         Self::Internal
     }
 }
@@ -233,7 +241,8 @@ mod tests {
 
     #[test]
     fn jobs_are_cut_by_rays_and_pictures() {
-        // A page's brood with its parent is one job; the smallest pictures do not make endless ones.
+        // A brood of the page with its parent is one job; small pictures do not make jobs
+        // unbounded.
         let square =
             |size_px: u32, samples: u32| per_job(u64::from(size_px).pow(2) * u64::from(samples));
         assert_eq!(square(256, 1), 32);
@@ -245,13 +254,13 @@ mod tests {
     }
 
     #[test]
-    fn clients_come_back_after_whole_seconds_within_bounds() {
+    fn retry_after_is_whole_seconds_within_bounds() {
         let seconds = |ms| whole_seconds(Duration::from_millis(ms));
         assert_eq!([0, 1, 1000, 1001, 59_001, 3_600_000].map(seconds), [1, 1, 1, 2, 60, 60]);
     }
 
     #[test]
-    fn results_of_a_job_fit_in_a_hand_over() {
+    fn results_of_a_job_fit_in_one_message() {
         for size_px in limit::PICTURE_MIN_PX..=limit::PICTURE_PX {
             let pixels = per_job(u64::from(size_px).pow(2)) * size_px as usize * size_px as usize;
             assert!(pixels * 16 <= limit::LEASE_BYTES / 4, "{size_px}");

@@ -1,34 +1,38 @@
-//! The road of those who search: claims, heartbeats, reports, and what becomes of searches that nobody keeps.
+//! Leases of searches: claims, heartbeats, reports, and requeueing of expired leases.
 //!
-//! Searches have a queue and workers of their own: no picture waits behind them.
+//! Searches have their own queue and workers, so that pictures never wait behind them.
 
-mod hold;
-mod tell;
+mod lease;
+mod publish;
 
 use std::time::Duration;
 
 use brood_protocol::{
-    Directive, FoundMaterial, GenerationLine, MeasuredMaterial, SearchGrant, SearchNews,
-    SearchReport, SearchRequest, SearchState, SearchTicket, decode,
+    Directive, FoundMaterial, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport,
+    SearchRequest, SearchState, SearchTicket, SearchUpdate, decode,
 };
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, StoredSearch};
 use tokio::time::Instant;
 
 use super::lease::{lease_ms, stale};
+use crate::clock::now_ms;
 use crate::limit;
 use crate::problem::ApiError;
-use crate::state::{App, AppState, now_ms};
+use crate::state::{App, AppState};
 
-pub use hold::Holds;
-pub use tell::search_json;
+pub use lease::SearchLeases;
+pub use publish::search_json;
 
-/// Longest reason that is kept.
+/// Longest error text of a worker that is stored.
 const REASON_CHARS: usize = 500;
-/// Most generations of one report.
+/// Most generations per report.
 const REPORT_LINES: usize = 100_000;
 
 impl AppState {
-    /// Waits for a search; `None` where there was none in the time asked for.
+    /// Waits for a search; `None` if there is none in the requested time.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails.
     pub async fn lease_search(
         self: &App,
         request: &SearchRequest,
@@ -36,13 +40,14 @@ impl AppState {
         let wait = limit::LEASE_WAIT.min(Duration::from_millis(request.wait_ms.into()));
         let deadline = Instant::now() + wait;
         loop {
-            let rung = self.dispatch.search_bell.notified();
+            let notified = self.dispatch.search_notify.notified();
             if self.stopping.is_cancelled() {
                 return Ok(None);
             }
             if self.store.any_search_queued().await? {
                 let (app, worker) = (self.clone(), request.worker.clone());
-                // In a task of its own: a claim that was written must become a lease even if the worker has gone.
+                // Runs in a separate task: a claim that was written must become a lease even if the
+                // worker disconnects.
                 let claim = self.tasks.spawn(async move { app.claim_search(&worker).await });
                 let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
                 if let Some(grant) = claimed? {
@@ -50,7 +55,7 @@ impl AppState {
                 }
             }
             tokio::select! {
-                () = rung => {}
+                () = notified => {}
                 () = tokio::time::sleep_until(deadline) => return Ok(None),
                 () = self.stopping.cancelled() => return Ok(None),
             }
@@ -62,74 +67,84 @@ impl AppState {
             return Ok(None);
         };
         let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
-        self.dispatch.holds.grant(ticket, worker);
-        // More may be queued than bells were heard: whoever waits besides looks again.
-        self.dispatch.search_bell.notify_one();
+        self.dispatch.search_leases.grant(ticket, worker);
+        // Notifications coalesce: wake another waiter, as more searches may be queued.
+        self.dispatch.search_notify.notify_one();
         let search = self.store.search(claimed.id).await?;
-        self.tell_state(&search);
+        self.publish_state(&search);
         Ok(Some(grant(ticket, claimed)?))
     }
 
-    /// Keeps the lease of a search.
-    pub fn keep_search(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
-        self.dispatch.holds.renew(ticket).map(drop).ok_or_else(stale)
+    /// Renews the lease of a search.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
+    pub fn renew_search(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
+        self.dispatch.search_leases.renew(ticket).map(drop).ok_or_else(stale)
     }
 
-    /// Takes a search back that a worker cannot go on with now.
+    /// Returns an unfinished search to its queue.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
     pub async fn release_search(self: &App, ticket: &SearchTicket) -> Result<(), ApiError> {
-        if !self.dispatch.holds.end(ticket) {
+        if !self.dispatch.search_leases.end(ticket) {
             return Err(stale());
         }
-        self.put_search_back(ticket, false).await;
+        self.requeue_search(ticket, false).await;
         Ok(())
     }
 
-    /// Puts a search whose lease has ended back into its queue.
-    pub(super) async fn put_search_back(&self, ticket: &SearchTicket, worker_died: bool) {
+    /// Requeues the search of an ended lease.
+    pub(super) async fn requeue_search(&self, ticket: &SearchTicket, worker_died: bool) {
         let SearchTicket { job, epoch } = *ticket;
         match self.store.release_search(job, epoch, worker_died, now_ms()).await {
             Ok(search) => {
                 if search.state == SearchState::Failed {
-                    tracing::error!(%job, "a search is given up: workers died over it");
+                    tracing::error!(%job, "a search has failed: too many workers died while running it");
                 }
-                self.tell_state(&search);
-                self.dispatch.search_bell.notify_one();
+                self.publish_state(&search);
+                self.dispatch.search_notify.notify_one();
             }
-            // Somebody paused or cancelled it meanwhile.
+            // Paused or cancelled meanwhile.
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
-            Err(error) => tracing::error!(%job, %error, "a search could not be put back"),
+            Err(error) => tracing::error!(%job, %error, "cannot requeue a search"),
         }
     }
 
-    /// Takes down what a worker tells; it counts only while the lease is held.
+    /// Stores a worker's report and returns its directive.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more, 422 if the report is invalid.
     pub async fn report_search(self: &App, report: SearchReport) -> Result<Directive, ApiError> {
-        let SearchReport { ticket, news } = report;
-        let held = self.dispatch.holds.renew(&ticket).ok_or_else(stale)?;
+        let SearchReport { ticket, update } = report;
+        let held = self.dispatch.search_leases.renew(&ticket).ok_or_else(stale)?;
         let search = self.store.search(ticket.job).await?;
         if search.epoch != ticket.epoch || search.state != SearchState::Running {
-            self.dispatch.holds.end(&ticket);
+            self.dispatch.search_leases.end(&ticket);
             return Err(stale());
         }
-        // In a task of its own: what was written must be told even if the worker has gone meanwhile.
+        // Runs in a separate task: what was written must be published even if the worker
+        // disconnects.
         let app = self.clone();
         let taken = self.tasks.spawn(async move {
-            match news {
-                SearchNews::Generations { lines, checkpoint, best } => {
+            match update {
+                SearchUpdate::Generations { lines, checkpoint, best } => {
                     app.take_generations(&search, held, (lines, checkpoint), best).await
                 }
-                SearchNews::Finished { front, seconds } => {
+                SearchUpdate::Finished { front, seconds } => {
                     app.take_front(&search, front, seconds).await
                 }
-                SearchNews::Failed(reason) => {
+                SearchUpdate::Failed(reason) => {
                     let reason = reason.chars().take(REASON_CHARS).collect();
-                    app.give_search_up(&search, reason).await
+                    app.fail_search(&search, reason).await
                 }
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
-        if directive == Directive::Leave {
-            self.dispatch.holds.end(&ticket);
-            self.dispatch.search_bell.notify_one();
+        if directive == Directive::Stop {
+            self.dispatch.search_leases.end(&ticket);
+            self.dispatch.search_notify.notify_one();
         }
         Ok(directive)
     }
@@ -143,10 +158,12 @@ impl AppState {
     ) -> Result<Directive, ApiError> {
         let follows = lines.iter().map(|line| line.generation);
         if lines.len() > REPORT_LINES || !follows.eq((search.generation + 1..).take(lines.len())) {
-            return Err(ApiError::refused("these generations do not follow the ones before"));
+            return Err(ApiError::refused(
+                "the generations of a report must continue those before, at most 100000 at a time",
+            ));
         }
         let Some(last) = lines.last().copied() else {
-            return Err(ApiError::refused("there is no generation"));
+            return Err(ApiError::refused("a report must have at least one generation"));
         };
         let yields = held >= limit::SEARCH_SLICE && self.store.any_search_queued().await?;
         self.metrics.search_generations.increment(lines.len() as u64);
@@ -172,14 +189,14 @@ impl AppState {
             Some(_) => self.store.search(search.id).await?,
             None => self.store.step_search(step).await?,
         };
-        self.tell_progress(&search);
+        self.publish_progress(&search);
         if let Some((generation, _)) = &born {
-            self.tell_best(&search, generation);
+            self.publish_best(&search, generation);
         }
         if yields {
-            self.tell_state(&search);
+            self.publish_state(&search);
         }
-        Ok(if yields { Directive::Leave } else { Directive::GoOn })
+        Ok(if yields { Directive::Stop } else { Directive::Continue })
     }
 
     async fn take_front(
@@ -201,16 +218,17 @@ impl AppState {
         };
         let Some((generation, _)) = self.record(search, (front, search.generation), with).await?
         else {
-            let reason = "nothing that was found is a genome of the lineage's dialect";
-            return self.give_search_up(search, reason.to_owned()).await;
+            let reason = "no result is a genome of the lineage's dialect";
+            return self.fail_search(search, reason.to_owned()).await;
         };
         let search = self.store.search(search.id).await?;
-        self.tell_best(&search, &generation);
-        self.tell_state(&search);
-        Ok(Directive::Leave)
+        self.publish_best(&search, &generation);
+        self.publish_state(&search);
+        Ok(Directive::Stop)
     }
 
-    async fn give_search_up(
+    /// Marks a search as failed.
+    async fn fail_search(
         &self,
         search: &StoredSearch,
         reason: String,
@@ -223,15 +241,15 @@ impl AppState {
             ended_ms: now_ms(),
         };
         let search = self.store.step_search(SearchStep { end: Some(end), ..step(search) }).await?;
-        self.tell_state(&search);
-        Ok(Directive::Leave)
+        self.publish_state(&search);
+        Ok(Directive::Stop)
     }
 }
 
 fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, ApiError> {
     let options = claimed.options;
     let start = decode(&claimed.start).map_err(|error| {
-        ApiError::internal(format!("what a search starts from cannot be read: {error}"))
+        ApiError::internal(format!("cannot decode a search's start genomes: {error}"))
     })?;
     Ok(SearchGrant {
         ticket,
@@ -251,7 +269,7 @@ fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, Ap
     })
 }
 
-/// A step that changes nothing yet.
+/// Returns a step that changes nothing.
 fn step(search: &StoredSearch) -> SearchStep {
     SearchStep {
         id: search.id,

@@ -1,4 +1,4 @@
-//! The leases that are out, on the monotonic clock: a jump of the wall clock ends none early.
+//! Lease table of render jobs, on the monotonic clock: jumps of the wall clock expire no lease.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -9,37 +9,37 @@ use tokio::time::Instant;
 
 use crate::limit;
 
-/// A job in a worker's hands.
+/// Render job granted to a worker.
 #[derive(Debug, Clone)]
 pub struct Lease {
     /// The job.
     pub job: JobId,
-    /// Its epoch: the store refuses any other.
+    /// Epoch of the lease; the store rejects writes of other epochs.
     pub epoch: u64,
-    /// Who has it.
+    /// Name of the worker.
     pub worker: String,
-    /// What is to be done.
+    /// Work to do.
     pub work: Arc<RenderJob>,
-    /// How long it waited for that.
+    /// Time that the job waited in the queue.
     pub queued: Duration,
-    /// When it was given out.
+    /// Time of the grant.
     pub granted: Instant,
     deadline: Instant,
 }
 
-/// The leases that are out.
+/// Leases of render jobs.
 #[derive(Debug)]
-pub struct Table {
+pub struct LeaseTable {
     leases: Mutex<HashMap<LeaseId, Lease>>,
 }
 
-impl Table {
-    /// None are out.
+impl LeaseTable {
+    /// Creates an empty table.
     pub fn new() -> Self {
         Self { leases: Mutex::new(HashMap::new()) }
     }
 
-    /// Gives a job out that waited so long.
+    /// Grants a job that has waited for `queued`.
     pub fn grant(
         &self,
         (job, epoch): (JobId, u64),
@@ -56,7 +56,7 @@ impl Table {
         LeaseTicket { lease: id, epoch }
     }
 
-    /// Keeps a lease and names its holder; `None` where it is not this holder's any more.
+    /// Renews a lease and returns the worker's name; `None` if it is not valid any more.
     pub fn renew(&self, ticket: &LeaseTicket) -> Option<String> {
         let mut leases = self.lock();
         let lease = leases.get_mut(&ticket.lease).filter(|lease| lease.epoch == ticket.epoch)?;
@@ -64,31 +64,31 @@ impl Table {
         Some(lease.worker.clone())
     }
 
-    /// Ends a lease; `None` where it is not this holder's any more.
+    /// Ends and returns a lease; `None` if it is not valid any more.
     pub fn end(&self, ticket: &LeaseTicket) -> Option<Lease> {
         let mut leases = self.lock();
         let held = leases.get(&ticket.lease).is_some_and(|lease| lease.epoch == ticket.epoch);
         if held { leases.remove(&ticket.lease) } else { None }
     }
 
-    /// Ends those that nobody has kept.
+    /// Removes and returns the expired leases.
     pub fn expire(&self) -> Vec<Lease> {
         let now = Instant::now();
         self.lock().extract_if(|_, lease| lease.deadline <= now).map(|(_, lease)| lease).collect()
     }
 
-    /// Ends those of one worker.
+    /// Removes and returns the leases of a worker.
     pub fn end_those_of(&self, worker: &str) -> Vec<Lease> {
         let mut leases = self.lock();
         leases.extract_if(|_, lease| lease.worker == worker).map(|(_, lease)| lease).collect()
     }
 
-    /// Ends all.
+    /// Removes and returns all leases.
     pub fn end_all(&self) -> Vec<Lease> {
         self.lock().drain().map(|(_, lease)| lease).collect()
     }
 
-    /// How many are out.
+    /// Number of leases.
     pub fn len(&self) -> usize {
         self.lock().len()
     }
@@ -113,7 +113,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn lease_expires_unless_it_is_renewed() {
-        let table = Table::new();
+        let table = LeaseTable::new();
         let kept = table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
         let lost = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);
         tokio::time::advance(Duration::from_secs(15)).await;
@@ -129,7 +129,7 @@ mod tests {
 
     #[tokio::test]
     async fn lease_of_another_epoch_is_stale() {
-        let table = Table::new();
+        let table = LeaseTable::new();
         let ticket = table.grant((JobId::fresh(), 2), "a", work(), Duration::ZERO);
         let stale = LeaseTicket { epoch: 1, ..ticket };
         assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
@@ -138,7 +138,7 @@ mod tests {
 
     #[tokio::test]
     async fn leases_of_one_worker_end_without_the_others() {
-        let table = Table::new();
+        let table = LeaseTable::new();
         table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
         table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
         let other = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);

@@ -1,4 +1,4 @@
-//! Bodies read with a bound on their size, declared or not, on the time they take, and on the memory of all of them.
+//! Request bodies with limits on size, time, and the memory of all bodies together.
 
 use std::time::Duration;
 
@@ -12,58 +12,67 @@ use tokio::time::Instant;
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
-/// The media type of a body, lower case and without parameters.
+/// Media type of a body, lower case and without parameters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ContentType(String);
 
 impl ContentType {
-    /// Of a request; empty where it has none.
+    /// Returns the type of a request; empty if it has none.
     pub fn of(headers: &HeaderMap) -> Self {
         let value = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
         let essence = value.unwrap_or_default().split(';').next().unwrap_or_default();
         Self(essence.trim().to_ascii_lowercase())
     }
 
-    /// Whether it is that one.
+    /// Returns true for this media type.
     pub fn is(&self, media_type: &str) -> bool {
         self.0 == media_type
     }
 
-    /// Refuses any but those.
+    /// Checks that the type is one of `media_types`.
+    ///
+    /// # Errors
+    /// 415 if it is not.
     pub fn require(&self, media_types: &[&str]) -> Result<(), ApiError> {
         if media_types.iter().any(|media_type| self.is(media_type)) {
             return Ok(());
         }
         let given = if self.0.is_empty() { "none".to_owned() } else { quote(&self.0) };
-        Err(ApiError::media_type(format!("send {}, not {given}", media_types.join(" or "))))
+        Err(ApiError::media_type(format!("must be {}, got {given}", media_types.join(" or "))))
     }
 }
 
-/// Memory taken for a body before it has come.
+/// Memory reserved for a body before its bytes arrive.
 const RESERVE_BYTES: usize = 4 << 20;
-/// Bytes that the bodies of this process may still take.
+/// Memory budget of clients' bodies, in bytes.
 static BODIES: Semaphore = Semaphore::const_new(limit::BODIES_BYTES);
-/// The same for workers' messages.
+/// Memory budget of workers' messages, in bytes.
 static MESSAGES: Semaphore = Semaphore::const_new(limit::MESSAGES_BYTES);
 
-/// Bytes with the room that they take, which is free again when the last part of them is dropped.
-struct Held {
+/// Bytes with the permits for their memory, released when the last reference is dropped.
+struct BudgetedBytes {
     bytes: Bytes,
-    _room: SemaphorePermit<'static>,
+    _permits: SemaphorePermit<'static>,
 }
 
-impl AsRef<[u8]> for Held {
+impl AsRef<[u8]> for BudgetedBytes {
     fn as_ref(&self) -> &[u8] {
         &self.bytes
     }
 }
 
-/// The whole body, refused as soon as it is known to be larger than `limit`, too slow, or more than there is room for.
+/// Reads a whole body.
+///
+/// # Errors
+/// 413 if it is larger than `limit`, 408 if it is too slow, 503 if the memory budget is used up.
 pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, ApiError> {
     read_into(&BODIES, headers, body, limit).await
 }
 
-/// The same for a worker's message, which has room of its own.
+/// Reads a worker's message, which has a memory budget of its own.
+///
+/// # Errors
+/// As for [`read_body`].
 pub async fn read_message(
     headers: &HeaderMap,
     body: Body,
@@ -78,7 +87,7 @@ async fn read_into(
     body: Body,
     limit: usize,
 ) -> Result<Bytes, ApiError> {
-    let too_large = || ApiError::too_large(format!("at most {limit} bytes are taken here"));
+    let too_large = || ApiError::too_large(format!("the body must have at most {limit} bytes"));
     let declared = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok());
     let declared = declared.and_then(|text| text.parse::<u64>().ok());
     if declared.is_some_and(|n| n > limit as u64) {
@@ -90,39 +99,39 @@ async fn read_into(
     let mut first: Option<Bytes> = None;
     let mut rest = BytesMut::new();
     let mut received = 0usize;
-    let mut room: Option<SemaphorePermit<'static>> = None;
+    let mut permits: Option<SemaphorePermit<'static>> = None;
     loop {
         let allowance = Duration::from_secs(received as u64 / limit::BODY_RATE);
         let frame = tokio::time::timeout_at(start + limit::BODY + allowance, body.frame())
             .await
-            .map_err(|_| ApiError::slow_body("send it faster, or in smaller parts"))?;
+            .map_err(|_| ApiError::slow_body("send the body faster, or in smaller parts"))?;
         let Some(frame) = frame else { break };
         let frame = frame.map_err(|error| {
-            ApiError::bad_request("the body broke off").with_inner(error.to_string())
+            ApiError::bad_request("the body is incomplete").with_inner(error.to_string())
         })?;
         let Ok(data) = frame.into_data() else { continue };
         received += data.len();
         if received > limit {
             return Err(too_large());
         }
-        let taken = room.as_ref().map_or(0, SemaphorePermit::num_permits);
+        let taken = permits.as_ref().map_or(0, SemaphorePermit::num_permits);
         let more = received.saturating_sub(limit::BODY_FREE + taken);
         if more > 0 {
             let more = u32::try_from(more).map_err(|_| too_large())?;
-            let more = budget.try_acquire_many(more).map_err(|_| {
-                ApiError::busy("too many large bodies are being read; send it again later")
-            })?;
-            match &mut room {
-                Some(room) => room.merge(more),
-                None => room = Some(more),
+            let more = budget
+                .try_acquire_many(more)
+                .map_err(|_| ApiError::busy("too many large bodies are being read; retry later"))?;
+            match &mut permits {
+                Some(permits) => permits.merge(more),
+                None => permits = Some(more),
             }
         }
         match &first {
             None => first = Some(data),
             Some(head) => {
                 if rest.is_empty() {
-                    // What was declared is believed up to a bound, so that a brood's pictures are not moved again and
-                    // again while they come in.
+                    // Reserves the declared size up to a bound, so that a brood's pictures are not
+                    // copied repeatedly while they arrive.
                     rest.reserve(expected.min(RESERVE_BYTES));
                     rest.extend_from_slice(head);
                 }
@@ -131,8 +140,8 @@ async fn read_into(
         }
     }
     let bytes = if rest.is_empty() { first.unwrap_or_default() } else { rest.freeze() };
-    Ok(match room {
-        Some(room) => Bytes::from_owner(Held { bytes, _room: room }),
+    Ok(match permits {
+        Some(permits) => Bytes::from_owner(BudgetedBytes { bytes, _permits: permits }),
         None => bytes,
     })
 }
@@ -142,7 +151,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn body_is_refused_when_longer_than_the_limit_declared_or_not() {
+    async fn body_is_refused_when_longer_than_the_limit_with_or_without_content_length() {
         let chunks = |n: usize| {
             let part = |_| Ok::<_, std::io::Error>(Bytes::from_static(b"0123456789"));
             Body::from_stream(futures::stream::iter((0..n).map(part)))
@@ -156,7 +165,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn body_is_refused_when_there_is_no_room_left_for_large_ones() {
+    async fn large_body_is_refused_when_the_memory_budget_is_used_up() {
         let budget: &'static Semaphore = Box::leak(Box::new(Semaphore::new(100)));
         let none = HeaderMap::new();
         let read = |n: usize| {
@@ -172,7 +181,7 @@ mod tests {
         assert_eq!(
             read(limit::BODY_FREE).await.unwrap().len(),
             limit::BODY_FREE,
-            "small ones pass"
+            "small bodies need no permit"
         );
         drop(held);
         assert_eq!(budget.available_permits(), 100);
@@ -180,7 +189,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn body_is_refused_when_it_never_comes() {
+    async fn body_is_refused_when_it_never_arrives() {
         let body = Body::from_stream(futures::stream::pending::<Result<Bytes, std::io::Error>>());
         let error = read_body(&HeaderMap::new(), body, 30).await.unwrap_err();
         assert_eq!(error.status(), 408);

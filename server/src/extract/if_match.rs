@@ -1,11 +1,12 @@
-//! Preconditions: versioned things change only for those who saw the present version.
+//! `If-Match` preconditions: a versioned resource changes only for clients that saw its current
+//! version.
 
 use axum::extract::FromRequestParts;
 use http::{HeaderValue, header, request::Parts};
 
 use crate::problem::ApiError;
 
-/// The version that the client saw; `None` for `*`.
+/// Version that the client saw; `None` for `*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IfMatch(pub Option<u64>);
 
@@ -13,14 +14,15 @@ impl<S: Send + Sync> FromRequestParts<S> for IfMatch {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
-        let missing = || ApiError::no_if_match("send the ETag of what you read as If-Match");
+        let missing =
+            || ApiError::no_if_match("send the ETag of the resource as last read in If-Match");
         let value = parts.headers.get(header::IF_MATCH).ok_or_else(missing)?;
         parse(value)
     }
 }
 
 fn parse(value: &HeaderValue) -> Result<IfMatch, ApiError> {
-    let malformed = || ApiError::bad_request("If-Match is an ETag in double quotes, or *");
+    let malformed = || ApiError::bad_request("If-Match must be an ETag in double quotes, or *");
     let text = value.to_str().map_err(|_| malformed())?.trim();
     if text == "*" {
         return Ok(IfMatch(None));
@@ -28,13 +30,14 @@ fn parse(value: &HeaderValue) -> Result<IfMatch, ApiError> {
     let bare = text.strip_prefix("W/").unwrap_or(text);
     let tag = bare.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
     let version = tag.ok_or_else(malformed)?.parse();
-    // A well-formed tag that is no version was never this thing's: it is stale, not malformed.
+    // A well-formed tag that is no version never belonged to this resource: it is stale, not
+    // malformed.
     version
         .map(|version| IfMatch(Some(version)))
-        .map_err(|_| ApiError::stale_version("that ETag is not one of this thing's"))
+        .map_err(|_| ApiError::stale_version("unknown ETag for this resource"))
 }
 
-/// The ETag of a version.
+/// Returns the ETag of a version.
 pub fn etag(version: u64) -> HeaderValue {
     HeaderValue::from_str(&format!("\"{version}\"")).expect("digits in quotes")
 }

@@ -1,4 +1,4 @@
-//! JSON bodies, strictly: content type, size, duplicate keys, depth, and a pointer to what is wrong.
+//! Strict JSON bodies: content type, size, duplicate keys, depth, and a pointer to each error.
 
 use axum::body::Body;
 use axum::extract::FromRequest;
@@ -7,18 +7,17 @@ use http::Request;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 
-use super::strict::{check, pointer_step};
+use super::strict::{check, pointer_step, syntax_error};
 use super::{ContentType, read_body};
 use crate::limit;
 use crate::problem::ApiError;
-use crate::problem::serde_words;
 
-/// A JSON body and the bytes it came as.
+/// JSON body and its bytes.
 #[derive(Debug)]
 pub struct Json<T> {
-    /// What it says.
+    /// Parsed value.
     pub value: T,
-    /// As sent: idempotency compares these.
+    /// Bytes as received; idempotency compares these.
     pub bytes: Bytes,
 }
 
@@ -34,21 +33,27 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Json<T> {
     }
 }
 
-/// Reads a JSON object into a type.
+/// Parses a JSON object.
+///
+/// # Errors
+/// 400 with a pointer to the error.
 pub fn parse_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ApiError> {
     check(bytes)?;
-    // serde would take a list for a struct, its fields in order.
+    // serde would accept a list as a struct, with the fields in order.
     if bytes.trim_ascii_start().first() != Some(&b'{') {
-        return Err(ApiError::bad_json("the body is a JSON object").at(""));
+        return Err(ApiError::bad_json("the body must be a JSON object").at(""));
     }
     let mut deserializer = serde_json::Deserializer::from_slice(bytes);
     serde_path_to_error::deserialize(&mut deserializer).map_err(|error| pointed(&error))
 }
 
-/// Reads a part of a JSON body into a type, which has to be an object there; pointers count from it.
+/// Parses a part of a JSON body, which must be an object; pointers are relative to it.
+///
+/// # Errors
+/// 400 with a pointer to the error.
 pub fn parse_value<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, ApiError> {
     if !value.is_object() {
-        return Err(ApiError::bad_json("this is a JSON object").at(""));
+        return Err(ApiError::bad_json("the value must be a JSON object").at(""));
     }
     serde_path_to_error::deserialize(value).map_err(|error| pointed(&error))
 }
@@ -63,16 +68,6 @@ fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
         }
     }
     syntax_error(error.inner()).at(pointer)
-}
-
-/// What serde says about JSON, with line and column as fields.
-pub fn syntax_error(error: &serde_json::Error) -> ApiError {
-    let words = ApiError::bad_json(serde_words(&error.to_string()));
-    let place = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    if error.line() == 0 {
-        return words;
-    }
-    words.at_line(place(error.line()), Some(place(error.column())))
 }
 
 fn step(segment: &Segment) -> String {
@@ -102,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn parse_points_at_the_value() {
+    fn parse_points_at_the_invalid_value() {
         assert_eq!(pointer(r#"{"count": -1}"#), "/count");
         assert_eq!(pointer(r#"{"count": 4294967296}"#), "/count");
         assert_eq!(pointer(r#"{"colour": 1}"#), "/colour");
@@ -114,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn parse_of_a_part_points_from_there() {
+    fn parse_value_points_relative_to_the_part() {
         let part = |text: &str| parse_value::<Breed>(&serde_json::from_str(text).unwrap());
         assert_eq!(part(r#"{"count": 3}"#).unwrap().count, 3);
         let refused = |text: &str| part(text).unwrap_err().problem().pointer.clone().unwrap();
@@ -124,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn parse_takes_what_is_right() {
+    fn parse_accepts_valid_json() {
         let breed: Breed = parse_json(br#"{"count": 3, "seed": "18446744073709551615"}"#).unwrap();
         assert_eq!((breed.count, breed.seed.unwrap().0), (3, u64::MAX));
     }

@@ -1,5 +1,5 @@
-//! Requests taken apart: bodies, queries, paths and preconditions, each refused in words when it is not what it has to
-//! be.
+//! Request extractors: bodies, queries, paths and preconditions, each with an error that names the
+//! invalid part.
 
 mod body;
 mod if_match;

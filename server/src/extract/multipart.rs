@@ -1,4 +1,4 @@
-//! Bodies of `multipart/form-data` taken apart by name, without copying: the parts are views of the body.
+//! Zero-copy parser of `multipart/form-data` bodies: the parts are views of the body.
 
 use bytes::Bytes;
 use http::{HeaderMap, header};
@@ -7,14 +7,17 @@ use memchr::memmem;
 use super::ContentType;
 use crate::problem::{ApiError, quote};
 
-/// As many as any form has here, a target of sixteen pictures with their masks; a bound for what a bad body can ask for.
+/// Most parts of a body: a target of 16 pictures with their masks and the spec.
 const MOST_PARTS: usize = 33;
-/// Longest head of a part.
+/// Longest head of a part, in bytes.
 const HEAD_BYTES: usize = 4096;
-/// Longest boundary that the format allows.
+/// Longest boundary that the format allows, in bytes.
 const BOUNDARY_BYTES: usize = 70;
 
-/// The boundary that a request declares.
+/// Returns the boundary that a request declares.
+///
+/// # Errors
+/// 415 if the body is not multipart, 400 if there is no valid boundary.
 pub fn boundary(headers: &HeaderMap) -> Result<String, ApiError> {
     ContentType::of(headers).require(&["multipart/form-data"])?;
     let value = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
@@ -24,24 +27,27 @@ pub fn boundary(headers: &HeaderMap) -> Result<String, ApiError> {
         let is_it = name.trim().eq_ignore_ascii_case("boundary");
         is_it.then(|| value.trim().trim_matches('"').to_owned())
     });
-    boundary
-        .filter(|boundary| (1..=BOUNDARY_BYTES).contains(&boundary.len()))
-        .ok_or_else(|| ApiError::bad_request("the content type has no boundary"))
+    boundary.filter(|boundary| (1..=BOUNDARY_BYTES).contains(&boundary.len())).ok_or_else(|| {
+        ApiError::bad_request("the content type must have a boundary of 1 to 70 bytes")
+    })
 }
 
-/// The parts of a body by their names, each of which is there once.
+/// Parts of a body by name; names are unique.
 #[derive(Debug)]
 pub struct Parts {
     parts: Vec<(String, Bytes)>,
 }
 
 impl Parts {
-    /// Takes a body apart.
+    /// Parses a body.
+    ///
+    /// # Errors
+    /// 400 if it is malformed or has two parts of one name.
     pub fn of(boundary: &str, body: &Bytes) -> Result<Self, ApiError> {
         let mut parts: Vec<(String, Bytes)> = Vec::new();
         for (name, bytes) in split(boundary, body)? {
             if parts.iter().any(|(known, _)| *known == name) {
-                let words = format!("the part {} is there twice", quote(&name));
+                let words = format!("there are two parts {}", quote(&name));
                 return Err(ApiError::bad_request(words));
             }
             parts.push((name, bytes));
@@ -49,40 +55,46 @@ impl Parts {
         Ok(Self { parts })
     }
 
-    /// The part of that name.
+    /// Returns the part of this name, if any.
     pub fn get(&self, name: &str) -> Option<&Bytes> {
         self.parts.iter().find(|(known, _)| known == name).map(|(_, bytes)| bytes)
     }
 
-    /// The part of that name, which has to be there.
+    /// Returns the part of this name.
+    ///
+    /// # Errors
+    /// 400 if there is none.
     pub fn need(&self, name: &str) -> Result<&Bytes, ApiError> {
         let missing = || ApiError::bad_request(format!("there is no part {}", quote(name)));
         self.get(name).ok_or_else(missing)
     }
 
-    /// Refuses parts of any other names.
+    /// Checks that all parts have one of these names.
+    ///
+    /// # Errors
+    /// 400 if a part has another name.
     pub fn only(&self, names: &[&str]) -> Result<(), ApiError> {
         match self.parts.iter().find(|(name, _)| !names.contains(&name.as_str())) {
             None => Ok(()),
             Some((name, _)) => {
                 let known: Vec<String> = names.iter().map(|name| quote(name)).collect();
                 let (name, known) = (quote(name), known.join(", "));
-                let words = format!("there is a part {name}; there may be {known}");
+                let words = format!("there is a part {name}; allowed are {known}");
                 Err(ApiError::bad_request(words))
             }
         }
     }
 
-    /// All of them, in the order in which they came.
+    /// Iterates over all parts in the order of the body.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Bytes)> {
         self.parts.iter().map(|(name, bytes)| (name.as_str(), bytes))
     }
 }
 
 fn split(boundary: &str, body: &Bytes) -> Result<Vec<(String, Bytes)>, ApiError> {
-    let broken = || ApiError::bad_request("the body is no multipart/form-data, or it is cut off");
+    let broken = || ApiError::bad_request("the body must be complete multipart/form-data");
     let delimiter = format!("\r\n--{boundary}");
-    // The first one may stand at the very beginning.
+    // The first delimiter may stand at the start of the body, without a line break before it.
     let first = &delimiter.as_bytes()[2..];
     let mut at = match body.strip_prefix(first) {
         Some(_) => first.len(),
@@ -108,7 +120,7 @@ fn split(boundary: &str, body: &Bytes) -> Result<Vec<(String, Bytes)>, ApiError>
     }
 }
 
-/// The name that a part's head gives it.
+/// Returns the name in a part's head.
 fn name(head: &[u8]) -> Option<String> {
     let head = std::str::from_utf8(head).ok()?;
     let disposition = head.lines().find_map(|line| {
@@ -136,7 +148,7 @@ mod tests {
         Content-Type: text/csv\n\n1\n--bogus\n2\n--b--\n";
 
     #[test]
-    fn parts_are_told_by_name_and_kept_as_they_are() {
+    fn parts_are_found_by_name_and_unchanged() {
         let body = Bytes::from(FORM.replace('\n', "\r\n").replace("--bogus", "-- b"));
         let parts = Parts::of("b", &body).unwrap();
         let (file, spec) = (parts.need("file").unwrap(), parts.need("spec").unwrap());

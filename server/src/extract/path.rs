@@ -1,4 +1,4 @@
-//! Ids and names in the address.
+//! Path parameters: ids and names.
 
 use axum::extract::FromRequestParts;
 use http::request::Parts;
@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use crate::problem::ApiError;
 
-/// The parameters of the route; what is not an id names nothing, which is 404.
+/// Parameters of the route; a malformed id is 404, as it names nothing.
 #[derive(Debug, Clone)]
 pub struct Path<T>(pub T);
 
@@ -16,6 +16,6 @@ impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Path<T>
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
         let path = axum::extract::Path::<T>::from_request_parts(parts, state).await;
         path.map(|path| Self(path.0))
-            .map_err(|_| ApiError::not_found("the address does not hold an id of the right form"))
+            .map_err(|_| ApiError::not_found("the address has a malformed id"))
     }
 }

@@ -1,4 +1,4 @@
-//! Query parameters, strictly, and the pages of lists.
+//! Strict query parameters, and pages of lists.
 
 use axum::extract::FromRequestParts;
 use brood_protocol::Page;
@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use crate::limit;
 use crate::problem::{ApiError, serde_words};
 
-/// The query as a struct; unknown names, duplicates and bad values are refused.
+/// Parsed query; unknown names, duplicates and bad values are refused.
 #[derive(Debug, Clone)]
 pub struct Query<T>(pub T);
 
@@ -23,13 +23,13 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
             let words = words.strip_prefix("Failed to deserialize query string: ");
             ApiError::bad_request(match words {
                 Some(words) => format!("query: {}", serde_words(words)),
-                None => "the query string is not well formed".to_owned(),
+                None => "the query string is malformed".to_owned(),
             })
         })
     }
 }
 
-/// For routes that take no query.
+/// Extractor of routes without query parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct NoQuery;
 
@@ -44,38 +44,44 @@ impl<S: Send + Sync> FromRequestParts<S> for NoQuery {
     }
 }
 
-/// Which page of a list.
+/// Page of a list.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PageQuery {
-    /// `next` of the page before.
+    /// `next` of the previous page.
     #[serde(default)]
     pub cursor: Option<String>,
-    /// Items of a page, 1 to 200; 50 unless asked otherwise.
+    /// Items per page, 1 to 200; default 50.
     #[serde(default)]
     pub limit: Option<u32>,
 }
 
 impl PageQuery {
-    /// The items wanted.
+    /// Returns the number of items.
+    ///
+    /// # Errors
+    /// 400 if it is out of range.
     pub fn limit(&self) -> Result<u32, ApiError> {
         let limit = self.limit.unwrap_or(limit::PAGE_DEFAULT);
         if !(1..=limit::PAGE).contains(&limit) {
-            let words = format!("1 to {}, not {limit}", limit::PAGE);
+            let words = format!("must be 1 to {}, got {limit}", limit::PAGE);
             return Err(ApiError::bad_parameter("limit", words));
         }
         Ok(limit)
     }
 
-    /// Where to go on.
+    /// Returns the cursor.
+    ///
+    /// # Errors
+    /// 400 if it is malformed.
     pub fn cursor<C: std::str::FromStr>(&self) -> Result<Option<C>, ApiError> {
-        let malformed = |_| ApiError::bad_parameter("cursor", "not one that a list has given");
+        let malformed = |_| ApiError::bad_parameter("cursor", "must be the `next` of a page");
         self.cursor.as_deref().map(str::parse).transpose().map_err(malformed)
     }
 }
 
-/// A page of up to `limit` of the items, of which there is one more where the list goes on.
+/// Makes a page of at most `limit` of the items; an extra item means that the list continues.
 pub fn page<T, U>(
     mut items: Vec<T>,
     limit: u32,

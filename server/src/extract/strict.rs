@@ -1,6 +1,7 @@
-//! What serde lets pass or says without a place: duplicate keys, nesting, and where a syntax error is.
+//! Strictness that serde lacks: duplicate keys, nesting depth, and the JSON pointer of a syntax
+//! error.
 //!
-//! One walk over the document before it is read into a type, keeping the JSON pointer as it goes.
+//! Walks the document once before it is parsed into a type, tracking the JSON pointer.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -8,11 +9,12 @@ use std::fmt;
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 
 use crate::limit;
-use crate::problem::{ApiError, quote};
+use crate::problem::{ApiError, quote, serde_words};
 
-use super::json::syntax_error;
-
-/// Refuses a document with duplicate keys, too deep nesting, or no JSON at all.
+/// Checks a document for duplicate keys, nesting depth and syntax.
+///
+/// # Errors
+/// 400 with a pointer to the error.
 pub fn check(bytes: &[u8]) -> Result<(), ApiError> {
     let mut walk = Walk { path: Vec::new() };
     let mut deserializer = serde_json::Deserializer::from_slice(bytes);
@@ -20,9 +22,19 @@ pub fn check(bytes: &[u8]) -> Result<(), ApiError> {
     result.map_err(|error| syntax_error(&error).at(walk.pointer()))
 }
 
-/// One step of a JSON pointer, escaped as the RFC has it and cut to a bearable length.
+/// Returns one step of a JSON pointer, escaped as in RFC 6901 and shortened by [`quote`].
 pub fn pointer_step(key: &str) -> String {
     quote(key).replace('~', "~0").replace('/', "~1")
+}
+
+/// Converts a serde error, with its line and column if it has them.
+pub fn syntax_error(error: &serde_json::Error) -> ApiError {
+    let words = ApiError::bad_json(serde_words(&error.to_string()));
+    let place = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    if error.line() == 0 {
+        return words;
+    }
+    words.at_line(place(error.line()), Some(place(error.column())))
 }
 
 struct Walk {
@@ -115,7 +127,7 @@ impl<'de> Visitor<'de> for Value<'_> {
         while let Some(key) = map.next_key::<String>()? {
             self.0.path.push(Step::Key(key.clone()));
             if !keys.insert(key) {
-                return Err(de::Error::custom("the key is there twice"));
+                return Err(de::Error::custom("the key occurs twice"));
             }
             map.next_value_seed(Value(self.0))?;
             self.0.path.pop();
@@ -136,12 +148,12 @@ mod tests {
     }
 
     #[test]
-    fn check_takes_json() {
+    fn check_accepts_valid_json() {
         check(br#"{"a": [1, -2.5, "x", null, {"b": true}], "c": {}}"#).unwrap();
     }
 
     #[test]
-    fn check_points_at_the_place() {
+    fn check_points_at_the_error() {
         assert_eq!(pointer(r#"{"a": {"b": 1, "b": 2}}"#).0, "/a/b");
         assert_eq!(pointer(r#"{"a": [0, 1e999]}"#).0, "/a/1");
         assert_eq!(pointer(r#"{"a": [0, NaN]}"#).0, "/a/1");
@@ -160,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn check_repeats_little_of_long_keys() {
+    fn check_shortens_long_keys() {
         let key = "k".repeat(10_000);
         let (pointer, _) = pointer(&format!("{{\"{key}\": NaN}}"));
         assert!(pointer.len() < 70);

@@ -1,4 +1,4 @@
-//! The outermost layer: request ids, spans, figures, problem bodies and security headers.
+//! Outermost layer: request ids, tracing spans, metrics, problem bodies and security headers.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -18,12 +18,12 @@ use crate::state::App;
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; \
                       object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// The documentation page sets styles inline; its scripts are files all the same.
+/// Policy of the documentation page, which sets styles inline. Its scripts are files.
 const DOCS_POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; \
                            style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; \
                            frame-ancestors 'none'";
 
-/// Runs a request under its id and finishes the answer.
+/// Runs a request under a new id and completes the answer.
 pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Response {
     let start = Instant::now();
     let id = RequestId::fresh();
@@ -51,8 +51,8 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
     }
     secure(headers, docs);
     if !read_to_the_end.load(Ordering::Relaxed) {
-        // What is left of the body closes the connection; a client that is not told would send its next request
-        // into it.
+        // The unread rest of the body closes the connection. Without this header, a client would
+        // send its next request into the closing connection.
         headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
     }
     let elapsed = start.elapsed();
@@ -74,7 +74,7 @@ fn secure(headers: &mut HeaderMap, docs: bool) {
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("same-origin"));
 }
 
-/// Gives an error its body: the problem that came with it, or one by its status alone.
+/// Writes the body of an error: its own problem, or one made from the status.
 fn write_problem(response: &mut Response, method: &Method, id: RequestId) {
     let pending = response.extensions_mut().remove::<Pending>();
     let status = response.status();
@@ -90,7 +90,7 @@ fn write_problem(response: &mut Response, method: &Method, id: RequestId) {
         tracing::error!(status = status.as_u16(), reason = %problem.detail, "request failed");
     }
     problem.request_id = Some(id.to_string());
-    let body = serde_json::to_vec(&problem).expect("a problem is strings and numbers");
+    let body = serde_json::to_vec(&problem).expect("problems serialise without errors");
     let headers = response.headers_mut();
     let problem_json = HeaderValue::from_static("application/problem+json");
     headers.insert(header::CONTENT_TYPE, problem_json);

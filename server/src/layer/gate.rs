@@ -1,4 +1,4 @@
-//! The gate: whether this client may do that, and whether the server still takes new work.
+//! Access layer: checks the token's scope, and rejects new work while the server stops.
 
 use axum::extract::{Request, State};
 use axum::middleware::Next;
@@ -9,10 +9,13 @@ use crate::access::Need;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// The cookie that the page keeps its token in.
+/// Cookie with the page's token.
 pub const COOKIE: &str = "brood_token";
 
-/// Lets requests pass whose token allows them.
+/// Passes requests whose token has the needed scope.
+///
+/// # Errors
+/// 401 or 403 if the token is missing or its scope is too small; 503 if the server stops.
 pub async fn gate(
     State(app): State<App>,
     request: Request,
@@ -21,17 +24,17 @@ pub async fn gate(
     let need = need(request.method(), request.uri().path());
     app.access.check(&app.store, need, token(request.headers())).await?;
     if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
-        return Err(ApiError::stopping("come back when it runs again"));
+        return Err(ApiError::stopping("retry after the restart"));
     }
     Ok(next.run(request).await)
 }
 
-/// The token that a request carries, in its header or in the page's cookie.
+/// Returns the token of a request, from its `Authorization` header or the page's cookie.
 pub fn token(headers: &HeaderMap) -> Option<&str> {
     bearer(headers).or_else(|| cookie_value(headers))
 }
 
-/// What a route needs at least; purging needs more, which its handler sees to once the query is parsed.
+/// Returns the least access that a route needs. Purging needs more, which its handler checks.
 fn need(method: &Method, path: &str) -> Need {
     let below = |prefix: &str| {
         path.strip_prefix(prefix).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
@@ -54,7 +57,7 @@ fn bearer(headers: &HeaderMap) -> Option<&str> {
     scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
 }
 
-/// The token in the page's cookie.
+/// Returns the token in the page's cookie.
 fn cookie_value(headers: &HeaderMap) -> Option<&str> {
     let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
     cookies

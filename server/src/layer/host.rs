@@ -1,4 +1,4 @@
-//! The Host check: a page of another name that resolves here (DNS rebinding) gets nothing.
+//! Host check: rejects requests to foreign host names that resolve to this server (DNS rebinding).
 
 use std::collections::HashSet;
 use std::net::IpAddr;
@@ -12,12 +12,15 @@ use crate::error::ServerError;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-/// The names that the server answers to.
+/// Host names that the server answers to.
 #[derive(Debug, Clone)]
 pub struct HostNames(HashSet<String>);
 
 impl HostNames {
-    /// Localhost in its three forms, the address listened on, and the names given.
+    /// Collects the three forms of localhost, the listening address, and the allowed names.
+    ///
+    /// # Errors
+    /// [`ServerError::HostName`] if an allowed name is not a host name.
     pub fn new(listen: IpAddr, allowed: &[String]) -> Result<Self, ServerError> {
         let mut names: HashSet<_> =
             ["localhost", "127.0.0.1", "[::1]"].into_iter().map(str::to_owned).collect();
@@ -37,7 +40,7 @@ impl HostNames {
     }
 
     fn check(&self, text: &str) -> Result<(), ApiError> {
-        let malformed = || ApiError::bad_request("the Host header is no host name");
+        let malformed = || ApiError::bad_request("the Host header must be a host name");
         let authority: Authority = text.parse().map_err(|_| malformed())?;
         if text.contains('@') {
             return Err(malformed());
@@ -46,13 +49,16 @@ impl HostNames {
             return Ok(());
         }
         Err(ApiError::foreign_host(format!(
-            "{} is not among the names that this server was told to answer to (--allow-host)",
+            "{} is not a name of this server; allow it with --allow-host",
             quote(authority.host())
         )))
     }
 }
 
-/// Lets requests to the server's own names pass.
+/// Passes requests to the server's own names.
+///
+/// # Errors
+/// 421 if the host is foreign, 400 if it is missing, repeated or malformed.
 pub async fn check(
     State(app): State<App>,
     request: Request,
@@ -66,19 +72,21 @@ fn check_request<B>(names: &HostNames, request: &http::Request<B>) -> Result<(),
     let mut hosts = request.headers().get_all(header::HOST).iter();
     let (first, second) = (hosts.next(), hosts.next());
     if second.is_some() {
-        return Err(ApiError::bad_request("there is more than one Host header"));
+        return Err(ApiError::bad_request("there must be one Host header, got several"));
     }
     match first {
         Some(host) => {
-            let text = host.to_str().map_err(|_| ApiError::bad_request("the Host is not text"))?;
+            let text = host
+                .to_str()
+                .map_err(|_| ApiError::bad_request("the Host header must be ASCII"))?;
             names.check(text)?;
         }
         None if request.version() < Version::HTTP_2 => {
-            return Err(ApiError::bad_request("there is no Host header"));
+            return Err(ApiError::bad_request("the Host header is missing"));
         }
         None => {}
     }
-    // An absolute request target outranks the header, so it is held to the same names.
+    // An absolute request target takes precedence over the header, so it is checked as well.
     request.uri().authority().map_or(Ok(()), |authority| names.check(authority.as_str()))
 }
 
@@ -116,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn none_two_or_malformed_hosts_are_bad_requests() {
+    fn missing_repeated_and_malformed_hosts_are_bad_requests() {
         assert_eq!(status("/", &[]), 400);
         assert_eq!(status("/", &["localhost", "localhost"]), 400);
         assert_eq!(status("/", &["a b"]), 400);
@@ -125,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn host_names_are_refused_when_they_are_none() {
+    fn allowed_names_are_refused_when_they_are_not_host_names() {
         let listen = "0.0.0.0".parse().unwrap();
         for name in ["", "a b", "a/b", "host:80", "user@host"] {
             assert!(HostNames::new(listen, &[name.to_owned()]).is_err(), "{name}");

@@ -1,5 +1,6 @@
-//! What every request passes through, one concern a file. From the outside in: [`finish`] (id, span, figures, problem
-//! bodies, security headers), panics, [`host`], [`origin`], [`gate`] (access and shutdown).
+//! Layers around every request, one concern per file. From the outside in: [`finish`] (id, span,
+//! metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`] (access and
+//! shutdown).
 
 mod finish;
 mod gate;
@@ -18,7 +19,7 @@ use axum::response::{IntoResponse, Response};
 pub use gate::{COOKIE, token};
 pub use host::HostNames;
 
-/// Puts the layers around the routes.
+/// Wraps the routes in the layers.
 pub fn wrap(router: Router, app: &App) -> Router {
     router
         .layer(from_fn_with_state(app.clone(), gate::gate))
@@ -31,6 +32,6 @@ pub fn wrap(router: Router, app: &App) -> Router {
 fn panicked(payload: Box<dyn std::any::Any + Send>) -> Response {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-    let text = text.unwrap_or_else(|| "a panic without words".to_owned());
+    let text = text.unwrap_or_else(|| "a panic without a message".to_owned());
     ApiError::internal(format!("a handler panicked: {text}")).into_response()
 }

@@ -1,4 +1,4 @@
-//! The Origin check: browsers may write here only from this server's own page.
+//! Origin check: browsers may write only from this server's own page.
 
 use axum::extract::Request;
 use axum::middleware::Next;
@@ -7,7 +7,10 @@ use http::{HeaderMap, Method, header};
 
 use crate::problem::ApiError;
 
-/// Lets reads pass, and writes that do not come from another site's page.
+/// Passes reads, and writes that do not come from another site's page.
+///
+/// # Errors
+/// 403 for writes of other sites.
 pub async fn check(request: Request, next: Next) -> Result<Response, ApiError> {
     check_headers(request.method(), request.headers())?;
     Ok(next.run(request).await)
@@ -17,7 +20,7 @@ fn check_headers(method: &Method, headers: &HeaderMap) -> Result<(), ApiError> {
     if method.is_safe() {
         return Ok(());
     }
-    let refuse = || Err(ApiError::cross_origin("this request comes from another site's page"));
+    let refuse = || Err(ApiError::cross_origin("the request comes from another site's page"));
     let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
     if text("sec-fetch-site").is_some_and(|site| site != "same-origin" && site != "none") {
         return refuse();
@@ -47,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn writes_pass_from_scripts_and_the_own_page() {
+    fn writes_pass_from_scripts_and_from_the_own_page() {
         assert!(passes(Method::POST, None, None));
         assert!(passes(Method::POST, Some("http://localhost:7320"), Some("same-origin")));
         assert!(passes(Method::DELETE, Some("https://LOCALHOST:7320"), None));

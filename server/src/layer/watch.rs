@@ -1,4 +1,4 @@
-//! Request bodies that tell whether they were read to their end.
+//! Request bodies that record whether they were read to the end.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -10,19 +10,19 @@ use axum::extract::Request;
 use bytes::Bytes;
 use hyper::body::{Frame, SizeHint};
 
-struct Watched {
+struct TrackedBody {
     body: Body,
     ended: Arc<AtomicBool>,
 }
 
-/// The request with its body watched, and what is set once the body was read to its end.
+/// Wraps the request's body; the flag is set once the body was read to the end.
 pub fn watch(request: Request) -> (Request, Arc<AtomicBool>) {
     let ended = Arc::new(AtomicBool::new(request.body().is_end_stream()));
     let flag = ended.clone();
-    (request.map(|body| Body::new(Watched { body, ended: flag })), ended)
+    (request.map(|body| Body::new(TrackedBody { body, ended: flag })), ended)
 }
 
-impl HttpBody for Watched {
+impl HttpBody for TrackedBody {
     type Data = Bytes;
     type Error = axum::Error;
 
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn body_tells_when_it_was_read_to_its_end() {
+    async fn flag_is_set_when_the_body_was_read_to_the_end() {
         let (_, ended) = watch(Request::new(Body::empty()));
         assert!(ended.load(Ordering::Relaxed), "there is nothing to read");
         let (request, ended) = watch(Request::new(Body::from("body")));

@@ -1,26 +1,33 @@
-//! Whether bytes that a worker sent can be the picture asked for: its kind and its size, from the header.
+//! Header check of pictures sent by workers: format and size.
 
 use brood_protocol::PictureFormat;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
 const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Refuses bytes that do not begin as a picture of that format, width and height.
+/// Checks that bytes look like a picture of this format, width and height.
+///
+/// # Errors
+/// Reason why they do not.
 pub fn check(bytes: &[u8], format: PictureFormat, size_px: (u32, u32)) -> Result<(), String> {
     match format {
         PictureFormat::Png => {
-            let header = bytes.strip_prefix(PNG).ok_or("it does not begin as a PNG file")?;
-            let sides = header.get(..8).ok_or("its header is cut off")?;
+            let header = bytes.strip_prefix(PNG).ok_or("it must begin with a PNG header")?;
+            let sides = header.get(..8).ok_or("the PNG header is incomplete")?;
             let (width, height) = sides.split_at(4);
             let (wide, high) = size_px;
             if width != wide.to_be_bytes() || height != high.to_be_bytes() {
-                return Err(format!("it is not {wide} pixels wide and {high} high"));
+                return Err(format!("it must be {wide} pixels wide and {high} high"));
             }
             let end = b"\0\0\0\0IEND\xaeB`\x82";
-            if bytes.ends_with(end) { Ok(()) } else { Err("its end is missing".to_owned()) }
+            if bytes.ends_with(end) {
+                Ok(())
+            } else {
+                Err("the end of the PNG is missing".to_owned())
+            }
         }
         PictureFormat::Exr if bytes.starts_with(EXR) => Ok(()),
-        PictureFormat::Exr => Err("it does not begin as an EXR file".to_owned()),
+        PictureFormat::Exr => Err("it must begin with an EXR header".to_owned()),
     }
 }
 
@@ -29,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn check_takes_pictures_of_the_right_size_only() {
+    fn check_accepts_only_pictures_of_the_right_format_and_size() {
         let png = brood_eval::encode_png(16, 12, &[7; 16 * 12 * 4]);
         check(&png, PictureFormat::Png, (16, 12)).unwrap();
         assert!(check(&png, PictureFormat::Png, (12, 16)).is_err());

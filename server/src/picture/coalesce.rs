@@ -1,22 +1,22 @@
-//! Gathers what is wanted within a moment into batches: twenty requests for the pictures of one frame are one job.
+//! Batching of requests: twenty requests for pictures of one frame become one job.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::Mutex;
 
-/// Batches by what their items have in common.
+/// Batches of items by a common key.
 #[derive(Debug)]
 pub struct Coalescer<F, T> {
     batches: Mutex<HashMap<F, Vec<T>>>,
 }
 
 impl<F: Eq + Hash, T> Coalescer<F, T> {
-    /// No batches yet.
+    /// Creates an empty set of batches.
     pub fn new() -> Self {
         Self { batches: Mutex::new(HashMap::new()) }
     }
 
-    /// Adds to a batch; true where it is a new one, which the caller takes a moment later.
+    /// Adds an item; true if it begins a new batch, which the caller must take later.
     pub fn add(&self, common: F, item: T) -> bool {
         let mut batches = self.batches.lock().expect("nothing panics under this lock");
         let batch = batches.entry(common).or_default();
@@ -24,7 +24,7 @@ impl<F: Eq + Hash, T> Coalescer<F, T> {
         batch.len() == 1
     }
 
-    /// Takes a batch; what is added from now on makes a new one.
+    /// Removes and returns a batch; later items begin a new one.
     pub fn take(&self, common: &F) -> Vec<T> {
         let mut batches = self.batches.lock().expect("nothing panics under this lock");
         batches.remove(common).unwrap_or_default()

@@ -1,9 +1,11 @@
-//! The cache on disk: pictures one behind the other in a few large files, the longest unused thrown away first.
+//! Picture cache on disk: pictures appended to a few large segment files; the least recently used
+//! segment is removed first.
 //!
-//! A file for each picture would be simpler, but making and removing files costs a file system far more than their
-//! bytes: with twenty small files a brood it took a fifth of all processor time. So there are segments, which are only
-//! appended to and thrown away whole; a picture read from an old one is copied to the newest. Nothing is synced: what
-//! a power cut takes or mangles is found by its checksum and rendered again. All calls block.
+//! One file per picture would be simpler, but twenty small files per brood took a fifth of all
+//! processor time: creating and removing files costs far more than writing their bytes. Segments
+//! are only appended to and removed as a whole; a picture read from an old segment is copied to the
+//! newest. Nothing is synced: records lost or damaged by a power cut fail their checksum and are
+//! rendered again. All calls block.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, File};
@@ -16,19 +18,19 @@ use bytes::Bytes;
 
 use super::segment::{self, Entry, RECORD_BYTES};
 
-/// A segment is closed at this share of the cache, so that throwing one away is no great loss ...
+/// A segment is closed at 1/16 of the cache, so that removing one loses little ...
 const SEGMENTS: u64 = 16;
-/// ... and at this size in any case.
+/// ... and never grows beyond 32 MiB.
 const SEGMENT_MOST_BYTES: u64 = 32 << 20;
 
-/// The cache on disk.
+/// Picture cache on disk.
 #[derive(Debug)]
-pub struct Disk {
+pub struct DiskCache {
     root: PathBuf,
     max_bytes: u64,
     segment_bytes: u64,
     index: Mutex<Index>,
-    /// Held while something is appended.
+    /// Newest segment; locked while records are appended.
     tail: Mutex<Option<Tail>>,
 }
 
@@ -51,7 +53,7 @@ struct Segment {
     keys: HashSet<PictureKey>,
 }
 
-/// The segment that is being appended to.
+/// Segment that is being appended to.
 #[derive(Debug)]
 struct Tail {
     number: u64,
@@ -59,8 +61,11 @@ struct Tail {
     bytes: u64,
 }
 
-impl Disk {
-    /// Opens a cache directory, making it where it is missing, and finds what is there.
+impl DiskCache {
+    /// Opens a cache directory, creating it if missing, and indexes its segments.
+    ///
+    /// # Errors
+    /// Error of the file system.
     pub fn open(root: &Path, max_bytes: u64) -> io::Result<Self> {
         fs::create_dir_all(root)?;
         let mut index = Index::default();
@@ -71,7 +76,7 @@ impl Disk {
                     let (bytes, entries) = segment::scan(&path)?;
                     index.add(number, bytes, entries);
                 }
-                // Of an older version, whose pictures are rendered again.
+                // Left by an older version; its pictures are rendered again.
                 None if path.is_dir() => fs::remove_dir_all(path)?,
                 None => fs::remove_file(path)?,
             }
@@ -87,12 +92,12 @@ impl Disk {
         Ok(disk)
     }
 
-    /// Whether a picture is there, as far as is known without looking at it.
+    /// Returns true if a picture is indexed; the record may still be damaged.
     pub fn contains(&self, key: PictureKey) -> bool {
         self.lock().places.contains_key(&key)
     }
 
-    /// Reads a picture; `None` where it is not there or damaged.
+    /// Reads a picture; `None` if it is missing or damaged.
     pub fn read(&self, key: PictureKey) -> Option<Bytes> {
         let (place, old) = {
             let index = self.lock();
@@ -108,28 +113,28 @@ impl Disk {
                 return Some(bytes);
             }
             Ok(None) => {
-                tracing::warn!(%key, "a cached picture is damaged; it will be rendered again");
+                tracing::warn!(%key, "a cached picture is damaged and will be rendered again");
             }
-            Err(error) => tracing::warn!(%error, %key, "a cached picture cannot be read"),
+            Err(error) => tracing::warn!(%error, %key, "cannot read a cached picture"),
         }
         self.lock().forget(key, place.segment);
         None
     }
 
-    /// Writes a picture; a failure is logged, and costs another rendering at most.
+    /// Writes a picture. A failure is only logged: the picture can be rendered again.
     pub fn write(&self, key: PictureKey, picture: &[u8]) {
         self.write_all(&[(key, picture)]);
     }
 
-    /// Writes pictures together.
+    /// Writes several pictures at once.
     pub fn write_all<T: AsRef<[u8]>>(&self, pictures: &[(PictureKey, T)]) {
         if let Err(error) = self.append(pictures) {
-            tracing::warn!(%error, "pictures could not be kept on disk");
+            tracing::warn!(%error, "cannot write pictures to the cache");
         }
         self.evict();
     }
 
-    /// Bytes and pictures that are kept.
+    /// Size in bytes and number of pictures.
     pub fn size(&self) -> (u64, usize) {
         let index = self.lock();
         (index.bytes, index.places.len())
@@ -137,9 +142,10 @@ impl Disk {
 
     fn append<T: AsRef<[u8]>>(&self, pictures: &[(PictureKey, T)]) -> io::Result<()> {
         let mut tail = self.tail.lock().expect("nothing panics under this lock");
-        let room = pictures.iter().map(|(_, picture)| picture.as_ref().len() + RECORD_BYTES);
-        let mut records = Vec::with_capacity(room.sum());
-        // Taken out: after a failure nobody knows where the file ends, and the next write begins another one.
+        let capacity = pictures.iter().map(|(_, picture)| picture.as_ref().len() + RECORD_BYTES);
+        let mut records = Vec::with_capacity(capacity.sum());
+        // Taken out: after a failed write the end of the file is unknown, so the next write begins
+        // a new segment.
         let mut open = match tail.take() {
             Some(open) if open.bytes < self.segment_bytes => open,
             _ => self.next_segment()?,
@@ -159,14 +165,14 @@ impl Disk {
     fn next_segment(&self) -> io::Result<Tail> {
         fs::create_dir_all(&self.root)?;
         let number = self.lock().segments.last_key_value().map_or(0, |(last, _)| last + 1);
-        // Whatever a failed write left under that number is of no use.
+        // Truncates what a failed write may have left under this number.
         let file = File::create(self.path(number))?;
         Ok(Tail { number, file, bytes: 0 })
     }
 
     fn evict(&self) {
         loop {
-            // Not in a `while let`, which would hold the lock until the end of the body.
+            // Not a `while let`, which would hold the lock until the end of the body.
             let dropped = self.lock().drop_oldest_beyond(self.max_bytes);
             let Some(oldest) = dropped else { return };
             let mut tail = self.tail.lock().expect("nothing panics under this lock");
@@ -177,7 +183,7 @@ impl Disk {
             if let Err(error) = fs::remove_file(self.path(oldest))
                 && error.kind() != io::ErrorKind::NotFound
             {
-                tracing::warn!(%error, segment = oldest, "cached pictures cannot be removed");
+                tracing::warn!(%error, segment = oldest, "cannot remove a cache segment");
             }
         }
     }
@@ -192,7 +198,8 @@ impl Disk {
 }
 
 impl Index {
-    /// Pictures at the end of a segment; one that is elsewhere already is here from now on.
+    /// Adds records at the end of a segment; they replace records of the same keys in older
+    /// segments.
     fn add(&mut self, number: u64, bytes: u64, entries: Vec<(PictureKey, Entry)>) {
         self.bytes += bytes;
         for (key, entry) in entries {
@@ -210,7 +217,7 @@ impl Index {
     }
 
     fn forget(&mut self, key: PictureKey, number: u64) {
-        // It may have been written again meanwhile.
+        // The picture may have been written again meanwhile.
         if self.places.get(&key).is_some_and(|place| place.segment == number) {
             self.places.remove(&key);
             if let Some(segment) = self.segments.get_mut(&number) {
@@ -244,77 +251,77 @@ mod tests {
         fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).collect()
     }
 
-    /// 168 bytes a picture with its record.
-    fn write(disk: &Disk, n: u8) {
+    /// Writes a picture of 168 bytes including its record header.
+    fn write(disk: &DiskCache, n: u8) {
         disk.write(key(n), &[n; 100]);
     }
 
     #[test]
-    fn picture_is_read_back_also_after_reopening() {
+    fn picture_is_read_back_after_reopening() {
         let dir = tempfile::tempdir().unwrap();
-        let disk = Disk::open(dir.path(), 1 << 20).unwrap();
+        let disk = DiskCache::open(dir.path(), 1 << 20).unwrap();
         assert_eq!(disk.read(key(1)), None);
         disk.write_all(&[(key(1), "picture"), (key(2), ""), (key(1), "again")]);
         assert_eq!(disk.read(key(1)).unwrap(), "again");
         for _ in 0..2 {
-            let again = Disk::open(dir.path(), 1 << 20).unwrap();
+            let again = DiskCache::open(dir.path(), 1 << 20).unwrap();
             assert_eq!(again.read(key(1)).unwrap(), "again");
             assert_eq!(again.read(key(2)).unwrap(), "");
             assert_eq!(again.size().1, 2);
         }
-        let later = Disk::open(dir.path(), 1 << 20).unwrap();
+        let later = DiskCache::open(dir.path(), 1 << 20).unwrap();
         later.write(key(1), b"later");
-        assert_eq!(Disk::open(dir.path(), 1 << 20).unwrap().read(key(1)).unwrap(), "later");
-        assert_eq!(files(dir.path()).len(), 2, "a segment of the last run is not appended to");
+        assert_eq!(DiskCache::open(dir.path(), 1 << 20).unwrap().read(key(1)).unwrap(), "later");
+        assert_eq!(files(dir.path()).len(), 2, "a segment of an earlier run is not appended to");
     }
 
     #[test]
-    fn picture_is_gone_when_a_byte_of_it_is_damaged() {
+    fn picture_is_dropped_when_one_of_its_bytes_is_damaged() {
         let dir = tempfile::tempdir().unwrap();
-        Disk::open(dir.path(), 1 << 20).unwrap().write(key(1), b"picture");
+        DiskCache::open(dir.path(), 1 << 20).unwrap().write(key(1), b"picture");
         let file = files(dir.path()).remove(0);
         let whole = fs::read(&file).unwrap();
         for place in 0..whole.len() {
             let mut bytes = whole.clone();
             bytes[place] ^= 1;
             fs::write(&file, bytes).unwrap();
-            let disk = Disk::open(dir.path(), 1 << 20).unwrap();
+            let disk = DiskCache::open(dir.path(), 1 << 20).unwrap();
             assert_eq!(disk.read(key(1)), None, "byte {place}");
             assert!(!disk.contains(key(1)));
         }
     }
 
     #[test]
-    fn pictures_before_the_break_are_there_when_a_segment_is_cut_off() {
+    fn complete_records_are_read_when_a_segment_is_truncated() {
         let dir = tempfile::tempdir().unwrap();
-        let disk = Disk::open(dir.path(), 1 << 20).unwrap();
+        let disk = DiskCache::open(dir.path(), 1 << 20).unwrap();
         (1..4).for_each(|n| write(&disk, n));
         let file = files(dir.path()).remove(0);
         let whole = fs::read(&file).unwrap();
         for length in 0..whole.len() {
             fs::write(&file, &whole[..length]).unwrap();
-            let disk = Disk::open(dir.path(), 1 << 20).unwrap();
+            let disk = DiskCache::open(dir.path(), 1 << 20).unwrap();
             assert_eq!(disk.size().1, length / 168, "{length} bytes");
             assert_eq!(disk.read(key(1)).is_some(), length >= 168);
         }
     }
 
     #[test]
-    fn longest_unused_pictures_go_when_the_bound_is_reached() {
+    fn least_recently_used_pictures_are_removed_when_the_cache_is_full() {
         let dir = tempfile::tempdir().unwrap();
-        let disk = Disk::open(dir.path(), 4 * 168).unwrap();
+        let disk = DiskCache::open(dir.path(), 4 * 168).unwrap();
         (0..4).for_each(|n| write(&disk, n));
         disk.read(key(0)).unwrap();
-        assert_eq!(disk.size(), (4 * 168, 4), "its first copy is gone");
+        assert_eq!(disk.size(), (4 * 168, 4), "its first copy is removed");
         write(&disk, 4);
         let there: Vec<_> = (0..5).map(|n| disk.contains(key(n))).collect();
         assert_eq!(there, [true, false, true, true, true]);
         assert_eq!(files(dir.path()).len(), 4);
-        let smaller = Disk::open(dir.path(), 168).unwrap();
+        let smaller = DiskCache::open(dir.path(), 168).unwrap();
         assert_eq!(smaller.size(), (168, 1));
         assert!(smaller.contains(key(4)));
         smaller.write(key(5), &[5; 1000]);
-        assert_eq!(smaller.size(), (0, 0), "what is larger than the cache is not kept");
+        assert_eq!(smaller.size(), (0, 0), "a picture larger than the cache is not kept");
     }
 
     #[test]
@@ -323,15 +330,15 @@ mod tests {
         fs::create_dir_all(dir.path().join("ab/cd")).unwrap();
         fs::write(dir.path().join("ab/cd/picture"), b"old").unwrap();
         fs::write(dir.path().join("stray"), b"old").unwrap();
-        Disk::open(dir.path(), 1 << 20).unwrap();
+        DiskCache::open(dir.path(), 1 << 20).unwrap();
         assert!(files(dir.path()).is_empty());
     }
 
     #[test]
-    fn pictures_are_kept_again_after_the_folder_was_lost() {
+    fn pictures_are_written_again_after_the_folder_was_removed() {
         let dir = tempfile::tempdir().unwrap();
         let root = dir.path().join("cache");
-        let disk = Disk::open(&root, 16 * 168).unwrap();
+        let disk = DiskCache::open(&root, 16 * 168).unwrap();
         write(&disk, 1);
         fs::remove_dir_all(&root).unwrap();
         assert_eq!(disk.read(key(1)), None);

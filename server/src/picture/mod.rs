@@ -1,15 +1,15 @@
-//! Pictures as the server knows them: a cache in memory over one on disk, and the flights of those being rendered.
+//! Picture cache: in memory over disk, with the renders in flight.
 //!
-//! Everything here is derived and may be thrown away. It knows keys and bytes; how they are rendered and what a key
-//! stands for is known elsewhere.
+//! Everything here is derived and can be recomputed. Handles keys and bytes only; independent of
+//! how pictures are rendered and what a key describes.
 
+mod cache;
 mod check;
 mod coalesce;
 mod disk;
-mod gallery;
 mod segment;
 
+pub use cache::{Failure, Lookup, PictureCache};
 pub use check::check;
 pub use coalesce::Coalescer;
-pub use disk::Disk;
-pub use gallery::{Boarding, Failure, Gallery};
+pub use disk::DiskCache;

@@ -1,6 +1,7 @@
-//! One file of the cache on disk: records, each a picture with its key and a checksum over all of it.
+//! Segment file of the disk cache: a sequence of records, each a picture with its key and a
+//! checksum over both.
 //!
-//! It refuses to know which pictures are worth keeping.
+//! Independent of eviction.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -9,34 +10,38 @@ use std::path::Path;
 use brood_protocol::PictureKey;
 use bytes::Bytes;
 
-/// What a record holds besides the picture: checksum, key, length.
+/// Bytes of a record besides the picture: checksum, key, length.
 pub const RECORD_BYTES: usize = 32 + KEYED_BYTES;
-/// Key and length, which the checksum covers.
+/// Bytes of key and length, which the checksum covers.
 const KEYED_BYTES: usize = 36;
 const EXTENSION: &str = "pictures";
 
-/// Where a picture's record begins, and the length of the picture.
+/// Offset of a record and length of its picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     offset: u64,
     length: u32,
 }
 
-/// The name of the file with that number.
+/// Returns the file name of a segment.
 pub fn name(number: u64) -> String {
     format!("{number:08}.{EXTENSION}")
 }
 
-/// The number of the file with that name.
+/// Returns the number of a segment file; `None` for other files.
 pub fn number(path: &Path) -> Option<u64> {
     let number = path.file_stem()?.to_str()?.parse().ok()?;
     (path.file_name()?.to_str()? == name(number)).then_some(number)
 }
 
-/// Appends a record to a buffer that will stand `at` that place in the file with the buffer's end.
+/// Appends a record to a buffer that starts at file offset `at` minus the buffer's length.
+///
+/// # Errors
+/// [`io::ErrorKind::FileTooLarge`] for a picture of 4 GiB or more.
 pub fn push(buffer: &mut Vec<u8>, at: u64, key: PictureKey, picture: &[u8]) -> io::Result<Entry> {
-    let length = u32::try_from(picture.len())
-        .map_err(|_| io::Error::new(io::ErrorKind::FileTooLarge, "a picture of 4 GiB"))?;
+    let length = u32::try_from(picture.len()).map_err(|_| {
+        io::Error::new(io::ErrorKind::FileTooLarge, "a picture must be smaller than 4 GiB")
+    })?;
     let start = buffer.len();
     buffer.extend_from_slice(&[0; 32]);
     buffer.extend_from_slice(&key.0);
@@ -47,7 +52,10 @@ pub fn push(buffer: &mut Vec<u8>, at: u64, key: PictureKey, picture: &[u8]) -> i
     Ok(Entry { offset: at, length })
 }
 
-/// The length of a file, and the records that it seems to hold: their pictures are not looked at.
+/// Returns a file's length and its records, from their headers only.
+///
+/// # Errors
+/// Error of the file system.
 pub fn scan(path: &Path) -> io::Result<(u64, Vec<(PictureKey, Entry)>)> {
     let file = File::open(path)?;
     let bytes = file.metadata()?.len();
@@ -59,7 +67,7 @@ pub fn scan(path: &Path) -> io::Result<(u64, Vec<(PictureKey, Entry)>)> {
         file.read_exact(&mut head)?;
         let (key, length) = head_of(&head[32..]);
         let end = offset + RECORD_BYTES as u64 + u64::from(length);
-        // A write that never came to its end, or a length that is damaged: nothing behind it can be found.
+        // The last write was incomplete or the length is damaged: later records cannot be found.
         if end > bytes {
             break;
         }
@@ -70,7 +78,10 @@ pub fn scan(path: &Path) -> io::Result<(u64, Vec<(PictureKey, Entry)>)> {
     Ok((bytes, found))
 }
 
-/// Reads a picture; `None` where the record is not sound.
+/// Reads a picture; `None` if its record is damaged.
+///
+/// # Errors
+/// Error of the file system.
 pub fn read(path: &Path, key: PictureKey, entry: Entry) -> io::Result<Option<Bytes>> {
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(entry.offset))?;

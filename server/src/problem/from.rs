@@ -1,4 +1,4 @@
-//! Errors of the libraries as problems.
+//! Conversions of library errors to problems.
 
 use brood_genome::{JsonError, TextError};
 use brood_scene::{ObjError, SceneError};
@@ -9,14 +9,14 @@ use super::{ApiError, quote};
 impl From<StorageError> for ApiError {
     fn from(error: StorageError) -> Self {
         match error {
-            StorageError::NotFound => Self::not_found("there is nothing with that id or hash"),
+            StorageError::NotFound => Self::not_found("there is nothing with this id or hash"),
             StorageError::Conflict { .. } => Self::conflict(error.to_string()),
             StorageError::StaleVersion { current } => {
-                Self::stale_version(format!("the present version is \"{current}\""))
+                Self::stale_version(format!("the current version is \"{current}\""))
             }
-            StorageError::Full => Self::disk_full("nothing can be written until there is room"),
+            StorageError::Full => Self::disk_full("nothing can be written until space is freed"),
             StorageError::Busy | StorageError::QueueFull => {
-                Self::busy("too much is waiting already").with_inner(error.to_string())
+                Self::busy("too many requests are waiting").with_inner(error.to_string())
             }
             other => Self::internal(other.to_string()),
         }
@@ -47,7 +47,7 @@ impl From<ObjError> for ApiError {
     }
 }
 
-/// What serde says about a value, without more of the input than errors may carry.
+/// Returns serde's message without its position, with quoted input shortened.
 pub fn serde_words(message: &str) -> String {
     let message = match message.rfind(" at line ") {
         Some(end) => &message[..end],

@@ -1,7 +1,7 @@
-//! Errors as they are answered: the only place that knows status codes.
+//! Error answers, and the only place with status codes.
 //!
-//! An [`ApiError`] becomes a response without a body that carries the problem as an extension; the outermost layer adds
-//! the request id, logs what is not for the client's eyes, and writes the body.
+//! An [`ApiError`] becomes a response without a body that carries the problem as an extension. The
+//! outermost layer adds the request id, logs internal details, and writes the body.
 
 mod from;
 
@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use brood_protocol::Problem;
 use http::{HeaderName, HeaderValue, StatusCode, header};
 
-/// What goes wrong, and how it is said.
+/// Error of a request.
 #[derive(Debug)]
 pub struct ApiError {
     answer: Box<Answer>,
@@ -26,12 +26,12 @@ struct Answer {
     inner: Option<String>,
 }
 
-/// A problem on its way to the outermost layer.
+/// Problem on its way to the outermost layer.
 #[derive(Debug, Clone)]
 pub struct Pending {
-    /// The problem, yet without the request's id.
+    /// Problem without the request's id.
     pub problem: Problem,
-    /// What the log gets and the client does not.
+    /// Details for the log only.
     pub inner: Option<Arc<str>>,
 }
 
@@ -47,57 +47,57 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// 400: a value, query parameter or head that is not what it has to be.
-    bad_request = BAD_REQUEST, "bad-request", "The request is not well formed";
-    /// 400 with a pointer: JSON that is not what it has to be.
-    bad_json = BAD_REQUEST, "bad-json", "The JSON is not what is expected here";
-    /// 401.
-    unauthorized = UNAUTHORIZED, "token-needed", "A token is needed";
-    /// 403: the token's scope.
-    forbidden = FORBIDDEN, "scope", "The token does not allow this";
-    /// 403: another site's page.
+    /// 400: a malformed value, query parameter or header.
+    bad_request = BAD_REQUEST, "bad-request", "The request is malformed";
+    /// 400 with a pointer: malformed or unexpected JSON.
+    bad_json = BAD_REQUEST, "bad-json", "The JSON is invalid";
+    /// 401: no token, or an invalid one.
+    unauthorized = UNAUTHORIZED, "token-needed", "A token is required";
+    /// 403: the token's scope is too small.
+    forbidden = FORBIDDEN, "scope", "The token's scope is too small";
+    /// 403: the request comes from another site's page.
     cross_origin = FORBIDDEN, "cross-origin", "Writes from other sites are refused";
-    /// 404.
-    not_found = NOT_FOUND, "unknown-id", "There is nothing of that name";
+    /// 404: no such resource.
+    not_found = NOT_FOUND, "unknown-id", "Not found";
     /// 404: no such route.
-    no_route = NOT_FOUND, "unknown-route", "There is no such address";
+    no_route = NOT_FOUND, "unknown-route", "Unknown address";
     /// 405.
-    method = METHOD_NOT_ALLOWED, "method", "This address does not know that method";
-    /// 408.
+    method = METHOD_NOT_ALLOWED, "method", "Method not allowed";
+    /// 408: the body arrived too slowly.
     slow_body = REQUEST_TIMEOUT, "slow-body", "The body took too long";
-    /// 409: a lease that is someone else's.
-    stale_lease = CONFLICT, "stale-lease", "The lease has passed to someone else";
-    /// 409.
-    conflict = CONFLICT, "conflict", "This does not go with what is there";
+    /// 409: the lease is not valid any more.
+    stale_lease = CONFLICT, "stale-lease", "The lease is no longer valid";
+    /// 409: the resource's state does not allow the change.
+    conflict = CONFLICT, "conflict", "Conflicts with the current state";
     /// 409: the first request of an idempotency key is still running.
     running = CONFLICT, "still-running", "The first request with this key is still running";
     /// 410: a picture of an older renderer.
-    gone = GONE, "older-renderer", "The picture is of an older renderer";
-    /// 412.
-    stale_version = PRECONDITION_FAILED, "stale-version", "It has changed since you read it";
-    /// 413.
+    gone = GONE, "older-renderer", "The picture is from an older renderer";
+    /// 412: the resource has changed since it was read.
+    stale_version = PRECONDITION_FAILED, "stale-version", "Changed since it was last read";
+    /// 413: the body is too large.
     too_large = PAYLOAD_TOO_LARGE, "too-large", "The body is too large";
-    /// 415.
-    media_type = UNSUPPORTED_MEDIA_TYPE, "media-type", "The body is of the wrong content type";
-    /// 421.
-    foreign_host = MISDIRECTED_REQUEST, "foreign-host", "This server does not answer to that host name";
-    /// 422: well formed, but not to be had.
-    refused = UNPROCESSABLE_ENTITY, "refused", "This cannot be done as asked";
-    /// 422: genome text or JSON.
-    bad_genome = UNPROCESSABLE_ENTITY, "bad-genome", "This is not a genome";
-    /// 422: an OBJ file.
-    bad_mesh = UNPROCESSABLE_ENTITY, "bad-mesh", "This is not a mesh";
-    /// 428.
-    no_if_match = PRECONDITION_REQUIRED, "if-match-needed", "If-Match is needed";
-    /// 500: a worker could not render a picture.
+    /// 415: unsupported content type.
+    media_type = UNSUPPORTED_MEDIA_TYPE, "media-type", "Unsupported content type";
+    /// 421: the request is for another host name.
+    foreign_host = MISDIRECTED_REQUEST, "foreign-host", "Unknown host name";
+    /// 422: well-formed input with invalid values.
+    refused = UNPROCESSABLE_ENTITY, "refused", "Invalid input";
+    /// 422: invalid genome text or JSON.
+    bad_genome = UNPROCESSABLE_ENTITY, "bad-genome", "Invalid genome";
+    /// 422: an invalid OBJ file.
+    bad_mesh = UNPROCESSABLE_ENTITY, "bad-mesh", "Invalid mesh";
+    /// 428: a change without `If-Match`.
+    no_if_match = PRECONDITION_REQUIRED, "if-match-needed", "If-Match is required";
+    /// 500: a worker cannot render a picture.
     render_failed = INTERNAL_SERVER_ERROR, "render-failed", "The picture could not be rendered";
-    /// 503.
+    /// 503: too many requests are waiting.
     busy = SERVICE_UNAVAILABLE, "busy", "The server is busy";
-    /// 503.
+    /// 503: the server is stopping.
     stopping = SERVICE_UNAVAILABLE, "stopping", "The server is stopping";
-    /// 503: a picture that takes longer than a request may wait.
-    not_yet = SERVICE_UNAVAILABLE, "not-yet", "The picture is still being rendered";
-    /// 507.
+    /// 503: the picture takes longer than a request may wait.
+    not_yet = SERVICE_UNAVAILABLE, "not-yet", "The picture is not ready yet";
+    /// 507: the disk is full.
     disk_full = INSUFFICIENT_STORAGE, "disk-full", "The disk is full";
 }
 
@@ -120,10 +120,10 @@ impl ApiError {
         Self { answer: Box::new(Answer { problem, headers, inner: None }) }
     }
 
-    /// 500: the text goes to the log only.
+    /// 500: `inner` goes to the log only.
     pub fn internal(inner: impl Into<String>) -> Self {
-        let title = "Something went wrong inside the server";
-        let detail = "the server's log has the reason under the request's id".to_owned();
+        let title = "Internal server error";
+        let detail = "the server's log has the reason under this request id".to_owned();
         let mut error = Self::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", title, detail);
         error.answer.inner = Some(inner.into());
         error
@@ -131,17 +131,17 @@ impl ApiError {
 
     /// 400 for a query parameter.
     pub fn bad_parameter(name: &str, detail: impl std::fmt::Display) -> Self {
-        Self::bad_request(format!("query parameter {name}: {detail}"))
+        Self::bad_request(format!("query parameter `{name}`: {detail}"))
     }
 
-    /// Says where in the JSON body.
+    /// Adds a JSON pointer into the body.
     pub fn at(mut self, pointer: impl Into<String>) -> Self {
         self.answer.problem.pointer = Some(pointer.into());
         self
     }
 
-    /// The same of a part of a larger JSON body. What is named there and does not exist makes the body one that cannot be had: the
-    /// address is right.
+    /// Prefixes the pointer, for an error in a part of a larger JSON body. A 404 becomes a 422: the
+    /// address of the request exists, its body is invalid.
     pub fn inside(self, prefix: &str) -> Self {
         let problem = &self.answer.problem;
         let pointer = format!("{prefix}{}", problem.pointer.as_deref().unwrap_or_default());
@@ -150,7 +150,7 @@ impl ApiError {
         own.at(pointer)
     }
 
-    /// Says where in the text body.
+    /// Adds a position in a text body.
     pub fn at_line(mut self, line: u32, column: Option<u32>) -> Self {
         self.answer.problem.line = Some(line);
         self.answer.problem.column = column;
@@ -164,19 +164,19 @@ impl ApiError {
         self
     }
 
-    /// Adds what only the log gets.
+    /// Adds details for the log only.
     pub fn with_inner(mut self, inner: impl Into<String>) -> Self {
         self.answer.inner = Some(inner.into());
         self
     }
 
-    /// The status.
+    /// Status of the answer.
     #[cfg(test)]
     pub fn status(&self) -> u16 {
         self.answer.problem.status
     }
 
-    /// The problem.
+    /// Problem of the answer.
     #[cfg(test)]
     pub fn problem(&self) -> &Problem {
         &self.answer.problem
@@ -199,7 +199,7 @@ impl IntoResponse for ApiError {
     }
 }
 
-/// The problem of an answer that something below made without one.
+/// Returns the problem of an error answer that carries none, made from its status.
 pub fn plain(status: StatusCode) -> Problem {
     let title = status.canonical_reason().unwrap_or("The request failed").to_owned();
     Problem {
@@ -211,7 +211,7 @@ pub fn plain(status: StatusCode) -> Problem {
     }
 }
 
-/// Input as it may appear in an error: at most 64 bytes, no control characters.
+/// Returns input for an error text: at most 64 bytes, without control characters.
 pub fn quote(input: &str) -> String {
     let clean = input.chars().map(|c| if c.is_control() { ' ' } else { c });
     let mut out = String::new();
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn error_inside_a_body_points_from_its_root_and_is_no_missing_address() {
+    fn error_inside_a_body_points_from_the_root_and_is_not_a_404() {
         let inside = |error: ApiError| {
             let error = error.inside("/views/1/scene");
             (error.status(), error.problem().pointer.clone().unwrap())

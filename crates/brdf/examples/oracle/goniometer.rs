@@ -4,7 +4,7 @@
 use std::fs::read;
 use std::path::Path;
 
-use brood_brdf::{Brdf, Samples, Scattered};
+use brood_brdf::{Brdf, MeasuredSamples, Scattered};
 
 use crate::{Failure, files, pairs};
 
@@ -20,7 +20,7 @@ pub fn check(data: &Path) -> Result<bool, Failure> {
     let folder = data.join("cornell");
     let mut good = true;
     for (name, path) in files(&folder, ".brdf")? {
-        let samples = Samples::from_goniometer(&read(&path)?)?;
+        let samples = MeasuredSamples::from_goniometer(&read(&path)?)?;
         let scattered = Scattered::new(&samples);
         let wanted = pairs(&folder.join(format!("{name}_rgb.csv")))?;
         let (mut direction, mut color, mut through) = (0.0_f64, 0.0_f64, 0.0_f64);

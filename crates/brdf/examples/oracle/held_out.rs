@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use brood_brdf::{Brdf, DirectionPair, Model, ModelKind, Samples, Scattered};
+use brood_brdf::{Brdf, DirectionPair, MeasuredSamples, Model, ModelKind, Scattered};
 use glam::DVec3;
 
 use crate::{Failure, Spread, files, pairs};
@@ -66,7 +66,7 @@ fn compare(
     brightest.sort_by(f64::total_cmp);
     // Limits relative errors of nearly black values.
     let floor = 0.01 * brightest[brightest.len() / 2];
-    let scattered = Scattered::new(&Samples::new(known)?);
+    let scattered = Scattered::new(&MeasuredSamples::new(known)?);
     let error = |(pair, rgb): &(DirectionPair, DVec3)| {
         let wanted = rgb.max(DVec3::ZERO);
         ((scattered.f(pair) - wanted).abs() / wanted.max(DVec3::splat(floor))).to_array()

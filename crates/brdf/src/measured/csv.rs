@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::sample::{SampleError, Samples};
+use super::sample::{MeasuredSamples, SampleError};
 use crate::{DirectionError, DirectionPair};
 
 const COLUMNS: [&str; 9] = ["wix", "wiy", "wiz", "wox", "woy", "woz", "r", "g", "b"];
 
-/// Error of [`Samples::from_csv`]. Rows count from 1 after the header.
+/// Error of [`MeasuredSamples::from_csv`]. Rows count from 1 after the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CsvError {
     /// A column is missing or appears twice.
@@ -24,7 +24,7 @@ pub enum CsvError {
     Samples(#[from] SampleError),
 }
 
-impl Samples {
+impl MeasuredSamples {
     /// Reads a table: a header, then one row per sample. Ignores other columns, empty lines and
     /// lines that begin with `#`.
     ///
@@ -89,7 +89,7 @@ mod tests {
     fn columns_are_found_by_name_and_others_ignored() {
         let text = "# from a goniometer\nid,b,g,r,wo_z,wo_y,wo_x,\"wiz\",wiy,wix\n\
                     7,3,2,-1,1,0,0,0.8,0,0.6\n\n8,3,2,1,-1,0,0,0.8,0,0.6\n";
-        let samples = Samples::from_csv(text.as_bytes()).unwrap();
+        let samples = MeasuredSamples::from_csv(text.as_bytes()).unwrap();
         assert_eq!((samples.rows().len(), samples.skipped()), (1, 1));
         let (pair, rgb) = samples.rows()[0];
         assert!((pair.wi() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
@@ -98,7 +98,8 @@ mod tests {
 
     #[test]
     fn bad_tables_are_rejected_with_the_row_and_the_column() {
-        let refused = |text: &str| Samples::from_csv(text.as_bytes()).unwrap_err().to_string();
+        let refused =
+            |text: &str| MeasuredSamples::from_csv(text.as_bytes()).unwrap_err().to_string();
         let row = |row: &str| refused(&format!("{HEADER}0,0,1,0,0,1,1,1,1\n{row}\n"));
         assert_eq!(refused(""), "the header must have the column wix once");
         assert_eq!(
@@ -121,7 +122,7 @@ mod tests {
     fn truncated_tables_are_read_or_rejected() {
         let text = format!("{HEADER}0,0,1,0.6,0,0.8,1,1,1\n0.6,0,0.8,0,0,1,0.25,0.5,1e-3\n");
         for length in 0..text.len() {
-            if let Ok(samples) = Samples::from_csv(&text.as_bytes()[..length]) {
+            if let Ok(samples) = MeasuredSamples::from_csv(&text.as_bytes()[..length]) {
                 assert!((1..=2).contains(&samples.rows().len()));
             }
         }
@@ -130,8 +131,8 @@ mod tests {
     proptest! {
         #[test]
                 fn any_bytes_are_read_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = Samples::from_csv(&bytes);
-            let _ = Samples::from_csv(&[HEADER.as_bytes(), &bytes].concat());
+            let _ = MeasuredSamples::from_csv(&bytes);
+            let _ = MeasuredSamples::from_csv(&[HEADER.as_bytes(), &bytes].concat());
         }
     }
 }

@@ -6,7 +6,7 @@ use std::str::SplitAsciiWhitespace;
 
 use glam::DVec3;
 
-use super::sample::{SampleError, Samples};
+use super::sample::{MeasuredSamples, SampleError};
 use super::spectrum;
 use crate::DirectionPair;
 
@@ -16,7 +16,7 @@ const ANGLES: usize = 4;
 /// Number of lines searched for the signs of Disney's `.brdf` format, which has the same ending.
 const HEAD_LINES: usize = 200;
 
-/// Error of [`Samples::from_goniometer`]. Rows count from 1 after the wavelengths.
+/// Error of [`MeasuredSamples::from_goniometer`]. Rows count from 1 after the wavelengths.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GoniometerError {
     /// The file is a shader of Disney's BRDF Explorer, not measurements.
@@ -44,7 +44,7 @@ pub enum GoniometerError {
     Samples(#[from] SampleError),
 }
 
-impl Samples {
+impl MeasuredSamples {
     /// Reads a file; `#` begins a comment. Rows are theta_i, phi_i, theta_o, phi_o in radians
     /// and f at each wavelength. Spectra become linear sRGB in which equal energy is white.
     ///
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn rows_may_span_lines() {
-        let samples = Samples::from_goniometer(TEXT.as_bytes()).unwrap();
+        let samples = MeasuredSamples::from_goniometer(TEXT.as_bytes()).unwrap();
         assert_eq!((samples.rows().len(), samples.skipped()), (2, 1));
         let (pair, rgb) = samples.rows()[0];
         let off = pair.wo() - direction(0.5, -1.0);
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn other_files_are_rejected_with_a_reason() {
         let refused =
-            |text: &str| Samples::from_goniometer(text.as_bytes()).unwrap_err().to_string();
+            |text: &str| MeasuredSamples::from_goniometer(text.as_bytes()).unwrap_err().to_string();
         let formula =
             "analytic\n\n# a comment\n::begin parameters\ncolor c 1 1 1\n::end parameters\n";
         assert!(refused(formula).contains("a formula in GLSL"));
@@ -168,15 +168,15 @@ mod tests {
     #[test]
     fn truncated_files_are_read_or_rejected() {
         for length in 0..TEXT.len() {
-            let _ = Samples::from_goniometer(&TEXT.as_bytes()[..length]);
+            let _ = MeasuredSamples::from_goniometer(&TEXT.as_bytes()[..length]);
         }
     }
 
     proptest! {
         #[test]
                 fn any_bytes_are_read_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = Samples::from_goniometer(&bytes);
-            let _ = Samples::from_goniometer(&[TEXT.as_bytes(), &bytes].concat());
+            let _ = MeasuredSamples::from_goniometer(&bytes);
+            let _ = MeasuredSamples::from_goniometer(&[TEXT.as_bytes(), &bytes].concat());
         }
     }
 }

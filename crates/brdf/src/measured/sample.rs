@@ -9,12 +9,12 @@ const MAX_SAMPLES: usize = 1 << 18;
 
 /// Measured values of f at pairs of directions above the surface.
 #[derive(Debug, Clone)]
-pub struct Samples {
+pub struct MeasuredSamples {
     rows: Vec<(DirectionPair, DVec3)>,
     skipped: usize,
 }
 
-/// Error of [`Samples::new`].
+/// Error of [`MeasuredSamples::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
     /// No sample is above the surface.
@@ -28,7 +28,7 @@ pub enum SampleError {
     Value(usize),
 }
 
-impl Samples {
+impl MeasuredSamples {
     /// Takes pairs with values of f in linear red, green and blue, which may be below 0. Skips
     /// and counts pairs with a direction below the surface.
     ///
@@ -72,12 +72,12 @@ mod tests {
     fn samples_below_the_surface_are_counted_and_no_samples_are_an_error() {
         let pair = |z: f64| DirectionPair::new(DVec3::Z, DVec3::Z * z).unwrap();
         let (above, below) = ((pair(1.0), DVec3::ONE), (pair(-1.0), DVec3::ONE));
-        let samples = Samples::new(vec![above, below, below]).unwrap();
+        let samples = MeasuredSamples::new(vec![above, below, below]).unwrap();
         assert_eq!((samples.rows().len(), samples.skipped()), (1, 2));
-        assert_eq!(Samples::new(vec![below]).unwrap_err(), SampleError::None(1));
+        assert_eq!(MeasuredSamples::new(vec![below]).unwrap_err(), SampleError::None(1));
         let bad = (pair(1.0), DVec3::new(0.0, f64::NAN, 0.0));
-        assert_eq!(Samples::new(vec![above, bad]).unwrap_err(), SampleError::Value(2));
+        assert_eq!(MeasuredSamples::new(vec![above, bad]).unwrap_err(), SampleError::Value(2));
         let many = vec![above; MAX_SAMPLES + 1];
-        assert_eq!(Samples::new(many).unwrap_err(), SampleError::Many(MAX_SAMPLES + 1));
+        assert_eq!(MeasuredSamples::new(many).unwrap_err(), SampleError::Many(MAX_SAMPLES + 1));
     }
 }

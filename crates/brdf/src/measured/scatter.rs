@@ -11,7 +11,7 @@ mod tree;
 
 use glam::DVec3;
 
-use super::sample::Samples;
+use super::sample::MeasuredSamples;
 use crate::{Brdf, Claims, DirectionPair};
 use coordinates::{coordinates, swapped};
 use node::{Neighbour, Node};
@@ -50,7 +50,7 @@ pub struct Scattered {
 impl Scattered {
     /// Prepares the interpolation. Deterministic for the same samples in the same order.
     #[must_use]
-    pub fn new(samples: &Samples) -> Self {
+    pub fn new(samples: &MeasuredSamples) -> Self {
         let merged = complete(merge(samples));
         let floor = floor(&merged);
         let points: Vec<DVec3> = merged.iter().map(|(at, _)| *at).collect();
@@ -102,7 +102,7 @@ impl Brdf for Scattered {
 }
 
 /// Returns coordinates and values, with samples at the same coordinates replaced by their mean.
-fn merge(samples: &Samples) -> Vec<(DVec3, DVec3)> {
+fn merge(samples: &MeasuredSamples) -> Vec<(DVec3, DVec3)> {
     let mut placed: Vec<([i64; 3], DVec3, DVec3)> = Vec::with_capacity(samples.rows().len());
     for (pair, rgb) in samples.rows() {
         if let Some(at) = coordinates(pair) {

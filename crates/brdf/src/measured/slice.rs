@@ -15,15 +15,15 @@ const SIDE: usize = 90;
 ///
 /// # Source
 /// Burley 2012, section 4.2, "image slices".
-pub struct Slice {
+pub struct ImageSlice {
     /// Row by row; columns are half angles, rows are difference angles, at the centres of whole
     /// degrees.
     values: Vec<[f32; 3]>,
 }
 
-/// Error of [`Slice::new`].
+/// Error of [`ImageSlice::new`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SliceError {
+pub enum ImageSliceError {
     /// Wrong size.
     #[error("a slice must be 90 x 90 values, got {0} x {1}")]
     Size(usize, usize),
@@ -37,19 +37,23 @@ pub enum SliceError {
     },
 }
 
-impl Slice {
+impl ImageSlice {
     /// Takes the values row by row; the first row is at a difference angle of half a degree.
     /// Values below 0, which occur for colours outside the display gamut, become 0.
     ///
     /// # Errors
-    /// Returns [`SliceError`] if the size is wrong or a value is not finite.
-    pub fn new(width: usize, height: usize, mut values: Vec<[f32; 3]>) -> Result<Self, SliceError> {
+    /// Returns [`ImageSliceError`] if the size is wrong or a value is not finite.
+    pub fn new(
+        width: usize,
+        height: usize,
+        mut values: Vec<[f32; 3]>,
+    ) -> Result<Self, ImageSliceError> {
         if (width, height) != (SIDE, SIDE) || values.len() != SIDE * SIDE {
-            return Err(SliceError::Size(width, height));
+            return Err(ImageSliceError::Size(width, height));
         }
         let bad = |rgb: &[f32; 3]| rgb.iter().any(|value| !value.is_finite());
         if let Some(at) = values.iter().position(bad) {
-            return Err(SliceError::Value { column: at % SIDE, row: at / SIDE });
+            return Err(ImageSliceError::Value { column: at % SIDE, row: at / SIDE });
         }
         for value in values.as_flattened_mut() {
             *value = value.max(0.0);
@@ -78,7 +82,7 @@ fn split(at: f64) -> (usize, f64) {
     (low, at - low as f64)
 }
 
-impl Brdf for Slice {
+impl Brdf for ImageSlice {
     fn f(&self, pair: &DirectionPair) -> DVec3 {
         Angles::of(pair).map_or(DVec3::ZERO, |angles| self.at(&angles))
     }
@@ -95,7 +99,7 @@ mod tests {
     #[test]
     fn values_are_at_the_centres_of_degrees_and_linear_between_them() {
         let values = (0..8100).map(|k| [(k % 90) as f32, (k / 90) as f32, 1.0]).collect();
-        let slice = Slice::new(90, 90, values).unwrap();
+        let slice = ImageSlice::new(90, 90, values).unwrap();
         let at = |h: f64, d: f64| {
             let angles = Angles { theta_h: h.to_radians(), theta_d: d.to_radians(), phi_d: 1.0 };
             slice.at(&angles)
@@ -109,11 +113,12 @@ mod tests {
 
     #[test]
     fn other_values_are_rejected_with_a_reason() {
-        let refused = |values: Vec<[f32; 3]>, width| Slice::new(width, 90, values).err().unwrap();
-        assert_eq!(refused(vec![[0.0; 3]; 8100], 91), SliceError::Size(91, 90));
+        let refused =
+            |values: Vec<[f32; 3]>, width| ImageSlice::new(width, 90, values).err().unwrap();
+        assert_eq!(refused(vec![[0.0; 3]; 8100], 91), ImageSliceError::Size(91, 90));
         let mut values = vec![[0.0; 3]; 8100];
         values[7] = [0.0, -1.0, 0.0];
         values[183] = [0.0, f32::NAN, 0.0];
-        assert_eq!(refused(values, 90), SliceError::Value { column: 3, row: 2 });
+        assert_eq!(refused(values, 90), ImageSliceError::Value { column: 3, row: 2 });
     }
 }

@@ -2,7 +2,7 @@
 
 /// Spacing of a parameter's values: equal steps on the scale look about equally large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum ParameterScale {
     /// Equal differences.
     Linear,
     /// Equal ratios; the range excludes 0.
@@ -11,7 +11,7 @@ pub enum Scale {
 
 /// Kind of a parameter's values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum ParameterKind {
     /// One value.
     Scalar {
         /// Default value.
@@ -39,11 +39,11 @@ pub struct Parameter {
     /// Unit; empty if it has none.
     pub unit: &'static str,
     /// Kind of its values.
-    pub shape: Shape,
+    pub kind: ParameterKind,
     /// Least and largest value, for each component.
     pub range: (f64, f64),
     /// Spacing of values over the range.
-    pub scale: Scale,
+    pub scale: ParameterScale,
 }
 
 impl Parameter {
@@ -58,9 +58,9 @@ impl Parameter {
             name,
             about,
             unit: "",
-            shape: Shape::Scalar { default },
+            kind: ParameterKind::Scalar { default },
             range,
-            scale: Scale::Linear,
+            scale: ParameterScale::Linear,
         }
     }
 
@@ -71,7 +71,14 @@ impl Parameter {
         default: [f64; 3],
         range: (f64, f64),
     ) -> Self {
-        Self { name, about, unit: "", shape: Shape::Color { default }, range, scale: Scale::Linear }
+        Self {
+            name,
+            about,
+            unit: "",
+            kind: ParameterKind::Color { default },
+            range,
+            scale: ParameterScale::Linear,
+        }
     }
 
     /// A choice among words.
@@ -80,15 +87,15 @@ impl Parameter {
         about: &'static str,
         words: &'static [&'static str],
     ) -> Self {
-        let shape = Shape::Choice { words };
+        let kind = ParameterKind::Choice { words };
         let most = words.len() as f64 - 1.0;
-        Self { name, about, unit: "", shape, range: (0.0, most), scale: Scale::Linear }
+        Self { name, about, unit: "", kind, range: (0.0, most), scale: ParameterScale::Linear }
     }
 
     /// Returns the parameter with a logarithmic scale.
     pub(super) const fn logarithmic(mut self) -> Self {
         assert!(self.range.0 > 0.0, "a logarithmic scale needs a range above 0");
-        self.scale = Scale::Logarithmic;
+        self.scale = ParameterScale::Logarithmic;
         self
     }
 
@@ -101,18 +108,18 @@ impl Parameter {
     /// Number of values: 1, or 3 for a colour.
     #[must_use]
     pub fn count(&self) -> usize {
-        match self.shape {
-            Shape::Scalar { .. } | Shape::Choice { .. } => 1,
-            Shape::Color { .. } => 3,
+        match self.kind {
+            ParameterKind::Scalar { .. } | ParameterKind::Choice { .. } => 1,
+            ParameterKind::Color { .. } => 3,
         }
     }
 
     /// Words of a choice; `None` for a scalar or a colour.
     #[must_use]
     pub fn words(&self) -> Option<&'static [&'static str]> {
-        match self.shape {
-            Shape::Choice { words } => Some(words),
-            Shape::Scalar { .. } | Shape::Color { .. } => None,
+        match self.kind {
+            ParameterKind::Choice { words } => Some(words),
+            ParameterKind::Scalar { .. } | ParameterKind::Color { .. } => None,
         }
     }
 
@@ -129,8 +136,8 @@ impl Parameter {
     pub fn share(&self, value: f64) -> f64 {
         let (low, high) = self.range;
         match self.scale {
-            Scale::Linear => (value - low) / (high - low),
-            Scale::Logarithmic => libm::log(value / low) / libm::log(high / low),
+            ParameterScale::Linear => (value - low) / (high - low),
+            ParameterScale::Logarithmic => libm::log(value / low) / libm::log(high / low),
         }
     }
 
@@ -140,8 +147,8 @@ impl Parameter {
     pub fn at_share(&self, share: f64) -> f64 {
         let (low, high) = self.range;
         let value = match self.scale {
-            Scale::Linear => low + (high - low) * share,
-            Scale::Logarithmic => low * libm::exp(libm::log(high / low) * share),
+            ParameterScale::Linear => low + (high - low) * share,
+            ParameterScale::Logarithmic => low * libm::exp(libm::log(high / low) * share),
         };
         value.clamp(low, high)
     }
@@ -149,10 +156,10 @@ impl Parameter {
     /// Default values, [`Self::count`] of them.
     #[must_use]
     pub fn default(&self) -> Vec<f64> {
-        match self.shape {
-            Shape::Scalar { default } => vec![default],
-            Shape::Color { default } => default.to_vec(),
-            Shape::Choice { .. } => vec![0.0],
+        match self.kind {
+            ParameterKind::Scalar { default } => vec![default],
+            ParameterKind::Color { default } => default.to_vec(),
+            ParameterKind::Choice { .. } => vec![0.0],
         }
     }
 }

@@ -28,12 +28,12 @@ impl Random {
         for parameter in kind.parameters() {
             let (low, high) = parameter.range;
             let values: Vec<f64> = (0..parameter.count())
-                .map(|_| match (self.next(), parameter.shape, parameter.scale) {
-                    (_, Shape::Choice { .. }, _) => (self.next() * (high + 1.0)).floor(),
+                .map(|_| match (self.next(), parameter.kind, parameter.scale) {
+                    (_, ParameterKind::Choice { .. }, _) => (self.next() * (high + 1.0)).floor(),
                     (end, ..) if end < 0.0625 => low,
                     (end, ..) if end < 0.125 => high,
-                    (_, _, Scale::Linear) => low + (high - low) * self.next(),
-                    (_, _, Scale::Logarithmic) => {
+                    (_, _, ParameterScale::Linear) => low + (high - low) * self.next(),
+                    (_, _, ParameterScale::Logarithmic) => {
                         (low * (high / low).powf(self.next())).clamp(low, high)
                     }
                 })
@@ -349,12 +349,15 @@ fn texts_and_values_round_trip_to_the_bit() {
         for _ in 0..20 {
             let model = random.model(kind);
             assert_eq!(read(&model.to_string()), model);
-            assert_eq!(Model::from_numbers(kind, model.numbers()), Ok(model.clone()));
+            assert_eq!(
+                Model::from_parameter_values(kind, model.parameter_values()),
+                Ok(model.clone())
+            );
             let all: Vec<f64> =
                 model.parameters().flat_map(|(_, values)| values).copied().collect();
-            assert_eq!(all, model.numbers());
+            assert_eq!(all, model.parameter_values());
         }
-        assert!(Model::from_numbers(kind, &[]).is_err());
+        assert!(Model::from_parameter_values(kind, &[]).is_err());
     }
     assert_eq!(ModelKind::from_number(15), None);
 }

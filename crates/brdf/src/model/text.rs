@@ -11,7 +11,7 @@
 
 use std::fmt;
 
-use super::{Model, ParameterError, Shape};
+use super::{Model, ParameterError, ParameterKind};
 
 /// Error of [`Model::with_text`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -34,7 +34,7 @@ impl Model {
     pub fn with_text(self, name: &str, values: &str) -> Result<Self, ParameterTextError> {
         let values = values.trim();
         if let Some((parameter, _)) = self.kind.find(name)
-            && matches!(parameter.shape, Shape::Choice { .. })
+            && matches!(parameter.kind, ParameterKind::Choice { .. })
         {
             return Ok(self.choose(name, values)?);
         }

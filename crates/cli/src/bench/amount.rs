@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use brood_eval::Look;
+use brood_eval::Preview;
 use brood_genome::{BirthKey, Dialect, Genome, Output, Variation};
 use brood_program::Program;
 use clap::Args;
@@ -119,7 +119,7 @@ fn distances(
 ) -> Result<[Vec<f64>; 3]> {
     let key = BirthKey { seed: args.seed, slot, attempt: 1 };
     let mutant = |amount: &f32| Variation::mutate(parent, *amount).birth(key);
-    let child = |amount: &f32| Variation::recombine(parent, mate, *amount, 0.0).birth(key);
+    let child = |amount: &f32| Variation::crossover(parent, mate, *amount, 0.0).birth(key);
     let genomes = [parent.clone(), mate.clone()];
     let genomes =
         genomes.into_iter().chain(AMOUNTS.iter().map(mutant)).chain(AMOUNTS.iter().map(child));
@@ -136,7 +136,7 @@ fn parents(args: &BenchAmountArgs) -> Result<Vec<Genome>> {
     let random = Variation::random(Dialect::default());
     let random = random.with_output(Some(Output::saturation(SATURATION)?));
     let births = (0..).map(|slot| random.birth(BirthKey { seed: args.seed, slot, attempt: 0 }));
-    let is_seen = |genome: &Genome| !Look::of(&Program::lower(genome)).is_black();
+    let is_seen = |genome: &Genome| !Preview::of(&Program::lower(genome)).is_black();
     // One extra, so that a single parent has a mate.
     Ok(births.filter(is_seen).take(args.count as usize + 1).collect())
 }

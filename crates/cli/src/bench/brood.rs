@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use brood_eval::{Look, diverse_brood};
+use brood_eval::{Preview, diverse_brood};
 use brood_genome::{BirthKey, Dialect, Genome, Output, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::Curation;
@@ -132,7 +132,7 @@ fn breed(request: &BroodRequest<'_>, curation: Curation) -> Vec<Child> {
 fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
     let random = Variation::random(Dialect::default());
     let random = random.with_output(Some(Output::saturation(SATURATION)?));
-    let is_seen = |genome: &Genome| !Look::of(&Program::lower(genome)).is_black();
+    let is_seen = |genome: &Genome| !Preview::of(&Program::lower(genome)).is_black();
     let births = (0..).map(|slot| random.birth(BirthKey { seed: args.seed, slot, attempt: 0 }));
     let mut parents: Vec<Genome> = births.filter(|genome| is_seen(genome)).take(1).collect();
     for number in 0..u64::from(args.count) - 1 {
@@ -153,7 +153,7 @@ fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usiz
     let programs: Vec<&Program> =
         std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
     let pictures = PictureSet::of(&programs, size_px)?;
-    let black: Vec<bool> = programs.iter().map(|program| Look::of(program).is_black()).collect();
+    let black: Vec<bool> = programs.iter().map(|program| Preview::of(program).is_black()).collect();
     let pairs: Vec<(usize, usize)> =
         (0..pictures.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
     let alike: Vec<(usize, usize)> = pairs

@@ -92,8 +92,8 @@ fn models(samples: usize) -> Value {
         .iter()
         .flat_map(|[wi, wo]| [wi.as_vec3().to_array(), wo.as_vec3().to_array(), [0.0; 3]].concat())
         .collect();
-    let case = |case: &conformance::Case| {
-        let wanted = case.wanted(&pairs);
+    let case = |case: &conformance::ModelCase| {
+        let wanted = case.reference_values(&pairs);
         let f: Vec<f64> = wanted.iter().flat_map(|wanted| wanted.f.to_array()).collect();
         let unit: Vec<f64> = wanted.iter().flat_map(|wanted| wanted.unit.to_array()).collect();
         json!({

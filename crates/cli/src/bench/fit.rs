@@ -171,7 +171,7 @@ fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> 
 fn two_lobes(target: &MeasuredTarget, seed: u64) -> Result<f64> {
     let (strategy, start) = (Strategy::Analytic, Vec::new());
     let options = Options { strategy, seed, is_mirrored: false, start };
-    let mut search = Search::of_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
+    let mut search = Search::with_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
     let (outcome, _) = spend(&mut search, FitBudget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
         .context("the fit of microfacet lobes found nothing")?;
     let genome = outcome.front[outcome.best].genome.clone().with_limit(false);

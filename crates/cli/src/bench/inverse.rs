@@ -126,7 +126,7 @@ fn material(
 ) -> Result<Row> {
     let (size_px, assets) = (args.size, LightAssets::default());
     let raster = Raster { size_px, sampling: args.samples, area: PixelArea::whole(size_px) };
-    let rendered = picture(truth, &SampleSet::render_lit(mesh, scene, &assets, raster));
+    let rendered = picture(truth, &SampleSet::render_with_assets(mesh, scene, &assets, raster));
     let count = rendered.premultiplied().len();
     let picture_of = LinearPicture {
         width: size_px,

@@ -170,7 +170,7 @@ pub fn reference(set: &SampleSet, program: &Program) -> Vec<[f64; 3]> {
     let mut pixels = vec![[0.0; 3]; layout.coverage.len()];
     for span in layout.spans() {
         let pixel = &mut pixels[span.pixel as usize];
-        for sample in span.counted as usize..span.end as usize {
+        for sample in span.radiance_start as usize..span.end as usize {
             for (channel, sum) in pixel.iter_mut().enumerate() {
                 *sum += f[sample][channel] * f64::from(irradiance[channel][sample]);
             }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use brood_search::{Outcome, Pace, Progress, Search};
+use brood_search::{Outcome, Progress, Search, TimeBudget};
 
 /// Limit of a search.
 #[derive(Debug, Clone, Copy)]
@@ -24,10 +24,10 @@ pub fn spend(
     let spent = || begun.elapsed().as_secs_f64();
     let (generations_max, mut pace) = match budget {
         FitBudget::Generations(generations) => (generations, None),
-        FitBudget::Seconds(seconds) => (u32::MAX, Some(Pace::new(seconds))),
+        FitBudget::Seconds(seconds) => (u32::MAX, Some(TimeBudget::new(seconds))),
     };
     loop {
-        let (before, times) = (begun.elapsed(), search.next_takes());
+        let (before, times) = (begun.elapsed(), search.next_step_cost());
         let progress = search.step();
         let now = begun.elapsed();
         on_generation(search, &progress, now);

@@ -13,10 +13,10 @@ use brood_inspect::LinearImage;
 use brood_protocol::PictureFormat;
 use brood_scene::{MeshRef, Sampling, Scene};
 use brood_search::{
-    KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelFate,
-    Setting,
+    KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
+    ViewSetup,
 };
-use brood_worker::{Beside, Renderer};
+use brood_worker::{Renderer, ViewComparison};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -72,7 +72,7 @@ pub struct TargetPictures {
 struct Source {
     picture: PathBuf,
     mask: Option<PathBuf>,
-    setting: Setting,
+    setting: ViewSetup,
 }
 
 /// Reads the pictures that the arguments name; `None` if the target is not a picture.
@@ -118,7 +118,7 @@ fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
     Ok(Source {
         picture: args.target.clone(),
         mask: args.mask.clone(),
-        setting: Setting {
+        setting: ViewSetup {
             scene: frame.scene()?,
             mesh: mesh.shared(),
             assets: renderer.light_assets(),
@@ -170,7 +170,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
     };
     Ok(Source {
         mask: spec.mask.map(|file| folder.join(file)),
-        setting: Setting {
+        setting: ViewSetup {
             assets: light_file::read(&scene, &beside)?,
             sampling: spec.samples,
             is_gain_unknown: spec.gain,
@@ -184,7 +184,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
 
 /// Contents of a picture's files.
 struct File {
-    setting: Setting,
+    setting: ViewSetup,
     picture: Vec<u8>,
     mask: Option<Vec<u8>>,
 }
@@ -221,10 +221,11 @@ fn write(
     (known, name): (&KnownView, &String),
     best: &Subject,
 ) -> Result<Value> {
-    let Beside { wanted, found, error, flip, exposure_ev } = Beside::of(known, best);
+    let ViewComparison { wanted, found, error, flip, exposure_ev } =
+        ViewComparison::of(known, best);
     let (view, side) = (&known.view, known.side());
-    let used = |fate: &PixelFate| [f64::from(u8::from(*fate == PixelFate::Used)); 3];
-    let used = LinearImage::new(side, side, view.fates().iter().map(used).collect());
+    let used = |status: &PixelStatus| [f64::from(u8::from(*status == PixelStatus::Used)); 3];
+    let used = LinearImage::new(side, side, view.statuses().iter().map(used).collect());
     let pictures = [
         ("target", &wanted),
         ("best", &found),

@@ -8,7 +8,7 @@ use brood_program::Operation;
 use super::NormalEquations;
 use super::local::partials;
 use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep};
-use crate::canonical::{BLOCK, LANES, Quarter, Work, reflectance};
+use crate::canonical::{BLOCK, LANES, Quarter, SimdKernel, reflectance};
 use crate::{FitnessTarget, Loss};
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
@@ -71,8 +71,8 @@ pub(super) struct Sweep<'a> {
     pub(super) workspace: &'a mut SweepWorkspace,
 }
 
-impl Work for Sweep<'_> {
-    type Done = NormalEquations;
+impl SimdKernel for Sweep<'_> {
+    type Output = NormalEquations;
 
     #[inline(always)]
     fn run(mut self) -> NormalEquations {

@@ -37,7 +37,7 @@ impl Quadrature {
             let sin_theta = ((1.0 - cos_theta) * (1.0 + cos_theta)).sqrt();
             for step in 0..azimuths {
                 let turn = (step as f64 + 0.5) / azimuths as f64;
-                directions.push(around(sin_theta, *cos_theta, turn));
+                directions.push(direction_at(sin_theta, *cos_theta, turn));
             }
         }
         let step = TAU / azimuths as f64;
@@ -106,7 +106,7 @@ pub(super) fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
 /// Returns the direction with that sine and cosine of the angle from the normal, turned from x by
 /// `turn` of a full turn.
 #[must_use]
-pub fn around(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
+pub fn direction_at(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(turn * TAU);
     DVec3::new(sin_theta * cos, sin_theta * sin, cos_theta)
 }
@@ -116,7 +116,7 @@ pub fn around(sin_theta: f64, cos_theta: f64, turn: f64) -> DVec3 {
 /// # Panics
 /// If a direction is not of length 1.
 #[must_use]
-pub fn pair(wi: DVec3, wo: DVec3) -> DirectionPair {
+pub fn direction_pair(wi: DVec3, wo: DVec3) -> DirectionPair {
     DirectionPair::new(wi, wo).expect("directions from sines and cosines have length 1")
 }
 

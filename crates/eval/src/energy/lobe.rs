@@ -9,7 +9,7 @@ use brood_brdf::DirectionPair;
 use glam::DVec3;
 
 use super::hemisphere::gauss_legendre;
-use super::{Quadrature, around};
+use super::{Quadrature, direction_at};
 use crate::layer::Layers;
 
 /// Range of ln tan theta_h: from the narrowest lobe considered to where the uniform rule has almost
@@ -47,8 +47,9 @@ impl LobeRule {
             // d omega = sin theta d theta d phi, and d theta = sin theta cos theta d ln tan theta.
             let ring = sin * sin * cos * weight * (high - low) * near(tan * tan);
             let step = std::f64::consts::TAU / turns as f64;
-            let node =
-                |turn: usize| (around(sin, cos, (turn as f64 + 0.5) / turns as f64), ring * step);
+            let node = |turn: usize| {
+                (direction_at(sin, cos, (turn as f64 + 0.5) / turns as f64), ring * step)
+            };
             nodes.extend((0..turns).map(node));
         }
         Self { uniform: Quadrature::new(order), nodes }
@@ -124,7 +125,7 @@ mod tests {
     fn lambert_reflects_its_albedo_at_every_angle() {
         let layers = layers(Model::new(ModelKind::Lambert));
         for theta in [0.0, 0.5, 1.2, 1.55] {
-            let wi = around(libm::sin(theta), libm::cos(theta), 0.1);
+            let wi = direction_at(libm::sin(theta), libm::cos(theta), 0.1);
             let found = LobeRule::new(32).albedo(&layers, wi);
             assert!((found - DVec3::splat(0.5)).abs().max_element() < 2e-3, "{theta} {found}");
         }
@@ -142,7 +143,8 @@ mod tests {
     fn wide_lobes_agree_with_the_uniform_rule() {
         let uniform = Quadrature::new(300);
         for (roughness, theta) in [(0.1, 0.6), (0.1, 1.4), (0.3, 0.1), (0.6, 1.2), (1.0, 0.8)] {
-            let (layers, wi) = (metal(roughness), around(libm::sin(theta), libm::cos(theta), 0.3));
+            let (layers, wi) =
+                (metal(roughness), direction_at(libm::sin(theta), libm::cos(theta), 0.3));
             let expected =
                 uniform.integrate(uniform.directions().iter().map(|wo| f(&layers, wi, *wo).x));
             let found = LobeRule::new(32).albedo(&layers, wi).x;
@@ -157,7 +159,7 @@ mod tests {
     fn weighted_nodes_sum_to_the_albedo() {
         let (layers, rule) = (metal(0.2), LobeRule::new(16));
         for theta in [0.0, 0.9, 1.5] {
-            let wi = around(libm::sin(theta), libm::cos(theta), 0.2);
+            let wi = direction_at(libm::sin(theta), libm::cos(theta), 0.2);
             let nodes = rule.nodes(wi);
             assert!(nodes.len() <= rule.len());
             let sum: DVec3 = nodes.iter().map(|(pair, weight)| layers.f(pair) * *weight).sum();
@@ -168,7 +170,7 @@ mod tests {
     #[test]
     fn narrow_lobes_reflect_nearly_everything() {
         for roughness in [0.02, 1e-3, 1e-4] {
-            let found = LobeRule::new(32).albedo(&metal(roughness), around(0.6, 0.8, 0.0)).x;
+            let found = LobeRule::new(32).albedo(&metal(roughness), direction_at(0.6, 0.8, 0.0)).x;
             assert!((0.995..1.002).contains(&found), "{roughness}: {found}");
         }
     }

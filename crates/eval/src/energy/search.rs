@@ -8,7 +8,7 @@ use brood_scene::SampleSet;
 use glam::DVec2;
 
 use super::subject::{self, Subject};
-use super::{EnergyLimit, Place, Quadrature};
+use super::{EnergyLimit, Incidence, Quadrature};
 
 /// Inputs that change when the surface turns about its normal; a program without them is isotropic.
 const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
@@ -56,7 +56,7 @@ impl Effort {
 }
 
 /// The places of the grid at one texture position, and their samples: the same for all programs.
-type Tile = (Vec<Place>, SampleSet);
+type Tile = (Vec<Incidence>, SampleSet);
 
 /// Search for the largest albedo, with the data that all programs share.
 #[derive(Debug)]
@@ -89,7 +89,7 @@ impl LimitSearch {
 
     /// Returns the limit and the place where the albedo is largest.
     #[must_use]
-    pub fn run(&self, program: &Program) -> (EnergyLimit, Place) {
+    pub fn run(&self, program: &Program) -> (EnergyLimit, Incidence) {
         let axes = Axes::of(program);
         let subject = Subject::new(program);
         let mut samples = 0;
@@ -103,8 +103,13 @@ impl LimitSearch {
         (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
     }
 
-    fn best_of_grid(&self, subject: &Subject<'_>, axes: Axes, samples: &mut usize) -> Vec<Place> {
-        let mut ranked: Vec<(Place, f64)> = Vec::new();
+    fn best_of_grid(
+        &self,
+        subject: &Subject<'_>,
+        axes: Axes,
+        samples: &mut usize,
+    ) -> Vec<Incidence> {
+        let mut ranked: Vec<(Incidence, f64)> = Vec::new();
         for (places, set) in self.grid(axes) {
             *samples += places.len() * subject.samples(&self.grid_rule);
             let found = subject.albedos(places, set, &self.grid_rule);
@@ -120,21 +125,21 @@ impl LimitSearch {
     fn climb(
         &self,
         subject: &Subject<'_>,
-        starts: Vec<Place>,
+        starts: Vec<Incidence>,
         axes: Axes,
         samples: &mut usize,
-    ) -> (Place, f64) {
-        let mut measure = |places: &[Place]| {
+    ) -> (Incidence, f64) {
+        let mut measure = |places: &[Incidence]| {
             *samples += places.len() * subject.samples(&self.search_rule);
             subject.albedos_at(places, &self.search_rule)
         };
         let at_start = measure(&starts);
-        let mut ranked: Vec<(Place, f64)> = starts.into_iter().zip(at_start).collect();
+        let mut ranked: Vec<(Incidence, f64)> = starts.into_iter().zip(at_start).collect();
         let mut step = self.first_step();
         let mut gain = 0.0;
         for _ in 0..self.effort.halvings {
             let before = best(&ranked).1;
-            let candidates: Vec<Vec<Place>> =
+            let candidates: Vec<Vec<Incidence>> =
                 ranked.iter().map(|(place, _)| neighbours(place, &step, axes)).collect();
             let all = candidates.concat();
             let mut found = all.iter().copied().zip(measure(&all));
@@ -154,7 +159,7 @@ impl LimitSearch {
     }
 
     /// Measures the albedo at a place with growing orders and returns it with an error estimate.
-    fn measure(&self, subject: &Subject<'_>, place: Place, samples: &mut usize) -> (f64, f64) {
+    fn measure(&self, subject: &Subject<'_>, place: Incidence, samples: &mut usize) -> (f64, f64) {
         let mut measure = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
             let rule = rule.get_or_init(|| Quadrature::new(*order));
             *samples += subject.samples(rule);
@@ -177,9 +182,9 @@ impl LimitSearch {
     }
 
     /// Returns half of the spacing of the grid.
-    fn first_step(&self) -> Place {
+    fn first_step(&self) -> Incidence {
         let Effort { thetas, azimuths, uv_side, .. } = self.effort;
-        Place {
+        Incidence {
             theta_deg: 0.5 * THETA_MAX_DEG / (thetas - 1) as f64,
             turn: 0.25 / azimuths as f64,
             uv: DVec2::splat(0.5 / (uv_side - 1) as f64),
@@ -209,9 +214,9 @@ impl LimitSearch {
         let angles = (0..thetas).map(|ring| THETA_MAX_DEG * ring as f64 / (thetas - 1) as f64);
         let turns = |theta_deg| {
             let turn = move |step| 0.5 * step as f64 / azimuths as f64;
-            (0..azimuths).map(move |step| Place { theta_deg, turn: turn(step), uv })
+            (0..azimuths).map(move |step| Incidence { theta_deg, turn: turn(step), uv })
         };
-        let places: Vec<Place> = angles.flat_map(turns).collect();
+        let places: Vec<Incidence> = angles.flat_map(turns).collect();
         let set = subject::samples(&places, &self.grid_rule);
         (places, set)
     }
@@ -220,7 +225,7 @@ impl LimitSearch {
 /// True if anything that the program reads changes when the surface turns about its normal;
 /// otherwise the program is isotropic.
 #[must_use]
-pub fn turns_with_surface(program: &Program) -> bool {
+pub fn is_anisotropic(program: &Program) -> bool {
     let inputs = program.inputs();
     AZIMUTHAL.into_iter().any(|input| inputs.contains(input))
         || program.layers().iter().any(|model| *model != model.isotropic())
@@ -238,28 +243,28 @@ impl Axes {
     fn of(program: &Program) -> Self {
         let inputs = program.inputs();
         let reads = |input| inputs.contains(input);
-        Self { azimuth: turns_with_surface(program), u: reads(Input::U), v: reads(Input::V) }
+        Self { azimuth: is_anisotropic(program), u: reads(Input::U), v: reads(Input::V) }
     }
 }
 
-fn neighbours(place: &Place, step: &Place, axes: Axes) -> Vec<Place> {
+fn neighbours(place: &Incidence, step: &Incidence, axes: Axes) -> Vec<Incidence> {
     let mut all = Vec::new();
     for sign in [-1.0, 1.0] {
         let theta_deg = (place.theta_deg + sign * step.theta_deg).clamp(0.0, THETA_MAX_DEG);
-        all.push(Place { theta_deg, ..*place });
+        all.push(Incidence { theta_deg, ..*place });
         if axes.azimuth {
-            all.push(Place { turn: place.turn + sign * step.turn, ..*place });
+            all.push(Incidence { turn: place.turn + sign * step.turn, ..*place });
         }
         for (_, axis) in [(axes.u, DVec2::X), (axes.v, DVec2::Y)].into_iter().filter(|(on, _)| *on)
         {
             let uv = (place.uv + axis * step.uv * sign).clamp(DVec2::ZERO, DVec2::ONE);
-            all.push(Place { uv, ..*place });
+            all.push(Incidence { uv, ..*place });
         }
     }
     all
 }
 
-fn best(found: &[(Place, f64)]) -> (Place, f64) {
+fn best(found: &[(Incidence, f64)]) -> (Incidence, f64) {
     // The first of equal places, for any number of places.
     let best = found.iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
     *best.expect("a search has at least one start")

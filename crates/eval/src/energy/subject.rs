@@ -14,7 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::lobe::LobeRule;
-use super::{Place, Quadrature, pair};
+use super::{Incidence, Quadrature, direction_pair};
 use crate::layer::Layers;
 use crate::{CanonicalEvaluator, Evaluator};
 
@@ -56,17 +56,22 @@ impl<'a> Subject<'a> {
     }
 
     /// Returns the largest albedo of the channels at each place.
-    pub(super) fn albedos_at(&self, places: &[Place], rule: &Quadrature) -> Vec<f64> {
+    pub(super) fn albedos_at(&self, places: &[Incidence], rule: &Quadrature) -> Vec<f64> {
         self.channels_at(places, rule).into_iter().map(largest).collect()
     }
 
     /// Does the same as [`Subject::albedos_at`], given the samples of the places.
-    pub(super) fn albedos(&self, places: &[Place], set: &SampleSet, rule: &Quadrature) -> Vec<f64> {
+    pub(super) fn albedos(
+        &self,
+        places: &[Incidence],
+        set: &SampleSet,
+        rule: &Quadrature,
+    ) -> Vec<f64> {
         self.channels(places, set, rule).into_iter().map(largest).collect()
     }
 
     /// Returns the albedo of each channel at each place.
-    pub(super) fn channels_at(&self, places: &[Place], rule: &Quadrature) -> Vec<[f64; 3]> {
+    pub(super) fn channels_at(&self, places: &[Incidence], rule: &Quadrature) -> Vec<[f64; 3]> {
         let set = match self {
             // Layers are not measured by samples.
             Self::Layered { squares: None, .. } => SampleSet::from_pairs(&[], &[]),
@@ -75,7 +80,7 @@ impl<'a> Subject<'a> {
         self.channels(places, &set, rule)
     }
 
-    fn channels(&self, places: &[Place], set: &SampleSet, rule: &Quadrature) -> Vec<[f64; 3]> {
+    fn channels(&self, places: &[Incidence], set: &SampleSet, rule: &Quadrature) -> Vec<[f64; 3]> {
         let (squares, layers, output) = match self {
             Self::Plain(program) => return integrals(program, set, rule),
             Self::Layered { squares, layers, output, .. } => (squares, layers, output),
@@ -103,12 +108,12 @@ fn largest(albedo: [f64; 3]) -> f64 {
 }
 
 /// Returns the samples of every direction of the rule for every place.
-pub(super) fn samples(places: &[Place], rule: &Quadrature) -> SampleSet {
+pub(super) fn samples(places: &[Incidence], rule: &Quadrature) -> SampleSet {
     let mut pairs = Vec::with_capacity(places.len() * rule.directions().len());
     let mut uvs = Vec::with_capacity(pairs.capacity());
     for place in places {
         let wi = place.direction();
-        pairs.extend(rule.directions().iter().map(|wo| pair(wi, *wo)));
+        pairs.extend(rule.directions().iter().map(|wo| direction_pair(wi, *wo)));
         uvs.resize(pairs.len(), place.uv);
     }
     SampleSet::from_pairs(&pairs, &uvs)

@@ -12,7 +12,7 @@ use brood_scene::{PixelArea, SampleSet, Sampling};
 
 use super::Developed;
 use crate::Level;
-use crate::canonical::Work;
+use crate::canonical::SimdKernel;
 use crate::radiance::shade_each;
 
 /// Largest difference in codes of a pixel from the mean of two opposite neighbours, in any channel,
@@ -137,8 +137,8 @@ struct Search<'a> {
     rgba: &'a [u8],
 }
 
-impl Work for Search<'_> {
-    type Done = Vec<u32>;
+impl SimdKernel for Search<'_> {
+    type Output = Vec<u32>;
 
     #[inline(always)]
     fn run(self) -> Vec<u32> {

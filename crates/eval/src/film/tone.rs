@@ -16,15 +16,15 @@ pub(super) trait Curve: Copy {
 /// A computation generic over the tone curve, which is only known at run time.
 pub(super) trait WithCurve {
     /// Result of the computation.
-    type Done;
+    type Output;
 
     /// Runs the computation with a curve.
-    fn with<T: Curve>(self, tone: T) -> Self::Done;
+    fn with<T: Curve>(self, tone: T) -> Self::Output;
 }
 
 /// Runs a computation with the curve of that name.
 #[inline(always)]
-pub(super) fn with_curve<W: WithCurve>(tone: Tone, work: W) -> W::Done {
+pub(super) fn with_curve<W: WithCurve>(tone: Tone, work: W) -> W::Output {
     match tone {
         Tone::None => work.with(Plain),
         Tone::Reinhard => work.with(Reinhard),

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::{Fitness, FitnessPopulation, FitnessTarget, Loss};
 use crate::canonical::{
-    BLOCK, BoundCode, Code, LANES, Quarter, Span, Work, Workspace, reflectance, with_workspace,
+    BLOCK, BoundCode, Code, LANES, Quarter, SimdKernel, Span, Workspace, reflectance,
+    with_workspace,
 };
 use crate::layer::SharedBlocks;
 use crate::{EvalError, Level};
@@ -91,8 +92,8 @@ struct Sum<'a> {
     workspace: &'a mut Workspace,
 }
 
-impl Work for Sum<'_> {
-    type Done = Fitness;
+impl SimdKernel for Sum<'_> {
+    type Output = Fitness;
 
     #[inline(always)]
     fn run(self) -> Fitness {

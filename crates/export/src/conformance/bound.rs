@@ -1,6 +1,6 @@
 //! Error bounds of exported models for each kind, and error statistics.
 
-use super::Wanted;
+use super::ReferenceValue;
 use brood_genome::ModelKind;
 
 /// Error bound of a kind of model.
@@ -39,7 +39,7 @@ const fn bound(kind: ModelKind, median: f64, units: f64) -> Bound {
 
 /// Errors collected for one kind.
 #[derive(Debug, Clone)]
-pub struct Tally {
+pub struct ErrorTally {
     kind: ModelKind,
     relative: Vec<f64>,
     units: f64,
@@ -48,7 +48,7 @@ pub struct Tally {
 
 /// Summary of the errors of one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Figures {
+pub struct ErrorSummary {
     /// Median relative error of values that are not 0.
     pub median: f64,
     /// 99th percentile of these errors.
@@ -59,7 +59,7 @@ pub struct Figures {
     pub units: f64,
 }
 
-impl Tally {
+impl ErrorTally {
     /// Creates an empty tally.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
@@ -70,7 +70,7 @@ impl Tally {
     ///
     /// # Panics
     /// If the value is negative or not finite.
-    pub fn add(&mut self, found: [f32; 3], wanted: &Wanted, case: impl Fn() -> String) {
+    pub fn add(&mut self, found: [f32; 3], wanted: &ReferenceValue, case: impl Fn() -> String) {
         for (channel, found) in found.into_iter().enumerate() {
             let (f, unit) = (wanted.f[channel], wanted.unit[channel]);
             assert!(found >= 0.0 && found.is_finite(), "{found} instead of {f}: {}", case());
@@ -87,12 +87,12 @@ impl Tally {
 
     /// Summary of the errors so far.
     #[must_use]
-    pub fn figures(&self) -> Figures {
+    pub fn summary(&self) -> ErrorSummary {
         let mut sorted = self.relative.clone();
         sorted.sort_by(f64::total_cmp);
         let at = |share: usize| sorted.get(sorted.len() * share / 100).copied().unwrap_or_default();
         let worst = sorted.last().copied().unwrap_or_default();
-        Figures { median: at(50), p99: at(99), worst, units: self.units }
+        ErrorSummary { median: at(50), p99: at(99), worst, units: self.units }
     }
 
     /// Checks the errors against [`BOUNDS`].
@@ -102,7 +102,7 @@ impl Tally {
     pub fn check(&self) {
         let bound = BOUNDS.into_iter().find(|bound| bound.kind == self.kind);
         let bound = bound.expect("every kind has a bound");
-        let figures = self.figures();
+        let figures = self.summary();
         let kept = figures.median <= bound.median && figures.units <= bound.units;
         assert!(kept, "{}: {figures:?} beyond {bound:?}; worst: {}", self.kind, self.worst);
     }
@@ -118,12 +118,12 @@ mod tests {
     fn every_kind_has_a_bound_and_larger_errors_panic() {
         assert_eq!(BOUNDS.map(|bound| bound.kind), ModelKind::ALL);
         let unit = DVec3::splat(1e-7);
-        let wanted = Wanted { f: DVec3::ONE, unit };
-        let mut tally = Tally::new(ModelKind::Ward);
+        let wanted = ReferenceValue { f: DVec3::ONE, unit };
+        let mut tally = ErrorTally::new(ModelKind::Ward);
         tally.add([1.0; 3], &wanted, String::new);
         tally.check();
         tally.add([1.1, 1.0, 1.0], &wanted, || "the worst".to_owned());
-        assert!(tally.figures().units > 9e5);
+        assert!(tally.summary().units > 9e5);
         assert!(std::panic::catch_unwind(move || tally.check()).is_err());
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn random(key: BirthKey) -> Vec<Model> {
             None => perturbed(parameter, value, SPREAD, &mut stream),
         })
         .collect();
-    vec![Model::from_numbers(kind, &values).expect("values are drawn from their ranges")]
+    vec![Model::from_parameter_values(kind, &values).expect("values are drawn from their ranges")]
 }
 
 /// Mutates parts that are not locked. With `force`, at least one value changes at any amount above
@@ -55,7 +55,7 @@ pub(super) fn mutate(
             *model = converted(model, different_kind(model.kind(), &mut stream));
             changed = true;
         }
-        let mut values = model.numbers().to_vec();
+        let mut values = model.parameter_values().to_vec();
         for (at, (parameter, value)) in each_value(model).enumerate() {
             let rate = if words(parameter).is_some() { CHOICE_RATE } else { VALUE_RATE };
             if !locked.locks_value(layer, at) && stream.chance(rate * mutation) {
@@ -88,7 +88,7 @@ fn mutate_one(layers: &mut [Model], mutation: f32, locked: &LockedLayers, stream
     let (layer, at) = free[stream.below(free.len() as u32) as usize];
     let model = &layers[layer];
     let (parameter, value) = each_value(model).nth(at).expect("it is one of its own");
-    let mut values = model.numbers().to_vec();
+    let mut values = model.parameter_values().to_vec();
     values[at] = different_value(parameter, value, mutation, stream);
     layers[layer] = with_values(model, &values);
 }
@@ -145,7 +145,7 @@ fn crossover(
         !locked.locks_kind(layer) && own.kind() != other.kind() && stream.chance(0.5 * share);
     let base = if taken { converted(own, other.kind()) } else { own.clone() };
     let base = if taken { with_choices_of(base, other) } else { base };
-    let mut values = base.numbers().to_vec();
+    let mut values = base.parameter_values().to_vec();
     let mut at = 0;
     for (parameter, own_values) in base.parameters() {
         let theirs = other.get(parameter.name).filter(|theirs| theirs.len() == own_values.len());
@@ -233,7 +233,7 @@ fn perturbed(parameter: &Parameter, value: f64, step: f64, stream: &mut Stream) 
 }
 
 fn with_values(model: &Model, values: &[f64]) -> Model {
-    Model::from_numbers(model.kind(), values).expect("operators keep to the ranges")
+    Model::from_parameter_values(model.kind(), values).expect("operators keep to the ranges")
 }
 
 #[cfg(test)]

@@ -81,7 +81,7 @@ proptest! {
             (layered(seed), random(seed + 5)),
             (layered(seed), layered(seed + 5)),
         ] {
-            let child = Variation::recombine(&first, &second, share, 0.0).birth(key(seed));
+            let child = Variation::crossover(&first, &second, share, 0.0).birth(key(seed));
             let parents = [kinds(&first), kinds(&second)].concat();
             prop_assert!(kinds(&child).iter().all(|kind| parents.contains(kind)));
             prop_assert!(child.layers().len() <= LAYERS_MAX);
@@ -103,9 +103,9 @@ proptest! {
 fn crossover_with_share_zero_takes_nothing() {
     for seed in 0..50 {
         let (first, second) = (layered(seed), random(seed + 70));
-        let child = Variation::recombine(&first, &second, 0.0, 0.0).birth(key(seed));
+        let child = Variation::crossover(&first, &second, 0.0, 0.0).birth(key(seed));
         assert_eq!(child.layers(), first.layers());
-        let child = Variation::recombine(&second, &first, 0.0, 0.0).birth(key(seed));
+        let child = Variation::crossover(&second, &first, 0.0, 0.0).birth(key(seed));
         assert_eq!(child, second);
     }
 }
@@ -114,7 +114,7 @@ fn crossover_with_share_zero_takes_nothing() {
 fn crossover_combines_programs_and_models() {
     let (first, second) = (random(1), layered(2));
     let children: Vec<Genome> = (0..60)
-        .map(|seed| Variation::recombine(&first, &second, 0.5, 0.1).birth(key(seed)))
+        .map(|seed| Variation::crossover(&first, &second, 0.5, 0.1).birth(key(seed)))
         .collect();
     let with_program = children.iter().filter(|child| !child.instructions().is_empty()).count();
     assert!((15..45).contains(&with_program), "{with_program}");
@@ -132,7 +132,7 @@ fn locked_layers_and_parameters_stay() {
     let channel = Locks { channels: vec![Channel::Green], ..Locks::default() };
     for seed in 0..200 {
         let child = |locks| {
-            Variation::recombine(&parent, &other, 0.5, 1.0).with_locks(Some(locks)).birth(key(seed))
+            Variation::crossover(&parent, &other, 0.5, 1.0).with_locks(Some(locks)).birth(key(seed))
         };
         let locked = child(&locks);
         assert_eq!(locked.layers()[0], parent.layers()[0]);

@@ -1,6 +1,6 @@
 //! Curves over the angle of incidence: directional albedo and brightness of the mirror direction.
 
-use brood_eval::{Quadrature, around, channel_albedos, pair};
+use brood_eval::{Quadrature, channel_albedos, direction_at, direction_pair};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,7 @@ pub fn curves(of: &Specimen<'_>) -> Vec<CurvePoint> {
         .iter()
         .map(|theta| {
             let (sin, cos) = libm::sincos(theta.to_radians());
-            pair(around(sin, cos, 0.0), around(sin, cos, 0.5))
+            direction_pair(direction_at(sin, cos, 0.0), direction_at(sin, cos, 0.5))
         })
         .collect();
     let bright: Vec<f64> = of
@@ -63,8 +63,9 @@ pub(super) fn albedo(of: &Specimen<'_>, theta_deg: f64) -> [f64; 3] {
         Specimen::Bred(_, program) => channel_albedos(program, theta_deg, ORDER),
         Specimen::Measured(brdf) => {
             let (sin, cos) = libm::sincos(theta_deg.to_radians());
-            let (wi, rule) = (around(sin, cos, 0.0), Quadrature::new(ORDER));
-            let f: Vec<DVec3> = rule.directions().iter().map(|wo| brdf.f(&pair(wi, *wo))).collect();
+            let (wi, rule) = (direction_at(sin, cos, 0.0), Quadrature::new(ORDER));
+            let f: Vec<DVec3> =
+                rule.directions().iter().map(|wo| brdf.f(&direction_pair(wi, *wo))).collect();
             [0, 1, 2].map(|channel| rule.integrate(f.iter().map(|f| f[channel])))
         }
     }

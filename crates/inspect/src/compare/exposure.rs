@@ -16,18 +16,18 @@ const PX: u32 = 64;
 /// Small sample sets of a scene: with the light in its own position, and at positions all along its
 /// orbit.
 #[derive(Debug)]
-pub struct LightCircle {
+pub struct LightOrbit {
     own: SampleSet,
     places: Vec<SampleSet>,
 }
 
-impl LightCircle {
+impl LightOrbit {
     /// Traces the sample sets.
     #[must_use]
     pub fn trace(mesh: &Mesh, scene: &Scene, assets: &LightAssets) -> Self {
         let raster =
             Raster { size_px: PX, sampling: Sampling::Fixed(1), area: PixelArea::whole(PX) };
-        let set = |scene: &Scene| SampleSet::render_lit(mesh, scene, assets, raster);
+        let set = |scene: &Scene| SampleSet::render_with_assets(mesh, scene, assets, raster);
         let degrees = |place| 360.0 * f64::from(place) / f64::from(PLACES);
         let places = (0..PLACES).map(|place| set(&scene.with_light_deg(degrees(place)))).collect();
         Self { own: set(scene), places }

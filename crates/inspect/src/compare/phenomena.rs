@@ -1,12 +1,12 @@
 //! Numbers for physical phenomena: Fresnel rise, energy over roughness, colour of the highlight,
 //! range of exposures.
 
-use brood_eval::{around, express, pair};
+use brood_eval::{direction_at, direction_pair, express};
 use brood_genome::{Genome, Model};
 use serde::{Deserialize, Serialize};
 
 use super::curve::albedo;
-use super::{CurvePoint, LightCircle, Specimen, luminance};
+use super::{CurvePoint, LightOrbit, Specimen, luminance};
 
 /// Angle of incidence whose mirror direction is compared with that of the normal, in degrees.
 const GRAZING_DEG: f64 = 80.0;
@@ -38,15 +38,18 @@ pub struct Phenomena {
 impl Phenomena {
     /// Computes the numbers of a material from its curves and its exposures over the orbit.
     #[must_use]
-    pub fn of(specimen: &Specimen<'_>, curves: &[CurvePoint], circle: &LightCircle) -> Self {
-        Self::exposed(specimen, curves, circle.extremes_ev(specimen))
+    pub fn of(specimen: &Specimen<'_>, curves: &[CurvePoint], orbit: &LightOrbit) -> Self {
+        Self::exposed(specimen, curves, orbit.extremes_ev(specimen))
     }
 
     fn exposed(specimen: &Specimen<'_>, curves: &[CurvePoint], exposures_ev: [f64; 2]) -> Self {
         let largest = |rgb: &[f64; 3]| rgb.iter().copied().fold(0.0, f64::max);
         let (sin, cos) = (std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2);
-        let light = around(sin, cos, 0.0);
-        let pairs = [pair(light, around(sin, cos, 0.5)), pair(light, around(sin, cos, 0.25))];
+        let light = direction_at(sin, cos, 0.0);
+        let pairs = [
+            direction_pair(light, direction_at(sin, cos, 0.5)),
+            direction_pair(light, direction_at(sin, cos, 0.25)),
+        ];
         let f = specimen.f(&pairs);
         let added = [0, 1, 2].map(|channel| (f[0][channel] - f[1][channel]).max(0.0));
         let grazing = curves.iter().find(|point| point.theta_deg == GRAZING_DEG);

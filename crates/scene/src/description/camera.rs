@@ -1,4 +1,4 @@
-//! The camera of a scene, in three forms that are told apart by the fields that are there.
+//! Camera of a scene, in three forms distinguished by their fields.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -6,32 +6,33 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 const FOV_Y_DEG: f64 = 30.0;
 const ORBIT_DEG: [f64; 2] = [30.0, 20.0];
 
-/// Where the scene is seen from. Pictures are square; y is up in them.
+/// Camera. Pictures are square with y up.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Camera {
-    /// On a sphere about the centre of the mesh, looking at it.
+    /// Position on a sphere about the centre of the mesh, looking at the centre.
     Orbit {
-        /// Azimuth (0 looks from +z, 90 from +x) and elevation above the horizontal plane, degrees.
+        /// Azimuth (0 is +z, 90 is +x) and elevation above the horizontal plane, degrees.
         orbit_deg: [f64; 2],
-        /// Distance from the centre; `None` frames the mesh's bounding sphere at scale 1 with a small margin.
+        /// Distance from the centre; `None` frames the bounding sphere at scale 1 with a small
+        /// margin.
         distance: Option<f64>,
         /// Vertical field of view, degrees.
         fov_y_deg: f64,
     },
-    /// Anywhere, looking at a point.
+    /// Position and target.
     LookAt {
         /// Position of the eye.
         eye: [f64; 3],
-        /// The point in the middle of the picture.
+        /// Point in the middle of the picture.
         target: [f64; 3],
-        /// A direction that is upwards in the picture; any length.
+        /// Up direction of the picture, of any length.
         up: [f64; 3],
         /// Vertical field of view, degrees.
         fov_y_deg: f64,
     },
-    /// Parallel rays along -z, the world's origin in the middle of the picture.
+    /// Parallel rays along -z with the world's origin in the middle of the picture.
     Orthographic {
-        /// Half the height of what is seen.
+        /// Half the height of the view, in world units.
         orthographic: f64,
     },
 }
@@ -42,7 +43,7 @@ impl Default for Camera {
     }
 }
 
-/// Every field that a camera may have, as it is read.
+/// Fields of all three forms, for reading.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields, rename = "Camera", expecting = "a camera object")]
 struct Fields {
@@ -101,7 +102,7 @@ impl TryFrom<Fields> for Camera {
     }
 }
 
-/// The camera as formats see it that write no field names.
+/// Camera in formats without field names.
 #[derive(Serialize, Deserialize)]
 enum Tagged {
     Orbit([f64; 2], Option<f64>, f64),
@@ -109,7 +110,7 @@ enum Tagged {
     Orthographic(f64),
 }
 
-/// The camera as JSON has it: the fields of its form and nothing else.
+/// Camera in JSON: the fields of its form.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Untagged {

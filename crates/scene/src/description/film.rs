@@ -1,4 +1,4 @@
-//! The film of a scene: what becomes of radiance before it is shown.
+//! Film of a scene: exposure and tone curve.
 
 use std::fmt;
 
@@ -10,41 +10,41 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Film {
-    /// "auto" or a fixed number of EV.
+    /// "auto" or a fixed exposure in EV.
     pub exposure: Exposure,
-    /// The tone curve.
+    /// Tone curve.
     pub tone: Tone,
 }
 
-/// How bright the picture is made.
+/// Exposure of a picture.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Exposure {
-    /// Measured from the picture.
+    /// Automatic: the 97th percentile becomes linear 0.9.
     #[default]
     Auto,
-    /// Radiance is multiplied by 2 to this power.
+    /// Fixed: radiance is multiplied by 2 to this power.
     Ev(f64),
 }
 
-/// The curve between exposed radiance and display.
+/// Tone curve from exposed radiance to display value.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Tone {
-    /// Clipped, nothing else.
+    /// Clips to 1.
     #[default]
     None,
-    /// x / (1 + x) for each channel (Reinhard et al. 2002).
+    /// x / (1 + x) per channel (Reinhard et al. 2002).
     Reinhard,
-    /// A fit of the ACES curve for each channel (Narkowicz 2015).
+    /// Fit of the ACES curve, per channel (Narkowicz 2015).
     Filmic,
 }
 
 impl Tone {
-    /// All of them.
+    /// All tone curves.
     pub const ALL: [Self; 3] = [Self::None, Self::Reinhard, Self::Filmic];
 
-    /// Its name in JSON.
+    /// Returns the name in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl Tone {
     }
 }
 
-/// With no tone curve.
+/// Film without tone curve.
 impl From<Exposure> for Film {
     fn from(exposure: Exposure) -> Self {
         Self { exposure, tone: Tone::None }
@@ -102,7 +102,7 @@ impl Visitor<'_> for AutoOrEv {
         Ok(Exposure::Ev(ev))
     }
 
-    // Integers beyond 2^53 round; validation refuses them anyway.
+    // Integers beyond 2^53 are rounded; validation rejects them.
     fn visit_i64<E: Error>(self, ev: i64) -> Result<Exposure, E> {
         Ok(Exposure::Ev(ev as f64))
     }

@@ -1,6 +1,4 @@
-//! The lights of a scene.
-//!
-//! Owns what each kind is described by, and its JSON form. What a light gives to a place is the sample set's business.
+//! Lights of a scene: parameters of each kind and their JSON form. The sample set samples them.
 
 mod area;
 mod distant;
@@ -17,39 +15,39 @@ pub use point::{IesLight, PointLight, SpotLight};
 pub(crate) use strength::Measure;
 pub use strength::{Quantity, Strength};
 
-/// A light. In JSON an object with a `kind`; a length of 1 of the world is a metre.
+/// Light of a scene. In JSON an object with a `kind`. World units are metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-// The derived form is that of formats without field names; JSON has its own.
+// The derived form serves formats without field names; JSON has its own form.
 #[serde(remote = "Self")]
 pub enum Light {
-    /// Shines from a point alike in all directions.
+    /// Isotropic point light.
     Point(PointLight),
-    /// Shines along one direction everywhere.
+    /// Parallel light.
     Directional(DirectionalLight),
-    /// Shines from a point into a cone.
+    /// Point light restricted to a cone.
     Spot(SpotLight),
-    /// Shines from a point as a photometric profile says.
+    /// Point light with a photometric profile.
     Ies(IesLight),
-    /// A ball that shines outwards.
+    /// Emitting ball.
     Sphere(SphereLight),
-    /// A disk that shines to one side.
+    /// Disk that emits from its front.
     Disk(DiskLight),
-    /// A rectangle that shines to one side.
+    /// Rectangle that emits from its front.
     Rectangle(RectangleLight),
-    /// A picture of all that is around.
+    /// Equirectangular environment.
     Environment(EnvironmentLight),
-    /// The same radiance from everywhere.
+    /// Uniform radiance from every direction.
     Ambient(AmbientLight),
 }
 
 impl Light {
-    /// A point light at a position, of irradiance pi at the centre of the mesh.
+    /// Returns a point light at a position with irradiance pi at the centre of the mesh.
     #[must_use]
     pub fn point_at(position: [f64; 3]) -> Self {
         Self::Point(PointLight { position: Some(position), strength: None })
     }
 
-    /// Samples that it makes at each place at most.
+    /// Returns the largest number of samples at one shading point.
     #[must_use]
     pub fn samples(&self) -> u32 {
         match self {
@@ -62,7 +60,7 @@ impl Light {
         }
     }
 
-    /// Its kind in JSON.
+    /// Returns the kind in JSON.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {

@@ -1,15 +1,16 @@
-//! Which mesh a scene shows: one of the built-in ones or an uploaded one by its id.
+//! Reference to the mesh of a scene: built-in by name, or uploaded by id.
 
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A mesh by name. In JSON a string: the name of a built-in mesh, or else the id of an uploaded one.
+/// Mesh by name. In JSON a string: the name of a built-in mesh, otherwise the id of an uploaded
+/// one.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum MeshRef {
-    /// A mesh made by code.
+    /// Built-in mesh.
     Builtin(BuiltinMesh),
-    /// The id of an uploaded mesh.
+    /// Id of an uploaded mesh.
     Uploaded(String),
 }
 
@@ -49,24 +50,24 @@ impl<'de> Deserialize<'de> for MeshRef {
     }
 }
 
-/// A mesh that is made by code.
+/// Procedural mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BuiltinMesh {
-    /// The unit sphere.
+    /// Unit sphere.
     Sphere,
-    /// A ring.
+    /// Torus.
     Torus,
-    /// A cube with rounded edges.
+    /// Cube with rounded edges.
     Cube,
-    /// A turned knob: concave and convex curvature, grazing angles, a bead and a flange.
+    /// Turned knob with concave and convex curvature, grazing angles, a bead and a flange.
     Knob,
 }
 
 impl BuiltinMesh {
-    /// All of them.
+    /// All built-in meshes.
     pub const ALL: [Self; 4] = [Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
 
-    /// The name in scenes.
+    /// Returns the name in scenes.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -77,7 +78,7 @@ impl BuiltinMesh {
         }
     }
 
-    /// The mesh of that name.
+    /// Returns the mesh of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mesh| mesh.name() == name)

@@ -1,4 +1,4 @@
-//! OpenAPI schemas of the parts of a scene whose JSON form is written by hand.
+//! OpenAPI schemas of the parts of a scene with a hand-written JSON form.
 
 #![expect(dead_code, reason = "the types here are only described, never made")]
 #![expect(unused_qualifications, reason = "the derive macro writes paths in full")]
@@ -13,10 +13,10 @@ use utoipa::{PartialSchema, ToSchema};
 
 use super::{Camera, EV_MAX, Exposure, MeshRef};
 
-/// On a sphere about the centre of the mesh, looking at it.
+/// Position on a sphere about the centre of the mesh, looking at the centre.
 #[derive(ToSchema)]
 struct OrbitCamera {
-    /// Azimuth (0 looks from +z, 90 from +x) and elevation, degrees.
+    /// Azimuth (0 is +z, 90 is +x) and elevation, degrees.
     #[schema(default = json!([30, 20]))]
     orbit_deg: Option<[f64; 2]>,
     /// Distance from the centre; null frames the mesh.
@@ -26,15 +26,15 @@ struct OrbitCamera {
     fov_y_deg: Option<f64>,
 }
 
-/// Anywhere, looking at a point.
+/// Position and target.
 #[derive(ToSchema)]
 struct LookAtCamera {
     /// Position of the eye.
     eye: [f64; 3],
-    /// The point in the middle of the picture.
+    /// Point in the middle of the picture.
     #[schema(default = json!([0, 0, 0]))]
     target: Option<[f64; 3]>,
-    /// A direction that is upwards in the picture.
+    /// Up direction of the picture.
     #[schema(default = json!([0, 1, 0]))]
     up: Option<[f64; 3]>,
     /// Vertical field of view, degrees.
@@ -42,14 +42,14 @@ struct LookAtCamera {
     fov_y_deg: Option<f64>,
 }
 
-/// Parallel rays along -z, the world's origin in the middle.
+/// Parallel rays along -z with the world's origin in the middle.
 #[derive(ToSchema)]
 struct OrthographicCamera {
-    /// Half the height of what is seen.
+    /// Half the height of the view.
     orthographic: f64,
 }
 
-/// The object schema of `T`, with all other fields refused.
+/// Object schema of `T` without additional properties.
 fn closed<T: PartialSchema>() -> Schema {
     match T::schema() {
         RefOr::T(Schema::Object(mut object)) => {
@@ -131,7 +131,7 @@ mod tests {
     use crate::Scene;
 
     #[test]
-    fn schema_names_every_field_and_refuses_others() {
+    fn schema_names_every_field_and_rejects_others() {
         let camera = serde_json::to_value(Camera::schema()).unwrap();
         let forms = camera["oneOf"].as_array().unwrap();
         assert_eq!(forms.len(), 3);

@@ -3,7 +3,7 @@ use super::{
     Strength, Tone,
 };
 
-/// Lights of every kind, each written in full.
+/// Lights of every kind, with all fields.
 pub(super) const LIGHTS: [&str; 13] = [
     r#"{"kind":"sphere","position":null,"radius":null,"radiance_w_m2_sr":null,"samples":16}"#,
     r#"{"kind":"disk","position":[1.0,2.0,3.0],"axis":null,"radius":0.5,"flux_lm":[9.0,9.0,9.0],"samples":7}"#,
@@ -21,7 +21,7 @@ pub(super) const LIGHTS: [&str; 13] = [
 ];
 
 #[test]
-fn light_is_written_as_it_was_read() {
+fn light_round_trips_through_json() {
     for json in LIGHTS {
         let light: Light = serde_json::from_str(json).unwrap();
         let written: serde_json::Value = serde_json::to_value(&light).unwrap();
@@ -56,7 +56,7 @@ fn scene_has_a_default_for_every_field_when_the_object_is_empty() {
 }
 
 #[test]
-fn scene_survives_json_and_binary_when_it_is_written_and_read() {
+fn scene_round_trips_through_json_and_binary() {
     let mut scenes = vec![Scene::default()];
     let cameras = [
         Camera::Orbit { orbit_deg: [-20.0, 90.0], distance: Some(3.25), fov_y_deg: 45.0 },
@@ -87,7 +87,7 @@ fn scene_survives_json_and_binary_when_it_is_written_and_read() {
 }
 
 #[test]
-fn scene_is_written_in_the_shape_of_the_interface() {
+fn scene_json_matches_the_api() {
     let json = serde_json::to_value(Scene::default()).unwrap();
     let expected = serde_json::json!({
         "mesh": "sphere", "rotation_deg": [0.0, 0.0, 0.0], "scale": 1.0,
@@ -108,7 +108,7 @@ fn scene_is_written_in_the_shape_of_the_interface() {
 }
 
 #[test]
-fn scene_is_refused_with_a_readable_reason_when_json_is_wrong() {
+fn scene_is_rejected_with_a_readable_reason_when_json_is_wrong() {
     let cases = [
         (r#"{"colour": 1}"#, "unknown field `colour`"),
         (r#"{"camera": {"orbit": 1}}"#, "unknown field `orbit`"),
@@ -142,7 +142,7 @@ fn scene_is_refused_with_a_readable_reason_when_json_is_wrong() {
 }
 
 #[test]
-fn scene_is_refused_with_a_pointer_when_a_number_is_out_of_range() {
+fn scene_is_rejected_with_a_pointer_when_a_number_is_out_of_range() {
     let with_camera = |json: &str| read(&format!(r#"{{"camera": {json}}}"#)).unwrap();
     let mut cases = vec![
         (with_camera(r#"{"fov_y_deg": 170}"#), "/camera/fov_y_deg"),

@@ -1,41 +1,41 @@
-//! What makes a scene valid: finite numbers within ranges in which every later step stays finite.
+//! Validation of scenes: finite numbers in ranges for which all later steps stay finite.
 
 use glam::DVec3;
 
 use super::{Camera, Exposure, MeshRef, Scene};
 
-/// Most lights of a scene.
+/// Largest number of lights.
 pub const LIGHTS_MAX: usize = 16;
-/// Most samples of all lights together at one place.
+/// Largest number of samples of all lights at one shading point.
 pub const LIGHT_SAMPLES_MAX: u32 = 4096;
-/// Largest size of an object.
+/// Largest scale.
 const SCALE_MAX: f64 = 1000.0;
-/// Bounds of the vertical field of view, degrees, both excluded.
+/// Bounds of the vertical field of view in degrees, both exclusive.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
-/// Largest exposure either way.
+/// Largest absolute exposure, in EV.
 pub const EV_MAX: f64 = 64.0;
-/// Positions, distances and intensities stay in the range of f32, as the vertices of a mesh do.
+/// Largest magnitude of positions, distances and intensities: the range of f32, as for vertices.
 const MAGNITUDE_MAX: f64 = f32::MAX as f64;
-/// Longest id of a mesh.
+/// Longest mesh id, in bytes.
 const ID_BYTES_MAX: usize = 128;
 /// Sine of the smallest angle between the view direction and up.
 const UP_SINE_MIN: f64 = 1e-6;
 
-/// Why a scene is refused.
+/// Error if a scene is invalid.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{pointer}: {reason}")]
 pub struct SceneError {
     /// JSON pointer to the field, such as `/camera/fov_y_deg`.
     pub pointer: String,
-    /// What is wrong with it.
+    /// Reason.
     pub reason: String,
 }
 
 impl Scene {
     /// Checks every field.
     ///
-    /// # Error
-    /// The first field that is out of its range, in the order of the description.
+    /// # Errors
+    /// Returns the first field out of its range, in the order of the description.
     pub fn validate(&self) -> Result<(), SceneError> {
         if let MeshRef::Uploaded(id) = &self.mesh {
             require(!id.is_empty(), "/mesh", "the id of the mesh is empty")?;
@@ -101,7 +101,7 @@ pub(super) fn finite(numbers: &[f64], pointer: &str) -> Result<(), SceneError> {
     require(holds, pointer, "must be finite and within the range of 32-bit floats")
 }
 
-/// Above 0 by enough that ratios of such numbers stay finite.
+/// Checks that a number is large enough above 0 for ratios of such numbers to stay finite.
 pub(super) fn positive(number: f64, pointer: &str) -> Result<(), SceneError> {
     let holds = number >= f64::from(f32::MIN_POSITIVE) && number <= MAGNITUDE_MAX;
     require(holds, pointer, "must be above 0 and within the range of 32-bit floats")

@@ -1,47 +1,47 @@
-//! Why bytes are not a photometric profile.
+//! Errors of the IES parser.
 
-/// What is wrong, and where.
+/// Error of [`IesProfile::parse`](crate::IesProfile::parse) with its line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("line {line}: {kind}")]
 pub struct IesError {
-    /// The line, counted from 1.
+    /// Line of the file, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// Kind of error.
     pub kind: IesErrorKind,
 }
 
-/// What can be wrong with a profile.
+/// Kind of error in an IES file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IesErrorKind {
-    /// There is no line that begins with `TILT=`.
-    #[error("there is no line TILT=")]
+    /// No line begins with `TILT=`.
+    #[error("no line begins with TILT=")]
     NoTilt,
-    /// The tilt is in another file.
-    #[error("the tilt is neither NONE nor INCLUDE; files that name another one are not read")]
+    /// The tilt is given in another file.
+    #[error("TILT must be NONE or INCLUDE; a tilt in another file is not supported")]
     TiltFile,
-    /// The file ends before this.
+    /// The file ends before this value.
     #[error("the file ends before {0}")]
     Ends(&'static str),
-    /// Not a number, or one that is not finite.
-    #[error("{what} is no number: {text:?}")]
+    /// A word is not a finite number of at most 1e12.
+    #[error("{what} must be a number, got {text:?}")]
     Number {
-        /// Which number.
+        /// Name of the value.
         what: &'static str,
-        /// At most 32 characters of what is there.
+        /// First 32 characters of the word.
         text: String,
     },
-    /// A number of a meaning that has no such value.
+    /// A number is outside the domain of its field.
     #[error("{what} cannot be {value}")]
     Value {
-        /// Which number.
+        /// Name of the value.
         what: &'static str,
-        /// Its value.
+        /// Value in the file.
         value: f64,
     },
-    /// Angles that do not ascend or are out of range.
-    #[error("{0} angles must ascend within the range of their type")]
+    /// Angles do not strictly ascend or are out of range.
+    #[error("{0} angles must strictly ascend and stay in the range of the photometric type")]
     Angles(&'static str),
-    /// Horizontal angles of type C that end where no symmetry has its border.
+    /// Horizontal angles of type C match none of the symmetries of LM-63.
     #[error("horizontal angles of type C must go from 0 to 90, 180 or 360, or from 90 to 270")]
     Symmetry,
 }

@@ -1,4 +1,4 @@
-//! A photometric profile: candelas over a grid of angles, and what its symmetry says of the directions beyond.
+//! Photometric profile: intensity on a grid of angles, extended by symmetry to all directions.
 
 use std::f64::consts::PI;
 
@@ -7,48 +7,49 @@ use glam::DVec3;
 use super::error::{IesError, IesErrorKind};
 use super::{integral, reader};
 
-/// How the angles of a profile lie in space.
+/// Coordinate system of a profile's angles (LM-63 photometric type).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Photometry {
-    /// Planes share the vertical axis; angles are those of a luminaire that is aimed at the horizon.
+    /// Planes share the vertical axis; angles are relative to an aim at the horizon.
     A,
-    /// Planes share a horizontal axis; floodlights.
+    /// Planes share a horizontal axis; used for floodlights.
     B,
-    /// Planes share the vertical axis, and vertical angles begin straight below; nearly everything else.
+    /// Planes share the vertical axis; vertical angles start straight down. The most common type.
     C,
 }
 
-/// What is told of horizontal angles that are not in the file.
+/// Symmetry that extends the horizontal angles of the file to the full circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fold {
-    /// The same all round.
+pub(super) enum Symmetry {
+    /// Type C: rotational symmetry.
     Axial,
-    /// Four equal quarters.
-    Quarters,
-    /// The two sides of the plane from 0 to 180 degrees are mirrored.
-    Halves,
-    /// The two sides of the plane from 90 to 270 degrees are mirrored.
-    Sides,
-    /// All are there.
-    Whole,
-    /// All are there, but 360 is not said again.
-    Open,
-    /// Types A and B: only one side is there, the other is mirrored.
+    /// Type C: four mirrored quadrants, 0 to 90 degrees given.
+    Quadrants,
+    /// Type C: mirrored at the plane of 0 and 180 degrees.
+    About0,
+    /// Type C: mirrored at the plane of 90 and 270 degrees.
+    About90,
+    /// Type C: no symmetry, 0 to 360 degrees given.
+    Full,
+    /// Type C: no symmetry; the angle 360, equal to 0, is omitted.
+    FullOpen,
+    /// Types A and B: one side given, the other mirrored.
     Mirrored,
-    /// Types A and B: both sides are there.
-    Both,
+    /// Types A and B: both sides given.
+    BothSides,
 }
 
-/// How much a lamp gives when the luminaire is tilted.
+/// Factors of lamp output by tilt of the luminaire.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tilt {
-    /// Whether the lamp is tilted with the luminaire.
+    /// True if the lamp tilts with the luminaire.
     pub follows: bool,
+    /// Ascending, degrees.
     pub angles: Vec<f64>,
     pub factors: Vec<f64>,
 }
 
-/// How strongly a luminaire shines in each direction.
+/// Luminous intensity of a luminaire in each direction.
 ///
 /// ```
 /// let text = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0 0 0 1 1 60\n0 90\n0\n100 50\n";
@@ -59,11 +60,12 @@ pub(super) struct Tilt {
 #[derive(Debug, Clone, PartialEq)]
 pub struct IesProfile {
     pub(super) photometry: Photometry,
-    pub(super) fold: Fold,
+    pub(super) symmetry: Symmetry,
     /// Ascending, degrees.
     pub(super) vertical: Vec<f64>,
     pub(super) horizontal: Vec<f64>,
-    /// Every factor of the file but the tilt's is in them; all vertical angles of the first horizontal angle, then the next.
+    /// Intensities with all factors of the file applied except the tilt: all vertical angles of the
+    /// first horizontal angle, then of the next.
     pub(super) candela: Vec<f64>,
     pub(super) tilt: Option<Tilt>,
     pub(super) rated_lumens: Option<f64>,
@@ -75,10 +77,11 @@ impl IesProfile {
     /// Reads a profile from the bytes of a file.
     ///
     /// # Domain
-    /// LM-63 of 1986 to 2019, types A, B and C, `TILT=NONE` and `TILT=INCLUDE`; text beyond ASCII does not matter.
+    /// LM-63 of 1986 to 2019, types A, B and C, `TILT=NONE` and `TILT=INCLUDE`. Text outside ASCII
+    /// is allowed. Never panics; memory is proportional to the length of `bytes`.
     ///
-    /// # Error
-    /// The first thing found wrong, with its line; never a panic, and memory in proportion to the bytes.
+    /// # Errors
+    /// Returns the first [`IesError`] found, with its line.
     ///
     /// # Source
     /// ANSI/IESNA LM-63-02, *Standard File Format for the Electronic Transfer of Photometric Data*.
@@ -86,14 +89,16 @@ impl IesProfile {
         reader::read(bytes)
     }
 
-    /// Luminous intensity in a direction, bilinear in the angles; 0 beyond those of the file.
+    /// Returns the luminous intensity in a direction: bilinear between the angles of the file, 0
+    /// outside their range.
     ///
     /// # Units
-    /// cd, all factors of the file included but the tilt's.
+    /// cd, with all factors of the file applied except the tilt.
     ///
     /// # Domain
-    /// A unit vector in the frame of the luminaire. z: straight down for type C, where it is aimed for A and B; x: the
-    /// horizontal angle 0 for type C, to growing horizontal angles for A and B; y: to 90 degrees for C, upwards for A and B.
+    /// A unit vector in the frame of the luminaire. z is straight down for type C and the aim for A
+    /// and B; x is the horizontal angle 0 for C and growing horizontal angles for A and B; y is the
+    /// horizontal angle 90 for C and up for A and B.
     #[must_use]
     pub fn candela(&self, direction: DVec3) -> f64 {
         let DVec3 { x, y, z } = direction;
@@ -110,20 +115,20 @@ impl IesProfile {
     fn at_angles(&self, vertical: f64, horizontal: f64) -> f64 {
         let vertical = match self.photometry {
             Photometry::C => vertical,
-            // Only one half of it is there.
+            // Only one half is given; the other is mirrored.
             Photometry::A | Photometry::B if self.vertical[0] >= 0.0 => vertical.abs(),
             Photometry::A | Photometry::B => vertical,
         };
-        let Some((row, up)) = place(&self.vertical, vertical) else { return 0.0 };
-        let horizontal = self.fold.apply(horizontal);
+        let Some((row, up)) = interval(&self.vertical, vertical) else { return 0.0 };
+        let horizontal = self.symmetry.map_angle(horizontal);
         let last = self.horizontal.len() - 1;
-        let (column, next, along) = match self.fold {
-            Fold::Axial => (0, 0, 0.0),
-            Fold::Open if horizontal > self.horizontal[last] => {
+        let (column, next, along) = match self.symmetry {
+            Symmetry::Axial => (0, 0, 0.0),
+            Symmetry::FullOpen if horizontal > self.horizontal[last] => {
                 let gap = 360.0 - self.horizontal[last] + self.horizontal[0];
                 (last, 0, (horizontal - self.horizontal[last]) / gap)
             }
-            _ => match place(&self.horizontal, horizontal) {
+            _ => match interval(&self.horizontal, horizontal) {
                 Some((column, along)) => (column, (column + 1).min(last), along),
                 None => return 0.0,
             },
@@ -133,41 +138,43 @@ impl IesProfile {
             let above = column[(row + 1).min(column.len() - 1)];
             column[row] + (above - column[row]) * up
         };
-        let (here, there) = (at(column), at(next));
-        here + (there - here) * along
+        let (a, b) = (at(column), at(next));
+        a + (b - a) * along
     }
 
-    /// The flux of the luminaire when it is not tilted: the integral of what [`IesProfile::candela`] tells.
+    /// Returns the flux of the untilted luminaire: the integral of [`IesProfile::candela`].
     ///
     /// # Units
     /// lm.
     ///
     /// # Error
-    /// None but rounding: the bilinear interpolation is integrated in closed form (docs/maths/lights.md). Against the
-    /// reference lumens of five real files of type C 8e-4 (`cargo run -p brood-scene --example ies_lumens`), whose tool
-    /// interpolates otherwise; against those in the head of one of type B 9e-3.
+    /// Only rounding: the bilinear interpolation is integrated in closed form
+    /// (docs/maths/lights.md). Relative difference to the reference lumens of five real files of
+    /// type C, whose tool interpolates differently: at most 8e-4 (`cargo run -p brood-scene
+    /// --example ies_lumens`); to the lumens stated in the header of one file of type B: 9e-3.
     #[must_use]
     pub fn lumens(&self) -> f64 {
         integral::lumens(self) * self.tilt_factor(0.0)
     }
 
-    /// What the lamp gives when the luminaire's axis is so far from straight down, as a share of what the file says.
+    /// Returns the factor of lamp output at an angle between the luminaire's axis and straight
+    /// down.
     ///
     /// # Units
-    /// Degrees; either way of tilting counts alike.
+    /// Degrees; the sign is ignored.
     #[must_use]
     pub fn tilt_factor(&self, degrees: f64) -> f64 {
         let Some(tilt) = &self.tilt else { return 1.0 };
         let degrees = if tilt.follows { degrees.abs() } else { 0.0 };
         let (first, last) = (tilt.angles[0], tilt.angles[tilt.angles.len() - 1]);
-        let Some((index, along)) = place(&tilt.angles, degrees.clamp(first, last)) else {
+        let Some((index, along)) = interval(&tilt.angles, degrees.clamp(first, last)) else {
             return 1.0;
         };
         let next = tilt.factors[(index + 1).min(tilt.factors.len() - 1)];
         tilt.factors[index] + (next - tilt.factors[index]) * along
     }
 
-    /// The largest intensity.
+    /// Returns the largest intensity.
     ///
     /// # Units
     /// cd.
@@ -176,13 +183,13 @@ impl IesProfile {
         self.candela.iter().copied().fold(0.0, f64::max)
     }
 
-    /// How its angles lie in space.
+    /// Returns the photometric type.
     #[must_use]
     pub fn photometry(&self) -> Photometry {
         self.photometry
     }
 
-    /// What its lamps are said to give; `None` where the file is of absolute photometry.
+    /// Returns the rated flux of all lamps; `None` for absolute photometry.
     ///
     /// # Units
     /// lm.
@@ -191,7 +198,8 @@ impl IesProfile {
         self.rated_lumens
     }
 
-    /// Width, length and height of what shines; negative for round shapes, as the format has it.
+    /// Returns width, length and height of the luminous opening; negative for round shapes, as in
+    /// the file.
     ///
     /// # Units
     /// m.
@@ -200,7 +208,7 @@ impl IesProfile {
         self.size_m
     }
 
-    /// Hash of everything that candelas depend on.
+    /// Returns a hash of everything that intensities depend on.
     #[must_use]
     pub fn content_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
@@ -218,7 +226,7 @@ impl IesProfile {
         hasher.finalize()
     }
 
-    /// Electric power that it takes.
+    /// Returns the electric input power.
     ///
     /// # Units
     /// W.
@@ -238,46 +246,48 @@ impl Photometry {
         if inside { Ok(()) } else { Err(IesErrorKind::Angles("vertical")) }
     }
 
-    /// What the first and the last horizontal angle say of the others.
-    pub(super) fn fold(self, angles: &[f64]) -> Result<Fold, IesErrorKind> {
+    /// Returns the symmetry implied by the first and the last horizontal angle.
+    pub(super) fn symmetry(self, angles: &[f64]) -> Result<Symmetry, IesErrorKind> {
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         match self {
-            Self::C if angles.len() == 1 => Ok(Fold::Axial),
-            Self::C if first == 0.0 && last == 90.0 => Ok(Fold::Quarters),
-            Self::C if first == 0.0 && last == 180.0 => Ok(Fold::Halves),
-            Self::C if first == 90.0 && last == 270.0 => Ok(Fold::Sides),
-            Self::C if first == 0.0 && last == 360.0 => Ok(Fold::Whole),
-            Self::C if first == 0.0 && last > 180.0 && last < 360.0 => Ok(Fold::Open),
+            Self::C if angles.len() == 1 => Ok(Symmetry::Axial),
+            Self::C if first == 0.0 && last == 90.0 => Ok(Symmetry::Quadrants),
+            Self::C if first == 0.0 && last == 180.0 => Ok(Symmetry::About0),
+            Self::C if first == 90.0 && last == 270.0 => Ok(Symmetry::About90),
+            Self::C if first == 0.0 && last == 360.0 => Ok(Symmetry::Full),
+            Self::C if first == 0.0 && last > 180.0 && last < 360.0 => Ok(Symmetry::FullOpen),
             Self::C => Err(IesErrorKind::Symmetry),
             Self::A | Self::B if first < -90.0 || last > 90.0 => {
                 Err(IesErrorKind::Angles("horizontal"))
             }
-            Self::A | Self::B if first >= 0.0 => Ok(Fold::Mirrored),
-            Self::A | Self::B => Ok(Fold::Both),
+            Self::A | Self::B if first >= 0.0 => Ok(Symmetry::Mirrored),
+            Self::A | Self::B => Ok(Symmetry::BothSides),
         }
     }
 }
 
-impl Fold {
-    /// The angle of the file that stands for a horizontal angle from -180 to 180 degrees.
-    fn apply(self, degrees: f64) -> f64 {
-        let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+impl Symmetry {
+    /// Maps a horizontal angle from -180 to 180 degrees to the angle of the file that represents
+    /// it.
+    fn map_angle(self, degrees: f64) -> f64 {
+        let full = if degrees < 0.0 { degrees + 360.0 } else { degrees };
         match self {
-            Self::Axial | Self::Both => degrees,
+            Self::Axial | Self::BothSides => degrees,
             Self::Mirrored => degrees.abs(),
-            Self::Quarters if degrees.abs() > 90.0 => 180.0 - degrees.abs(),
-            Self::Quarters | Self::Halves => degrees.abs(),
-            Self::Sides if turned < 90.0 => 180.0 - turned,
-            Self::Sides if turned > 270.0 => 540.0 - turned,
-            Self::Sides | Self::Whole | Self::Open => turned,
+            Self::Quadrants if degrees.abs() > 90.0 => 180.0 - degrees.abs(),
+            Self::Quadrants | Self::About0 => degrees.abs(),
+            Self::About90 if full < 90.0 => 180.0 - full,
+            Self::About90 if full > 270.0 => 540.0 - full,
+            Self::About90 | Self::Full | Self::FullOpen => full,
         }
     }
 }
 
-/// Between which two of the ascending angles an angle is, and how far along; `None` beyond them.
-fn place(angles: &[f64], angle: f64) -> Option<(usize, f64)> {
+/// Returns the interval of the ascending angles that contains an angle, and the fraction along it;
+/// `None` outside their range.
+fn interval(angles: &[f64], angle: f64) -> Option<(usize, f64)> {
     let (first, last) = (angles[0], angles[angles.len() - 1]);
-    // What is off the last angle by rounding is on it.
+    // An angle outside the range by rounding counts as its end.
     let angle = if angle > last && angle - last < 1e-9 { last } else { angle };
     let angle = if angle < first && first - angle < 1e-9 { first } else { angle };
     if angle.is_nan() || angle < first || angle > last {

@@ -1,20 +1,20 @@
-//! The text of a photometric file: lines up to `TILT=`, then numbers.
+//! Parser of IES files: lines up to `TILT=`, then a stream of numbers.
 
 use super::error::{IesError, IesErrorKind};
 use super::profile::{IesProfile, Photometry, Tilt};
 
-/// Most angles of one kind; real files have a few hundred.
+/// Largest number of vertical or of horizontal angles; real files have a few hundred.
 const ANGLES_MAX: f64 = 10_000.0;
-/// Numbers beyond this are no measurement.
+/// Largest magnitude of a number; no measurement is larger.
 const NUMBER_MAX: f64 = 1e12;
 const METRES_PER_FOOT: f64 = 0.3048;
 
-/// The numbers that follow one another, wherever lines end.
+/// Stream of numbers; line ends only separate them.
 struct Numbers<'a> {
     words: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
-    /// The line of the last number.
+    /// Line of the last number.
     line: usize,
-    /// Whether the edition of the standard has a factor of ballast and lamp together.
+    /// True if the file's edition of the standard has a ballast-lamp photometric factor.
     has_lamp_factor: bool,
 }
 
@@ -31,15 +31,15 @@ impl Numbers<'_> {
         })
     }
 
-    /// A number that must be such.
+    /// Reads a number and checks it with `is_valid`.
     fn valid(
         &mut self,
         what: &'static str,
-        holds: impl FnOnce(f64) -> bool,
+        is_valid: impl FnOnce(f64) -> bool,
     ) -> Result<f64, IesError> {
         let value = self.next(what)?;
         let error = IesError { line: self.line, kind: IesErrorKind::Value { what, value } };
-        if holds(value) { Ok(value) } else { Err(error) }
+        if is_valid(value) { Ok(value) } else { Err(error) }
     }
 
     fn not_negative(&mut self, what: &'static str) -> Result<f64, IesError> {
@@ -48,7 +48,7 @@ impl Numbers<'_> {
 
     fn count(&mut self, what: &'static str) -> Result<usize, IesError> {
         let whole = |value: f64| (1.0..=ANGLES_MAX).contains(&value) && value.fract() == 0.0;
-        // Truncation has nothing to cut off.
+        // Exact: the value is a whole number.
         Ok(self.valid(what, whole)? as usize)
     }
 
@@ -65,7 +65,7 @@ impl Numbers<'_> {
     }
 }
 
-/// Reads a profile.
+/// Parses a file.
 pub(super) fn read(bytes: &[u8]) -> Result<IesProfile, IesError> {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = (1usize..).zip(text.lines());
@@ -82,7 +82,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<IesProfile, IesError> {
         words.filter(|word| !word.is_empty()).map(move |word| (line, word))
     });
     let first = text.lines().next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
-    // That of 1986 has no such line.
+    // Files of the 1986 edition have no edition line.
     let edition = first.starts_with("IES");
     let has_lamp_factor = !edition || first == "IESNA91" || first.ends_with("1995");
     let mut numbers = Numbers { words: Box::new(words), line, has_lamp_factor };
@@ -101,7 +101,7 @@ fn read_tilt(numbers: &mut Numbers<'_>) -> Result<Tilt, IesError> {
     let angles = numbers.ascending("tilt", count)?;
     let factors: Result<Vec<f64>, _> =
         (0..count).map(|_| numbers.not_negative("a tilt factor")).collect();
-    // A lamp of geometry 2 stays level however the luminaire is turned.
+    // With geometry 2 the lamp stays level when the luminaire tilts.
     Ok(Tilt { follows: geometry != 2.0, angles, factors: factors? })
 }
 
@@ -124,15 +124,15 @@ fn read_body(numbers: &mut Numbers<'_>, tilt: Option<Tilt>) -> Result<IesProfile
         *length = numbers.next("a length of the luminaire")? * metres;
     }
     let ballast = numbers.not_negative("the ballast factor")?;
-    // Since 2002 reserved, and since 2019 a code for how the file was made, of which 1.1 is one.
+    // Reserved since 2002; since 2019 a code of the file's origin, such as 1.1.
     let lamp_factor = numbers.not_negative("the ballast-lamp photometric factor")?;
     let lamp_factor = if numbers.has_lamp_factor { lamp_factor } else { 1.0 };
     let input_watts = numbers.next("the input watts")?;
     let vertical = numbers.ascending("vertical", vertical_count)?;
     photometry.check_vertical(&vertical).map_err(|kind| IesError { line: numbers.line, kind })?;
     let horizontal = numbers.ascending("horizontal", horizontal_count)?;
-    let fold =
-        photometry.fold(&horizontal).map_err(|kind| IesError { line: numbers.line, kind })?;
+    let symmetry =
+        photometry.symmetry(&horizontal).map_err(|kind| IesError { line: numbers.line, kind })?;
     let factor = multiplier * ballast * lamp_factor;
     let mut candela = Vec::new();
     for _ in 0..horizontal_count {
@@ -142,7 +142,7 @@ fn read_body(numbers: &mut Numbers<'_>, tilt: Option<Tilt>) -> Result<IesProfile
     }
     Ok(IesProfile {
         photometry,
-        fold,
+        symmetry,
         vertical,
         horizontal,
         candela,

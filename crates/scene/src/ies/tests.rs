@@ -6,7 +6,8 @@ use proptest::prelude::*;
 
 use super::{IesError, IesErrorKind, IesProfile, Photometry};
 
-/// A file of that type with these angles; intensities are those of a function of the two angles in degrees.
+/// Text of a file of a photometric type and angles; `candela` maps both angles in degrees to
+/// intensity.
 fn file(
     photometry: u32,
     vertical: &[f64],
@@ -36,8 +37,8 @@ fn parse(text: &str) -> IesProfile {
     IesProfile::parse(text.as_bytes()).unwrap()
 }
 
-/// The mean of intensity over directions spread evenly over the sphere, times 4 pi.
-fn summed(profile: &IesProfile) -> f64 {
+/// Mean intensity over directions distributed evenly over the sphere, times 4 pi.
+fn numeric_lumens(profile: &IesProfile) -> f64 {
     let (rows, columns) = (600, 600);
     let mut sum = 0.0;
     for row in 0..rows {
@@ -72,16 +73,16 @@ fn lumens_are_the_integral_of_candela_for_every_type_and_symmetry() {
     ];
     for (photometry, vertical, horizontal) in cases {
         let profile = parse(&file(photometry, &vertical, &horizontal, uneven));
-        let (lumens, summed) = (profile.lumens(), summed(&profile));
+        let (lumens, numeric) = (profile.lumens(), numeric_lumens(&profile));
         let case = (photometry, vertical[0], horizontal[0], horizontal.len());
-        assert!((lumens - summed).abs() < 2e-3 * summed, "{case:?}: {lumens} {summed}");
+        assert!((lumens - numeric).abs() < 2e-3 * numeric, "{case:?}: {lumens} {numeric}");
     }
 }
 
 #[test]
-fn lumens_of_a_candela_all_round_are_4_pi_and_of_a_cosine_pi() {
-    let even = parse(&file(1, &[0.0, 180.0], &[0.0], |_, _| 1.0));
-    assert!((even.lumens() - 4.0 * PI).abs() < 1e-12);
+fn lumens_are_4_pi_for_uniform_candela_and_pi_for_cosine() {
+    let uniform = parse(&file(1, &[0.0, 180.0], &[0.0], |_, _| 1.0));
+    assert!((uniform.lumens() - 4.0 * PI).abs() < 1e-12);
     let cosine = |v: f64, _: f64| v.to_radians().cos().max(0.0);
     let lambertian = parse(&file(1, &steps(0.0, 90.0, 180), &[0.0], cosine));
     assert!((lambertian.lumens() - PI).abs() < 1e-4, "{}", lambertian.lumens());
@@ -90,28 +91,28 @@ fn lumens_of_a_candela_all_round_are_4_pi_and_of_a_cosine_pi() {
 }
 
 #[test]
-fn intensity_is_bilinear_and_mirrored_as_the_angles_say() {
+fn intensity_is_bilinear_and_extended_by_symmetry() {
     let direction = |v: f64, h: f64| {
         let (v, h) = (v.to_radians(), h.to_radians());
         DVec3::new(v.sin() * h.cos(), v.sin() * h.sin(), v.cos())
     };
     let plane = |v: f64, h: f64| 10.0 * v + h;
-    let quarters = parse(&file(1, &[0.0, 45.0, 90.0], &[0.0, 30.0, 90.0], plane));
+    let quadrants = parse(&file(1, &[0.0, 45.0, 90.0], &[0.0, 30.0, 90.0], plane));
     for h in [20.0, 160.0, 200.0, 340.0] {
-        let found = quarters.candela(direction(33.0, h));
+        let found = quadrants.candela(direction(33.0, h));
         assert!((found - 350.0).abs() < 1e-9, "{h}: {found}");
     }
-    let halves = parse(&file(1, &[0.0, 90.0], &[0.0, 180.0], plane));
+    let about_0 = parse(&file(1, &[0.0, 90.0], &[0.0, 180.0], plane));
     for h in [150.0, 210.0] {
-        assert!((halves.candela(direction(50.0, h)) - 650.0).abs() < 1e-9, "{h}");
+        assert!((about_0.candela(direction(50.0, h)) - 650.0).abs() < 1e-9, "{h}");
     }
-    let sides = parse(&file(1, &[0.0, 90.0], &[90.0, 270.0], plane));
+    let about_90 = parse(&file(1, &[0.0, 90.0], &[90.0, 270.0], plane));
     for (h, expected) in [(120.0, 120.0), (60.0, 120.0), (300.0, 240.0), (240.0, 240.0)] {
-        let found = sides.candela(direction(50.0, h));
+        let found = about_90.candela(direction(50.0, h));
         assert!((found - 500.0 - expected).abs() < 1e-9, "{h}: {found}");
     }
-    assert_eq!(quarters.candela(direction(91.0, 0.0)), 0.0, "nothing shines upwards");
-    // Type B: sideways is the horizontal angle, upwards the vertical one.
+    assert_eq!(quadrants.candela(direction(91.0, 0.0)), 0.0, "no light upwards");
+    // Type B: the horizontal angle is to the side, the vertical angle up.
     let flood =
         parse(&file(2, &[-90.0, 0.0, 90.0], &[-90.0, 0.0, 90.0], |v, h| 1000.0 + v + 2.0 * h));
     assert!((flood.candela(DVec3::new(0.5, 0.0, 0.75f64.sqrt())) - 1060.0).abs() < 1e-9);
@@ -120,7 +121,7 @@ fn intensity_is_bilinear_and_mirrored_as_the_angles_say() {
 }
 
 #[test]
-fn every_factor_of_the_header_counts_and_lengths_become_metres() {
+fn header_factors_apply_and_lengths_become_metres() {
     let text = "IESNA91\nTILT=NONE\n2,1500,0.5 2 1 1 1 1,-2 3\n0.9 0.8 120\n0 90 0\n100 50\n";
     let profile = parse(text);
     assert!((profile.peak_candela() - 100.0 * 0.5 * 0.9 * 0.8).abs() < 1e-12);
@@ -136,7 +137,7 @@ fn every_factor_of_the_header_counts_and_lengths_become_metres() {
 }
 
 #[test]
-fn tilt_changes_what_the_lamp_gives() {
+fn tilt_scales_lamp_output() {
     let text = |geometry: u32| {
         format!(
             "IESNA:LM-63-1995\nTILT=INCLUDE\n{geometry}\n3\n0 30 90\n0.5 1.0 0.8\n\
@@ -149,11 +150,11 @@ fn tilt_changes_what_the_lamp_gives() {
         assert!((profile.tilt_factor(degrees) - expected).abs() < 1e-12, "{degrees}");
     }
     assert!((profile.lumens() - 4.0 * PI).abs() < 1e-12);
-    assert_eq!(parse(&text(2)).tilt_factor(60.0), 0.5, "it stays level");
+    assert_eq!(parse(&text(2)).tilt_factor(60.0), 0.5, "the lamp stays level");
 }
 
 #[test]
-fn malformed_file_is_refused_with_its_line() {
+fn parser_returns_line_when_file_is_malformed() {
     let good = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
     assert!(IesProfile::parse(good.as_bytes()).is_ok());
     let replaced = |from: &str, to: &str| good.replacen(from, to, 1);

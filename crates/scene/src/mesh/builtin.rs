@@ -1,4 +1,4 @@
-//! The built-in meshes, made by code: sphere, torus, rounded cube and knob.
+//! Built-in meshes: sphere, torus, rounded cube and knob.
 
 use glam::{DVec2, DVec3};
 
@@ -8,10 +8,10 @@ use super::revolution::{ProfilePoint, bezier_profile, revolve};
 use crate::BuiltinMesh;
 use crate::angle::sin_cos_deg;
 
-/// Steps around the axis: at 512 pixels a silhouette is off its circle by under 0.04 pixels.
+/// Steps around the axis: at 512 pixels a silhouette deviates from its circle by under 0.04 pixels.
 const COLUMNS: u32 = 192;
 
-/// The arrays of a built-in mesh.
+/// Builds the arrays of a built-in mesh.
 pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
     match mesh {
         BuiltinMesh::Sphere => sphere(),
@@ -21,30 +21,31 @@ pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
     }
 }
 
-/// Radius 1; u is the azimuth, v the polar angle from the bottom, over half a turn.
+/// Sphere of radius 1; u is the azimuth, v the polar angle from the bottom over half a turn.
 fn sphere() -> MeshParts {
     let rows = 96u32;
     let profile: Vec<ProfilePoint> = (0..=rows)
         .map(|row| {
             let v = f64::from(row) / f64::from(rows);
             let (sin, cos) = sin_cos_deg(180.0 * v);
-            let place = DVec2::new(sin, -cos);
-            ProfilePoint { place, normal: place, v }
+            let position = DVec2::new(sin, -cos);
+            ProfilePoint { position, normal: position, v }
         })
         .collect();
     revolve(&profile, COLUMNS)
 }
 
-/// A ring of radius 1 and thickness 0.4 about the y axis, leaning towards +z so that the default view sees the hole.
+/// Torus of radii 1 and 0.4 about the y axis, leaning towards +z so that the default view sees the
+/// hole.
 fn torus() -> MeshParts {
     let rows = 96u32;
     let profile: Vec<ProfilePoint> = (0..=rows)
         .map(|row| {
             let v = f64::from(row) / f64::from(rows);
-            // From the inside over the bottom, the outside and the top: v grows upwards on the outside.
+            // The order inside, bottom, outside, top makes v grow upwards on the outside.
             let (sin, cos) = sin_cos_deg(360.0 * v - 180.0);
             let normal = DVec2::new(cos, sin);
-            ProfilePoint { place: DVec2::new(1.0, 0.0) + 0.4 * normal, normal, v }
+            ProfilePoint { position: DVec2::new(1.0, 0.0) + 0.4 * normal, normal, v }
         })
         .collect();
     let mut parts = revolve(&profile, COLUMNS);
@@ -58,9 +59,10 @@ fn torus() -> MeshParts {
 
 const TORUS_LEAN_DEG: f64 = 35.0;
 
-/// Edge length 1.6, edges rounded with radius 0.2; each face has the texture square [0, 1]^2, upright.
+/// Cube of edge length 1.6 with edges rounded at radius 0.2. Each face has the texture square
+/// [0, 1]^2, upright.
 fn rounded_cube() -> MeshParts {
-    // (n, u, v) of a face with n = u x v, v up where that means anything.
+    // (n, u, v) of each face with n = u x v; v points up where the face allows it.
     let faces = [
         (DVec3::Z, DVec3::X, DVec3::Y),
         (DVec3::X, DVec3::NEG_Z, DVec3::Y),
@@ -106,7 +108,7 @@ fn rounded_cube() -> MeshParts {
 const CUBE_HALF: f64 = 0.8;
 const CUBE_CORE: f64 = 0.6;
 
-/// Places along an edge of a face: equal angles over the rounding, equal lengths between.
+/// Steps along an edge of a face: equal angles over the rounding, equal lengths between.
 fn cube_steps() -> Vec<f64> {
     let (rounding, flat) = (12i32, 12i32);
     let bend = |k: i32| {
@@ -118,7 +120,7 @@ fn cube_steps() -> Vec<f64> {
     low.chain(middle).chain((1..=rounding).map(bend)).collect()
 }
 
-/// A turned knob: a flange, a bead, a slim neck and a bulb.
+/// Turned knob: a flange, a bead, a slim neck and a bulb.
 fn knob() -> MeshParts {
     let p = DVec2::new;
     let line = |a: DVec2, b: DVec2| [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b];
@@ -136,7 +138,8 @@ fn knob() -> MeshParts {
         [p(0.72, 0.46), p(0.72, 0.84), p(0.42, 1.02), p(0.0, 1.02)],
     ];
     let mut parts = revolve(&bezier_profile(&curves, 20), COLUMNS);
-    // Normals are rounded from unit profile normals; the axis points must lie on the axis to the bit.
+    // Rotating unit profile normals leaves rounding errors in their length; points on the axis must
+    // keep exact positions.
     for normal in &mut parts.normals {
         *normal = normal.normalize();
     }

@@ -1,19 +1,22 @@
-//! Smooth normals where a file gives none: the faces around a vertex, weighted by their angle there.
+//! Smooth vertex normals from the adjacent faces, weighted by corner angle.
 
 use glam::DVec3;
 
-/// Length of a sum of weighted normals, relative to the sum of weights, under which they count as cancelling.
+/// Length of a sum of weighted normals, relative to the sum of weights, below which the normals
+/// cancel.
 const CANCELLED: f64 = 1e-6;
 
-/// Unit normals of all vertices, and how many could only be guessed.
+/// Returns unit normals of all vertices and the number of vertices that their faces do not
+/// determine.
 ///
 /// # Domain
-/// Coordinates within the range of f32, valid corners. Zero-area faces have no say. Where the faces around a vertex
-/// cancel, the normal of the first of them; where there is no face with an area, +y.
+/// Coordinates within the range of f32, valid vertex indices. Faces without area do not contribute.
+/// If the faces of a vertex cancel, the normal of the first is returned; if no face has an area,
+/// +y.
 ///
 /// # Source
-/// Thürmer and Wüthrich 1998, *Computing vertex normals from polygonal facets*: weights are corner angles, so that the
-/// way in which a polygon was cut into triangles does not matter.
+/// Thürmer and Wüthrich 1998, *Computing vertex normals from polygonal facets*: weights are corner
+/// angles, so the triangulation of a polygon does not matter.
 pub(crate) fn smooth_normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, usize) {
     let mut sums = vec![(DVec3::ZERO, 0.0, None); positions.len()];
     for triangle in triangles {
@@ -28,21 +31,21 @@ pub(crate) fn smooth_normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Ve
             first.get_or_insert(n);
         }
     }
-    let mut guessed = 0;
+    let mut undetermined = 0;
     let normals = sums
         .into_iter()
         .map(|(sum, weight, first)| {
             if sum.length() > CANCELLED * weight {
                 return sum / sum.length();
             }
-            guessed += 1;
+            undetermined += 1;
             first.unwrap_or(DVec3::Y)
         })
         .collect();
-    (normals, guessed)
+    (normals, undetermined)
 }
 
-/// Unit normal of a triangle, counter-clockwise; `None` where it has no area.
+/// Unit normal of a counter-clockwise triangle, or `None` if it has no area.
 pub(crate) fn face_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let cross = (b - a).cross(c - a);
     let length = cross.length();
@@ -54,8 +57,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normal_does_not_depend_on_how_a_square_is_cut() {
-        // The corner of a cube: three squares, each cut in one or the other way.
+    fn normal_is_independent_of_the_triangulation_of_a_square() {
+        // Corner of a cube: three squares, each cut along one or the other diagonal.
         let p = [
             DVec3::ZERO,
             DVec3::X,
@@ -69,17 +72,17 @@ mod tests {
         let across = [[0, 2, 1], [1, 2, 4], [0, 3, 2], [2, 3, 5], [0, 1, 3], [1, 6, 3]];
         let expected = -DVec3::ONE.normalize();
         for triangles in [through_corner, across] {
-            let (normals, guessed) = smooth_normals(&p, &triangles);
+            let (normals, undetermined) = smooth_normals(&p, &triangles);
             assert!((normals[0] - expected).length() < 1e-12, "{}", normals[0]);
-            assert_eq!(guessed, 0);
+            assert_eq!(undetermined, 0);
         }
     }
 
     #[test]
     fn normal_is_that_of_the_first_face_when_faces_cancel() {
         let p = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE];
-        let (normals, guessed) = smooth_normals(&p, &[[0, 1, 2], [0, 2, 1], [0, 0, 1]]);
+        let (normals, undetermined) = smooth_normals(&p, &[[0, 1, 2], [0, 2, 1], [0, 0, 1]]);
         assert_eq!(normals, [DVec3::Z, DVec3::Z, DVec3::Z, DVec3::Y]);
-        assert_eq!(guessed, 4);
+        assert_eq!(undetermined, 4);
     }
 }

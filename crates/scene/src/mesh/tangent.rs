@@ -1,27 +1,31 @@
-//! Tangents: the direction in which the texture coordinate u grows, per vertex.
+//! Vertex tangents: the direction in which the texture coordinate u grows.
 //!
-//! Owns the least-squares fit over the edges of a vertex and the fixed tangent that stands in where it is singular.
+//! Fits each tangent by least squares over the edges of its vertex; where the fit is singular, a
+//! fixed tangent replaces it.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// 1 - r^2 of the neighbours' texture offsets under which they count as lying on one line.
+/// Value of 1 - r^2 below which the texture offsets of the neighbours count as collinear.
 const COLLINEAR: f64 = 1e-9;
-/// Length of the numerator, relative to the neighbours' distances, under which its terms count as cancelling.
+/// Length of the numerator, relative to the neighbours' distances, below which its terms count as
+/// cancelled.
 const CANCELLED: f64 = 1e-9;
 
-/// Tangents of all vertices, and how many of them had to be the fixed one.
+/// Returns the tangents of all vertices and the number of fixed ones.
 ///
 /// # Shapes
-/// All slices per vertex but `triangles`; the result per vertex.
+/// All slices per vertex except `triangles`; the result per vertex.
 ///
 /// # Domain
-/// Unit normals, coordinates within the range of f32, valid corners. The result is always unit and perpendicular to
-/// the normal: where the texture offsets of the neighbours lie on one line or vanish, [`fixed_tangent`].
+/// Unit normals, coordinates within the range of f32, valid vertex indices. The result is always
+/// unit and perpendicular to the normal: where the texture offsets of the neighbours are collinear
+/// or vanish, it is [`fixed_tangent`].
 ///
 /// # Source
 /// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3: minimise
-/// sum_k |x0 + (u_k - u0) u + (v_k - v0) b - x_k|^2 over u and b in the tangent plane, the neighbours k along edges.
+/// sum_k |x0 + (u_k - u0) u + (v_k - v0) b - x_k|^2 over u and b in the tangent plane, where k runs
+/// over the neighbours along edges.
 pub(crate) fn tangents(
     positions: &[DVec3],
     normals: &[DVec3],
@@ -53,17 +57,19 @@ pub(crate) fn tangents(
     (tangents, fixed)
 }
 
-/// A tangent that depends on the normal alone: level, to the right seen from outside, where there is such a direction.
+/// Tangent that depends on the normal alone: horizontal, to the right seen from outside, where such
+/// a direction exists.
 pub(crate) fn fixed_tangent(n: DVec3) -> DVec3 {
-    // On a sphere this is the direction of growing azimuth, so that stand-in frames turn smoothly except at the poles.
-    let level = DVec3::new(n.z, 0.0, -n.x);
-    if level.length_squared() > 1e-12 {
-        return level.normalize();
+    // On a sphere this is the direction of growing azimuth, so fixed frames vary smoothly except at
+    // the poles.
+    let horizontal = DVec3::new(n.z, 0.0, -n.x);
+    if horizontal.length_squared() > 1e-12 {
+        return horizontal.normalize();
     }
     (DVec3::X - n * n.x).normalize()
 }
 
-/// Edges in both directions, each once, ordered.
+/// Sorted edges in both directions, without duplicates.
 fn directed_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
     let mut edges: Vec<(u32, u32)> = triangles
         .iter()
@@ -74,7 +80,7 @@ fn directed_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
     edges
 }
 
-/// The unit u of the fit; `None` where it is not determined.
+/// Returns the unit u of the fit, or `None` if the fit is singular.
 fn least_squares(n: DVec3, offsets: impl Iterator<Item = (DVec2, DVec3)>) -> Option<DVec3> {
     let (mut uu, mut uv, mut vv, mut xx) = (0.0, 0.0, 0.0, 0.0);
     let (mut ux, mut vx) = (DVec3::ZERO, DVec3::ZERO);
@@ -87,8 +93,8 @@ fn least_squares(n: DVec3, offsets: impl Iterator<Item = (DVec2, DVec3)>) -> Opt
         ux += in_plane * d.x;
         vx += in_plane * d.y;
     }
-    // Cramer's rule, over the positive denominator and with u and v measured in their own spreads, so that no product
-    // leaves the range: only the direction is wanted.
+    // Cramer's rule over the positive denominator, with u and v scaled by their own spreads so that
+    // no product leaves the range; only the direction is needed.
     let (spread_u, spread_v) = (uu.sqrt(), vv.sqrt());
     if spread_u * spread_v == 0.0 {
         return None;
@@ -111,7 +117,7 @@ fn least_squares(n: DVec3, offsets: impl Iterator<Item = (DVec2, DVec3)>) -> Opt
 mod tests {
     use super::*;
 
-    /// A fan around the origin in the plane z = 0 with u and v an affine function of the place.
+    /// Fan around the origin in the plane z = 0 where u and v are affine functions of the position.
     fn fan(u: DVec2, v: DVec2) -> Vec<(DVec2, DVec3)> {
         [(1.0, 0.1), (0.2, 1.0), (-1.0, 0.3), (0.1, -0.8)]
             .into_iter()
@@ -129,7 +135,7 @@ mod tests {
             (DVec2::new(3.0, 1.0), DVec2::new(-1.0, 2.0)),
             (DVec2::new(-1.0, 0.0), DVec2::new(0.0, 1e-5)),
         ] {
-            // The direction along which u grows and v stays.
+            // Direction along which u grows and v is constant.
             let expected = DVec2::new(v.y, -v.x) * u.perp_dot(v).signum();
             let got = least_squares(DVec3::Z, fan(u, v).into_iter()).unwrap();
             assert!((got - expected.normalize().extend(0.0)).length() < 1e-12, "{u} {v}: {got}");
@@ -137,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn tangent_is_not_determined_when_texture_offsets_lie_on_a_line_or_vanish() {
+    fn tangent_is_undetermined_when_texture_offsets_are_collinear_or_zero() {
         let line = DVec2::new(0.3, -0.7);
         assert_eq!(least_squares(DVec3::Z, fan(line, 2.0 * line).into_iter()), None);
         assert_eq!(least_squares(DVec3::Z, fan(DVec2::ZERO, DVec2::ZERO).into_iter()), None);

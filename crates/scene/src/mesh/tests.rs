@@ -17,7 +17,7 @@ fn triangle() -> MeshParts {
 }
 
 #[test]
-fn mesh_is_refused_when_its_arrays_are_hostile() {
+fn mesh_is_refused_when_its_arrays_are_invalid() {
     type Change = fn(&mut MeshParts);
     let cases: [(Change, MeshError); 10] = [
         (|parts| parts.triangles.clear(), MeshError::NoTriangle),
@@ -36,13 +36,16 @@ fn mesh_is_refused_when_its_arrays_are_hostile() {
         let mut parts = triangle();
         change(&mut parts);
         let bytes = postcard::to_stdvec(&parts).unwrap();
-        assert!(postcard::from_bytes::<Mesh>(&bytes).is_err(), "{error} over the wire");
+        assert!(
+            postcard::from_bytes::<Mesh>(&bytes).is_err(),
+            "{error} not detected by Deserialize"
+        );
         assert_eq!(Mesh::from_parts(parts), Err(error));
     }
 }
 
 #[test]
-fn mesh_survives_the_wire_to_the_bit() {
+fn mesh_round_trips_through_postcard_bit_for_bit() {
     for builtin in BuiltinMesh::ALL {
         let mesh = Mesh::builtin(builtin);
         let back: Mesh = postcard::from_bytes(&postcard::to_stdvec(&mesh).unwrap()).unwrap();
@@ -97,7 +100,7 @@ fn builtin_meshes_are_closed_and_face_outwards() {
         let expected = match builtin {
             BuiltinMesh::Sphere => 4.0 / 3.0 * pi,
             BuiltinMesh::Torus => 2.0 * pi * pi * 0.16,
-            // A box of the core, six slabs, twelve quarter cylinders, a ball.
+            // Core box, six slabs, twelve quarter cylinders and a ball.
             BuiltinMesh::Cube => {
                 1.728 + 6.0 * 1.44 * 0.2 + 3.0 * pi * 0.04 * 1.2 + 4.0 / 3.0 * pi * 0.008
             }
@@ -108,7 +111,7 @@ fn builtin_meshes_are_closed_and_face_outwards() {
 }
 
 #[test]
-fn builtin_texture_turns_right_handed_everywhere() {
+fn builtin_texture_coordinates_are_right_handed() {
     // n x u is the direction in which v grows: no face is mirrored.
     for builtin in BuiltinMesh::ALL {
         let parts = super::builtin::build(builtin);
@@ -147,7 +150,7 @@ fn vertex() -> impl Strategy<Value = (DVec3, Option<DVec3>, Option<DVec2>)> {
 
 proptest! {
     #[test]
-    fn frames_are_unit_and_finite_whatever_is_assembled(
+    fn frames_are_unit_and_finite_when_input_is_degenerate(
         vertices in prop::collection::vec(vertex(), 3..12),
         corners in prop::collection::vec((0u32..12, 0u32..12, 0u32..12), 1..20),
     ) {

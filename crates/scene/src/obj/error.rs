@@ -1,22 +1,22 @@
-//! Why an OBJ file is refused, and at which line.
+//! Errors of the OBJ parser.
 
 use crate::mesh::MeshError;
 
-/// A reason with its line.
+/// Error of [`parse_obj`](crate::parse_obj) with its line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {kind}")]
 pub struct ObjError {
     /// Line of the file, from 1.
     pub line: u32,
-    /// What is wrong there.
+    /// Kind of error.
     pub kind: ObjErrorKind,
 }
 
-/// What is wrong with a line. Texts never quote the file.
+/// Kind of error in an OBJ file. Messages never quote the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ObjErrorKind {
     /// The file is longer than allowed.
-    #[error("the file is over {limit} bytes")]
+    #[error("the file is longer than {limit} bytes")]
     TooManyBytes {
         /// The limit.
         limit: usize,
@@ -24,61 +24,62 @@ pub enum ObjErrorKind {
     /// More statements or vertices than allowed.
     #[error("more than {limit} {what}")]
     TooMany {
-        /// Of what.
+        /// Name of the counted items.
         what: &'static str,
         /// The limit.
         limit: usize,
     },
-    /// Fewer numbers than the statement needs.
-    #[error("{what}: {needed} numbers are needed")]
+    /// A statement has too few numbers.
+    #[error("{what}: expected at least {needed} numbers")]
     MissingNumber {
-        /// The statement.
+        /// Name of the statement or coordinate.
         what: &'static str,
-        /// How many.
+        /// Number of values that the statement needs.
         needed: usize,
     },
-    /// A word where a number is due.
+    /// A word is not a number.
     #[error("{what} is not a number")]
     NotANumber {
-        /// The statement.
+        /// Name of the statement or coordinate.
         what: &'static str,
     },
-    /// NaN, an infinity or beyond the range of 32-bit floats.
+    /// A number is NaN, infinite or beyond the range of 32-bit floats.
     #[error("{what} is not a finite number")]
     NotFinite {
-        /// The statement.
+        /// Name of the statement or coordinate.
         what: &'static str,
     },
-    /// A corner that is not of the form v, v/t, v//n or v/t/n.
-    #[error("face corner is not of the form v, v/t, v//n or v/t/n")]
+    /// A corner does not have the form v, v/t, v//n or v/t/n.
+    #[error("face corner must have the form v, v/t, v//n or v/t/n")]
     MalformedCorner,
-    /// Fewer than three corners.
-    #[error("face has fewer than 3 corners")]
+    /// A face has fewer than three corners.
+    #[error("face must have at least 3 corners")]
     TooFewCorners,
-    /// Indices count from 1, or from -1 backwards.
-    #[error("{what} index is 0")]
+    /// An index is 0.
+    #[error("{what} index is 0; indices start at 1, or at -1 counting backwards")]
     ZeroIndex {
-        /// Of what.
+        /// Kind of index.
         what: &'static str,
     },
-    /// No such vertex, texture position or normal.
+    /// An index refers to no vertex, texture position or normal.
     #[error("{what} index is out of range")]
     IndexOutOfRange {
-        /// Of what.
+        /// Kind of index.
         what: &'static str,
     },
-    /// Concave faces that would take too long to cut into triangles.
-    #[error("the concave faces up to here take too long to cut into triangles")]
+    /// The concave faces take too long to triangulate.
+    #[error("the concave faces up to this line take too long to triangulate")]
     TooComplicated,
-    /// Nothing to show.
+    /// The file has no face.
     #[error("the file has no face")]
     NoFace,
-    /// What came out is not a mesh.
+    /// The parsed arrays are not a valid mesh.
     #[error("{0}")]
     Mesh(MeshError),
 }
 
 impl ObjErrorKind {
+    /// Returns the error of this kind at a line.
     pub(super) fn at(self, line: u32) -> ObjError {
         ObjError { line, kind: self }
     }

@@ -1,11 +1,12 @@
-//! Corners of faces: the index forms v, v/t, v//n and v/t/n, counted from 1 or backwards from -1.
+//! Parser of face corners: index forms v, v/t, v//n and v/t/n, from 1 or backwards from -1.
 
 use super::ObjErrorKind;
 
-/// Stands for an index that is not given.
+/// Value of an omitted index.
 pub(super) const ABSENT: u32 = u32::MAX;
 
-/// Indices of a corner, from 0; `t` and `n` may be [`ABSENT`]. Not yet known to exist.
+/// Indices of a corner, from 0; `t` and `n` may be [`ABSENT`]. Not yet checked against the file's
+/// end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
     pub v: u32,
@@ -13,7 +14,7 @@ pub(super) struct Corner {
     pub n: u32,
 }
 
-/// How many statements of each kind have been read, which negative indices count back from.
+/// Number of statements of each kind read so far; negative indices are relative to it.
 #[derive(Clone, Copy)]
 pub(super) struct Counts {
     pub v: usize,
@@ -21,10 +22,10 @@ pub(super) struct Counts {
     pub n: usize,
 }
 
-/// One corner.
+/// Parses one corner.
 ///
-/// # Error
-/// Another form, the index 0, or a negative index that reaches before the first statement.
+/// # Errors
+/// Returns an error for another form, index 0, or a negative index before the first statement.
 pub(super) fn corner(word: &[u8], counts: Counts) -> Result<Corner, ObjErrorKind> {
     let mut fields = word.split(|byte| *byte == b'/');
     let v = index(fields.next().unwrap_or_default(), counts.v, "vertex")?;
@@ -50,7 +51,7 @@ fn index(field: &[u8], count: usize, what: &'static str) -> Result<u32, ObjError
         return Err(ObjErrorKind::MalformedCorner);
     }
     let out_of_range = ObjErrorKind::IndexOutOfRange { what };
-    // All digits, so only a number too large for any file fails here.
+    // The text is all digits, so parsing fails only by overflow.
     let number: usize = digits.parse().map_err(|_| out_of_range)?;
     if number == 0 {
         return Err(ObjErrorKind::ZeroIndex { what });
@@ -68,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn corner_is_read_in_every_form() {
+    fn corner_parses_every_form() {
         let counts = Counts { v: 10, t: 5, n: 3 };
         let cases: [(&[u8], [u32; 3]); 7] = [
             (b"1", [0, ABSENT, ABSENT]),
@@ -85,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn corner_is_refused_when_it_is_malformed() {
+    fn corner_is_rejected_when_malformed() {
         let counts = Counts { v: 10, t: 5, n: 3 };
         let out_of_range = |what| ObjErrorKind::IndexOutOfRange { what };
         let cases: [(&[u8], ObjErrorKind); 10] = [

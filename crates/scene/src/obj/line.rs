@@ -1,38 +1,39 @@
-//! Logical lines: comments taken off, continued lines put together, with the number of their first line.
+//! Logical lines: comments removed, continued lines joined, numbered by their first physical line.
 
 use std::borrow::Cow;
 
-/// A line as statements see it.
+/// Logical line.
 pub(super) struct Line<'a> {
-    /// Number of its first physical line, from 1.
+    /// Number of the first physical line, from 1.
     pub number: u32,
-    /// Its text without comment and line end.
+    /// Text without comment and line end.
     pub text: Cow<'a, [u8]>,
 }
 
-/// Iterates over the logical lines of a file.
+/// Iterator over the logical lines of a file.
 pub(super) struct Lines<'a> {
-    rest: &'a [u8],
-    /// Physical lines taken so far.
+    remaining: &'a [u8],
+    /// Number of physical lines read so far.
     pub taken: u32,
 }
 
 impl<'a> Lines<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        // Some programs open their files with a byte order mark.
-        Self { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), taken: 0 }
+        // Some programs write a byte order mark.
+        Self { remaining: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), taken: 0 }
     }
 
-    /// The next physical line without its end and comment, and whether it is continued.
+    /// Returns the next physical line without line end and comment, and true if it is continued.
     fn physical(&mut self) -> Option<(&'a [u8], bool)> {
-        if self.rest.is_empty() {
+        if self.remaining.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|byte| *byte == b'\n').unwrap_or(self.rest.len());
-        let line = &self.rest[..end];
-        self.rest = self.rest.get(end + 1..).unwrap_or_default();
+        let end =
+            self.remaining.iter().position(|byte| *byte == b'\n').unwrap_or(self.remaining.len());
+        let line = &self.remaining[..end];
+        self.remaining = self.remaining.get(end + 1..).unwrap_or_default();
         self.taken = self.taken.saturating_add(1);
-        // A backslash at the end of a comment continues nothing.
+        // A backslash at the end of a comment does not continue the line.
         if let Some(comment) = line.iter().position(|byte| *byte == b'#') {
             return Some((&line[..comment], false));
         }
@@ -66,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_joined_and_numbered_when_they_end_in_a_backslash() {
+    fn lines_are_joined_and_numbered_when_ending_in_backslash() {
         let lines: Vec<(u32, String)> = Lines::new(b"a # c \\\r\nb \\\r\n c\\\n d\n\ne\\")
             .map(|line| (line.number, String::from_utf8_lossy(&line.text).trim().to_owned()))
             .collect();

@@ -1,23 +1,29 @@
-//! Cuts polygons into triangles: convex ones into a fan, concave ones by clipping ears.
+//! Triangulation of polygons: a fan if convex, ear clipping if concave.
 
 use glam::{DVec2, DVec3};
 
-/// How many corner tests the concave polygons of one file may take: seconds at most, and far beyond what files of
-/// real models need, while a hostile file of a few megabytes could ask for days.
+/// Largest number of corner tests for the concave polygons of one file. Takes seconds at most and
+/// is far above the need of real models; a hostile file of a few megabytes could otherwise take
+/// days.
 pub(super) const TESTS_MAX: u64 = 500_000_000;
 
-/// The polygons of a file take more than [`TESTS_MAX`] tests.
+/// Error: the polygons of a file need more than [`TESTS_MAX`] tests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TooComplicated;
 
-/// Cuts the polygon of `count` corners into `count - 2` triangles of corner numbers, in the polygon's own sense.
+/// Triangulates a polygon of `count` corners into `count - 2` triangles of corner indices with the
+/// polygon's orientation.
 ///
 /// # Domain
-/// At least 3 corners. Planar simple polygons are cut into triangles that do not overlap; others (twisted, crossing
-/// themselves, of no area) into as many triangles of the same corners. Tests done are taken off `tests_left`.
-pub(super) fn cut(
+/// At least 3 corners. Triangles of planar simple polygons do not overlap; other polygons (twisted,
+/// self-intersecting, zero area) yield the same number of triangles. Decrements `tests_left` by the
+/// tests done.
+///
+/// # Errors
+/// Returns [`TooComplicated`] if `tests_left` does not suffice.
+pub(super) fn triangulate(
     count: usize,
-    place: impl Fn(usize) -> DVec3,
+    position: impl Fn(usize) -> DVec3,
     triangles: &mut Vec<[usize; 3]>,
     tests_left: &mut u64,
 ) -> Result<(), TooComplicated> {
@@ -25,12 +31,12 @@ pub(super) fn cut(
         triangles.push([0, 1, 2]);
         return Ok(());
     }
-    let points = flatten(count, place);
+    let points = flatten(count, position);
     let mut ring: Vec<usize> = (0..count).collect();
     let mut from = 0;
     while ring.len() > 3 {
-        let sticks_in = |k: &usize| !is_convex(&points, &ring, *k);
-        let reflex: Vec<usize> = (0..ring.len()).filter(sticks_in).map(|k| ring[k]).collect();
+        let is_reflex = |k: &usize| !is_convex(&points, &ring, *k);
+        let reflex: Vec<usize> = (0..ring.len()).filter(is_reflex).map(|k| ring[k]).collect();
         if reflex.is_empty() {
             break;
         }
@@ -39,9 +45,9 @@ pub(super) fn cut(
         let tried = found.unwrap_or(ring.len());
         let tests = ring.len() + (tried + 1) * reflex.len();
         *tests_left = tests_left.checked_sub(tests as u64).ok_or(TooComplicated)?;
-        // Where no corner is an ear the polygon crosses itself; any corner is then as good.
+        // Without an ear the polygon is self-intersecting, and any corner will do.
         let ear = (from + found.unwrap_or(0)) % ring.len();
-        triangles.push(around(&ring, ear));
+        triangles.push(with_neighbours(&ring, ear));
         ring.remove(ear);
         from = ear;
     }
@@ -49,10 +55,10 @@ pub(super) fn cut(
     Ok(())
 }
 
-/// The polygon seen along the axis closest to its normal, counter-clockwise.
-fn flatten(count: usize, place: impl Fn(usize) -> DVec3) -> Vec<DVec2> {
-    let origin = place(0);
-    let points: Vec<DVec3> = (0..count).map(|k| place(k) - origin).collect();
+/// Projects the polygon along the axis closest to its normal, counter-clockwise.
+fn flatten(count: usize, position: impl Fn(usize) -> DVec3) -> Vec<DVec2> {
+    let origin = position(0);
+    let points: Vec<DVec3> = (0..count).map(|k| position(k) - origin).collect();
     let normal =
         (0..count).fold(DVec3::ZERO, |sum, k| sum + points[k].cross(points[(k + 1) % count]));
     let size = normal.abs();
@@ -71,32 +77,35 @@ fn flatten(count: usize, place: impl Fn(usize) -> DVec3) -> Vec<DVec2> {
         .collect()
 }
 
-/// The corner and its neighbours in the ring.
-fn around(ring: &[usize], k: usize) -> [usize; 3] {
+/// Returns the previous corner, the corner and the next corner of the ring.
+fn with_neighbours(ring: &[usize], k: usize) -> [usize; 3] {
     [ring[(k + ring.len() - 1) % ring.len()], ring[k], ring[(k + 1) % ring.len()]]
 }
 
-/// Positive where a, b, c turn left.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+/// Returns twice the signed area of the triangle; positive if counter-clockwise.
+fn signed_area2(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
 fn is_convex(points: &[DVec2], ring: &[usize], k: usize) -> bool {
-    let [a, b, c] = around(ring, k).map(|corner| points[corner]);
-    turn(a, b, c) >= 0.0
+    let [a, b, c] = with_neighbours(ring, k).map(|corner| points[corner]);
+    signed_area2(a, b, c) >= 0.0
 }
 
-/// Whether the corner sticks out and no reflex corner lies in its triangle.
+/// True if the corner is strictly convex and no reflex corner lies in its triangle.
 fn is_ear(points: &[DVec2], ring: &[usize], k: usize, reflex: &[usize]) -> bool {
-    let corners = around(ring, k);
+    let corners = with_neighbours(ring, k);
     let [a, b, c] = corners.map(|corner| points[corner]);
-    if turn(a, b, c) <= 0.0 {
+    if signed_area2(a, b, c) <= 0.0 {
         return false;
     }
     reflex.iter().all(|other| {
         let p = points[*other];
-        let inside = turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-        // A corner at the place of one of the ear's own does not hinder it: holes are cut in with such pairs.
+        let inside = signed_area2(a, b, p) >= 0.0
+            && signed_area2(b, c, p) >= 0.0
+            && signed_area2(c, a, p) >= 0.0;
+        // Corners that coincide with a corner of the ear are allowed: bridges to holes repeat
+        // corners.
         !inside || corners.contains(other) || p == a || p == b || p == c
     })
 }
@@ -114,14 +123,15 @@ mod tests {
         (total.length(), areas.map(DVec3::length).sum())
     }
 
-    /// Triangles of a simple polygon cover it exactly when their areas all have one sign and sum to its own.
+    /// Triangles cover a simple polygon exactly if their areas have one sign and sum to its area.
     fn check(points: &[DVec3], expected: f64) {
         for shift in 0..points.len() {
             let mut ring = points.to_vec();
             ring.rotate_left(shift);
             for _ in 0..2 {
                 let mut triangles = Vec::new();
-                cut(ring.len(), |k| ring[k], &mut triangles, &mut TESTS_MAX.clone()).unwrap();
+                triangulate(ring.len(), |k| ring[k], &mut triangles, &mut TESTS_MAX.clone())
+                    .unwrap();
                 assert_eq!(triangles.len(), ring.len() - 2);
                 let (signed, absolute) = area(&ring, &triangles);
                 assert!((signed - expected).abs() < 1e-9 * expected, "{shift} {signed}");
@@ -138,14 +148,14 @@ mod tests {
     }
 
     #[test]
-    fn polygon_is_covered_once_when_it_is_convex_or_concave() {
+    fn polygon_is_covered_once_when_simple() {
         check(&in_plane(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]), 2.0);
         check(&in_plane(&[(0.0, 0.0), (2.0, 0.0), (0.5, 0.5), (0.0, 2.0)]), 1.0);
         // An L, with a corner on a straight side.
         let l =
             [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
         check(&in_plane(&l), 3.0);
-        // A star of five points, and a comb.
+        // A five-pointed star and a comb.
         let star: Vec<(f64, f64)> = (0..10)
             .map(|k| {
                 let (sin, cos) = (f64::from(k) * 0.2 * std::f64::consts::PI).sin_cos();
@@ -166,22 +176,26 @@ mod tests {
     }
 
     #[test]
-    fn polygon_is_cut_into_the_same_number_of_triangles_when_it_has_no_area() {
+    fn polygon_gives_count_minus_2_triangles_when_it_has_no_area() {
         for points in [vec![DVec3::ONE; 7], (0..9).map(|k| DVec3::X * f64::from(k % 4)).collect()] {
             let mut triangles = Vec::new();
-            cut(points.len(), |k| points[k], &mut triangles, &mut TESTS_MAX.clone()).unwrap();
+            triangulate(points.len(), |k| points[k], &mut triangles, &mut TESTS_MAX.clone())
+                .unwrap();
             assert_eq!(triangles.len(), points.len() - 2);
         }
     }
 
     #[test]
-    fn polygon_is_refused_when_it_takes_too_many_tests() {
-        // A spiral of reflex corners that crosses itself, so that no ear is found for long.
-        let place = |k: usize| {
+    fn polygon_is_rejected_when_it_takes_too_many_tests() {
+        // A self-intersecting spiral of reflex corners, on which the search for ears is slow.
+        let position = |k: usize| {
             let angle = (k * k) as f64;
             DVec3::new(angle.cos(), angle.sin(), 0.0)
         };
         let mut tests_left = 10_000;
-        assert_eq!(cut(300, place, &mut Vec::new(), &mut tests_left), Err(TooComplicated));
+        assert_eq!(
+            triangulate(300, position, &mut Vec::new(), &mut tests_left),
+            Err(TooComplicated)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Statements of a file, collected: positions, texture positions, normals and polygons, not yet joined.
+//! Reader of statements: positions, texture positions, normals and polygons, with checked indices.
 
 use glam::{DVec2, DVec3};
 
@@ -8,27 +8,32 @@ use super::number::{coordinate, coordinates};
 use super::warning::Warnings;
 use super::{ObjError, ObjErrorKind, ObjLimits};
 
-/// What the statements say.
+/// Contents of all statements.
 #[derive(Default)]
 pub(super) struct Records {
     pub positions: Vec<DVec3>,
     pub uvs: Vec<DVec2>,
     pub normals: Vec<DVec3>,
-    /// Corners of all polygons, one after the other.
+    /// Corners of all polygons, concatenated.
     pub corners: Vec<Corner>,
     pub polygons: Vec<Polygon>,
-    /// Number of lines, at least 1.
+    /// Number of the last line, at least 1.
     pub last_line: u32,
 }
 
-/// A polygon: where its corners end (they start where those of the one before end) and where it stands in the file.
+/// Polygon: end of its range in the corners (which starts at the end of the previous one) and its
+/// line.
 #[derive(Clone, Copy)]
 pub(super) struct Polygon {
     pub end: usize,
     pub line: u32,
 }
 
-/// Reads all statements; indices are checked, also those that point forwards.
+/// Reads all statements and checks indices, including forward references.
+///
+/// # Errors
+/// Returns the first malformed statement, an exceeded limit, an index out of range, or a missing
+/// face.
 pub(super) fn read(
     bytes: &[u8],
     limits: &ObjLimits,
@@ -65,24 +70,24 @@ impl Records {
     ) -> Result<(), ObjErrorKind> {
         match keyword {
             b"v" => {
-                room(self.positions.len(), limits.vertices, "vertices")?;
+                check_limit(self.positions.len(), limits.vertices, "vertices")?;
                 self.positions.push(DVec3::from(coordinates::<3>(words, "vertex coordinate")?));
             }
             b"vt" => {
-                room(self.uvs.len(), limits.vertices, "texture coordinates")?;
+                check_limit(self.uvs.len(), limits.vertices, "texture coordinates")?;
                 let what = "texture coordinate";
                 let [u] = coordinates::<1>(words, what)?;
-                // A texture along a line has u alone.
+                // One-dimensional textures have u only.
                 let v = words.next().map_or(Ok(0.0), |word| coordinate(word, what))?;
                 self.uvs.push(DVec2::new(u, v));
             }
             b"vn" => {
-                room(self.normals.len(), limits.vertices, "normals")?;
+                check_limit(self.normals.len(), limits.vertices, "normals")?;
                 self.normals.push(DVec3::from(coordinates::<3>(words, "normal coordinate")?));
             }
             b"f" => self.face(words, line, limits)?,
             b"g" | b"o" | b"s" | b"usemtl" => {}
-            b"mtllib" => warnings.once(line, "mtllib is ignored: no other file is opened"),
+            b"mtllib" => warnings.once(line, "mtllib is ignored: other files are not read"),
             b"l" => warnings.once(line, "lines (l) are ignored"),
             b"p" => warnings.once(line, "points (p) are ignored"),
             _ => warnings.unknown_keyword(line, keyword),
@@ -100,7 +105,7 @@ impl Records {
         let start = self.corners.len();
         for word in words {
             let count = self.corners.len() - start;
-            room(count, limits.polygon_corners, "corners in a face")?;
+            check_limit(count, limits.polygon_corners, "corners in a face")?;
             self.corners.push(corner(word, counts)?);
         }
         let end = self.corners.len();
@@ -109,7 +114,7 @@ impl Records {
         }
         // A polygon of k corners becomes k - 2 triangles.
         let triangles = end - 2 * (self.polygons.len() + 1);
-        room(triangles, limits.triangles + 1, "triangles")
+        check_limit(triangles, limits.triangles + 1, "triangles")
             .map_err(|_| ObjErrorKind::TooMany { what: "triangles", limit: limits.triangles })?;
         self.polygons.push(Polygon { end, line });
         Ok(())
@@ -137,8 +142,8 @@ impl Records {
     }
 }
 
-/// Whether one more fits.
-fn room(count: usize, limit: usize, what: &'static str) -> Result<(), ObjErrorKind> {
+/// Error if one more item would exceed the limit.
+fn check_limit(count: usize, limit: usize, what: &'static str) -> Result<(), ObjErrorKind> {
     if count < limit {
         return Ok(());
     }

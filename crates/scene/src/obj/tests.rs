@@ -38,7 +38,7 @@ fn faces_are_the_same_in_every_index_form() {
 }
 
 #[test]
-fn file_is_read_when_it_has_extra_numbers_a_byte_order_mark_and_forward_indices() {
+fn file_parses_with_extra_numbers_byte_order_mark_and_forward_indices() {
     let text = "\u{feff}f 1/1 2/2 3/3\nv 0 0 0 1 .5 .5 .5\nv +1e0 0 0 1\nv 0 1. 0\nvt 0 0 0\nvt 1\nvt 0 1 0\n";
     let mesh = parse(text).unwrap().mesh;
     assert_eq!(mesh.parts().positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
@@ -53,7 +53,7 @@ fn corners_share_a_vertex_only_when_all_indices_are_equal() {
 
 #[test]
 fn smooth_normals_ignore_texture_seams_and_repeated_positions() {
-    // Two squares at a right angle along x = 0; once with texture seams, once with repeated positions.
+    // Two squares at a right angle along x = 0, with texture seams or with repeated positions.
     let places = "v 0 0 0\nv 0 1 0\nv -1 1 0\nv -1 0 0\nv 0 0 -1\nv 0 1 -1\n";
     let seam = format!("{places}vt 0 0\nvt 1 0\nf 1/1 2/1 3/1 4/1\nf 5/2 6/2 2/2 1/2\n");
     let repeated = format!("{places}v 0 0 0\nv -0 1 0\nf 1 2 3 4\nf 5 6 8 7\n");
@@ -73,7 +73,7 @@ fn smooth_normals_ignore_texture_seams_and_repeated_positions() {
 }
 
 #[test]
-fn file_is_refused_with_the_line_when_it_is_malformed() {
+fn parser_returns_line_when_file_is_malformed() {
     let cases = [
         ("", "line 1: the file has no face"),
         ("v 0 0 0\n\n# end", "line 3: the file has no face"),
@@ -82,17 +82,20 @@ fn file_is_refused_with_the_line_when_it_is_malformed() {
         ("v 1e39 0 0\n", "line 1: vertex coordinate is not a finite number"),
         ("v 0 0 0\nvt 1e999\n", "line 2: texture coordinate is not a finite number"),
         ("vn 0 0 x\n", "line 1: normal coordinate is not a number"),
-        ("v 0 0\n", "line 1: vertex coordinate: 3 numbers are needed"),
-        ("v 0 0 0\nf 1 1\n", "line 2: face has fewer than 3 corners"),
-        ("f\n", "line 1: face has fewer than 3 corners"),
-        ("v 0 0 0\nf 1 0 1\n", "line 2: vertex index is 0"),
+        ("v 0 0\n", "line 1: vertex coordinate: expected at least 3 numbers"),
+        ("v 0 0 0\nf 1 1\n", "line 2: face must have at least 3 corners"),
+        ("f\n", "line 1: face must have at least 3 corners"),
+        (
+            "v 0 0 0\nf 1 0 1\n",
+            "line 2: vertex index is 0; indices start at 1, or at -1 counting backwards",
+        ),
         ("v 0 0 0\nf 1 1 2\n\n", "line 2: vertex index is out of range"),
         ("v 0 0 0\nf 1 1 -2\n", "line 2: vertex index is out of range"),
         ("v 0 0 0\nf 1/1 1/1 1/1", "line 2: texture coordinate index is out of range"),
         ("v 0 0 0\nf 1//2 1//2 1//2", "line 2: normal index is out of range"),
         (
             "v 0 0 0\n\nf 1 1 \\\n 1 a\n",
-            "line 3: face corner is not of the form v, v/t, v//n or v/t/n",
+            "line 3: face corner must have the form v, v/t, v//n or v/t/n",
         ),
         ("v 1 1 1\nf 1 1 1\n#\n", "line 3: the mesh has no extent"),
     ];
@@ -102,7 +105,7 @@ fn file_is_refused_with_the_line_when_it_is_malformed() {
 }
 
 #[test]
-fn file_is_refused_when_it_passes_a_limit() {
+fn file_is_rejected_when_it_exceeds_a_limit() {
     let limits = ObjLimits { bytes: 200, vertices: 4, triangles: 2, polygon_corners: 5 };
     let kind = |text: &str| parse_obj(text.as_bytes(), &limits).unwrap_err().kind;
     let too_many = |what, limit| ObjErrorKind::TooMany { what, limit };
@@ -116,33 +119,33 @@ fn file_is_refused_when_it_passes_a_limit() {
 }
 
 #[test]
-fn warnings_tell_each_matter_once_with_its_first_line() {
+fn warnings_are_unique_and_have_the_first_line() {
     let text = format!(
         "mtllib a.mtl\nmtllib b.mtl\n{SQUARE}vw 1\nvw 2\ncurv 3\nl 1 2\np 1\nl 2 3\nf 1 2 3 4\n\
          f 1 1 2\nvn 0 0 0\nf 1//2 2//2 3//2\n"
     );
     let expected = [
-        (1, "mtllib is ignored: no other file is opened"),
+        (1, "mtllib is ignored: other files are not read"),
         (12, "unknown keyword `vw` is ignored"),
         (14, "unknown keyword `curv` is ignored"),
         (15, "lines (l) are ignored"),
         (16, "points (p) are ignored"),
-        (21, "no texture coordinates: u and v are 0, tangents follow the normals"),
-        (21, "triangles without an area: 1"),
-        (21, "normals of length 0, replaced by smooth ones: 3"),
+        (21, "no texture coordinates: u and v are 0, tangents depend on the normals alone"),
+        (21, "triangles with zero area: 1"),
+        (21, "zero-length normals, replaced by smooth normals: 3"),
     ];
     assert_eq!(warnings(&text), expected.map(|(line, text)| (line, text.to_owned())));
     let degenerate = format!("{SQUARE}vn 0 0 1\nf 1/1 2/1 3/1\nf 1 3 4\n");
     let expected = [
         "vertices without texture coordinates, where u and v are 0: 3",
-        "vertices whose texture coordinates give no tangent, so that it follows the normal: 6",
+        "vertices whose texture coordinates give no tangent, derived from the normal instead: 6",
     ];
     let texts: Vec<String> = warnings(&degenerate).into_iter().map(|w| w.1).collect();
     assert_eq!(texts, expected);
 }
 
 #[test]
-fn warnings_are_few_and_short_when_a_file_is_noise() {
+fn warnings_are_bounded_when_file_is_noise() {
     let noise: String = (0..1000).map(|k| format!("{}{k}\u{1b}[31m\n", "x".repeat(k))).collect();
     let list = warnings(&format!("{noise}{SQUARE}f 1/1 2/2 3/3\n"));
     assert_eq!(list.len(), 21);
@@ -150,7 +153,7 @@ fn warnings_are_few_and_short_when_a_file_is_noise() {
     assert!(list.iter().all(|w| !w.1.contains('\u{1b}')));
 }
 
-/// A valid file with something of everything.
+/// Valid file with every kind of statement.
 const VALID: &str = "mtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nv 0.2 0.3 -1e2\nvt 0 0\nvt 1 .5\n\
     vn 0 1 0\ng part\ns 1\nusemtl m\nf 1 2 3 4\nf 1/1/1 2/2/1 -1/-1/-1\nf 3//1 4//1 5//1 1//1 2//1\nl 1 2\n";
 
@@ -183,7 +186,7 @@ proptest! {
     }
 
     #[test]
-    fn parser_gives_the_numbers_back_when_they_are_written(
+    fn parser_round_trips_coordinates(
         numbers in prop::collection::vec(-1e30..1e30f64, 9),
     ) {
         let vertices: String = numbers.chunks(3).map(|v| format!("v {} {:e} {}\n", v[0], v[1], v[2])).collect();
@@ -194,6 +197,6 @@ proptest! {
 }
 
 #[test]
-fn valid_file_of_the_mutation_test_is_valid() {
+fn valid_file_of_mutation_test_parses() {
     assert_eq!(parse(VALID).unwrap().mesh.triangle_count(), 6);
 }

@@ -1,40 +1,40 @@
-//! What is odd in a file and does not stop it from being read; bounded, whatever the file holds.
+//! Warnings of the OBJ parser, bounded in number and length for any file.
 
 use std::collections::HashSet;
 
-use crate::mesh::Guesses;
+use crate::mesh::Repairs;
 
-/// Unknown keywords that are told one by one.
+/// Largest number of unknown keywords with a warning of their own.
 const KEYWORDS_MAX: usize = 20;
-/// Bytes of a keyword that a warning repeats.
+/// Largest number of bytes of a keyword in a warning.
 const KEYWORD_BYTES_MAX: usize = 32;
 
-/// Something odd.
+/// Warning with its line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ObjWarning {
-    /// Line of the file, from 1; the last one for what concerns the whole.
+    /// Line of the file, from 1; the last line if the warning concerns the whole file.
     pub line: u32,
-    /// What is odd.
+    /// Text of the warning.
     pub text: String,
 }
 
-/// Warnings as they come, one per matter.
+/// Warnings collected so far, without duplicates.
 #[derive(Default)]
 pub(super) struct Warnings {
     list: Vec<ObjWarning>,
-    told: HashSet<&'static str>,
+    reported: HashSet<&'static str>,
     keywords: HashSet<Vec<u8>>,
 }
 
 impl Warnings {
-    /// Tells of something once, at its first line.
+    /// Adds a warning unless the same text was added before.
     pub fn once(&mut self, line: u32, text: &'static str) {
-        if self.told.insert(text) {
+        if self.reported.insert(text) {
             self.list.push(ObjWarning { line, text: text.to_owned() });
         }
     }
 
-    /// Tells of a keyword that is not of the format, once per keyword.
+    /// Adds a warning for an unknown keyword, once per keyword.
     pub fn unknown_keyword(&mut self, line: u32, keyword: &[u8]) {
         let keyword = &keyword[..keyword.len().min(KEYWORD_BYTES_MAX)];
         if self.keywords.contains(keyword) {
@@ -48,20 +48,21 @@ impl Warnings {
         self.list.push(ObjWarning { line, text });
     }
 
-    /// Tells what had to be made up for the mesh.
-    pub fn guesses(&mut self, guesses: &Guesses, has_uv: bool, line: u32) {
+    /// Adds warnings for missing or degenerate data that was replaced.
+    pub fn repairs(&mut self, repairs: &Repairs, has_uv: bool, line: u32) {
         if !has_uv {
-            let text = "no texture coordinates: u and v are 0, tangents follow the normals";
+            let text =
+                "no texture coordinates: u and v are 0, tangents depend on the normals alone";
             self.once(line, text);
         }
         let counted = [
-            (guesses.empty_triangles, "triangles without an area"),
-            (guesses.zero_normals, "normals of length 0, replaced by smooth ones"),
-            (guesses.normals, "smooth normals that their faces do not determine"),
-            (guesses.uvs, "vertices without texture coordinates, where u and v are 0"),
+            (repairs.empty_triangles, "triangles with zero area"),
+            (repairs.zero_normals, "zero-length normals, replaced by smooth normals"),
+            (repairs.normals, "smooth normals that the adjacent faces do not determine"),
+            (repairs.uvs, "vertices without texture coordinates, where u and v are 0"),
             (
-                guesses.tangents,
-                "vertices whose texture coordinates give no tangent, so that it follows the normal",
+                repairs.tangents,
+                "vertices whose texture coordinates give no tangent, derived from the normal instead",
             ),
         ];
         for (count, text) in counted {

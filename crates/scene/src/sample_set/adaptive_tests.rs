@@ -1,4 +1,4 @@
-//! Adaptive sampling: what edges, clusters, areas and picks must hold to.
+//! Tests of adaptive sampling, areas and picks.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use brood_brdf::{Input, InputMask};
 use super::{PixelArea, SampleSet, Sampling};
 use crate::{BuiltinMesh, Camera, Light, Mesh, Scene};
 
-/// The sphere seen in parallel, so that it is a disc of 0.8 of the picture's half side.
+/// Parallel projection, in which the sphere is a disc of radius 0.8 half sides of the picture.
 fn disc() -> Scene {
     Scene { camera: Camera::Orthographic { orthographic: 1.25 }, ..Scene::default() }
 }
 
-/// Light received by each pixel, over lights and samples: the picture of a Lambertian surface.
+/// Returns red irradiance times cosine of each pixel: the picture of a Lambertian surface.
 fn received(set: &SampleSet) -> Vec<f64> {
     let layout = set.image().unwrap();
     let mut pixels = vec![0.0; layout.coverage.len()];
     for span in layout.spans() {
-        let samples = span.counted as usize..span.end as usize;
+        let samples = span.radiance_start as usize..span.end as usize;
         let sum: f64 = set.irradiance()[0][samples].iter().map(|e| f64::from(*e)).sum();
         pixels[span.pixel as usize] = sum * f64::from(layout.scale);
     }
@@ -30,7 +30,7 @@ fn rmse(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn coverage_of_the_sphere_is_the_area_of_its_disc() {
+fn coverage_of_sphere_is_area_of_its_disc() {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     for size_px in [31, 64, 200] {
         let covered = |sampling: Sampling| {
@@ -39,19 +39,20 @@ fn coverage_of_the_sphere_is_the_area_of_its_disc() {
             layout.coverage.iter().map(|share| f64::from(*share)).sum::<f64>()
         };
         let radius = 0.4 * f64::from(size_px);
-        // The mesh's outline is a polygon of 192 sides, whose area is this much of the circle's.
+        // The mesh's outline is a polygon of 192 sides; its area relative to the circle is
+        // sin(t) / t.
         let corners = 2.0 * PI / 192.0;
         let area = PI * radius * radius * corners.sin() / corners;
         let off = (covered(Sampling::Adaptive) - area).abs();
-        // What is left is the outline's: how its corners lie to the direction of view.
-        assert!(off < 1e-4 * area, "{size_px}: off by {off} of {area}");
+        // The rest depends on the orientation of the outline's corners to the view.
+        assert!(off < 1e-4 * area, "{size_px}: error {off} of area {area}");
         let plain = (covered(Sampling::Fixed(1)) - area).abs();
         assert!(off < plain, "{size_px}: {off} {plain}");
     }
 }
 
 #[test]
-fn adaptive_samples_come_nearer_to_many_than_sixteen_do() {
+fn adaptive_error_is_below_half_of_sixteen_fixed_rays() {
     let mut scene = Scene::default();
     scene.lights.push(Light::point_at([-4.0, 1.0, 2.0]));
     for name in BuiltinMesh::ALL {
@@ -66,7 +67,7 @@ fn adaptive_samples_come_nearer_to_many_than_sixteen_do() {
 }
 
 #[test]
-fn adaptive_set_has_the_centres_of_one_sample_a_pixel() {
+fn adaptive_centres_equal_single_ray_set() {
     let mut scene = Scene::default();
     scene.lights.push(Light::point_at([-4.0, 1.0, 2.0]));
     let mesh = Mesh::builtin(BuiltinMesh::Knob);
@@ -82,12 +83,13 @@ fn adaptive_set_has_the_centres_of_one_sample_a_pixel() {
         spans.flat_map(samples).map(|(pixel, at)| (pixel, set.pair(at))).collect()
     };
     assert_eq!(centres(&one), centres(&own));
-    // So small a picture of two lights is nearly all edge; six groups a light bound what that costs.
+    // Nearly all pixels of such a small picture are edges; at most six groups per light bound the
+    // cost.
     assert!(own.len() < 5 * one.len(), "{} {}", own.len(), one.len());
 }
 
 #[test]
-fn set_of_an_area_is_that_part_of_the_whole_to_the_bit() {
+fn area_is_bit_identical_to_part_of_whole_picture() {
     let scene = Scene { rotation_deg: [10.0, 20.0, 30.0], ..Scene::default() };
     let mesh = Mesh::builtin(BuiltinMesh::Knob);
     for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(5)] {
@@ -114,14 +116,14 @@ fn set_of_an_area_is_that_part_of_the_whole_to_the_bit() {
 }
 
 #[test]
-fn pixels_of_several_sets_are_picked_part_after_part() {
+fn pick_concatenates_pixels_of_several_sets() {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let tile = |area: &str| {
         let area = area.parse().unwrap();
         SampleSet::render_area(&mesh, &Scene::default(), 32, Sampling::Fixed(3), area)
     };
     let (left, right) = (tile("8,8,8,16"), tile("16,8,8,16"));
-    // The first is not hit.
+    // The first pixel has no hit.
     let (of_left, of_right) = ([0, 41, 42, 90], [3, 60]);
     let mask: InputMask = [Input::P1].into_iter().collect();
     let picked = SampleSet::pick(&[(&left, &of_left), (&right, &of_right)], mask, true);
@@ -141,7 +143,7 @@ fn pixels_of_several_sets_are_picked_part_after_part() {
 
 #[test]
 #[should_panic(expected = "was not picked")]
-fn input_that_was_not_picked_is_refused() {
+fn input_panics_when_it_was_not_picked() {
     let set = SampleSet::render(
         &Mesh::builtin(BuiltinMesh::Sphere),
         &Scene::default(),
@@ -152,7 +154,7 @@ fn input_that_was_not_picked_is_refused() {
 }
 
 #[test]
-fn adaptive_set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
+fn adaptive_set_is_bit_identical_for_any_number_of_threads() {
     let make = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mesh = Mesh::builtin(BuiltinMesh::Torus);

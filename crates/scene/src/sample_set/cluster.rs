@@ -1,17 +1,20 @@
-//! Groups of similar points of one pixel: reflectance is evaluated once for each, light is integrated over all.
+//! Grouping of similar light samples of one pixel: f is evaluated once per group, irradiance is
+//! integrated over all rays.
 
 use glam::{DVec2, DVec3};
 
-use super::point::{Gathered, Point};
+use super::point::{SampleBuffer, SurfacePoint};
 
-/// Directions of a group are within this of its first: the square of the sum of both chords.
-const SPREAD: f64 = 0.15;
-/// So are texture positions; also keeps apart the two sides of a seam.
-const UV_SPREAD: f64 = 0.05;
-/// Groups of one sample of a light at most; what comes later gives its light to the nearest and leaves that one's directions alone.
-const MOST: usize = 6;
+/// Largest distance of directions from those of the group's first member: root of the sum of the
+/// squared chords of `wi` and `wo`.
+const MAX_DIRECTION_DISTANCE: f64 = 0.15;
+/// Largest distance of texture positions from the group's first; separates the sides of a seam.
+const MAX_UV_DISTANCE: f64 = 0.05;
+/// Largest number of groups per light sample. Further members add only their irradiance to the
+/// nearest group, and do not change its mean directions.
+const MAX_GROUPS: usize = 6;
 
-/// Points in the light of one sample of a lamp.
+/// Similar surface points in the light of one light sample.
 #[derive(Debug, Clone, Copy)]
 struct Group {
     first: (DVec3, DVec3, DVec2),
@@ -22,25 +25,26 @@ struct Group {
     irradiance: [f64; 3],
 }
 
-/// The groups of one pixel: of each sample of each light, in the order of first appearance.
+/// Groups of one pixel: per slot (sample of a light), in order of first appearance.
 #[derive(Default)]
 pub(super) struct Groups(Vec<Vec<Group>>);
 
 impl Groups {
-    /// Adds the samples that stand for weighted points; their irradiance is integrated over the pixel.
+    /// Groups weighted points and adds one sample per group, with irradiance integrated over the
+    /// pixel.
     ///
-    /// Returns the share of the pixel that is covered.
+    /// Returns the covered fraction of the pixel.
     pub fn push_all<'a>(
         &mut self,
-        points: impl Iterator<Item = (&'a Point, f64)>,
-        out: &mut Gathered,
+        points: impl Iterator<Item = (&'a SurfacePoint, f64)>,
+        out: &mut SampleBuffer,
     ) -> f64 {
         self.0.iter_mut().for_each(Vec::clear);
         let mut coverage = 0.0;
         for (point, weight) in points {
-            if point.mark.covered {
+            if point.features.covered {
                 coverage += weight;
-                self.take(point, weight);
+                self.add(point, weight);
             }
         }
         for group in self.0.iter().flatten() {
@@ -54,14 +58,14 @@ impl Groups {
         coverage
     }
 
-    fn take(&mut self, point: &Point, weight: f64) {
+    fn add(&mut self, point: &SurfacePoint, weight: f64) {
         for lit in &point.lit {
             if self.0.len() <= lit.slot {
                 self.0.resize_with(lit.slot + 1, Vec::new);
             }
             let groups = &mut self.0[lit.slot];
             let found = find(groups, lit.wi, point.wo, point.uv);
-            let (index, alike) = found.unwrap_or_else(|| {
+            let (index, similar) = found.unwrap_or_else(|| {
                 groups.push(Group {
                     first: (lit.wi, point.wo, point.uv),
                     wi: DVec3::ZERO,
@@ -76,11 +80,13 @@ impl Groups {
             for (sum, e) in group.irradiance.iter_mut().zip(lit.irradiance) {
                 *sum += weight * e;
             }
-            if !alike {
-                // At a pole of the texture tangents turn all the way round: the mean of such directions is none of them.
+            if !similar {
+                // At a pole of the texture, tangents turn by a full circle: the mean of such
+                // directions represents none of them.
                 continue;
             }
-            // The mean place is that of the light received, so that what is nearly dark does not pull at it.
+            // Means are weighted by the cosine, so that directions at grazing incidence, which
+            // receive little light, do not shift them.
             let share = weight * lit.wi.z;
             group.wi += lit.wi * share;
             group.wo += point.wo * share;
@@ -90,20 +96,24 @@ impl Groups {
     }
 }
 
-/// The group that a point joins, if it need not open a new one, and whether it is like that group.
+/// Returns the group that a point joins, and true if the point is similar to it; `None` if the
+/// point starts a new group.
 fn find(groups: &[Group], wi: DVec3, wo: DVec3, uv: DVec2) -> Option<(usize, bool)> {
     let mut nearest: Option<(usize, f64)> = None;
     for (index, group) in groups.iter().enumerate() {
         let (first_wi, first_wo, first_uv) = group.first;
         let directions = (first_wi - wi).length_squared() + (first_wo - wo).length_squared();
         let texture = (first_uv - uv).abs().max_element();
-        if directions <= SPREAD * SPREAD && texture <= UV_SPREAD {
+        if directions <= MAX_DIRECTION_DISTANCE * MAX_DIRECTION_DISTANCE
+            && texture <= MAX_UV_DISTANCE
+        {
             return Some((index, true));
         }
-        let distance = directions / (SPREAD * SPREAD) + texture / UV_SPREAD;
+        let distance = directions / (MAX_DIRECTION_DISTANCE * MAX_DIRECTION_DISTANCE)
+            + texture / MAX_UV_DISTANCE;
         if nearest.is_none_or(|nearest| distance < nearest.1) {
             nearest = Some((index, distance));
         }
     }
-    nearest.filter(|_| groups.len() >= MOST).map(|nearest| (nearest.0, false))
+    nearest.filter(|_| groups.len() >= MAX_GROUPS).map(|nearest| (nearest.0, false))
 }

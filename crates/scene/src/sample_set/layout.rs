@@ -1,76 +1,79 @@
-//! The way back from samples to the pixels of an image, and the counts of what was skipped.
+//! Mapping from samples to the pixels of an image, and counts of rays and samples.
 
 use std::sync::Arc;
 
 use super::{PixelArea, Sampling};
 
-/// Where the samples of an image belong.
+/// Mapping from the samples of a set to the pixels of its image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayout {
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows; row 0 is the top.
+    /// Number of rows; row 0 is the top.
     pub height: u32,
-    /// Side of the whole square picture.
+    /// Side of the whole square picture, in pixels.
     pub size_px: u32,
-    /// The part of it that this is.
+    /// Part of the whole picture that this image is.
     pub area: PixelArea,
-    /// How it was sampled.
+    /// Sampling of the image.
     pub sampling: Sampling,
-    /// A pixel's radiance is this times the sum over its samples.
+    /// Factor from the sum over a pixel's samples to its radiance.
     pub scale: f32,
-    /// Pixels that have samples, in ascending order; their samples follow one another without gaps.
+    /// Pixels that have samples, in ascending order. Their samples are contiguous.
     pub runs: Vec<PixelRun>,
-    /// Share of each pixel in which the mesh is seen, lit or not.
+    /// Fraction of each pixel that the mesh covers, lit or not.
     pub coverage: Arc<[f32]>,
 }
 
-/// Pixels that follow one another and have equally many samples of each kind.
+/// Consecutive pixels with equal sample counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelRun {
-    /// The first pixel: row times width plus column.
+    /// Index of the first pixel: row times width plus column.
     pub pixel: u32,
     /// Number of pixels.
     pub pixels: u32,
-    /// First sample of the first pixel.
+    /// Index of the first sample of the first pixel.
     pub start: u32,
-    /// Samples of each pixel.
+    /// Number of samples per pixel.
     pub samples: u32,
-    /// How many of them, from the first on, belong to the ray through the pixel's centre: one per light that reaches its
-    /// hit, several of lights that have extent. Automatic exposure looks at nothing else; none where that ray misses or meets shadow.
+    /// Number of leading samples that belong to the ray through the pixel's centre: one per light
+    /// that reaches its hit, several per extended light. 0 if that ray misses or hits an unlit
+    /// point. Automatic exposure reads only these samples.
     pub centre: u32,
-    /// Which is the first that counts for radiance: 0, or `centre` where the others stand for the whole pixel.
-    pub counted: u32,
+    /// Offset of the first sample that is summed for radiance: 0, or `centre` if the samples after
+    /// the centre's represent the whole pixel.
+    pub radiance_start: u32,
 }
 
-/// The samples of one pixel.
+/// Samples of one pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelSpan {
-    /// Row times width plus column.
+    /// Index of the pixel: row times width plus column.
     pub pixel: u32,
-    /// First sample.
+    /// Index of the first sample.
     pub start: u32,
-    /// End of the samples of the ray through its centre.
+    /// End of the samples of the ray through the pixel's centre.
     pub centre_end: u32,
-    /// First sample that counts for radiance.
-    pub counted: u32,
-    /// End of its samples.
+    /// Index of the first sample that is summed for radiance.
+    pub radiance_start: u32,
+    /// End of the pixel's samples.
     pub end: u32,
 }
 
-/// What a set was made of, so that skipping is counted.
+/// Counts of the rays and samples from which a set was made.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SampleCounts {
-    /// Rays traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// Rays that hit the mesh (in sets of pairs: pairs).
+    /// Number of rays that hit the mesh; in sets of pairs, the number of pairs.
     pub covered: u64,
-    /// Samples kept: pairs of a hit and a sample of a light that reaches it, groups of similar ones counted once.
+    /// Number of samples stored: combinations of a hit and a light sample that reaches it. A group
+    /// of similar combinations is one sample.
     pub lit: u64,
-    /// Samples of lights that were never made, because nothing arrives: the light is behind the surface, the surface is out
-    /// of its cone, or it has no power.
+    /// Number of light samples not stored because no light arrives: the light is behind the
+    /// surface, the surface is outside the light's cone, or the light has no power.
     pub skipped: u64,
-    /// Samples of lights that were not made because something is in the way.
+    /// Number of light samples not stored because they are occluded.
     pub shadowed: u64,
 }
 
@@ -82,7 +85,7 @@ impl SampleCounts {
 }
 
 impl ImageLayout {
-    /// The pixels that have samples, one by one.
+    /// Iterates over the pixels that have samples.
     pub fn spans(&self) -> impl Iterator<Item = PixelSpan> + '_ {
         self.runs.iter().flat_map(|run| run.spans())
     }
@@ -93,7 +96,7 @@ impl ImageLayout {
 }
 
 impl PixelRun {
-    /// Its pixels, one by one.
+    /// Iterates over the pixels of the run.
     pub fn spans(self) -> impl Iterator<Item = PixelSpan> {
         (0..self.pixels).map(move |k| {
             let start = self.start + k * self.samples;
@@ -101,22 +104,22 @@ impl PixelRun {
                 pixel: self.pixel + k,
                 start,
                 centre_end: start + self.centre,
-                counted: start + self.counted,
+                radiance_start: start + self.radiance_start,
                 end: start + self.samples,
             }
         })
     }
 
-    /// End of its samples.
+    /// End of the run's samples.
     pub(super) fn end(&self) -> u32 {
         self.start + self.pixels * self.samples
     }
 
-    /// Takes the next pixel in, if it is the neighbour and alike.
+    /// Appends `next` and returns true if it is the following pixel with equal sample counts.
     pub(super) fn extend(&mut self, next: &Self) -> bool {
-        let alike =
-            (self.samples, self.centre, self.counted) == (next.samples, next.centre, next.counted);
-        let joins = alike && self.pixel + self.pixels == next.pixel;
+        let same_counts = (self.samples, self.centre, self.radiance_start)
+            == (next.samples, next.centre, next.radiance_start);
+        let joins = same_counts && self.pixel + self.pixels == next.pixel;
         if joins {
             self.pixels += next.pixels;
         }

@@ -1,4 +1,4 @@
-//! Lights seen on meshes: shadows, skipped samples, and pictures known in closed form.
+//! Tests of lights on meshes: shadows, skipped samples, and pictures with a closed form.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,12 +17,12 @@ fn scene(json: &str) -> Scene {
     scene
 }
 
-/// Red irradiance times cosine of each pixel.
+/// Returns red irradiance times cosine of each pixel.
 fn received(set: &SampleSet) -> Vec<f64> {
     let layout = set.image().unwrap();
     let mut pixels = vec![0.0; layout.coverage.len()];
     for span in layout.spans() {
-        let samples = span.counted as usize..span.end as usize;
+        let samples = span.radiance_start as usize..span.end as usize;
         let sum: f64 = set.irradiance()[0][samples].iter().map(|e| f64::from(*e)).sum();
         pixels[span.pixel as usize] = sum * f64::from(layout.scale);
     }
@@ -30,7 +30,7 @@ fn received(set: &SampleSet) -> Vec<f64> {
 }
 
 #[test]
-fn lambert_sphere_in_directional_light_has_the_mean_of_its_closed_form() {
+fn mean_of_lambert_sphere_in_directional_light_matches_closed_form() {
     // Lambert 1760: the mean over the disc, with a the angle between light and view.
     for angle in [0.0f64, 45.0, 90.0, 120.0] {
         let (sin, cos) = angle.to_radians().sin_cos();
@@ -50,7 +50,7 @@ fn lambert_sphere_in_directional_light_has_the_mean_of_its_closed_form() {
 }
 
 #[test]
-fn even_environment_and_ambient_light_give_pi_everywhere() {
+fn uniform_environment_and_ambient_light_have_irradiance_pi_everywhere() {
     let mut assets = LightAssets::default();
     let map = EnvironmentMap::new(16, 8, vec![[1.0; 3]; 128]).unwrap();
     assets.insert_environment("even", Arc::new(map));
@@ -62,7 +62,7 @@ fn even_environment_and_ambient_light_give_pi_everywhere() {
         for sampling in [Sampling::Adaptive, Sampling::Fixed(2)] {
             let raster = Raster { size_px: 24, sampling, area: PixelArea::whole(24) };
             let mesh = Mesh::builtin(BuiltinMesh::Knob);
-            let set = SampleSet::render_lit(&mesh, &scene, &assets, raster);
+            let set = SampleSet::render_with_assets(&mesh, &scene, &assets, raster);
             let coverage = &set.image().unwrap().coverage;
             for (pixel, received) in received(&set).into_iter().enumerate() {
                 let expected = PI * f64::from(coverage[pixel]);
@@ -72,7 +72,7 @@ fn even_environment_and_ambient_light_give_pi_everywhere() {
     }
 }
 
-/// The counts of a picture of a mesh in parallel light from a direction.
+/// Returns the numbers of lit and shadowed samples of a mesh in directional light.
 fn lit_and_shadowed(mesh: &Mesh, towards: [f64; 3], normals: Normals) -> (u64, u64) {
     let [x, y, z] = towards.map(|v| -v);
     let mut scene = scene(&format!(
@@ -93,8 +93,8 @@ const TOWARDS: [[f64; 3]; 6] = [
 ];
 
 #[test]
-fn convex_surface_never_shades_itself() {
-    // Coarse and fine, far from the origin, tiny and huge: its triangles are flat, its normals are not.
+fn convex_surface_never_shadows_itself() {
+    // Coarse and fine, far from the origin, tiny and huge; triangles are flat, normals are curved.
     let mut meshes = vec![Mesh::builtin(BuiltinMesh::Sphere), Mesh::builtin(BuiltinMesh::Cube)];
     for (rows, size, offset) in [(5u32, 1.0, 0.0), (12, 1e-3, 5.0), (40, 1e4, -1e6)] {
         meshes.push(ball(rows, size, offset));
@@ -108,7 +108,7 @@ fn convex_surface_never_shades_itself() {
 }
 
 #[test]
-fn plain_normals_let_flat_triangles_shade_and_turn_away() {
+fn plain_normals_allow_self_shadowing_and_triangles_facing_away() {
     let mesh = ball(5, 1.0, 0.0);
     let (mut hidden, mut averted) = (0, 0);
     for towards in TOWARDS {
@@ -116,18 +116,19 @@ fn plain_normals_let_flat_triangles_shade_and_turn_away() {
         let (plain, shadowed) = lit_and_shadowed(&mesh, towards, Normals::Plain);
         assert!(plain + shadowed <= curved, "{towards:?}: {plain} + {shadowed} of {curved}");
         hidden += shadowed;
-        // What is neither lit nor in shadow any more is what turns away from the eye.
+        // Samples that are now neither lit nor shadowed belong to points that face away from the
+        // eye.
         averted += curved - plain - shadowed;
     }
     assert!(hidden > 100 && averted > 100, "{hidden} {averted}");
-    // Where triangles are small it makes next to no difference.
+    // For small triangles the difference is below 1 %.
     let sphere = Mesh::builtin(BuiltinMesh::Sphere);
     let (curved, _) = lit_and_shadowed(&sphere, TOWARDS[0], Normals::Curved);
     let (plain, _) = lit_and_shadowed(&sphere, TOWARDS[0], Normals::Plain);
     assert!(curved - plain < curved / 100, "{plain} of {curved}");
 }
 
-/// A ball of that many rows and twice as many columns.
+/// Sphere with `rows` rows and twice as many columns.
 fn ball(rows: u32, size: f64, offset: f64) -> Mesh {
     let columns = 2 * rows;
     let mut parts = MeshParts { has_uv: true, ..MeshParts::default() };
@@ -156,7 +157,7 @@ fn ball(rows: u32, size: f64, offset: f64) -> Mesh {
 }
 
 #[test]
-fn shadows_of_hollow_surfaces_are_whole_and_have_no_stray_pixels() {
+fn shadows_of_concave_surfaces_have_no_stray_pixels() {
     for name in [BuiltinMesh::Torus, BuiltinMesh::Knob] {
         let mesh = Mesh::builtin(name);
         let mut all = 0;
@@ -181,14 +182,14 @@ fn shadows_of_hollow_surfaces_are_whole_and_have_no_stray_pixels() {
             };
             let stray = (151..150 * 149 - 1).filter(alone).count();
             all += (0..open.len()).filter(|pixel| dark(*pixel)).count();
-            // A shadow may be as thin as a pixel somewhere.
+            // A shadow may be one pixel wide somewhere.
             assert!(stray <= 1, "{} {x} {y} {z}: {stray}", name.name());
         }
         assert!(all > 500, "{}: {all}", name.name());
     }
 }
 
-/// A large floor and a small square above its middle, both facing up.
+/// Large floor and a small square above its middle, both facing up.
 fn table() -> Mesh {
     let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\n";
     let top = "v -1 1 -1\nv -1 1 1\nv 1 1 1\nv 1 1 -1\n";
@@ -197,29 +198,30 @@ fn table() -> Mesh {
 }
 
 #[test]
-fn uploaded_mesh_throws_a_shadow_of_the_right_size_and_an_antialiased_edge() {
-    // Seen from below the floor would hide it: look from straight above, light from straight above.
+fn table_casts_shadow_of_expected_size_with_antialiased_edge() {
+    // Eye and light are straight above the table.
     let light = r#""lights": [{"position": [0, 3, 0]}], "shadows": true"#;
     let scene = scene(&format!(
         r#"{{"camera": {{"eye": [0, 40, 0], "up": [0, 0, -1], "fov_y_deg": 12}}, {light}}}"#
     ));
     let set = SampleSet::render(&table(), &scene, 201, Sampling::Adaptive);
-    // The light is 3 above the floor and 2 above the table: the shadow's side is 3, the table hides 2 of it.
+    // The light is 3 above the floor and 2 above the table: the shadow's side is 3, of which the
+    // table hides 2.
     let pixel = 80.0 * 6f64.to_radians().tan() / 201.0;
     let shade = received(&set);
     let row = &shade[100 * 201..101 * 201];
     let floor = &set.image().unwrap().coverage[100 * 201..101 * 201];
     let dark = row.iter().zip(floor).filter(|(e, seen)| **e == 0.0 && **seen == 1.0).count();
     let dark = dark as f64 * pixel;
-    assert!((dark - 1.0).abs() < 0.2, "{dark} on both sides of the table");
+    assert!((dark - 1.0).abs() < 0.2, "expected 1.0 of shadow beside the table, got {dark}");
     let layout = set.image().unwrap();
-    let edges = layout.spans().filter(|span| span.counted > span.start).count();
+    let edges = layout.spans().filter(|span| span.radiance_start > span.start).count();
     assert!(edges > 200, "{edges}");
     assert!(set.counts().shadowed > 500, "{:?}", set.counts());
 }
 
 #[test]
-fn area_light_throws_a_soft_shadow_whose_middle_is_half_lit() {
+fn area_light_casts_penumbra_with_half_lit_middle() {
     let shade = |light: &str| {
         let scene = scene(&format!(
             r#"{{"camera": {{"eye": [0, 40, 0], "up": [0, 0, -1], "fov_y_deg": 12}},
@@ -235,8 +237,8 @@ fn area_light_throws_a_soft_shadow_whose_middle_is_half_lit() {
         "width": 1, "height": 1, "samples": 256}"#;
     let shares = shade(light);
     let half = shares.iter().filter(|share| (0.1..0.9).contains(*share)).count();
-    assert!(half >= 8, "{half} pixels of penumbra: {shares:?}");
-    // The edge of the shadow of the light's middle, 1.5 from the middle of the floor.
+    assert!(half >= 8, "expected at least 8 pixels of penumbra, got {half}: {shares:?}");
+    // For the light's centre, the shadow's edge is 1.5 from the middle of the floor.
     let pixel = 80.0 * 6f64.to_radians().tan() / 101.0;
     let at = shares[(50.0 + 1.5 / pixel).round() as usize];
     assert!((0.35..0.65).contains(&at), "{at}");
@@ -245,14 +247,14 @@ fn area_light_throws_a_soft_shadow_whose_middle_is_half_lit() {
 }
 
 #[test]
-fn what_gives_nothing_is_skipped_and_counted() {
+fn light_without_effect_is_counted_as_skipped() {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let count = |light: &str| {
         let scene = scene(&format!(r#"{{"lights": [{light}]}}"#));
         SampleSet::render(&mesh, &scene, 40, 1).counts()
     };
-    let usual = count("{}");
-    assert_eq!(usual.lit + usual.skipped, usual.covered, "half of the sphere is turned away");
+    let default = count("{}");
+    assert_eq!(default.lit + default.skipped, default.covered, "one sample per covered pixel");
     for light in [
         r#"{"intensity": 0}"#,
         r#"{"kind": "spot", "axis": [1, 1, 1]}"#,
@@ -269,7 +271,7 @@ fn what_gives_nothing_is_skipped_and_counted() {
 }
 
 #[test]
-fn soft_lights_are_the_same_to_the_bit_for_parts_and_any_number_of_threads() {
+fn extended_lights_are_bit_identical_for_areas_and_any_number_of_threads() {
     let scene = scene(
         r#"{"shadows": true, "lights": [{"kind": "sphere", "samples": 4}, {"kind": "ambient", "samples": 4}]}"#,
     );

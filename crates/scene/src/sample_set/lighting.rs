@@ -1,14 +1,14 @@
-//! The lights of a scene in the unit frame of the mesh, and what arrives from them at a place.
+//! Sampling of a scene's lights: directions and irradiances at a position, in the unit frame.
 //!
-//! Owns the way from a light's description to directions and irradiances. Knows neither meshes nor what lies in between:
-//! whether a light is behind the surface or behind an obstacle is the caller's to find out.
+//! Independent of meshes and occlusion: the caller rejects samples below the horizon and occluded
+//! samples.
 
 mod area;
-mod beam;
 mod distant;
+mod ies;
 mod mixture;
-mod photometric;
-mod placing;
+mod placement;
+mod punctual;
 #[cfg(test)]
 mod tests;
 
@@ -17,49 +17,49 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use self::area::{FlatSource, SphereSource};
-use self::beam::{PointSource, SpotSource};
 use self::distant::{AmbientSource, EnvironmentSource};
-use self::photometric::IesSource;
-use self::placing::Placing;
+use self::ies::IesSource;
+use self::placement::LightPlacement;
+use self::punctual::{PointSource, SpotSource};
 use super::frame::ShadedPoint;
-use super::sequence::Places;
+use super::sequence::SamplePoints;
 use super::view::UnitFrame;
 use crate::{Light, LightAssets, Scene};
 
-/// What arrives at a place by one sample of a light.
+/// Sample of a light as it arrives at a position.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Arrival {
-    /// Unit direction to where it comes from.
+pub(super) struct LightSample {
+    /// Unit direction towards the light.
     pub towards: DVec3,
-    /// Irradiance at normal incidence, this sample's share of it.
+    /// Share of this sample in the light's irradiance at normal incidence.
     pub irradiance: [f64; 3],
-    /// How far away that is, in the unit frame; infinite for distant lights.
+    /// Distance of the light, in the unit frame; infinite for distant lights.
     pub distance: f64,
-    /// Whether it is on its way to nothing: there is no edge where it ends.
+    /// True in a gradual fall-off, whose end is not an edge.
     pub fading: bool,
 }
 
-/// Who asks a light.
+/// Surface point that receives light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Receiver<'a> {
-    /// In the unit frame.
-    pub place: DVec3,
-    /// The surface there.
+    /// Position in the unit frame.
+    pub position: DVec3,
+    /// Shading frame at that position.
     pub shaded: &'a ShadedPoint,
-    /// What samples are drawn by.
+    /// Seed of the samples.
     pub seed: u64,
 }
 
-/// A light, ready to be asked.
+/// Sampler of one light.
 #[derive(Debug)]
-pub(super) struct Lamp {
+pub(super) struct LightSampler {
     source: Source,
-    /// Number of its first sample among those of all lights.
+    /// Index of the light's first sample among those of all lights.
     pub first_slot: usize,
-    /// Samples that it makes at each place at most.
+    /// Largest number of samples per position.
     pub samples: u32,
-    /// Which light of the scene it is.
-    number: usize,
+    /// Index of the light in the scene.
+    index: usize,
 }
 
 #[derive(Debug)]
@@ -73,55 +73,57 @@ enum Source {
     Flat(FlatSource),
     Environment(EnvironmentSource),
     Ambient(AmbientSource),
-    /// Gives nothing: what it refers to is not there.
+    /// Light whose asset is missing.
     Dark,
 }
 
-impl Lamp {
-    /// All lights of a scene, at the scene's position on the light circle.
+impl LightSampler {
+    /// Makes the samplers of all lights of a scene, turned by `light_deg`.
     pub fn all(scene: &Scene, assets: &LightAssets, frame: &UnitFrame) -> Vec<Self> {
-        let placing = Placing::new(scene, frame);
+        let placement = LightPlacement::new(scene, frame);
         let mut first_slot = 0;
-        let lamp = |(number, light): (usize, &Light)| {
-            let source = Source::new(light, &placing, assets);
-            let lamp = Self { source, first_slot, samples: light.samples(), number };
-            first_slot += lamp.samples as usize;
-            lamp
+        let sampler = |(index, light): (usize, &Light)| {
+            let source = Source::new(light, &placement, assets);
+            let sampler = Self { source, first_slot, samples: light.samples(), index };
+            first_slot += sampler.samples as usize;
+            sampler
         };
-        scene.lights.iter().enumerate().map(lamp).collect()
+        scene.lights.iter().enumerate().map(sampler).collect()
     }
 
-    /// Calls back with each sample from which anything arrives, and its number.
-    pub fn arrivals(&self, receiver: &Receiver<'_>, mut put: impl FnMut(u32, Arrival)) {
-        let place = receiver.place;
-        let draw = || (Places::new(receiver.seed, self.number), self.samples);
-        let mut lit = |sample, arrival: Arrival| {
-            if arrival.irradiance != [0.0; 3] {
-                put(sample, arrival);
+    /// Calls `put` with the index of each sample and the sample, if its irradiance is not 0.
+    pub fn for_each_sample(&self, receiver: &Receiver<'_>, mut put: impl FnMut(u32, LightSample)) {
+        let position = receiver.position;
+        let draw = || (SamplePoints::new(receiver.seed, self.index), self.samples);
+        let mut lit = |sample, light_sample: LightSample| {
+            if light_sample.irradiance != [0.0; 3] {
+                put(sample, light_sample);
             }
         };
-        let arrival = match &self.source {
-            Source::Point(point) => point.at(place),
-            Source::Spot(spot) => spot.at(place),
-            Source::Directional(towards, irradiance) => Some(Arrival {
+        let light_sample = match &self.source {
+            Source::Point(point) => point.at(position),
+            Source::Spot(spot) => spot.at(position),
+            Source::Directional(towards, irradiance) => Some(LightSample {
                 towards: *towards,
                 irradiance: *irradiance,
                 distance: f64::INFINITY,
                 fading: false,
             }),
-            Source::Ies(ies) => ies.at(place),
-            Source::Sphere(sphere) => return sphere.arrivals(receiver, draw(), lit),
-            Source::Flat(flat) => return flat.arrivals(receiver, draw(), lit),
-            Source::Environment(environment) => return environment.arrivals(receiver, draw(), lit),
-            Source::Ambient(ambient) => return ambient.arrivals(receiver, draw(), lit),
+            Source::Ies(ies) => ies.at(position),
+            Source::Sphere(sphere) => return sphere.for_each_sample(receiver, draw(), lit),
+            Source::Flat(flat) => return flat.for_each_sample(receiver, draw(), lit),
+            Source::Environment(environment) => {
+                return environment.for_each_sample(receiver, draw(), lit);
+            }
+            Source::Ambient(ambient) => return ambient.for_each_sample(receiver, draw(), lit),
             Source::Dark => None,
         };
-        if let Some(arrival) = arrival {
-            lit(0, arrival);
+        if let Some(light_sample) = light_sample {
+            lit(0, light_sample);
         }
     }
 
-    /// Whether it comes from many directions at once, so that samples of it differ from place to place and its shadows are
+    /// True for extended lights: their samples differ between positions, and their shadows are
     /// soft.
     pub fn is_soft(&self) -> bool {
         match &self.source {
@@ -133,59 +135,63 @@ impl Lamp {
         }
     }
 
-    /// About what a soft light gives to a surface, over the channels: smooth, where samples are not, and without shadows.
-    pub fn outline(&self, place: DVec3, n: DVec3) -> f64 {
-        let outline = match &self.source {
-            Source::Sphere(sphere) => sphere.outline(place, n),
-            Source::Flat(flat) => flat.outline(place, n),
+    /// Returns the approximate irradiance of an extended light without occlusion, in the brightest
+    /// channel; 0 for other lights. Varies smoothly with position, unlike samples.
+    pub fn unoccluded_irradiance(&self, position: DVec3, n: DVec3) -> f64 {
+        let irradiance = match &self.source {
+            Source::Sphere(sphere) => sphere.unoccluded_irradiance(position, n),
+            Source::Flat(flat) => flat.unoccluded_irradiance(position, n),
             Source::Point(_) | Source::Spot(_) | Source::Directional(..) | Source::Ies(_) => 0.0,
             Source::Environment(_) | Source::Ambient(_) | Source::Dark => 0.0,
         };
-        if outline.is_finite() { outline } else { 0.0 }
+        if irradiance.is_finite() { irradiance } else { 0.0 }
     }
 
-    /// About the most that it gives to a place at the centre of the mesh, over the channels: what is bright is measured by
-    /// it.
-    pub fn usual(&self) -> f64 {
+    /// Returns the approximate maximum of the irradiance at the centre of the mesh, in the
+    /// brightest channel. Differences of shading are relative to it.
+    pub fn reference_irradiance(&self) -> f64 {
         let irradiance = match &self.source {
-            Source::Point(point) => point.at(DVec3::ZERO).map(|arrival| arrival.irradiance),
-            Source::Spot(spot) => spot.usual(),
+            Source::Point(point) => {
+                point.at(DVec3::ZERO).map(|light_sample| light_sample.irradiance)
+            }
+            Source::Spot(spot) => spot.reference_irradiance(),
             Source::Directional(_, irradiance) => Some(*irradiance),
-            Source::Ies(ies) => ies.usual(),
-            Source::Sphere(sphere) => Some(sphere.usual()),
-            Source::Flat(flat) => Some(flat.usual()),
-            Source::Environment(environment) => Some(environment.usual()),
-            Source::Ambient(ambient) => Some(ambient.usual()),
+            Source::Ies(ies) => ies.reference_irradiance(),
+            Source::Sphere(sphere) => Some(sphere.reference_irradiance()),
+            Source::Flat(flat) => Some(flat.reference_irradiance()),
+            Source::Environment(environment) => Some(environment.reference_irradiance()),
+            Source::Ambient(ambient) => Some(ambient.reference_irradiance()),
             Source::Dark => None,
         };
         irradiance.map_or(0.0, brightest)
     }
 }
 
+/// Returns the largest channel.
 fn brightest([r, g, b]: [f64; 3]) -> f64 {
     r.max(g).max(b)
 }
 
 impl Source {
-    fn new(light: &Light, placing: &Placing<'_>, assets: &LightAssets) -> Self {
+    fn new(light: &Light, placement: &LightPlacement<'_>, assets: &LightAssets) -> Self {
         match light {
-            Light::Point(light) => Self::Point(PointSource::new(light, placing)),
-            Light::Spot(light) => Self::Spot(SpotSource::new(light, placing)),
+            Light::Point(light) => Self::Point(PointSource::new(light, placement)),
+            Light::Spot(light) => Self::Spot(SpotSource::new(light, placement)),
             Light::Ies(light) => {
-                IesSource::new(light, placing, assets).map_or(Self::Dark, Self::Ies)
+                IesSource::new(light, placement, assets).map_or(Self::Dark, Self::Ies)
             }
-            Light::Sphere(light) => Self::Sphere(SphereSource::new(light, placing)),
-            Light::Disk(light) => Self::Flat(FlatSource::disk(light, placing)),
-            Light::Rectangle(light) => Self::Flat(FlatSource::rectangle(light, placing)),
+            Light::Sphere(light) => Self::Sphere(SphereSource::new(light, placement)),
+            Light::Disk(light) => Self::Flat(FlatSource::disk(light, placement)),
+            Light::Rectangle(light) => Self::Flat(FlatSource::rectangle(light, placement)),
             Light::Environment(light) => {
-                let source = EnvironmentSource::new(light, placing, assets);
+                let source = EnvironmentSource::new(light, placement, assets);
                 source.map_or(Self::Dark, Self::Environment)
             }
             Light::Ambient(light) => Self::Ambient(AmbientSource::new(light)),
             Light::Directional(light) => {
                 let towards = match light.direction {
-                    Some(direction) => -placing.direction(direction),
-                    None => placing.position(None).normalize(),
+                    Some(direction) => -placement.direction(direction),
+                    None => placement.position(None).normalize(),
                 };
                 let irradiance = light.strength.map_or([PI; 3], |strength| strength.radiometric());
                 Self::Directional(towards, irradiance)

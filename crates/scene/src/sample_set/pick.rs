@@ -1,13 +1,13 @@
-//! A few pixels of some sets as a set of their own.
+//! Copying selected pixels of sets into a new set.
 
 use std::ops::Range;
 
 use brood_brdf::InputMask;
 
-use super::values::{Values, join};
+use super::values::{Values, concatenate};
 use super::{ImageLayout, PixelArea, PixelRun, SampleCounts, SampleSet};
 
-/// Samples that follow one another in one of the parts.
+/// Contiguous samples of one part.
 type Piece<'a> = (&'a SampleSet, Range<usize>);
 
 pub(super) fn pick(
@@ -21,14 +21,14 @@ pub(super) fn pick(
     let mut coverage = Vec::with_capacity(pixels);
     let mut len = 0;
     for (set, pixels) in parts {
-        assert!(pixels.is_sorted_by(|a, b| a < b), "pixels ascend");
-        let layout = set.image().expect("the set has an image");
-        let mut theirs = layout.runs.iter().peekable();
+        assert!(pixels.is_sorted_by(|a, b| a < b), "picked pixels must be ascending");
+        let layout = set.image().expect("a part of a pick must have an image");
+        let mut runs_of_part = layout.runs.iter().peekable();
         for pixel in *pixels {
             let number = narrow(coverage.len());
             coverage.push(layout.coverage[*pixel as usize]);
-            while theirs.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
-            let Some(run) = theirs.peek().filter(|run| run.pixel <= *pixel) else { continue };
+            while runs_of_part.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
+            let Some(run) = runs_of_part.peek().filter(|run| run.pixel <= *pixel) else { continue };
             let first = (run.start + (pixel - run.pixel) * run.samples) as usize;
             let samples = first..first + run.samples as usize;
             let own = PixelRun { pixel: number, pixels: 1, start: narrow(len), ..**run };
@@ -37,7 +37,7 @@ pub(super) fn pick(
             }
             len += samples.len();
             match pieces.last_mut() {
-                // Pixels side by side: one piece, copied at once.
+                // Adjacent pixels are merged into one copy.
                 Some((last, range)) if range.end == samples.start && last.id == set.id => {
                     range.end = samples.end;
                 }
@@ -46,20 +46,20 @@ pub(super) fn pick(
         }
     }
     let width = narrow(pixels);
-    let like = parts.first().and_then(|(set, _)| set.image());
-    let image = like.map(|like| ImageLayout {
+    let template = parts.first().and_then(|(set, _)| set.image());
+    let image = template.map(|template| ImageLayout {
         width,
         height: 1,
-        size_px: like.size_px,
+        size_px: template.size_px,
         area: PixelArea { x: 0, y: 0, width, height: 1 },
-        sampling: like.sampling,
-        scale: like.scale,
+        sampling: template.sampling,
+        scale: template.scale,
         runs,
         coverage: coverage.into(),
     });
     let irradiance = [0, 1, 2].map(|channel| {
         let mut all = vec![0.0; len];
-        join(
+        concatenate(
             &mut all,
             pieces.iter().map(|(set, range)| (&*set.irradiance[channel], range.clone())),
         );
@@ -76,10 +76,10 @@ pub(super) fn pick(
     let mut picked = SampleSet::new(pairs, uvs, irradiance, image, counts);
     picked.len = len;
     for input in inputs.iter() {
-        let of = parts.iter().map(|(set, _)| set.input_range(input));
-        let range = of.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+        let ranges = parts.iter().map(|(set, _)| set.input_range(input));
+        let range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
         let values = pieces.iter().map(|(set, range)| (set.input(input), range.clone()));
-        let values = Values::joined(len, range, values);
+        let values = Values::concatenated(len, range, values);
         picked.inputs[input.index()].get_or_init(|| values);
     }
     picked

@@ -1,115 +1,123 @@
-//! The rays of one pixel within which something changes.
+//! Rays of one pixel: tracing, and the quadrature of edge and curved pixels.
 //!
-//! A half-plane that cuts a pixel is integrated by n scattered rays to about n^-3/4; a picture's error is then the error of
-//! its silhouettes. Here rays lie on parallel lines, across the edge; on each, the place where neighbouring rays stop being
-//! alike is found by halving, and every ray stands for its piece of the line. That costs a tenth of the rays for the same
-//! error (docs/maths/film.md).
+//! The error of n scattered rays over a half-plane that cuts a pixel is about n^-3/4, and
+//! silhouettes then dominate the error of a picture. Here rays lie on parallel lines across the
+//! edge. On each line the crossing between dissimilar neighbours is found by bisection, and every
+//! ray represents its segment of the line. The same error needs a tenth of the rays
+//! (docs/maths/film.md).
 
 use glam::DVec2;
 
-use super::point::{Mark, Point, Sight, Surface};
+use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
 use super::sequence::ray_seed;
 use super::view::View;
-use crate::trace::{Beam, Candidates, Hit, Ray, Stack, Tracer};
+use crate::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 
-/// Lines of a pixel with an edge, and rays on each before halving.
+/// Number of lines in an edge pixel, and of rays per line before bisection.
 const EDGE_LINES: usize = 10;
-/// How often the distance between two unlike rays is halved.
-const HALVINGS: usize = 4;
-/// Lines, and rays on each, of a pixel that is smooth but curved.
+/// Number of bisections between two dissimilar rays.
+const BISECTIONS: usize = 4;
+/// Number of lines in a curved pixel, and of rays per line.
 const CURVED_LINES: usize = 3;
 
-/// The corners of a pixel, one after the other around it.
+/// Corners of a pixel, in circular order.
 const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
 
-/// How the rays of a picture are made and followed.
-pub(super) struct Camera<'a> {
+/// Traces and shades the rays of a picture's pixels.
+pub(super) struct PixelSampler<'a> {
     pub view: View,
     pub tracer: &'a Tracer,
     pub surface: Surface<'a>,
     pub size_px: u32,
 }
 
-/// Memory that rays use again and again.
+/// Buffers reused between pixels, to avoid allocation.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub stack: Stack,
     candidates: Candidates,
     use_candidates: bool,
-    points: Vec<Point>,
-    /// As many as the pixel has rays; the other points are of pixels before.
+    points: Vec<SurfacePoint>,
+    /// One per ray of the pixel. `points` may be longer: the rest belong to earlier pixels.
     weights: Vec<f64>,
     line: Vec<(f64, usize)>,
-    corner: Point,
+    corner: SurfacePoint,
 }
 
-impl Camera<'_> {
-    /// The ray through a place of a pixel, within [0, 1]^2 from its upper left corner.
-    pub fn ray(&self, x: u32, y: u32, place: DVec2) -> Ray {
-        let at = (DVec2::new(f64::from(x), f64::from(y)) + place) * (2.0 / f64::from(self.size_px))
+impl PixelSampler<'_> {
+    /// Returns the ray through a point of a pixel, within [0, 1]^2 from its upper left corner.
+    pub fn ray(&self, x: u32, y: u32, offset: DVec2) -> Ray {
+        let at = (DVec2::new(f64::from(x), f64::from(y)) + offset)
+            * (2.0 / f64::from(self.size_px))
             - DVec2::ONE;
         self.view.ray(DVec2::new(at.x, -at.y))
     }
 
-    /// The same for the ray of that number in the pixel.
-    pub fn sight(&self, (x, y): (u32, u32), place: DVec2, number: usize) -> Sight {
-        Sight { ray: self.ray(x, y, place), seed: ray_seed(x, y, number) }
+    /// Returns that ray with the seed for its index in the pixel.
+    pub fn camera_ray(&self, (x, y): (u32, u32), offset: DVec2, index: usize) -> CameraRay {
+        CameraRay { ray: self.ray(x, y, offset), seed: ray_seed(x, y, index) }
     }
 
-    /// The place of a pixel that is at a place of the picture.
+    /// Converts a point of the picture to coordinates of a pixel.
     fn in_pixel(&self, x: u32, y: u32, at: DVec2) -> DVec2 {
         let half = 0.5 * f64::from(self.size_px);
         DVec2::new((at.x + 1.0) * half - f64::from(x), (1.0 - at.y) * half - f64::from(y))
     }
 
-    /// Makes `point` what the ray sees; says whether it sees anything.
-    pub fn see(&self, sight: Sight, stack: &mut Stack, point: &mut Point) -> bool {
-        let hit = self.tracer.trace(sight.ray, stack);
-        self.take(hit.as_ref(), sight, stack, point)
+    /// Traces and shades a ray, and returns true if it hits. `point` receives the result.
+    pub fn trace(&self, ray: CameraRay, stack: &mut Stack, point: &mut SurfacePoint) -> bool {
+        let hit = self.tracer.trace(ray.ray, stack);
+        self.shade(hit.as_ref(), ray, stack, point)
     }
 
-    /// Looks up the triangles that matter to a pixel, before [`Camera::see_in_pixel`].
-    pub fn enter_pixel(&self, x: u32, y: u32, scratch: &mut Scratch) {
-        let beam = Beam::new(CORNERS.map(|place| self.ray(x, y, place)));
-        scratch.use_candidates = beam.is_some_and(|beam| {
+    /// Gathers the triangles that rays of a pixel may hit, for [`PixelSampler::trace_in_pixel`].
+    pub fn gather_candidates(&self, x: u32, y: u32, scratch: &mut Scratch) {
+        let frustum = PixelFrustum::new(CORNERS.map(|corner| self.ray(x, y, corner)));
+        scratch.use_candidates = frustum.is_some_and(|frustum| {
             let project = |p| self.view.project(p).map(|at| self.in_pixel(x, y, at));
-            self.tracer.gather(&beam, project, &mut scratch.stack, &mut scratch.candidates)
+            self.tracer.gather(&frustum, project, &mut scratch.stack, &mut scratch.candidates)
         });
     }
 
-    /// The same as [`Camera::see`] for a ray of the pixel that was entered.
-    pub fn see_in_pixel(
+    /// As [`PixelSampler::trace`], for a ray of the pixel whose candidates were gathered.
+    pub fn trace_in_pixel(
         &self,
-        (sight, place): (Sight, DVec2),
+        (ray, offset): (CameraRay, DVec2),
         scratch: &mut Scratch,
-        point: &mut Point,
+        point: &mut SurfacePoint,
     ) -> bool {
         let hit = if scratch.use_candidates {
-            scratch.candidates.trace(sight.ray, place)
+            scratch.candidates.trace(ray.ray, offset)
         } else {
-            self.tracer.trace(sight.ray, &mut scratch.stack)
+            self.tracer.trace(ray.ray, &mut scratch.stack)
         };
-        self.take(hit.as_ref(), sight, &mut scratch.stack, point)
+        self.shade(hit.as_ref(), ray, &mut scratch.stack, point)
     }
 
-    /// Follows one more ray of the pixel that was entered, and keeps its point.
-    fn add(&self, pixel: (u32, u32), place: DVec2, weight: f64, scratch: &mut Scratch) -> usize {
+    /// Traces one more ray of the pixel, stores its point and returns the point's index.
+    fn add(&self, pixel: (u32, u32), offset: DVec2, weight: f64, scratch: &mut Scratch) -> usize {
         let index = scratch.weights.len();
         if scratch.points.len() <= index {
-            scratch.points.push(Point::default());
+            scratch.points.push(SurfacePoint::default());
         }
         let mut point = std::mem::take(&mut scratch.points[index]);
-        self.see_in_pixel((self.sight(pixel, place, 0), place), scratch, &mut point);
+        self.trace_in_pixel((self.camera_ray(pixel, offset, 0), offset), scratch, &mut point);
         scratch.points[index] = point;
         scratch.weights.push(weight);
         index
     }
 
-    fn take(&self, hit: Option<&Hit>, sight: Sight, stack: &mut Stack, point: &mut Point) -> bool {
+    fn shade(
+        &self,
+        hit: Option<&Hit>,
+        ray: CameraRay,
+        stack: &mut Stack,
+        point: &mut SurfacePoint,
+    ) -> bool {
         match hit {
-            Some(hit) => self.surface.look(hit, sight, stack, point),
+            Some(hit) => self.surface.shade(hit, ray, stack, point),
             None => {
-                point.mark = Mark::default();
+                point.features = PixelFeatures::default();
                 point.lit.clear();
                 (point.skipped, point.shadowed) = (0, 0);
             }
@@ -117,87 +125,102 @@ impl Camera<'_> {
         hit.is_some()
     }
 
-    /// Rays of a pixel whose neighbours see something else than `own`.
-    pub fn edge(&self, (x, y): (u32, u32), own: &Mark, scratch: &mut Scratch) {
+    /// Traces the rays of a pixel with a neighbour dissimilar to `own`, the features of its centre.
+    pub fn edge(&self, (x, y): (u32, u32), own: &PixelFeatures, scratch: &mut Scratch) {
         scratch.use_candidates = false;
-        if self.corners_are_like((x, y), own, scratch) {
+        if self.corners_are_similar((x, y), own, scratch) {
             return self.grid(x, y, CURVED_LINES, scratch);
         }
-        self.enter_pixel(x, y, scratch);
+        self.gather_candidates(x, y, scratch);
         self.grid(x, y, EDGE_LINES, scratch);
-        let unlike = |a: usize, b: usize| !scratch.points[a].mark.is_like(&scratch.points[b].mark);
+        let differ = |a: usize, b: usize| {
+            !scratch.points[a].features.is_similar(&scratch.points[b].features)
+        };
         let (mut along_rows, mut along_columns) = (0, 0);
         for line in 0..EDGE_LINES {
             for k in 1..EDGE_LINES {
                 let at = line * EDGE_LINES + k;
-                along_rows += usize::from(unlike(at - 1, at));
+                along_rows += usize::from(differ(at - 1, at));
                 let at = k * EDGE_LINES + line;
-                along_columns += usize::from(unlike(at - EDGE_LINES, at));
+                along_columns += usize::from(differ(at - EDGE_LINES, at));
             }
         }
         if along_rows + along_columns == 0 {
             return;
         }
-        // Across the edge: along it, whole lines would be in or out.
+        // Lines across the edge; lines along it would be wholly on one side.
         let rows = along_rows >= along_columns;
         for line in 0..EDGE_LINES {
-            self.halve(x, y, (line, rows), scratch);
+            self.bisect_line(x, y, (line, rows), scratch);
         }
     }
 
-    /// Whether the corners of a pixel see what its centre does: then no edge of any length is in it.
-    fn corners_are_like(&self, pixel: (u32, u32), own: &Mark, scratch: &mut Scratch) -> bool {
+    /// True if the corners of a pixel are similar to its centre. An edge inside is then short and
+    /// is ignored.
+    fn corners_are_similar(
+        &self,
+        pixel: (u32, u32),
+        own: &PixelFeatures,
+        scratch: &mut Scratch,
+    ) -> bool {
         let mut point = std::mem::take(&mut scratch.corner);
-        let alike = CORNERS.iter().all(|place| {
-            self.see_in_pixel((self.sight(pixel, *place, 0), *place), scratch, &mut point);
-            point.mark.is_like(own)
+        let similar = CORNERS.iter().all(|corner| {
+            self.trace_in_pixel((self.camera_ray(pixel, *corner, 0), *corner), scratch, &mut point);
+            point.features.is_similar(own)
         });
         scratch.corner = point;
-        alike
+        similar
     }
 
-    /// Rays of a pixel that is smooth and curved.
+    /// Traces the rays of a curved pixel.
     pub fn curved(&self, (x, y): (u32, u32), scratch: &mut Scratch) {
-        // So few rays that looking up what they may hit would cost more than they do.
+        // Gathering candidates would cost more than it saves for so few rays.
         scratch.use_candidates = false;
         self.grid(x, y, CURVED_LINES, scratch);
     }
 
-    /// Rays at the middles of n x n cells, all of one weight.
+    /// Traces rays at the centres of n x n cells, with equal weights.
     fn grid(&self, x: u32, y: u32, lines: usize, scratch: &mut Scratch) {
         scratch.weights.clear();
         let weight = 1.0 / (lines * lines) as f64;
         for row in 0..lines {
             for column in 0..lines {
-                let place = DVec2::new(middle(column, lines), middle(row, lines));
-                self.add((x, y), place, weight, scratch);
+                let offset = DVec2::new(cell_centre(column, lines), cell_centre(row, lines));
+                self.add((x, y), offset, weight, scratch);
             }
         }
     }
 
-    /// Adds rays on a line where neighbours differ, and weighs all of the line by the piece that each stands for.
-    fn halve(&self, x: u32, y: u32, (number, rows): (usize, bool), scratch: &mut Scratch) {
-        let across = middle(number, EDGE_LINES);
-        let place = |t: f64| if rows { DVec2::new(t, across) } else { DVec2::new(across, t) };
+    /// Bisects between dissimilar neighbours of a line, and weights each ray of the line by its
+    /// segment. `rows` is true if lines are rows.
+    fn bisect_line(
+        &self,
+        x: u32,
+        y: u32,
+        (line_index, rows): (usize, bool),
+        scratch: &mut Scratch,
+    ) {
+        let across = cell_centre(line_index, EDGE_LINES);
+        let offset = |t: f64| if rows { DVec2::new(t, across) } else { DVec2::new(across, t) };
         let index = |k: usize| {
-            if rows { number * EDGE_LINES + k } else { k * EDGE_LINES + number }
+            if rows { line_index * EDGE_LINES + k } else { k * EDGE_LINES + line_index }
         };
         let mut line = std::mem::take(&mut scratch.line);
         line.clear();
-        line.extend((0..EDGE_LINES).map(|k| (middle(k, EDGE_LINES), index(k))));
+        line.extend((0..EDGE_LINES).map(|k| (cell_centre(k, EDGE_LINES), index(k))));
         for k in 1..EDGE_LINES {
             let (mut low, mut high) = (line[k - 1], line[k]);
-            if scratch.is_like(low.1, high.1) {
+            if scratch.is_similar(low.1, high.1) {
                 continue;
             }
-            for _ in 0..HALVINGS {
+            for _ in 0..BISECTIONS {
                 let t = 0.5 * (low.0 + high.0);
-                let between = (t, self.add((x, y), place(t), 0.0, scratch));
-                line.push(between);
-                if scratch.is_like(low.1, between.1) {
-                    low = between;
+                let middle = (t, self.add((x, y), offset(t), 0.0, scratch));
+                line.push(middle);
+                if scratch.is_similar(low.1, middle.1) {
+                    low = middle;
                 } else {
-                    high = between;
+                    high = middle;
                 }
             }
         }
@@ -212,33 +235,35 @@ impl Camera<'_> {
     }
 }
 
-fn middle(cell: usize, cells: usize) -> f64 {
+/// Returns the centre of a cell of [0, 1].
+fn cell_centre(cell: usize, cells: usize) -> f64 {
     (cell as f64 + 0.5) / cells as f64
 }
 
 impl Scratch {
-    /// The points of the pixel's rays and the share of the pixel that each stands for.
-    pub fn weighted(&self) -> impl Iterator<Item = (&Point, f64)> {
+    /// Iterates over the points of the pixel's rays and the fraction of the pixel that each
+    /// represents.
+    pub fn weighted(&self) -> impl Iterator<Item = (&SurfacePoint, f64)> {
         self.points.iter().zip(self.weights.iter().copied())
     }
 
-    /// Rays of the pixel.
+    /// Number of rays of the pixel.
     pub fn rays(&self) -> usize {
         self.weights.len()
     }
 
-    /// Rays of the pixel that hit the mesh.
+    /// Number of rays of the pixel that hit the mesh.
     pub fn covered(&self) -> u64 {
-        self.weighted().map(|(point, _)| u64::from(point.mark.covered)).sum()
+        self.weighted().map(|(point, _)| u64::from(point.features.covered)).sum()
     }
 
-    /// Samples of lights that were not made: for want of light, and in shadow.
+    /// Numbers of light samples of the pixel that were skipped and shadowed.
     pub fn unlit(&self) -> (u64, u64) {
         let unlit = self.weighted().map(|(point, _)| (point.skipped, point.shadowed));
         unlit.fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
-    fn is_like(&self, a: usize, b: usize) -> bool {
-        self.points[a].mark.is_like(&self.points[b].mark)
+    fn is_similar(&self, a: usize, b: usize) -> bool {
+        self.points[a].features.is_similar(&self.points[b].features)
     }
 }

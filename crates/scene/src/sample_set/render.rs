@@ -1,36 +1,38 @@
-//! From a mesh and a scene to its samples: rows in parallel, put together in their order.
+//! Sampling of a picture: rows in parallel, concatenated in order.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cluster::Groups;
-use super::lighting::Lamp;
-use super::point::{Gathered, Mark, Point, Surface};
-use super::quadrature::{Camera, Scratch};
-use super::view::{UnitFrame, View, subsample_places};
+use super::lighting::LightSampler;
+use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
+use super::quadrature::{PixelSampler, Scratch};
+use super::view::{UnitFrame, View, subpixel_offsets};
 use super::{ImageLayout, PixelArea, PixelRun, Raster, SampleCounts, SampleSet, Sampling};
 use crate::trace::Stack;
 use crate::{LightAssets, Mesh, Scene};
 
-/// From so many rays a pixel on, its triangles are looked up once for all of them.
-const SHARED_RAYS: usize = 4;
-/// A smooth pixel whose centre is off its mean by more than this, relative to the light at normal incidence, is curved.
-const CURVED: f32 = 2e-4;
+/// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
+const MIN_RAYS_FOR_CANDIDATES: usize = 4;
+/// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
+/// curved.
+const CURVED_THRESHOLD: f32 = 2e-4;
 
-/// The samples of a row of the area.
+/// Samples of a row of the area.
 #[derive(Default)]
 struct Row {
-    gathered: Gathered,
+    buffer: SampleBuffer,
     runs: Vec<PixelRun>,
     coverage: Vec<f32>,
     counts: SampleCounts,
 }
 
-/// The rays through the centres of a row: of the area and a border of one pixel.
+/// Rays through the pixel centres of a row of the area with a border of one pixel.
 struct CentreRow {
-    marks: Vec<Mark>,
-    /// Samples of the area's own pixels, and how many each has.
-    gathered: Gathered,
+    features: Vec<PixelFeatures>,
+    /// Samples of the pixels in the area.
+    buffer: SampleBuffer,
+    /// Number of samples of each pixel in the area.
     lit: Vec<u32>,
     unlit: (u64, u64),
 }
@@ -42,23 +44,26 @@ pub(super) fn render(
     raster: Raster,
 ) -> SampleSet {
     let Raster { size_px, sampling, area } = raster;
-    assert!(size_px <= u32::from(u16::MAX), "size_px {size_px} is not in 1..=65535");
-    assert!(area.is_within(size_px), "the area {area} is not within {size_px} pixels");
+    assert!(size_px <= u32::from(u16::MAX), "`size_px` must be in 1..=65535, got {size_px}");
+    assert!(
+        area.is_within(size_px),
+        "the area {area} must be non-empty and within {size_px} x {size_px} pixels"
+    );
     let frame = UnitFrame::new(mesh, scene);
-    let camera = Camera {
+    let sampler = PixelSampler {
         view: View::new(&scene.camera, &frame),
         tracer: mesh.tracer(),
-        surface: Surface::new(mesh, Lamp::all(scene, assets, &frame), scene),
+        surface: Surface::new(mesh, LightSampler::all(scene, assets, &frame), scene),
         size_px,
     };
     let rows = match sampling {
-        Sampling::Adaptive => adaptive(&camera, area),
+        Sampling::Adaptive => adaptive(&sampler, area),
         Sampling::Fixed(samples) => {
-            let places = subsample_places(u32::from(samples));
+            let offsets = subpixel_offsets(u32::from(samples));
             (0..area.height)
                 .into_par_iter()
                 .map_init(Scratch::default, |scratch, row| {
-                    fixed_row(&camera, area, row, &places, scratch)
+                    fixed_row(&sampler, area, row, &offsets, scratch)
                 })
                 .collect()
         }
@@ -77,58 +82,62 @@ pub(super) fn render(
         runs: Vec::new(),
         coverage: Vec::new().into(),
     };
-    put_together(rows, image)
+    concatenate(rows, image)
 }
 
-/// The same rays in every pixel.
+/// Samples a row with the same rays in every pixel.
 fn fixed_row(
-    camera: &Camera<'_>,
+    sampler: &PixelSampler<'_>,
     area: PixelArea,
     row: u32,
-    places: &[DVec2],
+    offsets: &[DVec2],
     scratch: &mut Scratch,
 ) -> Row {
     let mut out = Row::default();
-    out.counts.rays = u64::from(area.width) * places.len() as u64;
-    let inverse = 1.0 / places.len() as f32;
-    let (mut point, y) = (Point::default(), area.y + row);
+    out.counts.rays = u64::from(area.width) * offsets.len() as u64;
+    let inverse = 1.0 / offsets.len() as f32;
+    let (mut point, y) = (SurfacePoint::default(), area.y + row);
     for column in 0..area.width {
         let x = area.x + column;
-        let start = out.gathered.count();
+        let start = out.buffer.count();
         let (mut centre, mut covered) = (0, 0u16);
-        if places.len() >= SHARED_RAYS {
-            camera.enter_pixel(x, y, scratch);
+        if offsets.len() >= MIN_RAYS_FOR_CANDIDATES {
+            sampler.gather_candidates(x, y, scratch);
         }
-        for (k, place) in places.iter().enumerate() {
-            let sight = camera.sight((x, y), *place, k);
-            let hit = if places.len() >= SHARED_RAYS {
-                camera.see_in_pixel((sight, *place), scratch, &mut point)
+        for (k, offset) in offsets.iter().enumerate() {
+            let ray = sampler.camera_ray((x, y), *offset, k);
+            let hit = if offsets.len() >= MIN_RAYS_FOR_CANDIDATES {
+                sampler.trace_in_pixel((ray, *offset), scratch, &mut point)
             } else {
-                camera.see(sight, &mut scratch.stack, &mut point)
+                sampler.trace(ray, &mut scratch.stack, &mut point)
             };
             if hit {
                 covered += 1;
                 out.counts.add_unlit((point.skipped, point.shadowed));
-                out.gathered.push_point(&point);
+                out.buffer.push_point(&point);
             }
             if k == 0 {
-                centre = out.gathered.count() - start;
+                centre = out.buffer.count() - start;
             }
         }
         out.counts.covered += u64::from(covered);
-        let samples = out.gathered.count() - start;
-        out.finish(row * area.width + column, (samples, centre, 0), f32::from(covered) * inverse);
+        let samples = out.buffer.count() - start;
+        out.finish_pixel(
+            row * area.width + column,
+            (samples, centre, 0),
+            f32::from(covered) * inverse,
+        );
     }
     out
 }
 
-/// One ray through each centre, more where neighbours differ.
-fn adaptive(camera: &Camera<'_>, area: PixelArea) -> Vec<Row> {
-    let border = area.grown(camera.size_px);
+/// Samples with one ray through each centre, and more rays in edge and curved pixels.
+fn adaptive(sampler: &PixelSampler<'_>, area: PixelArea) -> Vec<Row> {
+    let border = area.with_border(sampler.size_px);
     let centres: Vec<CentreRow> = (0..border.height)
         .into_par_iter()
         .map_init(Stack::default, |stack, row| {
-            centre_row(camera, area, border, border.y + row, stack)
+            centre_row(sampler, area, border, border.y + row, stack)
         })
         .collect();
     (0..area.height)
@@ -139,70 +148,77 @@ fn adaptive(camera: &Camera<'_>, area: PixelArea) -> Vec<Row> {
                 let inside = (area.y - border.y + row) as usize;
                 let last = centres.len() - 1;
                 let rows = [inside.saturating_sub(1), inside, (inside + 1).min(last)];
-                let neighbours = rows.map(|row| centres[row].marks.as_slice());
-                adaptive_row(camera, (area, border), row, (&centres[inside], neighbours), tools)
+                let neighbours = rows.map(|row| centres[row].features.as_slice());
+                adaptive_row(sampler, (area, border), row, (&centres[inside], neighbours), tools)
             },
         )
         .collect()
 }
 
 fn centre_row(
-    camera: &Camera<'_>,
+    sampler: &PixelSampler<'_>,
     area: PixelArea,
     border: PixelArea,
     y: u32,
     stack: &mut Stack,
 ) -> CentreRow {
     let mut row = CentreRow {
-        marks: Vec::with_capacity(border.width as usize),
-        gathered: Gathered::default(),
+        features: Vec::with_capacity(border.width as usize),
+        buffer: SampleBuffer::default(),
         lit: Vec::with_capacity(area.width as usize),
         unlit: (0, 0),
     };
     let own_row = (area.y..area.y + area.height).contains(&y);
-    let mut point = Point::default();
+    let mut point = SurfacePoint::default();
     for x in border.x..border.x + border.width {
-        camera.see(camera.sight((x, y), DVec2::splat(0.5), 0), stack, &mut point);
-        row.marks.push(point.mark);
+        sampler.trace(sampler.camera_ray((x, y), DVec2::splat(0.5), 0), stack, &mut point);
+        row.features.push(point.features);
         if own_row && (area.x..area.x + area.width).contains(&x) {
-            row.gathered.push_point(&point);
-            row.lit.push(u32::try_from(point.lit.len()).expect("lights have few samples"));
+            row.buffer.push_point(&point);
+            row.lit
+                .push(u32::try_from(point.lit.len()).expect("a pixel has fewer than 2^32 samples"));
             row.unlit = (row.unlit.0 + point.skipped, row.unlit.1 + point.shadowed);
         }
     }
     row
 }
 
-/// What a pixel needs besides the ray through its centre.
+/// Class of a pixel, which decides its rays besides the one through the centre.
 #[derive(PartialEq)]
-enum Need {
-    Nothing,
+enum PixelClass {
+    /// No more rays.
+    Smooth,
     Curved,
+    /// Dissimilar to a neighbour.
     Edge,
 }
 
-fn need(rows: [&[Mark]; 3], x: usize) -> Need {
+/// Classifies the pixel at column `x` of the middle row.
+fn classify(rows: [&[PixelFeatures]; 3], x: usize) -> PixelClass {
     let columns = x.saturating_sub(1)..(x + 2).min(rows[1].len());
     let own = &rows[1][x];
-    let alike = rows.iter().all(|row| row[columns.clone()].iter().all(|mark| own.is_like(mark)));
-    if !alike {
-        return Need::Edge;
+    let similar =
+        rows.iter().all(|row| row[columns.clone()].iter().all(|features| own.is_similar(features)));
+    if !similar {
+        return PixelClass::Edge;
     }
     if own.lights == 0 {
-        return Need::Nothing;
+        return PixelClass::Smooth;
     }
-    let bend = |a: &Mark, b: &Mark| (a.shade - 2.0 * own.shade + b.shade).abs();
-    let level = bend(&rows[1][columns.start], &rows[1][columns.end - 1]);
-    // The mean over a square differs from the value at its centre by 1/24 of the second differences.
-    let off = (level + bend(&rows[0][x], &rows[2][x])) / 24.0;
-    if off > CURVED { Need::Curved } else { Need::Nothing }
+    let second_difference =
+        |a: &PixelFeatures, b: &PixelFeatures| (a.shade - 2.0 * own.shade + b.shade).abs();
+    let horizontal = second_difference(&rows[1][columns.start], &rows[1][columns.end - 1]);
+    // The mean over a square differs from the value at its centre by 1/24 of the second
+    // differences.
+    let error = (horizontal + second_difference(&rows[0][x], &rows[2][x])) / 24.0;
+    if error > CURVED_THRESHOLD { PixelClass::Curved } else { PixelClass::Smooth }
 }
 
 fn adaptive_row(
-    camera: &Camera<'_>,
+    sampler: &PixelSampler<'_>,
     (area, border): (PixelArea, PixelArea),
     row: u32,
-    (centre, neighbours): (&CentreRow, [&[Mark]; 3]),
+    (centre, neighbours): (&CentreRow, [&[PixelFeatures]; 3]),
     (scratch, groups): &mut (Scratch, Groups),
 ) -> Row {
     let mut out = Row::default();
@@ -214,54 +230,61 @@ fn adaptive_row(
         let pixel = row * area.width + column;
         let own = &neighbours[1][at];
         let lit = centre.lit[column as usize];
-        let need = need(neighbours, at);
+        let class = classify(neighbours, at);
         out.counts.rays += 1;
         out.counts.covered += u64::from(own.covered);
         from += lit as usize;
-        if need == Need::Nothing {
-            out.finish(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
+        if class == PixelClass::Smooth {
+            out.finish_pixel(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
             continue;
         }
-        out.gathered.extend(&centre.gathered, copied..from);
+        out.buffer.extend(&centre.buffer, copied..from);
         copied = from;
-        if need == Need::Edge {
-            camera.edge((x, area.y + row), own, scratch);
+        if class == PixelClass::Edge {
+            sampler.edge((x, area.y + row), own, scratch);
         } else {
-            camera.curved((x, area.y + row), scratch);
+            sampler.curved((x, area.y + row), scratch);
         }
-        let start = out.gathered.count();
-        let coverage = groups.push_all(scratch.weighted(), &mut out.gathered);
-        let added = out.gathered.count() - start;
+        let start = out.buffer.count();
+        let coverage = groups.push_all(scratch.weighted(), &mut out.buffer);
+        let added = out.buffer.count() - start;
         out.counts.rays += scratch.rays() as u64;
         out.counts.covered += scratch.covered();
         out.counts.add_unlit(scratch.unlit());
-        // Weights sum to 1 but for rounding.
+        // Weights sum to 1 up to rounding.
         let coverage = if coverage > 1.0 - 1e-9 { 1.0 } else { coverage as f32 };
-        out.finish(pixel, (lit + added, lit, lit), coverage);
+        out.finish_pixel(pixel, (lit + added, lit, lit), coverage);
     }
-    out.gathered.extend(&centre.gathered, copied..from);
+    out.buffer.extend(&centre.buffer, copied..from);
     out
 }
 
 impl Row {
-    /// Ends a pixel whose samples have been, or are about to be, added; its numbers of samples are all, those of the
-    /// centre, and those that do not count.
-    fn finish(&mut self, pixel: u32, (samples, centre, counted): (u32, u32, u32), coverage: f32) {
+    /// Adds the coverage and the run of a pixel; its samples may be added before or after. The
+    /// counts are those of [`PixelRun`]: all samples, those of the centre, and those not summed for
+    /// radiance.
+    fn finish_pixel(
+        &mut self,
+        pixel: u32,
+        (samples, centre, radiance_start): (u32, u32, u32),
+        coverage: f32,
+    ) {
         self.coverage.push(coverage);
         if samples == 0 {
             return;
         }
         let start = self.runs.last().map_or(0, PixelRun::end);
-        let run = PixelRun { pixel, pixels: 1, start, samples, centre, counted };
+        let run = PixelRun { pixel, pixels: 1, start, samples, centre, radiance_start };
         if !self.runs.last_mut().is_some_and(|last| last.extend(&run)) {
             self.runs.push(run);
         }
     }
 }
 
-fn put_together(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
-    let count = rows.iter().map(|row| row.gathered.pairs.len()).sum();
-    let mut all = Gathered::with_capacity(count);
+/// Concatenates the rows into one set.
+fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
+    let count = rows.iter().map(|row| row.buffer.pairs.len()).sum();
+    let mut all = SampleBuffer::with_capacity(count);
     let mut coverage = Vec::with_capacity((image.width * image.height) as usize);
     let mut counts = SampleCounts::default();
     for mut row in rows {
@@ -272,7 +295,7 @@ fn put_together(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
                 image.runs.push(run);
             }
         }
-        all.append(&mut row.gathered);
+        all.append(&mut row.buffer);
         coverage.extend(row.coverage);
         counts.rays += row.counts.rays;
         counts.covered += row.counts.covered;

@@ -1,4 +1,4 @@
-//! How many rays a pixel gets, and which part of a picture is made.
+//! Number of rays per pixel, and the part of a picture to sample.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,26 +6,30 @@ use std::str::FromStr;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// How a pixel is sampled.
+/// Number of rays per pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
 pub enum Sampling {
-    /// One ray through the centre, and many where something changes within the pixel: silhouettes, terminators, creases.
+    /// One ray through the centre, and more in pixels with a silhouette, a terminator, a shadow
+    /// edge, a crease or strongly curved shading.
     #[default]
     Adaptive,
     /// The same number of rays in every pixel, 1 to [`Sampling::FIXED_MAX`].
     Fixed(u16),
 }
 
-/// Text that names no sampling.
+/// Error if text or a number is not a sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("samples are \"adaptive\" or a number from 1 to 65535")]
+#[error("samples must be \"adaptive\" or a number from 1 to 65535")]
 pub struct SamplingError;
 
 impl Sampling {
-    /// The largest fixed number.
+    /// Largest fixed number of rays per pixel.
     pub const FIXED_MAX: u32 = u16::MAX as u32;
 
-    /// That many rays in every pixel; refuses 0 and what is above [`Sampling::FIXED_MAX`].
+    /// Makes a fixed sampling.
+    ///
+    /// # Errors
+    /// Returns [`SamplingError`] if `samples` is not in 1..=[`Sampling::FIXED_MAX`].
     pub fn fixed(samples: u32) -> Result<Self, SamplingError> {
         match u16::try_from(samples) {
             Ok(samples) if samples > 0 => Ok(Self::Fixed(samples)),
@@ -33,9 +37,9 @@ impl Sampling {
         }
     }
 
-    /// Rays that every pixel gets at least.
+    /// Returns the smallest number of rays that a pixel can have.
     #[must_use]
-    pub fn least(self) -> u32 {
+    pub fn min_rays(self) -> u32 {
         match self {
             Self::Adaptive => 1,
             Self::Fixed(samples) => u32::from(samples),
@@ -43,13 +47,14 @@ impl Sampling {
     }
 }
 
-/// A fixed number, as in tests and benchmarks.
+/// Fixed sampling from a literal, for tests and benchmarks.
 ///
 /// # Panics
-/// Where it is 0 or above [`Sampling::FIXED_MAX`]; what comes from outside goes through [`Sampling::fixed`].
+/// If the number is not in 1..=[`Sampling::FIXED_MAX`]. Outside input must use [`Sampling::fixed`].
 impl From<u32> for Sampling {
     fn from(samples: u32) -> Self {
-        Self::fixed(samples).unwrap_or_else(|_| panic!("{samples} samples a pixel, not 1..=65535"))
+        Self::fixed(samples)
+            .unwrap_or_else(|_| panic!("samples per pixel must be in 1..=65535, got {samples}"))
     }
 }
 
@@ -87,7 +92,7 @@ impl Serialize for Sampling {
 impl<'de> Deserialize<'de> for Sampling {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
-            return deserializer.deserialize_any(WordOrNumber);
+            return deserializer.deserialize_any(SamplingVisitor);
         }
         Ok(match u16::deserialize(deserializer)? {
             0 => Self::Adaptive,
@@ -96,9 +101,9 @@ impl<'de> Deserialize<'de> for Sampling {
     }
 }
 
-struct WordOrNumber;
+struct SamplingVisitor;
 
-impl Visitor<'_> for WordOrNumber {
+impl Visitor<'_> for SamplingVisitor {
     type Value = Sampling;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -115,7 +120,7 @@ impl Visitor<'_> for WordOrNumber {
     }
 }
 
-/// A rectangle of pixels of a picture; row 0 is the top.
+/// Rectangle of pixels of a picture; row 0 is the top.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PixelArea {
@@ -123,36 +128,36 @@ pub struct PixelArea {
     pub x: u32,
     /// First row.
     pub y: u32,
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
-/// Which pixels of a picture are sampled, and how.
+/// Pixels of a picture to sample, and their sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Raster {
-    /// Side of the whole square picture.
+    /// Side of the whole square picture, in pixels.
     pub size_px: u32,
-    /// Rays of a pixel.
+    /// Number of rays per pixel.
     pub sampling: Sampling,
-    /// The part of the picture.
+    /// Part of the picture to sample.
     pub area: PixelArea,
 }
 
-/// Text that names no area.
+/// Error if text is not a pixel area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("an area is four whole numbers, as in x,y,width,height, and not empty")]
+#[error("an area must be four whole numbers `x,y,width,height`, with width and height above 0")]
 pub struct PixelAreaError;
 
 impl PixelArea {
-    /// A whole square picture.
+    /// Returns the area of a whole square picture.
     #[must_use]
     pub fn whole(size_px: u32) -> Self {
         Self { x: 0, y: 0, width: size_px, height: size_px }
     }
 
-    /// Whether it is not empty and lies in a square picture of that side.
+    /// True if the area is not empty and lies within a square picture of that side.
     #[must_use]
     pub fn is_within(&self, size_px: u32) -> bool {
         let fits = |start: u32, length: u32| {
@@ -161,9 +166,9 @@ impl PixelArea {
         fits(self.x, self.width) && fits(self.y, self.height)
     }
 
-    /// With a border of one pixel, as far as the picture goes.
+    /// Returns the area with a border of one pixel, clipped to the picture.
     #[must_use]
-    pub fn grown(&self, size_px: u32) -> Self {
+    pub fn with_border(&self, size_px: u32) -> Self {
         let grow = |start: u32, length: u32| {
             let from = start.saturating_sub(1);
             (from, (start + length + 1).min(size_px) - from)
@@ -205,7 +210,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sampling_is_a_word_or_a_number_in_every_form() {
+    fn sampling_round_trips_as_word_or_number_in_every_format() {
         for (text, sampling) in [
             ("\"adaptive\"", Some(Sampling::Adaptive)),
             ("4", Some(Sampling::Fixed(4))),
@@ -226,11 +231,11 @@ mod tests {
     }
 
     #[test]
-    fn area_is_four_numbers_within_the_picture() {
+    fn area_parses_four_numbers_and_checks_picture_bounds() {
         let area: PixelArea = "3, 0,5,8".parse().unwrap();
         assert_eq!(area.to_string(), "3,0,5,8");
         assert!(area.is_within(8) && !area.is_within(7));
-        assert_eq!(area.grown(8), PixelArea { x: 2, y: 0, width: 6, height: 8 });
+        assert_eq!(area.with_border(8), PixelArea { x: 2, y: 0, width: 6, height: 8 });
         for text in ["", "1,2,3", "1,2,3,4,5", "1,2,0,4", "-1,2,3,4", "1,2,3,x", "1,2,3,4294967296"]
         {
             assert!(text.parse::<PixelArea>().is_err(), "{text}");

@@ -1,13 +1,13 @@
-//! Some samples of a set as a set of their own.
+//! Copying selected samples of a set into a new set.
 
 use super::SampleSet;
 use super::layout::SampleCounts;
 
 impl SampleSet {
-    /// The samples of these indices in this order, without a way back to pixels.
+    /// Copies the samples at `indices`, in this order, into a set without an image.
     ///
     /// # Panics
-    /// Where there is no such sample.
+    /// If an index is out of range, or the set was picked without directions.
     #[must_use]
     pub fn select(&self, indices: &[u32]) -> Self {
         let pick = |values: &Vec<f32>| indices.iter().map(|k| values[*k as usize]).collect();
@@ -30,15 +30,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn selection_has_the_samples_in_the_order_asked_for() {
+    fn select_keeps_order_of_indices() {
         let direction = |k: u32| DVec3::new(f64::from(k), 1.0, 2.0).normalize();
         let pairs: Vec<_> =
             (0..9).map(|k| DirectionPair::new(direction(k), DVec3::Z).unwrap()).collect();
         let set = SampleSet::from_pairs(&pairs, &[]);
-        let some = set.select(&[7, 0, 3]);
-        assert_eq!(some.len(), 3);
+        let selected = set.select(&[7, 0, 3]);
+        assert_eq!(selected.len(), 3);
         let p1 = set.input(Input::P1);
-        assert_eq!(some.input(Input::P1), [p1[7], p1[0], p1[3]]);
+        assert_eq!(selected.input(Input::P1), [p1[7], p1[0], p1[3]]);
         assert!(set.select(&[]).is_empty());
     }
 }

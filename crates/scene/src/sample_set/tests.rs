@@ -28,29 +28,32 @@ fn orbit(azimuth: f64, elevation: f64) -> Camera {
     Camera::Orbit { orbit_deg: [azimuth, elevation], distance: None, fov_y_deg: 30.0 }
 }
 
-/// Light at the eye, so that everything seen is lit.
+/// Scene with its light at the eye, so that everything visible is lit.
 fn headlight(azimuth: f64, elevation: f64) -> Scene {
     let eye = crate::angle::orbit_direction(azimuth, elevation) * 100.0;
     let light = Light::point_at(eye.to_array());
     Scene { lights: vec![light], ..with_camera(orbit(azimuth, elevation)) }
 }
 
-/// What every set promises, whatever the mesh and the scene.
-fn check_promises(samples: &SampleSet) {
+/// Asserts the invariants of the set of an image.
+fn assert_invariants(samples: &SampleSet) {
     let image = samples.image().unwrap();
     let mut next = 0;
     let mut last_pixel = None;
     for span in image.spans() {
-        assert_eq!(span.start, next, "spans follow one another");
+        assert_eq!(span.start, next, "spans must be contiguous");
         assert!(span.start <= span.centre_end && span.centre_end <= span.end, "{span:?}");
-        assert!(span.counted == span.start || span.counted == span.centre_end, "{span:?}");
+        assert!(
+            span.radiance_start == span.start || span.radiance_start == span.centre_end,
+            "{span:?}"
+        );
         assert!(span.start < span.end, "{span:?}");
-        assert!(last_pixel < Some(span.pixel), "pixels ascend");
+        assert!(last_pixel < Some(span.pixel), "pixels must be ascending");
         assert!(image.coverage[span.pixel as usize] > 0.0, "{span:?}");
         last_pixel = Some(span.pixel);
         next = span.end;
     }
-    assert_eq!(next as usize, samples.len(), "spans cover all samples");
+    assert_eq!(next as usize, samples.len(), "spans must cover all samples");
     let counts = samples.counts();
     let pixels = u64::from(image.width) * u64::from(image.height);
     assert_eq!(image.coverage.len() as u64, pixels);
@@ -76,7 +79,7 @@ fn check_promises(samples: &SampleSet) {
     }
 }
 
-/// Bounds of the covered pixels: left, right, top, bottom.
+/// Returns the bounds of the covered pixels: left, right, top, bottom.
 fn bounds(samples: &SampleSet) -> [u32; 4] {
     let image = samples.image().unwrap();
     let pixels = (0u32..).zip(image.coverage.iter()).filter(|(_, covered)| **covered > 0.0);
@@ -87,8 +90,9 @@ fn bounds(samples: &SampleSet) -> [u32; 4] {
 }
 
 #[test]
-fn sphere_has_the_right_radius_in_pixels() {
-    // Framed: radius over half the picture is tan(asin(1/d)) / tan(fov/2) with d = 1.04 / sin(fov/2).
+fn sphere_radius_in_pixels_matches_camera() {
+    // Default distance: radius over half the picture is tan(asin(1/d)) / tan(fov/2) with
+    // d = 1.04 / sin(fov/2).
     let framed = (15f64.to_radians().sin() / 1.04).asin().tan() / 15f64.to_radians().tan();
     let near = (1f64 / 3.0).asin().tan() / 20f64.to_radians().tan();
     let eye = [1.0, 2.0, 2.0];
@@ -104,13 +108,13 @@ fn sphere_has_the_right_radius_in_pixels() {
         assert!((radius - 150.0 * fraction).abs() < 0.25, "{camera:?} {radius} {fraction}");
         let [left, right, top, bottom] = bounds(&samples);
         assert!(left.abs_diff(299 - right) <= 1 && top.abs_diff(299 - bottom) <= 1, "{camera:?}");
-        check_promises(&samples);
+        assert_invariants(&samples);
     }
 }
 
 #[test]
-fn cameras_have_x_to_the_right_and_y_upwards() {
-    // A flag: a corner far to +x, one far up, the right angle at the origin's lower left.
+fn camera_has_x_to_the_right_and_y_upwards() {
+    // A right triangle: its right angle at the lower left, one corner at the right, one at the top.
     let flag = obj("v -1 -1 0\nv 1 -1 0\nv -1 1 0\nf 1 2 3\n");
     let up = [0.0, 1.0, 0.0];
     let look_at = Camera::LookAt { eye: [0.0, 0.0, 9.0], target: [0.0; 3], up, fov_y_deg: 30.0 };
@@ -123,7 +127,8 @@ fn cameras_have_x_to_the_right_and_y_upwards() {
         assert!(covered(left, top + 1) && covered(right - 1, bottom), "{camera:?}");
         assert!(!covered(right, top), "{camera:?}");
     }
-    // From the right side +z is to the left; from above, at azimuth 0, +z is down and +x to the right.
+    // From the right side, +z is to the left. From above at azimuth 0, +z is down and +x to the
+    // right.
     let marker = obj("v 0 0 0\nv 0 .4 3\nv 0 0 3\nv -3 0 0\nv -3 0 -.1\nf 1 2 3\nf 1 4 5\n");
     let seen = bounds(&SampleSet::render(&marker, &with_camera(orbit(90.0, 0.0)), 65, 1));
     assert!(seen[0] < 32 && seen[1] < 65 - seen[0], "{seen:?}");
@@ -132,16 +137,20 @@ fn cameras_have_x_to_the_right_and_y_upwards() {
     assert_eq!((above[0] < 22, above[3] > 42), (true, true), "{above:?}");
 }
 
-/// The flag of the camera test laid on its back: y became -z.
+/// The triangle of the camera test laid on its back: y became -z.
 fn flag_on_the_ground() -> Mesh {
     obj("v -1 0 1\nv 1 0 1\nv -1 0 -1\nf 1 2 3\n")
 }
 
 #[test]
-fn frame_of_the_sphere_points_to_the_light_and_the_eye() {
+fn local_directions_on_sphere_point_to_light_and_eye() {
     let scene = headlight(25.0, 10.0);
     let samples = SampleSet::render(&sphere(), &scene, 129, 1);
-    assert_eq!(samples.counts().lit, samples.counts().covered, "light at the eye leaves no dark");
+    assert_eq!(
+        samples.counts().lit,
+        samples.counts().covered,
+        "a light at the eye must light every hit"
+    );
     let image = samples.image().unwrap();
     let sample = |pixel: u32| {
         let span = image.spans().find(|span| span.pixel == pixel).unwrap();
@@ -150,7 +159,7 @@ fn frame_of_the_sphere_points_to_the_light_and_the_eye() {
     let (middle, uv) = sample(64 * 129 + 64);
     assert!(middle.wo().z > 0.999_999 && middle.wi().z > 0.999_9);
     assert!((uv - DVec2::new(0.5 + 25.0 / 360.0, 100.0 / 180.0)).length() < 1e-3, "{uv}");
-    // To the right of the middle the eye is to the left: against u, which grows to the right.
+    // Right of the middle, the eye is to the left: against u, which points to the right.
     let (right, right_uv) = sample(64 * 129 + 84);
     assert!(right.wo().x < -0.2 && right.wo().y.abs() < 0.1 && right_uv.x > uv.x, "{right:?}");
     let (upper, upper_uv) = sample(44 * 129 + 64);
@@ -158,7 +167,7 @@ fn frame_of_the_sphere_points_to_the_light_and_the_eye() {
 }
 
 #[test]
-fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
+fn default_irradiance_is_pi_at_centre_and_intensity_follows_inverse_square_law() {
     // A small square around the centre, facing the light.
     let square = obj("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
     for (intensity, position, expected) in [
@@ -180,7 +189,7 @@ fn irradiance_is_pi_at_the_centre_and_falls_with_the_square_of_the_distance() {
 }
 
 #[test]
-fn scene_turned_as_a_whole_gives_the_same_picture() {
+fn picture_is_unchanged_when_object_camera_and_light_turn_together() {
     let mesh = Mesh::builtin(BuiltinMesh::Knob);
     let light = Light::point_at([3.0, 2.0, 4.0]);
     let base = Scene { lights: vec![light], ..with_camera(orbit(10.0, 20.0)) };
@@ -197,18 +206,21 @@ fn scene_turned_as_a_whole_gives_the_same_picture() {
         assert!((here.wo() - there.wo()).length() < 1e-9, "{index} {here:?} {there:?}");
     }
     let other = SampleSet::render(&mesh, &base.with_light_deg(30.0), 48, 1);
-    assert_ne!(a.counts().lit, other.counts().lit, "the light circle moves the light");
+    assert_ne!(a.counts().lit, other.counts().lit, "`light_deg` must move the light");
 }
 
 #[test]
-fn object_is_turned_and_scaled_about_its_centre() {
-    // Off the world's origin; the camera frames the mesh at scale 1.
+fn object_rotates_and_scales_about_its_centre() {
+    // Not at the world's origin. The default camera distance is for the mesh at scale 1.
     let cube = obj("v 7 7 7\nv 8 7 7\nv 8 9 7\nv 7 9 7\nf 1 2 3 4\n");
     let area = |scene: &Scene| SampleSet::render(&cube, scene, 400, 1).counts().covered as f64;
     let base = with_camera(orbit(0.0, 0.0));
     let half = area(&Scene { scale: 0.5, ..base.clone() });
     let ratio = area(&base) / half;
-    assert!((ratio - 4.0).abs() < 0.1, "{ratio}: half the size, a quarter of the area");
+    assert!(
+        (ratio - 4.0).abs() < 0.1,
+        "half the scale must give a quarter of the area, ratio {ratio}"
+    );
     let lying = bounds(&SampleSet::render(
         &cube,
         &Scene { rotation_deg: [0.0, 0.0, 90.0], ..base.clone() },
@@ -216,7 +228,10 @@ fn object_is_turned_and_scaled_about_its_centre() {
         1,
     ));
     assert!(lying[1] - lying[0] > 3 * (lying[3] - lying[2]) / 2, "{lying:?}");
-    assert!((lying[0] + lying[1]).abs_diff(99) <= 1, "still in the middle: {lying:?}");
+    assert!(
+        (lying[0] + lying[1]).abs_diff(99) <= 1,
+        "the object must stay in the middle: {lying:?}"
+    );
 }
 
 #[test]
@@ -229,15 +244,15 @@ fn open_surface_is_shaded_from_both_sides() {
         assert_eq!(samples.counts().lit, samples.counts().covered, "{face} {azimuth}");
         assert!((0..samples.len()).all(|k| samples.pair(k).0.cos_o() > 0.9), "{face} {azimuth}");
     }
-    // Normals against the winding: still the side that is seen.
+    // Normals against the winding: the visible side is still shaded.
     let against = format!("{square}vn 0 0 -1\nf 1//1 2//1 3//1 4//1");
     let samples = SampleSet::render(&obj(&against), &headlight(0.0, 0.0), 33, 1);
     assert!(samples.len() > 200 && (0..samples.len()).all(|k| samples.pair(k).0.cos_o() > 0.9));
 }
 
 #[test]
-fn direction_to_the_eye_is_lifted_when_the_interpolated_normal_turns_away() {
-    // The face looks at the eye, its normals lean beyond the horizon to +x.
+fn wo_is_clamped_above_horizon_when_interpolated_normal_faces_away() {
+    // The triangle faces the eye, its normals lean beyond the horizon towards +x.
     let leaning = obj("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvn 1 0 .001\nf 1//1 2//1 3//1\n");
     let scene = Scene {
         lights: vec![Light::point_at([9.0, 0.0, 9.0])],
@@ -252,7 +267,7 @@ fn direction_to_the_eye_is_lifted_when_the_interpolated_normal_turns_away() {
 }
 
 #[test]
-fn set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
+fn fixed_set_is_bit_identical_for_any_number_of_threads() {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let scene = Scene { rotation_deg: [10.0, 20.0, 30.0], ..Scene::default() };
     let make = |threads: usize| {
@@ -276,17 +291,23 @@ fn set_is_the_same_to_the_bit_when_the_number_of_threads_differs() {
 }
 
 #[test]
-fn subsamples_are_counted_per_pixel_and_their_first_is_the_centre() {
+fn first_ray_of_fixed_sampling_is_the_centre() {
     let mut scene = Scene::default();
     scene.lights.push(Light::point_at([-4.0, 0.0, 2.0]));
     let mesh = sphere();
     let (single, many) =
         (SampleSet::render(&mesh, &scene, 40, 1), SampleSet::render(&mesh, &scene, 40, 8));
-    check_promises(&many);
+    assert_invariants(&many);
     let image = many.image().unwrap();
     assert!(image.coverage.contains(&1.0));
-    assert!(image.coverage.iter().any(|n| *n > 0.0 && *n < 1.0), "edges are partly covered");
-    assert!(image.spans().any(|span| span.centre_end - span.start == 2), "two lights");
+    assert!(
+        image.coverage.iter().any(|n| *n > 0.0 && *n < 1.0),
+        "edge pixels must be partly covered"
+    );
+    assert!(
+        image.spans().any(|span| span.centre_end - span.start == 2),
+        "a centre lit by two lights must have two samples"
+    );
     for span in single.image().unwrap().spans() {
         let fine = image.spans().find(|fine| fine.pixel == span.pixel).unwrap();
         assert_eq!(single.pair(span.start as usize), many.pair(fine.start as usize));
@@ -309,8 +330,8 @@ fn set_of_pairs_has_no_image_and_irradiance_one() {
     assert!(SampleSet::from_pairs(&[], &[]).is_empty());
 }
 
-/// Triangles between random places, with normals and tangents that need not fit.
-fn wild_mesh() -> impl Strategy<Value = Mesh> {
+/// Triangles between random positions, with unrelated normals and tangents.
+fn arbitrary_mesh() -> impl Strategy<Value = Mesh> {
     let unit = || {
         (-1.0..1.0, -1.0..1.0, -1.0..1.0f64)
             .prop_map(|(x, y, z)| DVec3::new(x, y, z))
@@ -339,8 +360,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn promises_hold_whatever_the_mesh_and_the_scene(
-        mesh in wild_mesh(),
+    fn invariants_hold_for_any_mesh_and_scene(
+        mesh in arbitrary_mesh(),
         rotation in prop::array::uniform3(-400.0..400.0f64),
         angles in (-180.0..180.0f64, -90.0..90.0f64),
         scale in prop::sample::select(vec![1e-3, 1.0, 30.0]),
@@ -354,7 +375,7 @@ proptest! {
             ..with_camera(orbit(angles.0, angles.1))
         };
         prop_assert_eq!(scene.validate(), Ok(()));
-        check_promises(&SampleSet::render(&mesh, &scene, 16, 2));
-        check_promises(&SampleSet::render(&mesh, &scene, 16, Sampling::Adaptive));
+        assert_invariants(&SampleSet::render(&mesh, &scene, 16, 2));
+        assert_invariants(&SampleSet::render(&mesh, &scene, 16, Sampling::Adaptive));
     }
 }

@@ -1,19 +1,19 @@
-//! One input of every sample, laid out for vector loads.
+//! Values of one input for every sample, aligned for vector loads.
 
 use std::ops::{Deref, Range};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-/// As many values as a cache line takes.
+/// Number of f32 values per cache line.
 const LINE: usize = 16;
 
-/// A line of the nearest cache: vectors that straddle two lines cost twice.
+/// Values of one cache line. Aligned, because a vector load across two lines costs twice.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 struct Line([f32; LINE]);
 
-/// Values that begin on the border of a cache line, and the least and the largest of them.
+/// Values aligned to cache lines, and bounds of them.
 #[derive(Debug)]
 pub(super) struct Values {
     lines: Vec<Line>,
@@ -22,13 +22,13 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// `len` values, in parallel; the same whatever the number of threads.
+    /// Computes `len` values in parallel; bit-identical for any number of threads.
     pub(super) fn compute(len: usize, value: impl Fn(usize) -> f32 + Sync) -> Self {
         let mut lines = vec![Line([0.0; LINE]); len.div_ceil(LINE)];
         lines.par_iter_mut().enumerate().with_min_len(64).for_each(|(index, line)| {
             let first = index * LINE;
-            for (offset, place) in line.0.iter_mut().take(len - first).enumerate() {
-                *place = value(first + offset);
+            for (offset, slot) in line.0.iter_mut().take(len - first).enumerate() {
+                *slot = value(first + offset);
             }
         });
         let mut values = Self { lines, len, range: (0.0, 0.0) };
@@ -36,14 +36,14 @@ impl Values {
         values
     }
 
-    /// `len` values that are there already, piece after piece, all of them within `range`.
-    pub(super) fn joined<'a>(
+    /// Concatenates slices of existing values, `len` in all, each within `range`.
+    pub(super) fn concatenated<'a>(
         len: usize,
         range: (f32, f32),
         pieces: impl Iterator<Item = (&'a [f32], Range<usize>)>,
     ) -> Self {
         let mut lines = vec![Line([0.0; LINE]); len.div_ceil(LINE)];
-        join(&mut bytemuck::cast_slice_mut(&mut lines)[..len], pieces);
+        concatenate(&mut bytemuck::cast_slice_mut(&mut lines)[..len], pieces);
         Self { lines, len, range }
     }
 
@@ -60,10 +60,10 @@ impl Deref for Values {
     }
 }
 
-/// Copies pieces of slices one after the other. Most are short: so eight at a time, also where a piece has fewer and the
-/// next piece takes the place of what was too much.
-pub(super) fn join<'a>(
-    joined: &mut [f32],
+/// Concatenates pieces of slices. Most pieces are short, so eight values are copied at a time, even
+/// if the piece has fewer: the next piece overwrites the excess.
+pub(super) fn concatenate<'a>(
+    target: &mut [f32],
     pieces: impl Iterator<Item = (&'a [f32], Range<usize>)>,
 ) {
     let mut done = 0;
@@ -71,14 +71,14 @@ pub(super) fn join<'a>(
         let mut at = piece.start;
         while at < piece.end {
             let left = piece.end - at;
-            let (place, values) = (&mut joined[done..], &source[at..]);
-            let copied = match (place.first_chunk_mut::<8>(), values.first_chunk::<8>()) {
-                (Some(place), Some(values)) => {
-                    *place = *values;
+            let (slots, values) = (&mut target[done..], &source[at..]);
+            let copied = match (slots.first_chunk_mut::<8>(), values.first_chunk::<8>()) {
+                (Some(slots), Some(values)) => {
+                    *slots = *values;
                     left.min(8)
                 }
                 _ => {
-                    place[..left].copy_from_slice(&values[..left]);
+                    slots[..left].copy_from_slice(&values[..left]);
                     left
                 }
             };
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_in_order_and_aligned_for_any_length() {
+    fn values_are_ordered_and_aligned_for_any_length() {
         for len in [0usize, 1, 15, 16, 17, 1000, 5003] {
             let values = Values::compute(len, |index| index as f32 - 7.0);
             assert_eq!(values.len(), len);

@@ -1,7 +1,8 @@
-//! The rays of a camera, in the unit frame of the mesh.
+//! Camera rays in the unit frame of the mesh.
 //!
-//! Unit frame: the mesh as it is stored, centre of its bounding sphere 0, radius 1. Turning and scaling the object is
-//! turning and scaling everything else the other way, so that no vertex is ever moved.
+//! The unit frame is the mesh as stored, with its bounding sphere moved to centre 0 and radius 1.
+//! The object's rotation and scale are applied inversely to camera and lights, so no vertex is ever
+//! moved.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -9,10 +10,11 @@ use crate::angle::{orbit_direction, rotation_xyz_deg, sin_cos_deg};
 use crate::trace::Ray;
 use crate::{Camera, Mesh, Scene};
 
-/// Distance of a framing camera over the one at which the bounding sphere touches the picture's edge.
+/// Default distance of an orbit camera, divided by the distance at which the bounding sphere
+/// touches the picture's edge.
 const FRAMING_MARGIN: f64 = 1.04;
 
-/// From the world to the unit frame.
+/// Transform from the world to the unit frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnitFrame {
     centre: DVec3,
@@ -32,37 +34,38 @@ impl UnitFrame {
         }
     }
 
-    /// A place of the world, relative to the centre and in radii of the mesh at scale 1.
+    /// Returns a world position relative to the mesh's centre, in radii of the mesh at scale 1.
     pub fn relative(&self, world: [f64; 3]) -> DVec3 {
         (DVec3::from(world) - self.centre) / self.radius
     }
 
-    /// A relative place in the unit frame.
-    pub fn place(&self, relative: DVec3) -> DVec3 {
+    /// Transforms a position from [`UnitFrame::relative`] to the unit frame.
+    pub fn position(&self, relative: DVec3) -> DVec3 {
         self.direction(relative) / self.scale
     }
 
-    /// A direction of the world in the unit frame.
+    /// Transforms a world direction to the unit frame.
     pub fn direction(&self, world: DVec3) -> DVec3 {
         self.unturn * world
     }
 
-    /// A length of the world in radii of the mesh at scale 1.
+    /// Converts a world length to radii of the mesh at scale 1.
     pub fn length(&self, world: f64) -> f64 {
         world / self.radius
     }
 }
 
-/// A camera, ready to cast rays.
+/// Camera in the unit frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
-    /// The eye, or where the ray of the picture's middle starts.
+    /// Eye, or start of the central ray of a parallel projection.
     origin: DVec3,
-    /// Half the picture's width and height: in directions at distance 1, or in places.
+    /// `right` and `up` span half the picture's width and height: on the plane at distance 1, or in
+    /// positions for a parallel projection.
     right: DVec3,
     up: DVec3,
     forward: DVec3,
-    /// `right` and `up` over their squared lengths.
+    /// `right` and `up` divided by their squared lengths, for projection.
     per_right: DVec3,
     per_up: DVec3,
     parallel: bool,
@@ -73,7 +76,7 @@ impl View {
         match *camera {
             Camera::Orbit { orbit_deg: [azimuth, elevation], distance, fov_y_deg } => {
                 let back = orbit_direction(azimuth, elevation);
-                // Known for elevation 90 too, where a cross product with y is not.
+                // Also defined at elevation 90, unlike a cross product with y.
                 let right = orbit_direction(azimuth + 90.0, 0.0);
                 let framing = FRAMING_MARGIN / sin_cos_deg(0.5 * fov_y_deg).0;
                 let distance = distance.map_or(framing, |distance| frame.length(distance));
@@ -87,11 +90,11 @@ impl View {
                 Self::perspective(frame.relative(eye), axes, fov_y_deg, frame)
             }
             Camera::Orthographic { orthographic } => {
-                // Starts in front of the object, wherever the world's origin is.
+                // Rays start in front of the object, independent of the world's origin.
                 let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale);
                 let half = frame.length(orthographic) / frame.scale;
                 let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z].map(|axis| frame.direction(axis));
-                Self::with_axes(frame.place(middle), axes, half, true)
+                Self::with_axes(frame.position(middle), axes, half, true)
             }
         }
     }
@@ -105,10 +108,10 @@ impl View {
         let (sin, cos) = sin_cos_deg(0.5 * fov_y_deg);
         let half = sin / cos;
         let axes = [right, up, -back].map(|axis| frame.direction(axis));
-        Self::with_axes(frame.place(eye), axes, half, false)
+        Self::with_axes(frame.position(eye), axes, half, false)
     }
 
-    /// Unit axes at right angles, and half the side of the picture.
+    /// Makes a view from orthonormal axes and half the side of the picture.
     fn with_axes(origin: DVec3, axes: [DVec3; 3], half: f64, parallel: bool) -> Self {
         let [right, up, forward] = axes;
         Self {
@@ -122,33 +125,34 @@ impl View {
         }
     }
 
-    /// Where in the picture a place is seen, as in [`View::ray`]; `None` where it is not in front of the eye.
-    pub fn project(&self, place: DVec3) -> Option<DVec2> {
-        let from = place - self.origin;
-        let at = DVec2::new(from.dot(self.per_right), from.dot(self.per_up));
+    /// Projects a position to picture coordinates, as in [`View::ray`]; `None` if it is not in
+    /// front of the eye.
+    pub fn project(&self, position: DVec3) -> Option<DVec2> {
+        let from_eye = position - self.origin;
+        let at = DVec2::new(from_eye.dot(self.per_right), from_eye.dot(self.per_up));
         if self.parallel {
             return Some(at);
         }
-        let depth = from.dot(self.forward);
-        // Nearer than this, digits are lost.
+        let depth = from_eye.dot(self.forward);
+        // Closer points would lose digits.
         (depth > 1e-6).then(|| at / depth)
     }
 
-    /// The ray through a place of the picture: x to the right and y upwards, both within [-1, 1].
-    pub fn ray(&self, place: DVec2) -> Ray {
-        let aside = self.right * place.x + self.up * place.y;
+    /// Returns the ray through a point of the picture: x to the right, y upwards, both in [-1, 1].
+    pub fn ray(&self, point: DVec2) -> Ray {
+        let offset = self.right * point.x + self.up * point.y;
         if self.parallel {
-            return Ray { origin: self.origin + aside, direction: self.forward };
+            return Ray { origin: self.origin + offset, direction: self.forward };
         }
-        Ray { origin: self.origin, direction: (self.forward + aside).normalize() }
+        Ray { origin: self.origin, direction: (self.forward + offset).normalize() }
     }
 }
 
-/// Places of the subsamples in a pixel, within [0, 1)^2; the first is the centre.
+/// Returns positions of rays in a pixel, within [0, 1)^2; the first is the centre.
 ///
 /// # Source
 /// Roberts 2018, the R2 sequence: steps of 1/g and 1/g^2 with g^3 = g + 1.
-pub(super) fn subsample_places(samples_per_pixel: u32) -> Vec<DVec2> {
+pub(super) fn subpixel_offsets(samples_per_pixel: u32) -> Vec<DVec2> {
     const G: f64 = 1.324_717_957_244_746;
     let step = DVec2::new(1.0 / G, 1.0 / (G * G));
     (0..samples_per_pixel).map(|k| (DVec2::splat(0.5) + step * f64::from(k)).fract()).collect()

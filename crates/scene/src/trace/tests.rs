@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::{Beam, Candidates, Ray, Stack, Tracer};
+use super::{Candidates, PixelFrustum, Ray, Stack, Tracer};
 
 fn direction() -> impl Strategy<Value = DVec3> {
     (-1.0..1.0, -1.0..1.0, -1.0..1.0f64)
@@ -10,7 +10,7 @@ fn direction() -> impl Strategy<Value = DVec3> {
         .prop_map(DVec3::normalize)
 }
 
-/// Nearest hit by testing every triangle.
+/// Returns the nearest hit by testing every triangle.
 fn exhaustive(tracer: &Tracer, ray: Ray) -> Option<(usize, f64)> {
     let (sheared, _) = super::approach(ray)?;
     let mut best = None;
@@ -22,7 +22,7 @@ fn exhaustive(tracer: &Tracer, ray: Ray) -> Option<(usize, f64)> {
 
 proptest! {
     #[test]
-    fn trace_finds_what_testing_every_triangle_finds(
+    fn trace_equals_exhaustive_search(
         places in prop::collection::vec(direction(), 3..60),
         from in direction(),
         distance in prop::sample::select(vec![0.0, 0.5, 3.0, 1e6]),
@@ -40,7 +40,7 @@ proptest! {
             prop_assert!(hit.weights.iter().all(|w| *w >= 0.0));
             prop_assert!((hit.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
-        // What is hit is in the way of whatever is behind it, and of nothing before it.
+        // A hit occludes points behind it, and none in front of it.
         let start = super::approach(ray).map_or(0.0, |(_, start)| (start - origin).length());
         let distance = hit.map_or(f64::INFINITY, |hit| hit.distance + start);
         let blocked = |reach: f64| tracer.is_occluded(ray, reach, &mut Stack::default());
@@ -52,7 +52,7 @@ proptest! {
 
 proptest! {
     #[test]
-    fn candidates_of_a_beam_give_the_hits_of_the_tree(
+    fn candidates_of_frustum_give_hits_of_bvh(
         places in prop::collection::vec(direction(), 3..24),
         from in direction(),
         distance in prop::sample::select(vec![0.4, 3.0, 1e4]),
@@ -74,7 +74,7 @@ proptest! {
             let origin = from * distance;
             Ray { origin, direction: (target - origin).normalize() }
         };
-        let beam = Beam::new([ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)]);
+        let frustum = PixelFrustum::new([ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)]);
         let project = |p: DVec3| {
             let (right, up, away) = (p.dot(right), p.dot(up), p.dot(from));
             let shrunk = if parallel { 1.0 } else { distance / (distance - away) };
@@ -82,7 +82,7 @@ proptest! {
             (parallel || distance - away > 1e-6).then(|| place * 0.5 + 0.5)
         };
         let (mut stack, mut candidates) = (Stack::default(), Candidates::default());
-        prop_assert!(tracer.gather(&beam.unwrap(), project, &mut stack, &mut candidates));
+        prop_assert!(tracer.gather(&frustum.unwrap(), project, &mut stack, &mut candidates));
         for k in 0..81 {
             let place = DVec2::new(f64::from(k % 9), f64::from(k / 9)) / 8.0;
             let ray = ray(place.x * 2.0 - 1.0, place.y * 2.0 - 1.0);
@@ -92,7 +92,7 @@ proptest! {
 }
 
 #[test]
-fn hit_is_the_lowest_triangle_when_several_are_at_one_place() {
+fn hit_is_lowest_triangle_when_several_coincide() {
     let places = [DVec3::NEG_ONE * 0.5, DVec3::X, DVec3::Y];
     let triangles = [[0, 0, 1], [1, 2, 0], [0, 1, 2], [2, 1, 0]];
     let tracer = Tracer::new(&places, &triangles, DVec3::ZERO, 1.0);
@@ -105,8 +105,8 @@ fn hit_is_the_lowest_triangle_when_several_are_at_one_place() {
 }
 
 #[test]
-fn rays_do_not_slip_through_when_they_meet_edges_and_corners() {
-    // A square of 8 x 8 cells around the axis; rays through every corner and the middle of every edge.
+fn ray_hits_when_it_passes_through_edge_or_corner() {
+    // A square of 8 x 8 cells; rays through every corner and points on every edge.
     let place = |i: u32, j: u32| {
         DVec3::new(f64::from(i), f64::from(j), 0.0) / 16.0 - DVec3::new(0.25, 0.25, 0.1)
     };
@@ -129,7 +129,7 @@ fn rays_do_not_slip_through_when_they_meet_edges_and_corners() {
 }
 
 #[test]
-fn nothing_is_hit_when_no_triangle_has_an_area_or_the_ray_is_not_finite() {
+fn trace_misses_when_triangles_have_no_area_or_ray_is_not_finite() {
     let places = [DVec3::ZERO, DVec3::X, DVec3::X * 0.5];
     let flat = Tracer::new(&places, &[[0, 1, 2]], DVec3::ZERO, 1.0);
     let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };

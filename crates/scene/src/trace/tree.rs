@@ -1,21 +1,22 @@
-//! The tree of boxes over triangles, built from the top by binned surface areas.
+//! Construction of the BVH, top down with a binned surface area heuristic.
 //!
-//! Own code because a tree must be built in bounded time whatever a file holds: builders that merge neighbours from
-//! the bottom take time quadratic in the triangles where these lie in or on one another. Here a level costs one pass, and
-//! below a depth that real models do not reach halves are cut at the median.
+//! Own code, to bound the build time for any input file: builders that merge neighbours bottom up
+//! take quadratic time if triangles are nested or coincide. Here each level costs one pass, and
+//! from `MEDIAN_DEPTH` on (deeper than real models reach) nodes are split at the median.
 
 use std::ops::Range;
 
 use glam::Vec3A;
 
-/// Triangles of a leaf at most.
+/// Largest number of triangles per leaf.
 const LEAF_MAX: usize = 4;
-/// Bins per split.
+/// Number of bins per split.
 const BINS: usize = 16;
-/// From this depth on the median is taken; it bounds the depth by this and the binary logarithm of the count.
+/// Depth from which nodes are split at the median. The depth of the tree is at most this plus the
+/// binary logarithm of the count.
 const MEDIAN_DEPTH: u32 = 48;
 
-/// An axis-aligned box.
+/// Axis-aligned box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     pub low: Vec3A,
@@ -30,19 +31,20 @@ impl Bounds {
         self.high = self.high.max(other.high);
     }
 
-    /// Half the surface; 0 where empty.
+    /// Returns half the surface area; 0 if empty.
     fn area(&self) -> f32 {
         let size = (self.high - self.low).max(Vec3A::ZERO);
         size.dot(Vec3A::new(size.y, size.z, size.x))
     }
 
-    /// Twice the middle.
-    fn middle(&self) -> Vec3A {
+    /// Returns twice the centroid.
+    fn double_centroid(&self) -> Vec3A {
         self.low + self.high
     }
 }
 
-/// A box with either `count` triangles from `first` on in the order, or (count 0) two nodes from `first` on.
+/// Node of the BVH: a leaf of `count` triangles from `first` on in leaf order, or, if `count` is 0,
+/// an inner node whose children are the nodes `first` and `first + 1`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub bounds: Bounds,
@@ -51,20 +53,21 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// The triangles of a leaf.
+    /// Returns the range of triangles of a leaf, in leaf order.
     pub fn range(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
 
-/// What is sorted into the tree.
+/// Triangle and its box, as input of the build.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Item {
     pub bounds: Bounds,
     pub triangle: u32,
 }
 
-/// Nodes, root first (none for no items), and triangles in the order of the leaves.
+/// Builds the BVH. Returns the nodes, root first (empty without items), and the triangles in leaf
+/// order.
 ///
 /// # Domain
 /// Fewer than 2^31 items with finite boxes.
@@ -98,13 +101,13 @@ fn node(bounds: Bounds, first: usize, count: usize) -> Node {
     Node { bounds, first: index(first), count: index(count) }
 }
 
-/// Sorts the part into two and says where the second begins; neither is empty.
+/// Partitions the items in two non-empty parts and returns the start of the second.
 fn split(part: &mut [Item], depth: u32) -> usize {
     let (mut low, mut high) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     for item in part.iter() {
-        let middle = item.bounds.middle();
-        low = low.min(middle);
-        high = high.max(middle);
+        let centroid = item.bounds.double_centroid();
+        low = low.min(centroid);
+        high = high.max(centroid);
     }
     let extent = high - low;
     let axis = if extent[0] >= extent[1] && extent[0] >= extent[2] {
@@ -116,7 +119,7 @@ fn split(part: &mut [Item], depth: u32) -> usize {
     };
     let half = part.len() / 2;
     if depth >= MEDIAN_DEPTH {
-        let key = |item: &Item| item.bounds.middle()[axis];
+        let key = |item: &Item| item.bounds.double_centroid()[axis];
         part.select_nth_unstable_by(half, |a, b| {
             key(a).total_cmp(&key(b)).then(a.triangle.cmp(&b.triangle))
         });
@@ -127,8 +130,8 @@ fn split(part: &mut [Item], depth: u32) -> usize {
         return half;
     }
     let bin = |item: &Item| {
-        // Truncated; the highest middle alone would fall into a bin of its own.
-        (((item.bounds.middle()[axis] - low[axis]) * scale) as usize).min(BINS - 1)
+        // Without `min` the highest centroid would get bin BINS.
+        (((item.bounds.double_centroid()[axis] - low[axis]) * scale) as usize).min(BINS - 1)
     };
     let mut bins = [(Bounds::EMPTY, 0usize); BINS];
     for item in part.iter() {
@@ -147,7 +150,8 @@ fn split(part: &mut [Item], depth: u32) -> usize {
     if middle == 0 || middle == part.len() { half } else { middle }
 }
 
-/// The first bin of the second part for which area times count of both parts is least.
+/// Returns the first bin of the second part for the split of least cost: area times count, summed
+/// over both parts.
 fn cheapest_cut(bins: &[(Bounds, usize); BINS]) -> usize {
     let mut costs = [f32::INFINITY; BINS];
     let (mut bounds, mut count) = (Bounds::EMPTY, 0);
@@ -175,19 +179,20 @@ fn cheapest_cut(bins: &[(Bounds, usize); BINS]) -> usize {
 mod tests {
     use super::*;
 
-    /// Depth of the tree, having checked that boxes hold their parts and that leaves hold every item once.
+    /// Returns the depth of the BVH. Asserts that boxes contain their children and that the leaves
+    /// contain every item once.
     fn check(items: &[Item]) -> usize {
         let (nodes, order) = build(items.to_vec());
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..items.len() as u32).collect::<Vec<_>>());
-        let (mut deepest, mut held) = (0, 0);
+        let (mut max_depth, mut leaf_items) = (0, 0);
         let mut open = vec![(0usize, 1)];
         while let Some((index, depth)) = open.pop() {
-            deepest = deepest.max(depth);
+            max_depth = max_depth.max(depth);
             let Node { bounds, first, count } = nodes[index];
             let inside: Vec<Bounds> = if count > 0 {
-                held += count as usize;
+                leaf_items += count as usize;
                 let leaf = &order[first as usize..(first + count) as usize];
                 leaf.iter().map(|triangle| items[*triangle as usize].bounds).collect()
             } else {
@@ -202,8 +207,8 @@ mod tests {
                 }
             }
         }
-        assert_eq!(held, items.len());
-        deepest
+        assert_eq!(leaf_items, items.len());
+        max_depth
     }
 
     fn items(count: u32, bounds: impl Fn(f32) -> ([f32; 3], [f32; 3])) -> Vec<Item> {
@@ -217,13 +222,13 @@ mod tests {
     }
 
     #[test]
-    fn tree_stays_flat_when_boxes_are_equal_nested_or_crowded() {
+    fn depth_is_bounded_when_boxes_are_equal_nested_or_clustered() {
         let cases = [
             items(1, |_| ([0.0; 3], [1.0; 3])),
             items(5000, |_| ([0.0; 3], [1.0; 3])),
             items(5000, |k| ([0.0; 3], [1.0 + k * 1e-4; 3])),
             items(5000, |k| ([k.sin(), k.cos(), 0.0], [1.0 + k.sin(), 1.0, 1.0])),
-            // Each half as far as the one before: binning takes one at a time off the crowd.
+            // Each at half the distance of the previous: binning splits off one item at a time.
             items(5000, |k| ([(-k).exp2(), 0.0, 0.0], [(-k).exp2(), 0.1, 0.1])),
         ];
         for (case, items) in cases.iter().enumerate() {

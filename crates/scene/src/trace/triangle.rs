@@ -1,15 +1,15 @@
-//! The watertight ray-triangle test, in f64.
+//! Watertight ray-triangle test in f64.
 
 use glam::DVec3;
 
-/// A ray with the axes permuted and sheared so that it runs along +z of its own frame.
+/// Ray with a frame of permuted and sheared axes in which it runs along +z.
 pub(super) struct ShearedRay {
     origin: DVec3,
     axes: Axes,
     shear: [f64; 3],
 }
 
-/// Which component of a vector comes first, second and last.
+/// Permutation of the components of a vector.
 #[derive(Clone, Copy)]
 enum Axes {
     Xyz,
@@ -21,11 +21,11 @@ enum Axes {
 }
 
 impl ShearedRay {
-    /// `None` where the direction is zero or not finite.
+    /// Returns `None` if the direction is zero, or the ray is not finite.
     pub fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
         let size = direction.abs();
-        // The last axis is the longest; the other two are exchanged where it runs backwards, which keeps the sense of
-        // triangles.
+        // The last axis is that of the largest component. If it is negative the other two are
+        // swapped, which preserves the orientation of triangles.
         let (axes, w) = if size.x >= size.y && size.x >= size.z {
             let forward = direction.x >= 0.0;
             let w = DVec3::new(direction.y, direction.z, direction.x);
@@ -42,14 +42,15 @@ impl ShearedRay {
             Axes::Xyz | Axes::Yzx | Axes::Zxy => w,
             Axes::Yxz | Axes::Zyx | Axes::Xzy => DVec3::new(w.y, w.x, w.z),
         };
-        let usable = w.z != 0.0 && direction.is_finite() && origin.is_finite();
+        let is_valid = w.z != 0.0 && direction.is_finite() && origin.is_finite();
         let shear = [w.x / w.z, w.y / w.z, 1.0 / w.z];
-        usable.then_some(Self { origin, axes, shear })
+        is_valid.then_some(Self { origin, axes, shear })
     }
 
-    /// Distance and corner weights of the hit, from either side, edges included.
+    /// Returns the distance and corner weights of a hit, from either side, edges included.
     ///
-    /// Two triangles that share an edge compute its sign from the same numbers, so that no ray slips between them.
+    /// Two triangles that share an edge compute its sign from the same numbers, so no ray passes
+    /// between them.
     ///
     /// # Source
     /// Woop, Benthin and Wald 2013, *Watertight Ray/Triangle Intersection*.
@@ -71,12 +72,12 @@ impl ShearedRay {
         (distance > 0.0 && distance.is_finite()).then_some((distance, weights))
     }
 
-    /// A corner in the ray's own frame.
+    /// Transforms a corner into the ray's frame.
     #[inline]
     fn shear(&self, corner: DVec3) -> DVec3 {
         let w = corner - self.origin;
         let [sx, sy, sz] = self.shear;
-        // Selections rather than indices: an index would send the vector through memory.
+        // A match instead of indexing: indexing would store the vector to memory.
         let (x, y, z) = match self.axes {
             Axes::Xyz => (w.x, w.y, w.z),
             Axes::Yzx => (w.y, w.z, w.x),

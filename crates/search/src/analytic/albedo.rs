@@ -5,7 +5,7 @@
 //! albedo.
 
 use brood_brdf::{Block, DirectionPair};
-use brood_eval::{Level, LobeRule, around};
+use brood_eval::{Level, LobeRule, direction_at};
 use rayon::prelude::*;
 
 use super::batch::LANES;
@@ -96,7 +96,7 @@ pub(super) fn residual(albedo: f64, level: f64, total: f64) -> f64 {
 
 fn nodes(rule: &LobeRule, (angle, turn): (f64, f64)) -> Vec<Nodes> {
     let (sin, cos) = libm::sincos(angle.to_radians());
-    let wi = around(sin, cos, turn);
+    let wi = direction_at(sin, cos, turn);
     let is_along_u = turn == TURNS[0];
     let is_half = |wo: glam::DVec3| if is_along_u { wo.y > 0.0 } else { wo.x > 0.0 };
     let half: Vec<(DirectionPair, f64)> =

@@ -88,5 +88,5 @@ impl Method for Analytic {
 fn candidate(found: Finished) -> Candidate {
     let Finished { models, parameters, fitted, held } = found;
     let genome = Form::genome(models).expect("one or two models are a genome");
-    Candidate { genome, numbers: parameters, fitted: fitted.sqrt(), held: held.sqrt() }
+    Candidate { genome, parameters, fitted: fitted.sqrt(), held: held.sqrt() }
 }

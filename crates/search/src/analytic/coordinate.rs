@@ -1,6 +1,6 @@
 //! A free parameter of a form as a coordinate: its scale and its bounds.
 
-use brood_brdf::{Parameter, Scale};
+use brood_brdf::{Parameter, ParameterScale};
 
 /// A linear range from 0 that is wider than this is logarithmic except near 0.
 const WIDE: f64 = 100.0;
@@ -41,9 +41,9 @@ impl Coordinate {
     pub(super) fn new(parameter: &Parameter, lobe: usize, at: usize) -> Self {
         let range = parameter.range;
         let spread = match parameter.scale {
-            Scale::Logarithmic => Spread::Logarithmic,
-            Scale::Linear if range.0 >= 0.0 && range.1 > WIDE => Spread::Wide,
-            Scale::Linear => Spread::Linear,
+            ParameterScale::Logarithmic => Spread::Logarithmic,
+            ParameterScale::Linear if range.0 >= 0.0 && range.1 > WIDE => Spread::Wide,
+            ParameterScale::Linear => Spread::Linear,
         };
         let bounds = (into(spread, range.0), into(spread, range.1));
         let longest = match spread {

@@ -1,7 +1,7 @@
 //! Form of a fit: one model or the sum of two, the values of its choice parameters, and which
 //! parameters are free.
 
-use brood_brdf::{Model, ModelKind, Shape};
+use brood_brdf::{Model, ModelKind, ParameterKind};
 use brood_genome::{Genome, GenomeError, Stream};
 use serde::{Deserialize, Serialize};
 
@@ -146,7 +146,7 @@ impl Form {
             let mut at = 0;
             for parameter in kind.parameters() {
                 let is_tied = TIED.iter().any(|(name, _)| *name == parameter.name);
-                let is_fixed = matches!(parameter.shape, Shape::Choice { .. })
+                let is_fixed = matches!(parameter.kind, ParameterKind::Choice { .. })
                     || (!self.anisotropic && (ANISOTROPY.contains(&parameter.name) || is_tied))
                     || (index > 0 && parameter.name == BASE);
                 if !is_fixed {
@@ -170,8 +170,8 @@ impl Form {
         let of = |(index, lobe): (usize, &LobeForm)| {
             let kind = lobe.known();
             let mut choices = lobe.choices.iter();
-            let of_parameter = |parameter: &brood_brdf::Parameter| match parameter.shape {
-                Shape::Choice { .. } => {
+            let of_parameter = |parameter: &brood_brdf::Parameter| match parameter.kind {
+                ParameterKind::Choice { .. } => {
                     vec![f64::from(*choices.next().expect("each choice parameter has a choice"))]
                 }
                 _ if index > 0 && parameter.name == BASE => vec![0.0; parameter.count()],
@@ -194,14 +194,15 @@ impl Form {
             }
         }
         let model = |(lobe, values): (&LobeForm, Vec<f64>)| {
-            Model::from_numbers(lobe.known(), &values).expect("values are within their ranges")
+            Model::from_parameter_values(lobe.known(), &values)
+                .expect("values are within their ranges")
         };
         self.lobes.iter().zip(values).map(model).collect()
     }
 
     /// Coordinates of models of this form.
     pub(super) fn place(&self, models: &[Model]) -> Vec<f64> {
-        let value = |c: &Coordinate| c.of(models[c.lobe].numbers()[c.at]);
+        let value = |c: &Coordinate| c.of(models[c.lobe].parameter_values()[c.at]);
         self.coordinates().iter().map(value).collect()
     }
 

@@ -1,7 +1,7 @@
 //! Residuals of models on samples, and their derivatives by the free parameters.
 
 use brood_brdf::{Block, CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
-use brood_eval::{Level, Work};
+use brood_eval::{Level, SimdKernel};
 
 use super::Form;
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
@@ -277,8 +277,8 @@ struct Difference<'a> {
     by: f64,
 }
 
-impl Work for Difference<'_> {
-    type Done = ();
+impl SimdKernel for Difference<'_> {
+    type Output = ();
 
     #[inline(always)]
     fn run(self) {
@@ -295,8 +295,8 @@ struct Products<'a> {
     count: usize,
 }
 
-impl Work for Products<'_> {
-    type Done = NormalEquations;
+impl SimdKernel for Products<'_> {
+    type Output = NormalEquations;
 
     #[inline(always)]
     fn run(self) -> NormalEquations {

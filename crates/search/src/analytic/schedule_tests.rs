@@ -51,7 +51,7 @@ fn analytic_finds_the_right_kind() {
     assert!(found.e_log < 1e-5 && found.divisor == 1.0, "{found:?}");
     // Each fit has fewer parameters than the one before, and a larger error.
     for both in outcome.front.windows(2) {
-        assert!(both[0].numbers > both[1].numbers && both[0].held < both[1].held);
+        assert!(both[0].parameters > both[1].parameters && both[0].held < both[1].held);
     }
 }
 
@@ -133,7 +133,7 @@ fn front_is_ranked_under_the_energy_limit() {
         });
         let outcome = fit.finish(&mut || true).unwrap();
         let found = Found::all(&outcome.front, &target).unwrap();
-        let errors: Vec<_> = found.iter().map(|f| (f.numbers, f.e_log, f.divisor)).collect();
+        let errors: Vec<_> = found.iter().map(|f| (f.parameters, f.e_log, f.divisor)).collect();
         assert!(found[outcome.best].e_log < 0.004, "seed {seed}: {errors:?}");
         for both in found.windows(2) {
             assert!(both[0].e_log < both[1].e_log, "seed {seed}: {errors:?}");

@@ -83,7 +83,7 @@ pub(crate) fn child_of(
         let share = 0.1 + 0.4 * stream.unit();
         // Half of the crossovers are without mutation.
         let amount = if stream.chance(0.5) { 0.0 } else { amount };
-        Variation::recombine(first, second, share, amount).birth(key)
+        Variation::crossover(first, second, share, amount).birth(key)
     } else {
         Variation::mutate(first, amount).birth(key)
     }

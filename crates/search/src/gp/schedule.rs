@@ -225,7 +225,7 @@ fn candidate(member: &Member, fitted: f64, held: f64) -> Candidate {
     let genome = member.genome.clone().with_limit(true);
     let places = Tunable::lower(&genome).places().iter().flatten().count();
     // Plus scale and offset of each channel.
-    Candidate { genome, numbers: places + 6, fitted, held }
+    Candidate { genome, parameters: places + 6, fitted, held }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! the largest albedo.
 
 use brood_brdf::Input;
-use brood_eval::{Level, LobeRule, around};
+use brood_eval::{Level, LobeRule, direction_at};
 use rayon::prelude::*;
 
 use super::batch::{Batch, points};
@@ -118,7 +118,7 @@ fn reflected(
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch {
     let (sin, cos) = libm::sincos(angle.to_radians());
-    let wi = around(sin, cos, 0.0);
+    let wi = direction_at(sin, cos, 0.0);
     let nodes = rule.nodes(wi).into_iter();
     let half = nodes.filter(|(pair, _)| !is_mirrored || pair.wo().y > 0.0);
     let (pairs, weights): (Vec<_>, Vec<f64>) = half.unzip();

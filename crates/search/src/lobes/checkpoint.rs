@@ -51,7 +51,7 @@ impl Method for Fit {
         outcome(self.refine(self.front(), has_time))
     }
 
-    fn is_short(&self) -> bool {
+    fn finishes_quickly(&self) -> bool {
         false
     }
 
@@ -108,5 +108,5 @@ pub(crate) fn outcome(front: Vec<Fitted>) -> Option<Outcome> {
 
 fn candidate(lobes: &Lobes, fitted: f64, held: f64) -> Candidate {
     let genome = lobes.genome().expect("a search's shapes fit in a program");
-    Candidate { genome, numbers: lobes.free(), fitted, held }
+    Candidate { genome, parameters: lobes.free(), fitted, held }
 }

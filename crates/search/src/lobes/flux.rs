@@ -1,6 +1,6 @@
 //! One pass over the nodes of a quadrature: the albedo of lobes per channel, and its gradient.
 
-use brood_eval::Work;
+use brood_eval::SimdKernel;
 
 use super::batch::{LANES, Row};
 use super::normal_equations::{Place, places};
@@ -15,8 +15,8 @@ pub(super) struct Flux<'a> {
     pub(super) gradients: Option<&'a mut [Vec<f64>; 3]>,
 }
 
-impl Work for Flux<'_> {
-    type Done = [f64; 3];
+impl SimdKernel for Flux<'_> {
+    type Output = [f64; 3];
 
     #[inline(always)]
     fn run(mut self) -> [f64; 3] {

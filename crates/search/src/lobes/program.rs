@@ -3,8 +3,8 @@
 
 use brood_brdf::Input;
 use brood_genome::{
-    CONSTANTS, Dialect, Genome, GenomeError, Instruction, Opcode, OpcodeSet, Operand, Output,
-    RANGE, Register, Source, Swizzle, WriteMask,
+    CONSTANTS, Dialect, Genome, GenomeError, InitialValue, Instruction, Opcode, OpcodeSet, Operand,
+    Output, RANGE, Register, Swizzle, WriteMask,
 };
 
 use super::Lobes;
@@ -105,7 +105,7 @@ fn holds(input: Input) -> Result<Operand, LobesError> {
         .find(|(register, at)| {
             // The code overwrites this register.
             *register != RESULT
-                && dialect.initial(*register, usize::from(*at)) == Source::Input(input)
+                && dialect.initial(*register, usize::from(*at)) == InitialValue::Input(input)
         })
         .ok_or(LobesError::Input(input))?;
     Ok(operand(Register::Temporary(place.0), Some(place.1)))

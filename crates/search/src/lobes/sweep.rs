@@ -1,7 +1,7 @@
 //! One pass over a block of samples: values of the lobes, residuals, and products for the normal
 //! equations.
 
-use brood_eval::Work;
+use brood_eval::SimdKernel;
 use brood_genome::Functions;
 
 use super::batch::{Block, LANES, Row};
@@ -139,8 +139,8 @@ pub(super) struct Sweep<'a> {
     pub(super) sums: Option<&'a mut Sums>,
 }
 
-impl Work for Sweep<'_> {
-    type Done = f64;
+impl SimdKernel for Sweep<'_> {
+    type Output = f64;
 
     #[inline(always)]
     fn run(mut self) -> f64 {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use brood_scene::{IesProfile, LightAssets, Mesh, MeshRef, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
-use super::known::{KnownView, Pictures, PicturesError, Setting, ViewError};
+use super::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 use super::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
@@ -273,7 +273,7 @@ impl BundledView {
             (None, MeshRef::Builtin(name)) => Arc::new(Mesh::builtin(*name)),
             (None, MeshRef::Uploaded(_)) => unreachable!("a bundle's meshes have been checked"),
         };
-        let setting = Setting {
+        let setting = ViewSetup {
             scene: self.scene.clone(),
             mesh,
             assets: assets.clone(),

@@ -17,7 +17,7 @@ const UPLOADED: &str = "01890000-0000-7000-8000-000000000000";
 fn picture(scene: &Scene, mesh: &Mesh) -> Vec<u8> {
     let area = PixelArea::whole(SIDE_PX);
     let raster = Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area };
-    let set = SampleSet::render_lit(mesh, scene, &LightAssets::default(), raster);
+    let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
     let mut f = Vec::new();
     model_reflectance(&*Model::new(ModelKind::Lambert).brdf(), &set, &mut f);
     encode_exr(&shade(&set, &f)).unwrap()

@@ -4,8 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use brood_brdf::{
-    Brdf, CsvError, DirectionPair, GoniometerError, Merl, MerlError, Rgl, RglError, Samples,
-    Scattered, Slice, SliceError,
+    Brdf, CsvError, DirectionPair, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples,
+    Merl, MerlError, Rgl, RglError, Scattered,
 };
 use brood_eval::{LinearPictureError, decode_linear};
 
@@ -147,7 +147,7 @@ pub enum TargetFileError {
     Picture(#[from] LinearPictureError),
     /// A valid picture that is no image slice.
     #[error(transparent)]
-    Slice(#[from] SliceError),
+    Slice(#[from] ImageSliceError),
     /// Readable, but nothing to match.
     #[error(transparent)]
     Target(#[from] TargetError),
@@ -167,15 +167,15 @@ impl TargetFile {
     /// match.
     pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
         let known = |target| Self { target, skipped: 0, rows: 0, pictures: None };
-        let of_samples = |samples: &Samples| {
+        let of_samples = |samples: &MeasuredSamples| {
             let skipped = samples.skipped();
             let target = MeasuredTarget::of_samples(samples)?;
             let rows = samples.rows().len() + skipped;
             Ok(Self { target, skipped, rows, pictures: None })
         };
         match kind {
-            TargetKind::Samples => of_samples(&Samples::from_csv(bytes)?),
-            TargetKind::Cornell => of_samples(&Samples::from_goniometer(bytes)?),
+            TargetKind::Samples => of_samples(&MeasuredSamples::from_csv(bytes)?),
+            TargetKind::Cornell => of_samples(&MeasuredSamples::from_goniometer(bytes)?),
             TargetKind::Slice => Ok(known(MeasuredTarget::of_slice(&slice(bytes)?)?)),
             TargetKind::Merl => Ok(known(MeasuredTarget::of(&Merl::read(bytes)?)?)),
             TargetKind::Rgl => Ok(known(MeasuredTarget::of(&Rgl::read(bytes)?)?)),
@@ -203,14 +203,14 @@ impl MeasuredFile {
     /// bytes are not a file of this kind.
     pub fn read(kind: TargetKind, bytes: &[u8]) -> Result<Self, TargetFileError> {
         let known = |brdf| Self { brdf, skipped: 0, rows: 0 };
-        let scattered = |samples: &Samples| {
+        let scattered = |samples: &MeasuredSamples| {
             let skipped = samples.skipped();
             let rows = samples.rows().len() + skipped;
             Self { brdf: Box::new(Scattered::new(samples)), skipped, rows }
         };
         Ok(match kind {
-            TargetKind::Samples => scattered(&Samples::from_csv(bytes)?),
-            TargetKind::Cornell => scattered(&Samples::from_goniometer(bytes)?),
+            TargetKind::Samples => scattered(&MeasuredSamples::from_csv(bytes)?),
+            TargetKind::Cornell => scattered(&MeasuredSamples::from_goniometer(bytes)?),
             TargetKind::Slice => known(Box::new(slice(bytes)?)),
             TargetKind::Merl => known(Box::new(Merl::read(bytes)?)),
             TargetKind::Rgl => known(Box::new(Rgl::read(bytes)?)),
@@ -219,13 +219,13 @@ impl MeasuredFile {
     }
 }
 
-fn slice(bytes: &[u8]) -> Result<Slice, TargetFileError> {
+fn slice(bytes: &[u8]) -> Result<ImageSlice, TargetFileError> {
     let picture = match decode_linear(bytes, SLICE_PX) {
         Ok(picture) if picture.is_linear => picture,
         Ok(_) | Err(LinearPictureError::Kind) => return Err(TargetFileError::Codes),
         Err(error) => return Err(error.into()),
     };
-    Ok(Slice::new(picture.width as usize, picture.height as usize, picture.pixels)?)
+    Ok(ImageSlice::new(picture.width as usize, picture.height as usize, picture.pixels)?)
 }
 
 #[cfg(test)]

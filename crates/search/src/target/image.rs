@@ -15,7 +15,7 @@ use brood_scene::{
 
 use super::Samples;
 use pixel::PixelReading;
-pub use pixel::{PixelCounts, PixelFate};
+pub use pixel::{PixelCounts, PixelStatus};
 pub use refusal::ImageTargetError;
 
 /// Least side of a picture, in pixels.
@@ -56,7 +56,7 @@ pub struct ImageView {
     target: Vec<[f64; 3]>,
     /// True for pixels in which pictures are compared: neither masked nor clipped.
     compared: Vec<bool>,
-    fates: Vec<PixelFate>,
+    statuses: Vec<PixelStatus>,
     is_gain_unknown: bool,
     counts: PixelCounts,
 }
@@ -88,7 +88,7 @@ impl ImageView {
         let exposure = film(view)?;
         let raster =
             Raster { size_px: side, sampling: view.sampling, area: PixelArea::whole(side) };
-        let set = SampleSet::render_lit(view.mesh, view.scene, view.assets, raster);
+        let set = SampleSet::render_with_assets(view.mesh, view.scene, view.assets, raster);
         if set.counts().covered == 0 {
             return Err(ImageTargetError::Nothing);
         }
@@ -101,7 +101,7 @@ impl ImageView {
         let compared = (0..target.len()).map(|k| in_mask(k) && !view.picture.clipped[k]).collect();
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
         let counts = PixelCounts { pixels: target.len() as u64, ..PixelCounts::default() };
-        let mut own = Self { set, target, compared, fates: Vec::new(), is_gain_unknown, counts };
+        let mut own = Self { set, target, compared, statuses: Vec::new(), is_gain_unknown, counts };
         let samples = own.classify(in_mask, &view.picture.clipped);
         Ok((own, samples))
     }
@@ -120,33 +120,33 @@ impl ImageView {
             // Blur over the border of a pixel shows its neighbours.
             let near_edge = || neighbours(pixel, side).any(|other| layout.coverage[other] < 1.0);
             let reading = match span {
-                _ if !in_mask(pixel) => PixelReading::Unusable(PixelFate::Masked),
-                _ if coverage == 0.0 => PixelReading::Unusable(PixelFate::Background),
-                _ if coverage < 1.0 || near_edge() => PixelReading::Unusable(PixelFate::Edge),
+                _ if !in_mask(pixel) => PixelReading::Unusable(PixelStatus::Masked),
+                _ if coverage == 0.0 => PixelReading::Unusable(PixelStatus::Background),
+                _ if coverage < 1.0 || near_edge() => PixelReading::Unusable(PixelStatus::Edge),
                 Some(span) if clipped[pixel] => match self.lit(span) {
                     PixelReading::Sample(pair, value) => PixelReading::LowerBound(pair, value),
                     PixelReading::LowerBound(..) | PixelReading::Unusable(_) => {
-                        PixelReading::Unusable(PixelFate::Clipped)
+                        PixelReading::Unusable(PixelStatus::Clipped)
                     }
                 },
-                None if clipped[pixel] => PixelReading::Unusable(PixelFate::Clipped),
-                None => PixelReading::Unusable(PixelFate::Unlit),
+                None if clipped[pixel] => PixelReading::Unusable(PixelStatus::Clipped),
+                None => PixelReading::Unusable(PixelStatus::Unlit),
                 Some(span) => self.lit(span),
             };
-            let fate = match reading {
-                PixelReading::Unusable(fate) => fate,
+            let status = match reading {
+                PixelReading::Unusable(status) => status,
                 PixelReading::Sample(pair, value) => {
                     pairs.push(pair);
                     values.push(value);
-                    PixelFate::Used
+                    PixelStatus::Used
                 }
                 PixelReading::LowerBound(pair, value) => {
                     least.push((pair, value));
-                    PixelFate::Clipped
+                    PixelStatus::Clipped
                 }
             };
-            counts.add(fate);
-            self.fates.push(fate);
+            counts.add(status);
+            self.statuses.push(status);
         }
         self.counts = counts;
         Samples::new(pairs, values).with_lower_bounds(least)
@@ -155,24 +155,24 @@ impl ImageView {
     /// Reads a pixel that is covered and lit.
     fn lit(&self, span: PixelSpan) -> PixelReading {
         match span.centre_end - span.start {
-            0 => return PixelReading::Unusable(PixelFate::Unlit),
+            0 => return PixelReading::Unusable(PixelStatus::Unlit),
             1 => {}
-            _ => return PixelReading::Unusable(PixelFate::SeveralLights),
+            _ => return PixelReading::Unusable(PixelStatus::SeveralLights),
         }
         let (pair, _) = self.set.pair(span.start as usize);
         if pair.cos_i().min(pair.cos_o()) < LEAST_COSINE {
-            return PixelReading::Unusable(PixelFate::Grazing);
+            return PixelReading::Unusable(PixelStatus::Grazing);
         }
         let mut f = self.target[span.pixel as usize];
         for (f, irradiance) in f.iter_mut().zip(self.set.irradiance()) {
-            let counted = &irradiance[span.counted as usize..span.end as usize];
+            let counted = &irradiance[span.radiance_start as usize..span.end as usize];
             let mean = counted.iter().map(|e| f64::from(*e)).sum::<f64>() * self.scale();
             let centre = f64::from(irradiance[span.start as usize]);
             if centre <= 0.0 {
-                return PixelReading::Unusable(PixelFate::Unlit);
+                return PixelReading::Unusable(PixelStatus::Unlit);
             }
             if (mean - centre).abs() > UNEVEN * centre {
-                return PixelReading::Unusable(PixelFate::HalfLit);
+                return PixelReading::Unusable(PixelStatus::HalfLit);
             }
             *f = f.max(0.0) / mean;
         }
@@ -203,14 +203,14 @@ impl ImageView {
 
     /// The picture as linear radiance, row by row; up to a gain if the brightness is unknown.
     #[must_use]
-    pub fn wanted(&self) -> &[[f64; 3]] {
+    pub fn target(&self) -> &[[f64; 3]] {
         &self.target
     }
 
     /// Status of each pixel.
     #[must_use]
-    pub fn fates(&self) -> &[PixelFate] {
-        &self.fates
+    pub fn statuses(&self) -> &[PixelStatus] {
+        &self.statuses
     }
 
     /// Compares a picture of the same scene with this one.
@@ -248,8 +248,8 @@ impl ImageView {
             }
             (sum / count.max(1) as f64).sqrt()
         };
-        let of = |(k, fate): (usize, &PixelFate)| (*fate == PixelFate::Used).then_some(k);
-        let mut used = self.fates.iter().enumerate().filter_map(of);
+        let of = |(k, status): (usize, &PixelStatus)| (*status == PixelStatus::Used).then_some(k);
+        let mut used = self.statuses.iter().enumerate().filter_map(of);
         ImageError { rmse: root(&mut compared.iter().copied()), rmse_used: root(&mut used), gain }
     }
 }

@@ -16,7 +16,7 @@ fn scene(json: &str) -> Scene {
 
 fn rendered(model: &Model, mesh: &Mesh, scene: &Scene, sampling: Sampling) -> RadianceImage {
     let raster = Raster { size_px: SIDE_PX, sampling, area: PixelArea::whole(SIDE_PX) };
-    let set = SampleSet::render_lit(mesh, scene, &LightAssets::default(), raster);
+    let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
     let mut f = Vec::new();
     model_reflectance(&*model.brdf(), &set, &mut f);
     shade(&set, &f)
@@ -87,7 +87,7 @@ fn unknown_brightness_is_compensated_by_a_gain() {
     let target = crate::MeasuredTarget::of_pixels(&samples).unwrap();
     let options =
         Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
-    let mut search = Search::of_kinds(&target.fitted, &options, vec![ModelKind::Lambert]);
+    let mut search = Search::with_kinds(&target.fitted, &options, vec![ModelKind::Lambert]);
     assert!(search.step().held < 1e-4);
 }
 

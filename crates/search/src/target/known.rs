@@ -9,7 +9,7 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_scene::{Exposure, LightAssets, Mesh, Sampling, Scene};
 
-use super::image::{ImageTargetError, ImageView, PixelCounts, PixelFate, View, pooled};
+use super::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use super::{MeasuredTarget, Samples, TargetError};
 
 /// Largest side of a picture in pixels, as for pictures rendered on the command line.
@@ -17,7 +17,7 @@ const SIDE_MOST: u32 = 4096;
 
 /// Scene of a picture, and its role in the target.
 #[derive(Debug, Clone)]
-pub struct Setting {
+pub struct ViewSetup {
     /// Camera, lights and film.
     pub scene: Scene,
     /// Mesh that is shown.
@@ -36,7 +36,7 @@ pub struct Setting {
 #[derive(Debug)]
 pub struct KnownView {
     /// Scene and role.
-    pub setting: Setting,
+    pub setting: ViewSetup,
     /// Classified pixels.
     pub view: ImageView,
     /// Exposure and tone curve of the scene's film.
@@ -72,7 +72,7 @@ impl KnownView {
     /// Returns [`ViewError`] if the picture or the mask cannot be decoded, is too large, or cannot
     /// be used as a target.
     pub fn read(
-        setting: Setting,
+        setting: ViewSetup,
         picture: &[u8],
         mask: Option<&[u8]>,
     ) -> Result<(Self, Samples), ViewError> {
@@ -107,7 +107,7 @@ impl KnownView {
     #[must_use]
     pub fn shown(&self) -> Developed {
         let side = self.side();
-        let pixels = self.view.wanted();
+        let pixels = self.view.target();
         let rgba = vec![u8::MAX; 4 * pixels.len()];
         let exposure_ev = self.gain.ev;
         let mut shown = Developed { width: side, height: side, rgba, exposure_ev };
@@ -121,7 +121,7 @@ impl KnownView {
     /// Approximate memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.view.set().bytes() + 32 * self.view.wanted().len()
+        self.view.set().bytes() + 32 * self.view.target().len()
     }
 }
 
@@ -133,10 +133,11 @@ fn gain(scene: &Scene, picture: &LinearPicture, view: &ImageView) -> Gain {
         Exposure::Ev(ev) => Gain::fixed(ev),
         Exposure::Auto if !picture.is_linear => Gain::fixed(0.0),
         Exposure::Auto => {
-            let shows =
-                |fate: PixelFate| !matches!(fate, PixelFate::Masked | PixelFate::Background);
-            let pixels = picture.pixels.iter().zip(view.fates());
-            let seen = pixels.filter(|(_, fate)| shows(**fate));
+            let shows = |status: PixelStatus| {
+                !matches!(status, PixelStatus::Masked | PixelStatus::Background)
+            };
+            let pixels = picture.pixels.iter().zip(view.statuses());
+            let seen = pixels.filter(|(_, status)| shows(**status));
             Gain::automatic(seen.map(|(pixel, _)| pixel[0].max(pixel[1]).max(pixel[2])).collect())
         }
     };

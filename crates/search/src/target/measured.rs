@@ -102,7 +102,7 @@ impl MeasuredTarget {
     /// # Errors
     /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
     /// range.
-    pub fn of_samples(samples: &brood_brdf::Samples) -> Result<Self, TargetError> {
+    pub fn of_samples(samples: &brood_brdf::MeasuredSamples) -> Result<Self, TargetError> {
         let rows = samples.rows().iter().filter(|(pair, _)| is_above(pair));
         let of = |(pair, f): &(DirectionPair, DVec3)| (*pair, f.to_array().map(|f| f.max(0.0)));
         let (pairs, values) = rows.map(of).unzip();
@@ -163,9 +163,9 @@ mod tests {
     use super::*;
     use brood_brdf::{Model, ModelKind};
 
-    fn rows(count: usize, f: f64) -> brood_brdf::Samples {
+    fn rows(count: usize, f: f64) -> brood_brdf::MeasuredSamples {
         let rows = draw_pairs(count, 9).into_iter().map(|pair| (pair, DVec3::splat(f))).collect();
-        brood_brdf::Samples::new(rows).unwrap()
+        brood_brdf::MeasuredSamples::new(rows).unwrap()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! horizon.
 
 use brood_brdf::Brdf;
-use brood_eval::{LobeRule, around};
+use brood_eval::{LobeRule, direction_at};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -33,7 +33,7 @@ impl Reflected {
         let rule = LobeRule::new(ORDER);
         let of = |theta_deg: &f64| {
             let (sin, cos) = libm::sincos(theta_deg.to_radians());
-            let wi = around(sin, cos, 0.0);
+            let wi = direction_at(sin, cos, 0.0);
             let (pairs, weights): (Vec<_>, Vec<f64>) = rule.nodes(wi).into_iter().unzip();
             let samples = Samples::of(brdf, pairs);
             let each = samples.values().iter().zip(weights);

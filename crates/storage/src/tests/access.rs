@@ -3,7 +3,7 @@
 use brood_protocol::ParentRef;
 
 use super::{genome, hash, idempotency, lineage, new_generation, new_lineage, open, scene};
-use crate::{Remembered, Scope, StorageError, Token};
+use crate::{IdempotencyLookup, Scope, StorageError, Token};
 
 #[tokio::test]
 async fn token_is_found_by_hash_until_revoked() {
@@ -54,12 +54,12 @@ async fn response_is_replayed_when_key_route_and_body_are_equal() {
         let store = store.clone();
         async move { store.lookup_idempotent(key, route, hash(body)).await.unwrap() }
     };
-    assert_eq!(look("k", "POST /v1/lineages", "body").await, Remembered::Fresh);
+    assert_eq!(look("k", "POST /v1/lineages", "body").await, IdempotencyLookup::Fresh);
     store.create_lineage(new.clone(), Some(answer.clone())).await.unwrap();
-    let replay = Remembered::Replay { status: 201, body: b"made".to_vec() };
+    let replay = IdempotencyLookup::Replay { status: 201, body: b"made".to_vec() };
     assert_eq!(look("k", "POST /v1/lineages", "body").await, replay);
-    assert_eq!(look("k", "POST /v1/lineages", "other").await, Remembered::OtherBody);
-    assert_eq!(look("k", "POST /v1/scenes", "body").await, Remembered::Fresh);
+    assert_eq!(look("k", "POST /v1/lineages", "other").await, IdempotencyLookup::OtherBody);
+    assert_eq!(look("k", "POST /v1/scenes", "body").await, IdempotencyLookup::Fresh);
 
     // The second of two concurrent writes stores nothing.
     let again = new_lineage("twice", new.scene, 6);
@@ -75,7 +75,7 @@ async fn response_is_replayed_when_key_route_and_body_are_equal() {
 
     assert_eq!(store.prune_idempotency(5).await.unwrap(), 0);
     assert_eq!(store.prune_idempotency(6).await.unwrap(), 1);
-    assert_eq!(look("k", "POST /v1/lineages", "body").await, Remembered::Fresh);
+    assert_eq!(look("k", "POST /v1/lineages", "body").await, IdempotencyLookup::Fresh);
 }
 
 #[tokio::test]
@@ -89,6 +89,6 @@ async fn record_is_rolled_back_when_write_fails() {
     let counts = store.counts().await.unwrap();
     assert_eq!((counts.idempotency, counts.generations, counts.genomes), (0, 0, 0));
 
-    store.remember_answer(idempotency("k"), 3).await.unwrap();
+    store.store_idempotency(idempotency("k"), 3).await.unwrap();
     assert_eq!(store.counts().await.unwrap().idempotency, 1);
 }

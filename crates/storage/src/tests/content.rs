@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use brood_protocol::{Backend, MeshId, PictureFormat};
 
 use super::{bytes, genome, hash, key, open, picture, saved, scene};
-use crate::{MeshRow, NewMesh, StorageError, StoredGenome};
+use crate::{NewMesh, StorageError, StoredGenome, StoredMesh};
 
 #[tokio::test]
 async fn genome_is_stored_once() {
@@ -69,7 +69,7 @@ async fn mesh_keeps_its_id_when_stored_again() {
     assert_eq!(id, new.id);
     let again = store.put_mesh(NewMesh { id: MeshId::fresh(), ..new.clone() }).await.unwrap();
     assert_eq!(again, id);
-    let row = MeshRow {
+    let row = StoredMesh {
         id,
         content_hash: new.content_hash,
         vertices: 3,

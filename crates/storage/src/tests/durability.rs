@@ -130,7 +130,7 @@ async fn directory_is_unlocked_when_all_clones_are_dropped() {
 #[tokio::test]
 async fn command_opens_store_while_server_runs() {
     let (dir, server) = open().await;
-    let command = Store::open_beside(dir.path()).await.unwrap();
+    let command = Store::open_shared(dir.path()).await.unwrap();
     command.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
     assert!(server.any_token().await.unwrap());
     lineage(&server).await;
@@ -139,7 +139,7 @@ async fn command_opens_store_while_server_runs() {
     server.create_token("u", Scope::Read, hash("u"), None).await.unwrap();
     server.close().await.unwrap();
 
-    let alone = Store::open_beside(dir.path()).await.unwrap();
+    let alone = Store::open_shared(dir.path()).await.unwrap();
     assert_eq!(alone.list_tokens().await.unwrap().len(), 2);
     assert!(matches!(Store::open(dir.path()).await, Err(StorageError::Locked)));
 }

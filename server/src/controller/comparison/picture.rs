@@ -1,36 +1,39 @@
-//! The pictures of a comparison: framed alike, exposed alike, rendered by workers and read back where they are held against each
-//! other.
+//! Pictures of a comparison: one framing and one exposure for all, rendered by workers and read
+//! back to be compared.
 
 use std::sync::Arc;
 
 use brood_inspect::{COMPARED, LinearImage};
 use brood_protocol::{PictureFormat, SceneId};
 use brood_scene::{Exposure, Film, Sampling, Scene};
-use brood_storage::PictureRow;
+use brood_storage::StoredPicture;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
-use super::{One, Wanted, specimen};
+use super::{ComparisonRequest, RequestedMaterial, specimen};
 use crate::controller::scene;
 use crate::library::View;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// The scene with one exposure for all, and that exposure.
-pub async fn exposed(app: &App, wanted: &Wanted) -> Result<(SceneId, f64), ApiError> {
-    let known = app.library.scene(wanted.scene).await?;
+/// Returns the scene with one fixed exposure for all materials, and that exposure in EV.
+///
+/// # Errors
+/// [`ApiError`] if the scene cannot be read or the server is busy.
+pub async fn exposed(app: &App, request: &ComparisonRequest) -> Result<(SceneId, f64), ApiError> {
+    let known = app.library.scene(request.scene).await?;
     let film = known.scene.film;
     if let Exposure::Ev(ev) = film.exposure {
-        return Ok((wanted.scene, ev));
+        return Ok((request.scene, ev));
     }
-    let (circle, first) = (app.library.circle(wanted.scene).await?, wanted.first());
+    let (circle, first) = (app.library.light_circle(request.scene).await?, request.first());
     let ev = app.on_processor(move || circle.ev(&specimen(&first), film)).await?;
     let film = Film { exposure: Exposure::Ev(ev), ..film };
     let id = scene::store(app, &Scene { film, ..known.scene.clone() }).await?;
     Ok((id, ev))
 }
 
-impl Wanted {
-    /// How its pictures are framed in a scene.
+impl ComparisonRequest {
+    /// Returns the framing of the pictures in a scene.
     pub fn view(&self, app: &App, scene: SceneId, format: PictureFormat) -> View {
         View {
             scene,
@@ -44,21 +47,32 @@ impl Wanted {
     }
 }
 
-pub async fn row(app: &App, one: &One, view: View) -> Result<Arc<PictureRow>, ApiError> {
+/// Stores and returns the picture row of a material in a view.
+///
+/// # Errors
+/// [`ApiError`] if the scene cannot be read or the store fails.
+pub async fn row(
+    app: &App,
+    one: &RequestedMaterial,
+    view: View,
+) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(one.material.program.hash());
-    app.announce(framed.row(key, one.hash)).await
+    app.store_row(framed.row(key, one.hash)).await
 }
 
-/// The pictures as exposed, in order.
+/// Returns the linear pictures at the given exposure, in the order of the materials.
+///
+/// # Errors
+/// [`ApiError`] if a picture cannot be rendered or decoded.
 pub async fn linear(
     app: &App,
-    wanted: &Wanted,
+    request: &ComparisonRequest,
     (scene, exposure_ev): (SceneId, f64),
 ) -> Result<Vec<LinearImage>, ApiError> {
-    let view = wanted.view(app, scene, PictureFormat::Exr);
-    let mut rows = Vec::with_capacity(wanted.materials.len());
-    for one in &wanted.materials {
+    let view = request.view(app, scene, PictureFormat::Exr);
+    let mut rows = Vec::with_capacity(request.materials.len());
+    for one in &request.materials {
         rows.push(row(app, one, view).await?);
     }
     let files = rows.into_iter().map(|row| async move { app.picture(&row).await });

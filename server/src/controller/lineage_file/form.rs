@@ -1,4 +1,4 @@
-//! The form of lineage files.
+//! Format of lineage files.
 
 use std::collections::BTreeMap;
 
@@ -7,51 +7,51 @@ use brood_protocol::{Curation, DialectConstraints, IndividualId, LightAssetKind,
 use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Version of the form.
+/// Version of the format.
 pub const VERSION: u32 = 1;
 
 /// A whole lineage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineageFile {
-    /// Version of the form: 1.
+    /// Version of the format: 1.
     pub brood_lineage: u32,
-    /// Its name.
+    /// Name of the lineage.
     pub name: String,
     /// Free text.
     #[serde(default)]
     pub notes: String,
-    /// What its genomes may use.
+    /// Dialect of the genomes.
     #[schema(value_type = Object)]
     pub dialect: Dialect,
-    /// Side of its thumbnails in pixels.
+    /// Side of the thumbnails in pixels.
     pub thumbnail_px: u32,
-    /// Colour matrix of random children.
+    /// Saturation of random children, 0 to 1.
     pub saturation: f32,
-    /// Whether random children are under the energy limit.
+    /// True if random children are under the energy limit.
     #[serde(default)]
     pub energy_limit: bool,
-    /// The scene its thumbnails show.
+    /// Scene of the thumbnails.
     pub scene: Scene,
-    /// The scene's mesh where it was uploaded: binary, base64.
+    /// Mesh of the scene if it was uploaded: binary, base64.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,
-    /// The files that the scene's lights refer to.
+    /// Files of the scene's lights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_assets: Vec<FileLightAsset>,
     /// Texts of all genomes by content hash.
     pub genomes: BTreeMap<String, String>,
-    /// Its generations, oldest first.
+    /// Generations, oldest first.
     pub generations: Vec<FileGeneration>,
 }
 
-/// A file that a light of the scene refers to.
+/// File of one of the scene's lights.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileLightAsset {
-    /// What it is.
+    /// Kind of the file.
     pub kind: LightAssetKind,
-    /// As it was uploaded, base64.
+    /// Contents as uploaded, base64.
     pub bytes: String,
 }
 
@@ -59,35 +59,35 @@ pub struct FileLightAsset {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileGeneration {
-    /// The seed that was used.
+    /// Seed of the brood.
     pub seed: Seed,
-    /// Individuals of earlier generations of the file, or genomes by hash.
+    /// Individuals of earlier generations in the file, or genomes by hash.
     pub parents: Vec<ParentRef>,
-    /// The parent shown large.
+    /// Parent shown large in the centre.
     #[serde(default)]
     pub centre: Option<IndividualId>,
-    /// Amount of mutation.
+    /// Amount of mutation, 0 to 1.
     pub mutation: f32,
-    /// Expected share of the second parent.
+    /// Expected share of the second parent, 0 to 1.
     pub recombination: f32,
-    /// How much was done for variety.
+    /// Curation of the brood.
     pub curation: Curation,
-    /// Overrides as asked for.
+    /// Constraints as requested.
     #[serde(default)]
     pub constraints: DialectConstraints,
-    /// Colour matrix as asked for.
+    /// Saturation as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub saturation: Option<f32>,
-    /// Energy limit as asked for.
+    /// Energy limit as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
-    /// Parts of the first parent that were kept.
+    /// Parts of the first parent that the children kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
-    /// When it was made, milliseconds since 1970.
+    /// Time of creation, milliseconds since 1970.
     pub created_ms: i64,
-    /// The children by slot.
+    /// Children by slot.
     pub individuals: Vec<FileIndividual>,
 }
 
@@ -95,23 +95,23 @@ pub struct FileGeneration {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileIndividual {
-    /// Its id in the file; it gets a new one when it is taken in.
+    /// Id in the file; replaced by a new id on import.
     pub id: IndividualId,
-    /// Content hash of its genome.
+    /// Content hash of the genome.
     pub hash: String,
-    /// Place in its brood.
+    /// Place in the brood, from 0.
     pub slot: u32,
-    /// `random`, `mutate` or `recombine`.
+    /// Operator: `random`, `mutate`, `recombine`, `adopt` or `fit`.
     pub operator: String,
-    /// Draws it took.
+    /// Number of draws for this slot.
     pub attempts: u32,
-    /// Whether it is a twin all the same.
+    /// True if the child is a twin.
     #[serde(default)]
     pub twin: bool,
-    /// Marked by a person.
+    /// True if a user marked it as a favourite.
     #[serde(default)]
     pub favourite: bool,
-    /// A person's words.
+    /// Note of a user.
     #[serde(default)]
     pub note: String,
 }

@@ -1,4 +1,5 @@
-//! Lineage files checked and turned into rows: nothing in a file is believed that can be computed.
+//! Checks lineage files and turns them into rows. Everything that can be computed is recomputed,
+//! not trusted.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -15,36 +16,42 @@ use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLinea
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
+use crate::clock::now_ms;
 use crate::controller::lineage::{check_name, check_saturation};
 use crate::controller::{check_length, light_asset};
 use crate::limit;
 use crate::problem::{ApiError, quote};
-use crate::state::now_ms;
 
-/// A file whose genomes and mesh are sound.
+/// Lineage file whose genomes, mesh and light files were checked.
 pub struct Checked {
     /// The file.
     pub file: LineageFile,
-    /// Its genomes by hash.
+    /// Genomes by hash.
     pub genomes: BTreeMap<GenomeHash, NewGenome>,
-    /// Its mesh.
+    /// Mesh of the scene, if uploaded.
     pub mesh: Option<NewMesh>,
-    /// The files of its lights.
+    /// Files of the lights.
     pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
 
-/// Checks what is costly to check.
+/// Checks a file's values, genomes, mesh and light files. This is CPU-heavy.
+///
+/// # Errors
+/// 422 with a pointer to the invalid value.
 pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
     let refuse = |pointer: &str, words: &str| ApiError::refused(words).at(pointer);
     if file.brood_lineage != VERSION {
-        return Err(refuse("/brood_lineage", "the version of the form is 1"));
+        let words = format!("the version must be {VERSION}, got {}", file.brood_lineage);
+        return Err(refuse("/brood_lineage", &words));
     }
     check_name(&file.name)?;
     check_length(&file.notes, limit::NOTE_CHARS, "/notes")?;
     check_saturation(file.saturation)?;
     file.dialect.validate().map_err(|error| refuse("/dialect", &error.to_string()))?;
     if !(limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX).contains(&file.thumbnail_px) {
-        return Err(refuse("/thumbnail_px", "too small or too large"));
+        let (least, most) = (limit::PICTURE_MIN_PX, limit::THUMBNAIL_PX);
+        let words = format!("must be {least} to {most} pixels, got {}", file.thumbnail_px);
+        return Err(refuse("/thumbnail_px", &words));
     }
     file.scene.validate().map_err(|error| {
         let pointer = format!("/scene{}", error.pointer);
@@ -54,10 +61,13 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         (Some(data), MeshRef::Uploaded(_)) => Some(mesh(data)?),
         (None, MeshRef::Builtin(_)) => None,
         (Some(_), MeshRef::Builtin(_)) => {
-            return Err(refuse("/mesh", "the scene's mesh is a built-in one"));
+            return Err(refuse(
+                "/mesh",
+                "the scene has a built-in mesh, so no mesh is allowed here",
+            ));
         }
         (None, MeshRef::Uploaded(_)) => {
-            return Err(refuse("/mesh", "the scene's mesh is an uploaded one and has to be here"));
+            return Err(refuse("/mesh", "the mesh is missing: the scene has an uploaded mesh"));
         }
     };
     let mut light_assets = Vec::with_capacity(file.light_assets.len());
@@ -75,10 +85,10 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         let genome: Genome = text.parse().map_err(|error| ApiError::from(error).at(&pointer))?;
         let found = genome.hash();
         if hash.parse() != Ok(found) {
-            return Err(refuse(&pointer, "the text is of another genome"));
+            return Err(refuse(&pointer, "the text does not have this hash"));
         }
         if !genome.dialect().is_compatible(&file.dialect) {
-            return Err(refuse(&pointer, "the genome is not of the lineage's dialect"));
+            return Err(refuse(&pointer, "the genome does not have the lineage's dialect"));
         }
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
         let new = NewGenome {
@@ -95,8 +105,8 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
 
 fn mesh(data: &str) -> Result<NewMesh, ApiError> {
     let refuse = |words: &str| ApiError::refused(words).at("/mesh");
-    let bytes = BASE64_STANDARD.decode(data).map_err(|_| refuse("this is not base64"))?;
-    let mesh: Mesh = decode(&bytes).map_err(|_| refuse("this is not a mesh"))?;
+    let bytes = BASE64_STANDARD.decode(data).map_err(|_| refuse("the mesh must be base64"))?;
+    let mesh: Mesh = decode(&bytes).map_err(|_| refuse("the mesh cannot be decoded"))?;
     Ok(NewMesh {
         id: MeshId::fresh(),
         content_hash: mesh.content_hash(),
@@ -109,6 +119,9 @@ fn mesh(data: &str) -> Result<NewMesh, ApiError> {
 }
 
 /// Turns a checked file into rows with new ids.
+///
+/// # Errors
+/// 422 with a pointer if the generations contradict each other.
 pub fn assemble(
     file: LineageFile,
     genomes: BTreeMap<GenomeHash, NewGenome>,
@@ -163,18 +176,18 @@ impl Assembly<'_> {
             ("recombination", Some(from.recombination)),
             ("saturation", from.saturation),
         ] {
-            if amount.is_some_and(|amount| !(0.0..=1.0).contains(&amount)) {
-                return refuse(field, "this is an amount from 0 to 1");
+            if let Some(amount) = amount.filter(|amount| !(0.0..=1.0).contains(amount)) {
+                return refuse(field, &format!("`{field}` must be between 0 and 1, got {amount}"));
             }
         }
-        // What breeding could not have made has no place in a history that can be replayed.
+        // Only broods that breeding could have made are accepted: the history must be repeatable.
         let operator = match from.parents.len() {
             0 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
             0 | 1 if from.individuals.iter().all(|one| one.operator == FIT) => FIT,
             0 => "random",
             1 => "mutate",
             2 => "recombine",
-            _ => return refuse("parents", "a brood has two parents at most"),
+            _ => return refuse("parents", "a brood must have at most 2 parents"),
         };
         if let Some(locks) = &from.locks
             && let Err(error) = locks.validate(&self.dialect)
@@ -183,15 +196,15 @@ impl Assembly<'_> {
         }
         let first = from.parents.first().copied();
         if from.centre.is_some_and(|id| first != Some(ParentRef::Individual(id))) {
-            return refuse("centre", "the centre is the first parent");
+            return refuse("centre", "the centre must be the first parent");
         }
         if !(1..=limit::CHILDREN as usize).contains(&from.individuals.len()) {
-            return refuse("individuals", "a brood has 1 to 256 children");
+            return refuse("individuals", "a brood must have 1 to 256 children");
         }
         let slots: HashSet<u32> = from.individuals.iter().map(|one| one.slot).collect();
         if slots.len() < from.individuals.len() || slots.iter().any(|slot| *slot >= limit::CHILDREN)
         {
-            return refuse("individuals", "each child has a slot of its own below 256");
+            return refuse("individuals", "each child must have its own slot below 256");
         }
         let mut parents = Vec::with_capacity(from.parents.len());
         for parent in &from.parents {
@@ -203,7 +216,7 @@ impl Assembly<'_> {
                 _ => {
                     return refuse(
                         "parents",
-                        "a parent is neither born before nor among the genomes",
+                        "a parent must be an individual of an earlier generation or a genome of the file",
                     );
                 }
             });
@@ -212,7 +225,12 @@ impl Assembly<'_> {
             None => None,
             Some(id) => match self.ids.get(&id) {
                 Some(id) => Some(*id),
-                None => return refuse("centre", "the centre was not born before"),
+                None => {
+                    return refuse(
+                        "centre",
+                        "the centre must be an individual of an earlier generation",
+                    );
+                }
             },
         };
         let mut individuals = Vec::with_capacity(from.individuals.len());
@@ -226,7 +244,7 @@ impl Assembly<'_> {
         }
         for (old, new) in born {
             if self.ids.insert(old, new).is_some() {
-                return refuse("individuals", "an id is there twice");
+                return refuse("individuals", "an id occurs twice");
             }
         }
         Ok(NewGeneration {
@@ -260,12 +278,15 @@ impl Assembly<'_> {
         let refuse =
             |field: &str, words: &str| ApiError::refused(words).at(format!("{at}/{field}"));
         let hash = from.hash.parse().ok().and_then(|hash| self.genomes.get(&hash));
-        let genome = hash.ok_or_else(|| refuse("hash", "this is none of the file's genomes"))?;
+        let genome = hash.ok_or_else(|| refuse("hash", "the file has no genome with this hash"))?;
         if from.operator != operator {
-            return Err(refuse("operator", &format!("with so many parents it is {operator}")));
+            return Err(refuse(
+                "operator",
+                &format!("the operator must be {operator} for this number of parents"),
+            ));
         }
         if from.attempts == 0 {
-            return Err(refuse("attempts", "a child is drawn at least once"));
+            return Err(refuse("attempts", "must be at least 1"));
         }
         check_length(&from.note, limit::NOTE_CHARS, &format!("{at}/note"))?;
         let id = IndividualId::fresh();

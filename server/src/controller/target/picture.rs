@@ -1,4 +1,5 @@
-//! Pictures of known scenes, taken in: what the spec says of each, found and put into one file that needs nothing else of this server.
+//! Image targets: reads the pictures of an upload and bundles them with their scenes into one
+//! self-contained file.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -13,22 +14,23 @@ use brood_search::{
 use bytes::Bytes;
 use serde_json::Value;
 
-use super::{REASON_CHARS, Taken, clean};
+use super::{ParsedTarget, REASON_CHARS, clean};
 use crate::extract::{Parts, parse_value};
 use crate::lighting;
 use crate::limit;
 use crate::problem::{ApiError, quote};
-use crate::shelf::{DESKS, at_desk};
 use crate::state::App;
+use crate::target_cache::{READ_PERMITS, read_blocking};
 
-/// Pictures of more samples are read alone.
+/// Uploads with more samples than this are read one at a time.
 const LARGE_RAYS: u64 = 1 << 20;
 
-/// A picture as it is asked for, and where its parts stand in the spec.
+/// Requested view with its parts.
 #[derive(Clone)]
-struct Asked {
-    /// JSON pointer to what is said of it.
+struct RequestedView {
+    /// JSON pointer to the view in the spec.
     at: String,
+    /// JSON pointer to the field that names the picture.
     picture_at: String,
     scene: Option<Value>,
     sampling: Sampling,
@@ -38,20 +40,24 @@ struct Asked {
     mask: Option<Bytes>,
 }
 
-/// Reads pictures, and writes them as the target's file.
-pub(super) async fn read(app: &App, spec: &TargetSpec, parts: &Parts) -> Result<Taken, ApiError> {
+/// Reads the pictures of a spec and bundles them as the target's file.
+pub(super) async fn read(
+    app: &App,
+    spec: &TargetSpec,
+    parts: &Parts,
+) -> Result<ParsedTarget, ApiError> {
     let (asked, all_at) = match spec.views.as_deref() {
         Some(views) => (several(views, parts)?, "/views"),
         None => (vec![alone(spec, parts)?], "/file"),
     };
-    if let Some(one) = asked.iter().find(|one| one.sampling.least() > limit::SAMPLES) {
-        let words = format!("adaptive or 1 to {}", limit::SAMPLES);
+    if let Some(one) = asked.iter().find(|one| one.sampling.min_rays() > limit::SAMPLES) {
+        let words = format!("`samples` must be adaptive or 1 to {}", limit::SAMPLES);
         return Err(ApiError::refused(words).at(format!("{}/samples", one.at)));
     }
     let rays: u64 = asked.iter().map(rays).sum();
     if rays > limit::TARGET_RAYS {
         let words = format!(
-            "the pixels make {rays} samples; {} is the most, and a search looks at ten thousand of them: make the picture smaller",
+            "the pictures need {rays} samples; at most {} are allowed, and a search uses about 10,000 of them: make the picture smaller",
             limit::TARGET_RAYS
         );
         return Err(ApiError::refused(words).at(all_at));
@@ -65,15 +71,15 @@ pub(super) async fn read(app: &App, spec: &TargetSpec, parts: &Parts) -> Result<
         scenes.push((scene, mesh));
     }
     let pictures = asked.clone();
-    let read = at_desk(if rays > LARGE_RAYS { DESKS } else { 1 }, move || {
-        let views = pictures.into_iter().zip(scenes).map(Asked::bundled).collect();
-        // Read again from what workers will read.
-        Taken::read(TargetKind::Image, PictureBundle { views, profiles }.encode()?)
+    let read = read_blocking(if rays > LARGE_RAYS { READ_PERMITS } else { 1 }, move || {
+        let views = pictures.into_iter().zip(scenes).map(RequestedView::bundled).collect();
+        // Parsed from the encoded bundle, which is what workers will read.
+        ParsedTarget::read(TargetKind::Image, PictureBundle { views, profiles }.encode()?)
     });
     read.await?.map_err(|error| refusal(&error, &asked, all_at))
 }
 
-impl Asked {
+impl RequestedView {
     fn bundled((asked, (scene, mesh)): (Self, (Scene, Option<Arc<Mesh>>))) -> BundledView {
         BundledView {
             scene,
@@ -87,10 +93,10 @@ impl Asked {
     }
 }
 
-/// The one picture of a spec, in the part `file`.
-fn alone(spec: &TargetSpec, parts: &Parts) -> Result<Asked, ApiError> {
+/// Returns the one picture of a spec without views, in the part `file`.
+fn alone(spec: &TargetSpec, parts: &Parts) -> Result<RequestedView, ApiError> {
     parts.only(&["spec", "file", "mask"])?;
-    Ok(Asked {
+    Ok(RequestedView {
         at: String::new(),
         picture_at: "/file".to_owned(),
         scene: spec.scene.clone(),
@@ -102,7 +108,8 @@ fn alone(spec: &TargetSpec, parts: &Parts) -> Result<Asked, ApiError> {
     })
 }
 
-fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<Asked>, ApiError> {
+/// Returns the pictures of a spec with views.
+fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiError> {
     if !(1..=PictureBundle::VIEWS_MOST).contains(&views.len()) {
         let words = BundleError::Views(views.len()).to_string();
         return Err(ApiError::refused(words).at("/views"));
@@ -122,7 +129,7 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<Asked>, ApiError> {
         let mask = view.mask.as_deref().map(|name| part(name, "mask")).transpose()?;
         names.push(&view.picture);
         names.extend(view.mask.as_deref());
-        asked.push(Asked {
+        asked.push(RequestedView {
             picture_at: format!("{at}/picture"),
             at,
             scene: view.scene.clone(),
@@ -137,22 +144,23 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<Asked>, ApiError> {
     Ok(asked)
 }
 
-/// Samples of a picture, as far as its head tells: who is no picture is refused where it is read.
-fn rays(one: &Asked) -> u64 {
+/// Returns the number of samples of a picture, from its header; 0 if it is invalid and will be
+/// refused on reading.
+fn rays(one: &RequestedView) -> u64 {
     let (width, height) = brood_eval::picture_size(&one.picture).unwrap_or_default();
     let pixels = u64::from(width) * u64::from(height);
-    // Others are refused by their sides.
+    // Pictures of other shapes are refused on reading.
     let is_square = width == height && width <= KnownView::SIDE_MOST;
-    if is_square { pixels * u64::from(one.sampling.least()) } else { 0 }
+    if is_square { pixels * u64::from(one.sampling.min_rays()) } else { 0 }
 }
 
-async fn scene(app: &App, one: &Asked) -> Result<Scene, ApiError> {
+async fn scene(app: &App, one: &RequestedView) -> Result<Scene, ApiError> {
     let prefix = format!("{}/scene", one.at);
     let scene = match &one.scene {
         None => Scene::default(),
         Some(Value::String(id)) => {
             let unknown = || {
-                let words = format!("{} is neither a scene nor the id of one", quote(id));
+                let words = format!("{} is not a scene id", quote(id));
                 ApiError::refused(words).at(prefix.clone())
             };
             let id: SceneId = id.parse().map_err(|_| unknown())?;
@@ -170,7 +178,7 @@ async fn scene(app: &App, one: &Asked) -> Result<Scene, ApiError> {
     Ok(scene)
 }
 
-/// The mesh that a scene names, read once; none where it is a built-in one.
+/// Returns the uploaded mesh of a scene, reading each mesh once; `None` for a built-in mesh.
 async fn mesh(
     app: &App,
     scene: &Scene,
@@ -179,11 +187,12 @@ async fn mesh(
     let MeshSource::Uploaded(hash) = app.library.mesh(scene).await? else { return Ok(None) };
     Ok(Some(match read.entry(hash) {
         Entry::Occupied(known) => known.get().clone(),
-        Entry::Vacant(place) => place.insert(app.library.geometry(hash).await?).clone(),
+        Entry::Vacant(place) => place.insert(app.library.uploaded_mesh(hash).await?).clone(),
     }))
 }
 
-/// The profiles of a scene's lights. Environments are in no target: they shine from many directions at once.
+/// Collects the profiles of a scene's lights. Environments are not allowed in targets: they light
+/// from many directions at once.
 async fn take_profiles(
     app: &App,
     scene: &Scene,
@@ -198,8 +207,8 @@ async fn take_profiles(
     Ok(())
 }
 
-/// Why pictures are refused, and where in the spec it stands.
-fn refusal(error: &TargetFileError, asked: &[Asked], all_at: &str) -> ApiError {
+/// Returns why pictures are refused, with a pointer into the spec.
+fn refusal(error: &TargetFileError, asked: &[RequestedView], all_at: &str) -> ApiError {
     let TargetFileError::Bundle(error) = error else {
         return ApiError::refused(clean(&error.to_string(), REASON_CHARS)).at(all_at);
     };
@@ -217,7 +226,7 @@ fn refusal(error: &TargetFileError, asked: &[Asked], all_at: &str) -> ApiError {
     }
 }
 
-fn pointer(error: &ViewError, one: &Asked) -> String {
+fn pointer(error: &ViewError, one: &RequestedView) -> String {
     let at = |field: &str| format!("{}{field}", one.at);
     match error {
         ViewError::Picture(_) | ViewError::Large(..) => one.picture_at.clone(),
@@ -235,7 +244,7 @@ fn pointer(error: &ViewError, one: &Asked) -> String {
     }
 }
 
-/// A picture as it was understood.
+/// Describes a picture as it was understood.
 pub fn describe(known: &KnownView) -> TargetView {
     TargetView {
         size_px: known.side(),
@@ -247,7 +256,7 @@ pub fn describe(known: &KnownView) -> TargetView {
     }
 }
 
-/// Taken apart by name, so that a new fate cannot be left out.
+/// Converts the counts. Destructured without `..`, so that a new status cannot be forgotten.
 fn counted(counts: PixelCounts) -> TargetPixels {
     let PixelCounts {
         pixels,

@@ -33,7 +33,7 @@ fn pairs(from: usize, count: usize) -> Vec<DirectionPair> {
     (from..).filter_map(pair).take(count).collect()
 }
 
-fn samples(model: &str, pairs: &[DirectionPair]) -> Samples {
+fn samples(model: &str, pairs: &[DirectionPair]) -> MeasuredSamples {
     let mut lines = model.lines();
     let kind = lines.next().unwrap().parse().unwrap();
     let model = lines.fold(Model::new(kind), |model, line| {
@@ -41,7 +41,7 @@ fn samples(model: &str, pairs: &[DirectionPair]) -> Samples {
         model.with_text(name, values).unwrap()
     });
     let brdf = model.brdf();
-    Samples::new(pairs.iter().map(|pair| (*pair, brdf.f(pair))).collect()).unwrap()
+    MeasuredSamples::new(pairs.iter().map(|pair| (*pair, brdf.f(pair))).collect()).unwrap()
 }
 
 /// Relative errors at held-out samples, in ascending order.
@@ -103,7 +103,7 @@ fn swapped_pairs_follow_the_measured_ones_where_they_were_not_measured() {
         .into_iter()
         .map(|pair| (pair, DVec3::splat(if pair.cos_i() > pair.cos_o() { 3.0 } else { 1.0 })))
         .collect();
-    let scattered = Scattered::new(&Samples::new(both).unwrap());
+    let scattered = Scattered::new(&MeasuredSamples::new(both).unwrap());
     let at = |x: f64| DVec3::new(x, 0.1, 0.8).normalize();
     let pair = DirectionPair::new(at(0.1), at(-1.5)).unwrap();
     assert!(scattered.f(&pair).x > 2.5 && scattered.f(&pair.swapped()).x < 1.5);
@@ -112,19 +112,19 @@ fn swapped_pairs_follow_the_measured_ones_where_they_were_not_measured() {
 #[test]
 fn single_sample_is_constant_and_negative_values_become_zero() {
     let pair = DirectionPair::new(DVec3::Z, direction(0.5, 0.0)).unwrap();
-    let one = Samples::new(vec![(pair, DVec3::new(0.5, -0.1, 0.0))]).unwrap();
+    let one = MeasuredSamples::new(vec![(pair, DVec3::new(0.5, -0.1, 0.0))]).unwrap();
     let scattered = Scattered::new(&one);
     let other = DirectionPair::new(direction(0.2, 1.0), direction(0.9, 2.0)).unwrap();
     for pair in [pair, other] {
         let f = scattered.f(&pair);
         assert!((f.x - 0.5).abs() < 1e-12 && f.max_element() < 0.6 && f.y.max(f.z) < 1e-15, "{f}");
     }
-    let black = Scattered::new(&Samples::new(vec![(pair, DVec3::ZERO); 9]).unwrap());
+    let black = Scattered::new(&MeasuredSamples::new(vec![(pair, DVec3::ZERO); 9]).unwrap());
     assert_eq!(black.f(&other), DVec3::ZERO);
     // Samples at the same coordinates are averaged.
     let mirrored = DirectionPair::new(DVec3::Z, direction(0.5, 2.0)).unwrap();
     let two = vec![(pair, DVec3::ONE), (mirrored, DVec3::splat(3.0))];
-    let mean = Scattered::new(&Samples::new(two).unwrap()).f(&pair);
+    let mean = Scattered::new(&MeasuredSamples::new(two).unwrap()).f(&pair);
     assert!((mean - DVec3::splat(2.0)).length() < 1e-9, "{mean}");
 }
 
@@ -146,7 +146,7 @@ proptest! {
         let rows = rows.into_iter().map(|(wi, wo, rgb)| {
             (DirectionPair::new(wi, wo).unwrap(), DVec3::from_array(rgb))
         });
-        let Ok(samples) = Samples::new(rows.collect()) else { return Ok(()) };
+        let Ok(samples) = MeasuredSamples::new(rows.collect()) else { return Ok(()) };
         let f = Scattered::new(&samples).f(&DirectionPair::new(wi, wo).unwrap());
         prop_assert!(f.is_finite() && f.min_element() >= 0.0, "{f}");
     }

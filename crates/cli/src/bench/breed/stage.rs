@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use brood_protocol::{JobAnswer, JobTimes, Work};
+use brood_protocol::{JobAnswer, JobTimes, RenderStats};
 use reqwest::header::{HeaderMap, LINK};
 use serde::Serialize;
 
@@ -71,12 +71,12 @@ impl Sample {
         self.job.as_ref()?.times
     }
 
-    fn work(&self) -> Option<&Work> {
+    fn work(&self) -> Option<&RenderStats> {
         self.job.as_ref()?.work.as_ref()
     }
 
     /// Time that not every worker measures: 0 counts as not reported.
-    fn work_us(&self, of: impl Fn(&Work) -> u64) -> Option<Duration> {
+    fn work_us(&self, of: impl Fn(&RenderStats) -> u64) -> Option<Duration> {
         Some(of(self.work()?)).filter(|us| *us > 0).map(Duration::from_micros)
     }
 
@@ -194,7 +194,7 @@ mod tests {
             kind: "render".to_owned(),
             state: JobStatus::Succeeded,
             reason: None,
-            work: Some(Work { busy_us: 6000, ..Work::default() }),
+            work: Some(RenderStats { busy_us: 6000, ..RenderStats::default() }),
             times: Some(JobTimes { queued_us: 1000, leased_us: 8000 }),
         };
         let sample = Sample {

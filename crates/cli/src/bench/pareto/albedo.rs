@@ -5,7 +5,8 @@
 
 use anyhow::Result;
 use brood_eval::{
-    Effort, LimitSearch, Place, Quadrature, ReferenceEvaluator, directional_albedo, pair,
+    Effort, Incidence, LimitSearch, Quadrature, ReferenceEvaluator, direction_pair,
+    directional_albedo,
 };
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -103,10 +104,10 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
 }
 
 /// Largest albedo over the channels at a place, in f64 except for the inputs.
-fn reference(program: &Program, place: &Place, order: usize) -> f64 {
+fn reference(program: &Program, place: &Incidence, order: usize) -> f64 {
     let wi = place.direction();
     let rule = Quadrature::new(order);
-    let pairs: Vec<_> = rule.directions().iter().map(|wo| pair(wi, *wo)).collect();
+    let pairs: Vec<_> = rule.directions().iter().map(|wo| direction_pair(wi, *wo)).collect();
     let set = SampleSet::from_pairs(&pairs, &vec![place.uv; pairs.len()]);
     let f = ReferenceEvaluator::reflectance(program, &set);
     (0..3).map(|channel| rule.integrate(f.iter().map(|f| f[channel]))).fold(0.0, f64::max)

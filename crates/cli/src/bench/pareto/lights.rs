@@ -123,7 +123,7 @@ fn sweep(
         let scene: Scene = serde_json::from_str(&json)?;
         let area = PixelArea::whole(workload.size_px);
         let raster = Raster { size_px: workload.size_px, sampling: Sampling::Fixed(1), area };
-        let set = SampleSet::render_lit(&mesh, &scene, assets, raster);
+        let set = SampleSet::render_with_assets(&mesh, &scene, assets, raster);
         let mut f = Vec::new();
         model_reflectance(brdf, &set, &mut f);
         let image = shade(&set, &f);

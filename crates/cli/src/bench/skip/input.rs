@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use anyhow::Result;
 use brood_brdf::{DirectionPair, Input, InputMask};
-use brood_genome::{Dialect, Source};
+use brood_genome::{Dialect, InitialValue};
 use brood_program::Program;
 use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
 use glam::DVec2;
@@ -54,8 +54,8 @@ fn dialect_inputs() -> InputMask {
     let places = (0..dialect.registers).flat_map(|r| (0..4).map(move |c| (r, c)));
     let inputs =
         places.filter_map(|(register, component)| match dialect.initial(register, component) {
-            Source::Input(input) => Some(input),
-            Source::Zero | Source::One => None,
+            InitialValue::Input(input) => Some(input),
+            InitialValue::Zero | InitialValue::One => None,
         });
     inputs.collect::<BTreeSet<Input>>().into_iter().collect()
 }

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use brood_genome::{Genome, Input, Instruction, Opcode, Register, Source};
+use brood_genome::{Genome, InitialValue, Input, Instruction, Opcode, Register};
 use brood_program::{Operation, Program, WordsError};
 
 /// A value, possibly negated.
@@ -38,9 +38,9 @@ impl Unlowered {
     pub fn as_written(genome: &Genome) -> Self {
         let dialect = genome.dialect();
         let source = |register, component| match dialect.initial(register, component) {
-            Source::Zero => constant(0.0),
-            Source::One => constant(1.0),
-            Source::Input(input) => Signed { value: Value::Input(input), negate: false },
+            InitialValue::Zero => constant(0.0),
+            InitialValue::One => constant(1.0),
+            InitialValue::Input(input) => Signed { value: Value::Input(input), negate: false },
         };
         let registers = (0..dialect.registers).map(|r| std::array::from_fn(|c| source(r, c)));
         let mut writer = Writer { genome, registers: registers.collect(), steps: Vec::new() };

@@ -1,73 +1,73 @@
-//! Lights with an area, which throw soft shadows: every place of them shines alike in all directions of its front.
+//! Area lights: uniform radiance over their front.
 
 use serde::{Deserialize, Serialize};
 
 use super::strength::{Quantity, Strength};
 
-/// Samples of a light with an area at each place, where nothing is said: see docs/maths/lights.md.
+/// Default number of samples of an area light per shading point (docs/maths/lights.md).
 pub const AREA_SAMPLES: u32 = 16;
 
-/// A ball that shines outwards.
+/// Emitting ball.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SphereLight {
-    /// The centre; `None` is where a point light without a position would be.
+    /// Centre; `None` is the default position of a point light.
     pub position: Option<[f64; 3]>,
-    /// `None` is half the radius of the mesh.
+    /// Radius; `None` is half the radius of the mesh.
     pub radius: Option<f64>,
-    /// Radiance, luminance or flux; `None` is what gives irradiance pi at the centre of the mesh.
+    /// Radiance, luminance or flux; `None` gives irradiance pi at the centre of the mesh.
     pub strength: Option<Strength>,
-    /// Samples at each place.
+    /// Samples per shading point.
     pub samples: u32,
 }
 
-/// A disk that shines to one side.
+/// Disk that emits from its front.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiskLight {
-    /// As of a sphere.
+    /// Centre; `None` is the default position of a point light.
     pub position: Option<[f64; 3]>,
-    /// Where it faces, of any length; `None` is towards the centre of the mesh.
+    /// Emission axis, of any length; `None` points at the centre of the mesh.
     pub axis: Option<[f64; 3]>,
-    /// `None` is half the radius of the mesh.
+    /// Radius; `None` is half the radius of the mesh.
     pub radius: Option<f64>,
-    /// Radiance, luminance or flux; `None` is what gives irradiance pi straight ahead at the distance of the centre of the
-    /// mesh, if it were small.
+    /// Radiance, luminance or flux; `None` gives irradiance pi on the axis at the distance of the
+    /// mesh's centre, in the small-source limit.
     pub strength: Option<Strength>,
-    /// Samples at each place.
+    /// Samples per shading point.
     pub samples: u32,
 }
 
-/// A rectangle that shines to one side.
+/// Rectangle that emits from its front.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RectangleLight {
-    /// The middle, as of a sphere.
+    /// Centre; `None` is the default position of a point light.
     pub position: Option<[f64; 3]>,
-    /// Where it faces, of any length; `None` is towards the centre of the mesh.
+    /// Emission axis, of any length; `None` points at the centre of the mesh.
     pub axis: Option<[f64; 3]>,
-    /// Towards which side its height goes, of any length; `None`, or along the axis, is upwards, or away from the default
-    /// camera where the axis goes up or down.
+    /// Direction of the height, of any length. `None`, or a direction along the axis, means up, or
+    /// away from the default camera for a vertical axis.
     pub up: Option<[f64; 3]>,
-    /// `None` is the radius of the mesh.
+    /// Width; `None` is the radius of the mesh.
     pub width: Option<f64>,
-    /// `None` is the radius of the mesh.
+    /// Height; `None` is the radius of the mesh.
     pub height: Option<f64>,
-    /// As of a disk.
+    /// Radiance, luminance or flux; the default is that of a disk.
     pub strength: Option<Strength>,
-    /// Samples at each place.
+    /// Samples per shading point.
     pub samples: u32,
 }
 
 impl SphereLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_AN_AREA;
 }
 
 impl DiskLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_AN_AREA;
 }
 
 impl RectangleLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_AN_AREA;
 }
 

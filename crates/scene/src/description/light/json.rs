@@ -1,4 +1,4 @@
-//! Lights in JSON: an object with a `kind` and the fields of that kind, others are refused.
+//! JSON form of lights: an object with a `kind` and the fields of that kind; others are rejected.
 
 use serde::de::Error as _;
 use serde::ser::SerializeMap;
@@ -41,7 +41,7 @@ impl Kind {
     }
 }
 
-/// Every field that a light may have, as it is read; what a kind knows is taken out.
+/// Fields of all kinds, for reading. Each kind takes its own.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields, rename = "Light", expecting = "a light object")]
 struct Fields {
@@ -84,7 +84,7 @@ impl Fields {
         }
     }
 
-    /// The one of these quantities that is given.
+    /// Takes the strength, given as one of the allowed quantities.
     fn strength(&mut self, allowed: &[Quantity]) -> Result<Option<Strength>, String> {
         let mut found: Option<Strength> = None;
         for quantity in allowed {
@@ -101,7 +101,7 @@ impl Fields {
         Ok(found)
     }
 
-    /// A field that was given and that nobody took.
+    /// Returns a field that no kind took.
     fn left_over(&mut self) -> Option<&'static str> {
         let plain = [
             ("position", self.position.is_some()),
@@ -200,7 +200,7 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Light, 
     }
 }
 
-/// Writes a light with every field of its kind.
+/// Writes a light with all fields of its kind.
 pub(super) fn write<S: Serializer>(light: &Light, serializer: S) -> Result<S::Ok, S::Error> {
     let mut map = Written(serializer.serialize_map(None)?);
     map.field("kind", light.kind())?;
@@ -274,7 +274,7 @@ impl<M: SerializeMap> Written<M> {
         self.0.serialize_entry(name, value)
     }
 
-    /// The quantity that was given; else null for the kind's first.
+    /// Writes the given quantity, or null for the kind's first.
     fn strength(
         &mut self,
         strength: Option<Strength>,

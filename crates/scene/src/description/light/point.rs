@@ -1,64 +1,65 @@
-//! Lights at a point: what they give falls with the square of the distance.
+//! Lights at a point, with inverse-square fall-off.
 
 use serde::{Deserialize, Serialize};
 
 use super::strength::{Quantity, Strength};
 
-/// Shines from a point alike in all directions.
+/// Isotropic point light.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointLight {
-    /// Position in the world; `None` places it to the right of and above the default camera, four radii of the
-    /// mesh's bounding sphere from its centre.
+    /// World position; `None` is right of and above the default camera, four bounding-sphere radii
+    /// from the centre of the mesh.
     pub position: Option<[f64; 3]>,
-    /// Intensity or flux; `None` is what gives irradiance pi at the centre of the mesh.
+    /// Intensity or flux; `None` gives irradiance pi at the centre of the mesh.
     pub strength: Option<Strength>,
 }
 
-/// Shines from a point into a cone.
+/// Point light restricted to a cone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpotLight {
-    /// As of a point light.
+    /// World position; the default is that of a point light.
     pub position: Option<[f64; 3]>,
-    /// Where it shines, of any length; `None` is towards the centre of the mesh.
+    /// Axis of the cone, of any length; `None` points at the centre of the mesh.
     pub axis: Option<[f64; 3]>,
-    /// Half angle of the cone in which the intensity is that of the axis, degrees.
+    /// Half angle of the cone of full intensity, degrees.
     pub hotspot_deg: f64,
-    /// Half angle of the cone out of which nothing shines, degrees; between the two the intensity is linear in the cosine.
+    /// Half angle of the outer cone, degrees. Between both the intensity is linear in the cosine.
     pub falloff_deg: f64,
-    /// Intensity on the axis, or flux of the whole cone; `None` is what gives irradiance pi at the distance of the centre
-    /// of the mesh.
+    /// Intensity on the axis, or flux of the whole cone; `None` gives irradiance pi at the distance
+    /// of the mesh's centre.
     pub strength: Option<Strength>,
 }
 
-/// Shines from a point as an IES file says.
+/// Point light with the distribution of an IES file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct IesLight {
-    /// As of a point light.
+    /// World position; the default is that of a point light.
     pub position: Option<[f64; 3]>,
-    /// Where its straight down points (types A and B: where it is aimed), of any length; `None` is towards the centre of the
-    /// mesh.
+    /// Direction of the profile's nadir (types A and B: of its aim), of any length; `None` points
+    /// at the centre of the mesh.
     pub axis: Option<[f64; 3]>,
-    /// Towards which side its 90 degrees of type C, or its upwards of types A and B, are; of any length. `None`, or along
-    /// the axis, is upwards, or away from the default camera where the axis goes up or down.
+    /// Direction of the profile's 90 degrees (type C) or up (types A and B), of any length. `None`,
+    /// or a direction along the axis, means up, or away from the default camera for a vertical
+    /// axis.
     pub up: Option<[f64; 3]>,
     /// Name of the profile among the assets.
     pub profile: String,
-    /// Intensity where it is brightest, or flux of the whole; `None` is what the file says.
+    /// Peak intensity, or flux; `None` uses the file's values.
     pub strength: Option<Strength>,
 }
 
 impl PointLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
 }
 
 impl SpotLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
 }
 
 impl IesLight {
-    /// What its strength may be given as.
+    /// Quantities allowed for the strength.
     pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
 }
 

@@ -1,4 +1,4 @@
-//! How strong a light is: one number a channel, in one of several units.
+//! Strength of a light: one number per channel, in one of several units.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::units::{EFFICACY_WHITE, radiometric};
 
-/// What a light's strength is given as. The names are those of JSON; all but the first have their unit in them.
+/// Quantity of a light's strength. JSON names carry the unit, except `intensity`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// `intensity`: radiant intensity, W/sr.
@@ -28,7 +28,7 @@ pub enum Quantity {
     LuminanceNit,
 }
 
-/// What a quantity measures, whichever its unit.
+/// Physical quantity, independent of the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Measure {
     Intensity,
@@ -37,17 +37,17 @@ pub(crate) enum Measure {
     Radiance,
 }
 
-/// A light's strength.
+/// Strength of a light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Strength {
-    /// The quantity that is given.
+    /// Quantity.
     pub quantity: Quantity,
-    /// For red, green and blue: what white light of that strength would have in each.
+    /// Value of red, green and blue, each that of white light of this strength.
     pub channels: [f64; 3],
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Self; 8] = [
         Self::Intensity,
         Self::IntensityCd,
@@ -59,7 +59,7 @@ impl Quantity {
         Self::LuminanceNit,
     ];
 
-    /// Its field in JSON.
+    /// Returns the field name in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -92,19 +92,19 @@ impl Quantity {
 }
 
 impl Strength {
-    /// So much of a quantity.
+    /// Creates a strength with separate channels.
     #[must_use]
     pub fn new(quantity: Quantity, channels: [f64; 3]) -> Self {
         Self { quantity, channels }
     }
 
-    /// White light of that strength.
+    /// Creates a white strength.
     #[must_use]
     pub fn white(quantity: Quantity, value: f64) -> Self {
         Self::new(quantity, [value; 3])
     }
 
-    /// The channels in the radiometric unit: W/sr, W, W/m2 or W/(m2 sr).
+    /// Returns the channels in the radiometric unit: W/sr, W, W/m2 or W/(m2 sr).
     #[must_use]
     pub fn radiometric(&self) -> [f64; 3] {
         if !self.quantity.is_photometric() {
@@ -114,7 +114,7 @@ impl Strength {
     }
 }
 
-/// Channels as they are read: three numbers, or one for all.
+/// Channels in JSON: three numbers, or one for all.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Channels(pub [f64; 3]);
 
@@ -137,7 +137,7 @@ impl<'de> Visitor<'de> for OneOrThree {
         Ok(Channels([value; 3]))
     }
 
-    // Integers beyond 2^53 round, as they do in lists of numbers.
+    // Integers beyond 2^53 are rounded, as in lists of numbers.
     fn visit_i64<E: Error>(self, value: i64) -> Result<Channels, E> {
         Ok(Channels([value as f64; 3]))
     }

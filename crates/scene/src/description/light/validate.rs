@@ -1,4 +1,4 @@
-//! What makes a light valid.
+//! Validation of lights.
 
 use super::{
     AmbientLight, DirectionalLight, DiskLight, IesLight, Light, PointLight, Quantity,
@@ -6,16 +6,16 @@ use super::{
 };
 use crate::description::validate::{SceneError, finite, positive, require};
 
-/// Below this, digits of the cone's solid angle are lost.
+/// Smallest outer cone; below, the solid angle loses digits.
 const FALLOFF_MIN_DEG: f64 = 0.1;
 
-/// Most samples of a light at one place.
+/// Largest number of samples of a light per shading point.
 const SAMPLES_MAX: u32 = 1024;
-/// Longest name of what a light refers to.
+/// Longest asset name, in bytes.
 const ASSET_NAME_BYTES_MAX: usize = 255;
 
 impl Light {
-    /// Checks every field; `pointer` is where the light is in its scene.
+    /// Checks every field; `pointer` is the JSON pointer of the light.
     pub(crate) fn validate(&self, pointer: &str) -> Result<(), SceneError> {
         let at = At(pointer);
         match self {
@@ -79,7 +79,7 @@ impl Light {
     }
 }
 
-/// Where the light is.
+/// JSON pointer of the light.
 struct At<'a>(&'a str);
 
 impl At<'_> {

@@ -9,7 +9,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::{closed, one_of};
 use crate::Light;
 
-/// One number a channel, or one for all.
+/// One number per channel, or one for all.
 struct Channels;
 
 impl PartialSchema for Channels {
@@ -30,7 +30,7 @@ impl PartialSchema for Channels {
 
 impl ToSchema for Channels {}
 
-/// The word that tells one kind from the others.
+/// Defines the `kind` of a light.
 macro_rules! word {
     ($kind:ident, $variant:ident) => {
         #[derive(ToSchema)]
@@ -51,7 +51,7 @@ word!(RectangleKind, Rectangle);
 word!(EnvironmentKind, Environment);
 word!(AmbientKind, Ambient);
 
-/// Shines from a point alike in all directions. Its strength is at most one of intensity, intensity_cd, flux_w and flux_lm.
+/// Isotropic point light. At most one of `intensity`, `intensity_cd`, `flux_w` and `flux_lm`.
 #[derive(ToSchema)]
 struct PointLight {
     #[schema(inline, required = false)]
@@ -72,12 +72,12 @@ struct PointLight {
     flux_lm: Option<Channels>,
 }
 
-/// Shines along one direction everywhere.
+/// Parallel light.
 #[derive(ToSchema)]
 struct DirectionalLight {
     #[schema(inline)]
     kind: DirectionalKind,
-    /// Where the light goes; null is from where a point light without a position would be.
+    /// Direction of travel; null comes from the default position of a point light.
     direction: Option<[f64; 3]>,
     /// Irradiance at normal incidence, W/m2; null is pi.
     #[schema(inline)]
@@ -87,22 +87,23 @@ struct DirectionalLight {
     illuminance_lx: Option<Channels>,
 }
 
-/// Shines from a point into a cone.
+/// Point light restricted to a cone.
 #[derive(ToSchema)]
 struct SpotLight {
     #[schema(inline)]
     kind: SpotKind,
     /// Position; null places it relative to the mesh.
     position: Option<[f64; 3]>,
-    /// Where it shines; null is towards the centre of the mesh.
+    /// Axis of the cone; null points at the centre of the mesh.
     axis: Option<[f64; 3]>,
     /// Half angle of the cone of full intensity, degrees.
     #[schema(default = 10)]
     hotspot_deg: Option<f64>,
-    /// Half angle of the cone out of which nothing shines, degrees.
+    /// Half angle of the outer cone, degrees; the intensity falls linearly in the cosine.
     #[schema(default = 15)]
     falloff_deg: Option<f64>,
-    /// Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the centre of the mesh.
+    /// Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the mesh's
+    /// centre.
     #[schema(inline)]
     intensity: Option<Channels>,
     /// Luminous intensity on the axis, cd.
@@ -116,24 +117,24 @@ struct SpotLight {
     flux_lm: Option<Channels>,
 }
 
-/// Shines from a point as an IES file says.
+/// Point light with the distribution of an IES file.
 #[derive(ToSchema)]
 struct IesLight {
     #[schema(inline)]
     kind: IesKind,
     /// Position; null places it relative to the mesh.
     position: Option<[f64; 3]>,
-    /// Where its straight down points, or where it is aimed; null is towards the centre of the mesh.
+    /// Direction of the profile's nadir or aim; null points at the centre of the mesh.
     axis: Option<[f64; 3]>,
-    /// Towards which side its 90 degrees are, or its upwards.
+    /// Direction of the profile's 90 degrees (type C) or up (types A and B).
     up: Option<[f64; 3]>,
-    /// Name of the profile.
+    /// Id of the uploaded profile.
     #[schema(min_length = 1, max_length = 255)]
     profile: String,
-    /// Radiant intensity where it is brightest, W/sr; null is what the file says.
+    /// Peak radiant intensity, W/sr; null uses the file's values.
     #[schema(inline)]
     intensity: Option<Channels>,
-    /// Luminous intensity where it is brightest, cd.
+    /// Peak luminous intensity, cd.
     #[schema(inline)]
     intensity_cd: Option<Channels>,
     /// Radiant flux, W.
@@ -144,14 +145,14 @@ struct IesLight {
     flux_lm: Option<Channels>,
 }
 
-/// A ball that shines outwards.
+/// Emitting ball.
 #[derive(ToSchema)]
 struct SphereLight {
     #[schema(inline)]
     kind: SphereKind,
-    /// The centre; null places it relative to the mesh.
+    /// Centre; null places it relative to the mesh.
     position: Option<[f64; 3]>,
-    /// Null is half the radius of the mesh.
+    /// Radius; null is half the radius of the mesh.
     radius: Option<f64>,
     /// Radiance, W/(m2 sr); null gives irradiance pi at the centre of the mesh.
     #[schema(inline)]
@@ -165,23 +166,24 @@ struct SphereLight {
     /// Luminous flux, lm.
     #[schema(inline)]
     flux_lm: Option<Channels>,
-    /// Samples at each place.
+    /// Samples per shading point.
     #[schema(minimum = 1, maximum = 1024, default = 16)]
     samples: Option<u32>,
 }
 
-/// A disk that shines to one side.
+/// Disk that emits from its front.
 #[derive(ToSchema)]
 struct DiskLight {
     #[schema(inline)]
     kind: DiskKind,
-    /// The middle; null places it relative to the mesh.
+    /// Centre; null places it relative to the mesh.
     position: Option<[f64; 3]>,
-    /// Where it faces; null is towards the centre of the mesh.
+    /// Emission axis; null points at the centre of the mesh.
     axis: Option<[f64; 3]>,
-    /// Null is half the radius of the mesh.
+    /// Radius; null is half the radius of the mesh.
     radius: Option<f64>,
-    /// Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh.
+    /// Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
+    /// centre.
     #[schema(inline)]
     radiance_w_m2_sr: Option<Channels>,
     /// Luminance, cd/m2.
@@ -193,27 +195,28 @@ struct DiskLight {
     /// Luminous flux, lm.
     #[schema(inline)]
     flux_lm: Option<Channels>,
-    /// Samples at each place.
+    /// Samples per shading point.
     #[schema(minimum = 1, maximum = 1024, default = 16)]
     samples: Option<u32>,
 }
 
-/// A rectangle that shines to one side.
+/// Rectangle that emits from its front.
 #[derive(ToSchema)]
 struct RectangleLight {
     #[schema(inline)]
     kind: RectangleKind,
-    /// The middle; null places it relative to the mesh.
+    /// Centre; null places it relative to the mesh.
     position: Option<[f64; 3]>,
-    /// Where it faces; null is towards the centre of the mesh.
+    /// Emission axis; null points at the centre of the mesh.
     axis: Option<[f64; 3]>,
-    /// Towards which side its height goes.
+    /// Direction of the height.
     up: Option<[f64; 3]>,
-    /// Null is the radius of the mesh.
+    /// Width; null is the radius of the mesh.
     width: Option<f64>,
-    /// Null is the radius of the mesh.
+    /// Height; null is the radius of the mesh.
     height: Option<f64>,
-    /// Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh.
+    /// Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
+    /// centre.
     #[schema(inline)]
     radiance_w_m2_sr: Option<Channels>,
     /// Luminance, cd/m2.
@@ -225,31 +228,31 @@ struct RectangleLight {
     /// Luminous flux, lm.
     #[schema(inline)]
     flux_lm: Option<Channels>,
-    /// Samples at each place.
+    /// Samples per shading point.
     #[schema(minimum = 1, maximum = 1024, default = 16)]
     samples: Option<u32>,
 }
 
-/// A picture of all that is around.
+/// Equirectangular environment.
 #[derive(ToSchema)]
 struct EnvironmentLight {
     #[schema(inline)]
     kind: EnvironmentKind,
-    /// Name of the picture: equirectangular, its middle towards -z.
+    /// Id of the uploaded picture: equirectangular, its middle towards -z.
     #[schema(min_length = 1, max_length = 255)]
     image: String,
     /// Rotation about the vertical axis, from +z towards +x, degrees.
     #[schema(default = 0)]
     rotation_deg: Option<f64>,
-    /// From the picture's numbers to radiance, W/(m2 sr); 1 where nothing is said.
+    /// Factor from pixel values to radiance, W/(m2 sr); default 1.
     #[schema(inline)]
     scale: Option<Channels>,
-    /// Samples at each place.
+    /// Samples per shading point.
     #[schema(minimum = 1, maximum = 1024, default = 64)]
     samples: Option<u32>,
 }
 
-/// The same radiance from everywhere.
+/// Uniform radiance from every direction.
 #[derive(ToSchema)]
 struct AmbientLight {
     #[schema(inline)]
@@ -260,7 +263,7 @@ struct AmbientLight {
     /// Luminance, cd/m2.
     #[schema(inline)]
     luminance_nit: Option<Channels>,
-    /// Samples at each place.
+    /// Samples per shading point.
     #[schema(minimum = 1, maximum = 1024, default = 64)]
     samples: Option<u32>,
 }
@@ -294,7 +297,7 @@ mod tests {
     use crate::description::tests::LIGHTS;
 
     #[test]
-    fn schema_has_every_field_that_a_light_is_written_with() {
+    fn schema_has_every_field_of_a_serialised_light() {
         let schema = serde_json::to_value(Light::schema()).unwrap();
         let forms = schema["oneOf"].as_array().unwrap();
         for form in forms {

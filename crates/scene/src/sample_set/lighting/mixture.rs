@@ -1,36 +1,40 @@
-//! Directions that a material may reflect from: what a scene knows before it knows the material.
+//! Material lobes: a mixture of directions and its density, for importance sampling.
 //!
-//! Samples are drawn once and shaded with any number of materials, so they are spread over what materials do: half by the
-//! cosine, the others as mirrors of three roughnesses do. Owns the drawing and its density; knows no light.
+//! A sample set serves any number of materials, so sampling cannot depend on one. Half of the
+//! directions are cosine-distributed, the others are mirror directions of visible GGX normals at
+//! three roughnesses. Independent of lights.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::area::aside;
+use super::area::on_unit_circle;
 
-/// GGX alpha of the mirrors: a third of the half each.
+/// GGX alpha of the lobes; each has a third of the samples that are not cosine-distributed.
 const ALPHAS: [f64; 3] = [0.05, 0.15, 0.45];
-/// Share of the directions that are drawn by the cosine: a matt material has at most this much less of the samples.
+/// Share of cosine-distributed directions: the least share of the samples useful to diffuse
+/// materials.
 const BY_COSINE: f64 = 0.5;
 
-/// The directions for one direction to the eye, both in the local frame (z is the normal).
+/// Mixture of directions for one direction to the eye, in the local frame (z is the normal).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixture {
     wo: DVec3,
 }
 
 impl Mixture {
+    /// Makes the mixture for the direction to the eye.
+    ///
     /// # Domain
     /// A unit vector above the horizon.
     pub fn new(wo: DVec3) -> Self {
         Self { wo }
     }
 
-    /// The direction of a place in the unit square. It may be below the horizon, as those of mirrors may.
+    /// Maps a point of the unit square to a direction, which may be below the horizon.
     ///
     /// # Domain
-    /// Both coordinates within (0, 1). Places next to each other make directions next to each other but for three edges.
+    /// Both coordinates within (0, 1). Continuous except at three lines between the lobes.
     pub fn draw(&self, [across, around]: [f64; 2]) -> DVec3 {
         if across < BY_COSINE {
             return by_cosine([across / BY_COSINE, around]);
@@ -40,7 +44,7 @@ impl Mixture {
         visible_normal_mirror(self.wo, ALPHAS[lobe], [lobes - lobe as f64, around])
     }
 
-    /// Density of the directions that are drawn.
+    /// Returns the density of the mixture in a direction.
     ///
     /// # Units
     /// 1/sr; at least half of cos / pi.
@@ -52,12 +56,12 @@ impl Mixture {
     }
 }
 
-/// The direction of a place in the unit square, drawn by the cosine: never below the horizon.
+/// Maps a point of the unit square to a cosine-distributed direction, never below the horizon.
 pub(super) fn by_cosine([across, around]: [f64; 2]) -> DVec3 {
-    aside(DVec3::X, DVec3::Y, around) * across.sqrt() + DVec3::Z * (1.0 - across).sqrt()
+    on_unit_circle(DVec3::X, DVec3::Y, around) * across.sqrt() + DVec3::Z * (1.0 - across).sqrt()
 }
 
-/// The mirror direction about a normal that the eye sees, drawn as a GGX surface has them.
+/// Maps a point of the unit square to the mirror direction about a visible GGX normal.
 ///
 /// # Source
 /// Dupuy and Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*.
@@ -65,13 +69,14 @@ fn visible_normal_mirror(wo: DVec3, alpha: f64, [across, around]: [f64; 2]) -> D
     let stretch = DVec3::new(alpha, alpha, 1.0);
     let stretched = (wo * stretch).normalize();
     let z = (1.0 - across) * (1.0 + stretched.z) - stretched.z;
-    let cap = aside(DVec3::X, DVec3::Y, around) * (1.0 - z * z).max(0.0).sqrt() + DVec3::Z * z;
+    let cap =
+        on_unit_circle(DVec3::X, DVec3::Y, around) * (1.0 - z * z).max(0.0).sqrt() + DVec3::Z * z;
     let h = ((cap + stretched) * stretch).normalize();
     (h * (2.0 * wo.dot(h)) - wo).normalize()
 }
 
-/// Density of those mirror directions by solid angle, D G1 / (4 cos_o): G1 / cos_o is written without a quotient that
-/// vanishes. `half` is the sum of the two directions.
+/// Returns the density of these mirror directions per solid angle, D G1 / (4 cos_o). G1 / cos_o is
+/// in a form without division by cos_o. `half` is the sum of the two directions, not normalised.
 fn mirror_density(wo: DVec3, half: DVec3, alpha: f64) -> f64 {
     let square = half.length_squared();
     if square <= 0.0 {
@@ -90,22 +95,22 @@ fn mirror_density(wo: DVec3, half: DVec3, alpha: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample_set::sequence::Places;
+    use crate::sample_set::sequence::SamplePoints;
 
     fn eye(cos: f64) -> DVec3 {
         DVec3::new((1.0 - cos * cos).sqrt() * 0.6, (1.0 - cos * cos).sqrt() * 0.8, cos)
     }
 
-    /// The mean of g / density over what is drawn is the integral of g, whatever is drawn by.
+    /// The mean of g / density over drawn directions is the integral of g.
     #[test]
-    fn drawn_directions_integrate_what_is_above_the_horizon() {
+    fn mean_of_quotient_by_density_is_the_integral() {
         let count = 1 << 16;
         for cos in [1.0, 0.7, 0.2, 0.01] {
             let mixture = Mixture::new(eye(cos));
-            let places = Places::new(3, 0);
+            let points = SamplePoints::new(3, 0);
             let (mut solid_angle, mut by_cosine, mut drawn) = (0.0, 0.0, 0.0);
             for sample in 0..count {
-                let wi = mixture.draw(places.at(sample));
+                let wi = mixture.draw(points.at(sample));
                 assert!((wi.length() - 1.0).abs() < 1e-12);
                 let density = mixture.density(wi);
                 assert!(density > 0.0 && density.is_finite(), "{cos} {wi}");
@@ -124,15 +129,15 @@ mod tests {
     }
 
     #[test]
-    fn mirrors_draw_their_own_direction_densest() {
+    fn density_is_high_in_mirror_direction() {
         let wo = eye(0.6);
         let mirror = DVec3::new(-wo.x, -wo.y, wo.z);
         let mixture = Mixture::new(wo);
         assert!(mixture.density(mirror) > 10.0 * mixture.density(DVec3::Z));
-        // A mean of what a middling mirror draws is about its direction.
-        let places = Places::new(5, 0);
+        // The mean of directions of a smooth lobe is close to the mirror direction.
+        let points = SamplePoints::new(5, 0);
         let mean: DVec3 =
-            (0..4096).map(|sample| visible_normal_mirror(wo, 0.05, places.at(sample))).sum();
+            (0..4096).map(|sample| visible_normal_mirror(wo, 0.05, points.at(sample))).sum();
         assert!(mean.normalize().dot(mirror) > 0.999, "{mean}");
     }
 }

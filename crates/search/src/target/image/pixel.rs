@@ -31,7 +31,7 @@ pub struct PixelCounts {
 
 /// Status of a pixel: used, or why it is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PixelFate {
+pub enum PixelStatus {
     /// Used as a sample.
     Used,
     /// Excluded by the mask.
@@ -57,21 +57,21 @@ pub(super) enum PixelReading {
     Sample(DirectionPair, [f64; 3]),
     /// A lower bound of f.
     LowerBound(DirectionPair, [f64; 3]),
-    Unusable(PixelFate),
+    Unusable(PixelStatus),
 }
 
 impl PixelCounts {
-    pub(super) fn add(&mut self, fate: PixelFate) {
-        *match fate {
-            PixelFate::Used => &mut self.used,
-            PixelFate::Masked => &mut self.masked,
-            PixelFate::Background => &mut self.background,
-            PixelFate::Edge => &mut self.edge,
-            PixelFate::Clipped => &mut self.clipped,
-            PixelFate::Unlit => &mut self.unlit,
-            PixelFate::HalfLit => &mut self.half_lit,
-            PixelFate::SeveralLights => &mut self.several_lights,
-            PixelFate::Grazing => &mut self.grazing,
+    pub(super) fn add(&mut self, status: PixelStatus) {
+        *match status {
+            PixelStatus::Used => &mut self.used,
+            PixelStatus::Masked => &mut self.masked,
+            PixelStatus::Background => &mut self.background,
+            PixelStatus::Edge => &mut self.edge,
+            PixelStatus::Clipped => &mut self.clipped,
+            PixelStatus::Unlit => &mut self.unlit,
+            PixelStatus::HalfLit => &mut self.half_lit,
+            PixelStatus::SeveralLights => &mut self.several_lights,
+            PixelStatus::Grazing => &mut self.grazing,
         } += 1;
     }
 }

@@ -1,4 +1,4 @@
-//! What is told of a search: to those who listen to it, and where its results are born.
+//! Answers and events of searches.
 
 use brood_protocol::{Budget, Generation, SearchAnswer, SearchState};
 use brood_storage::StoredSearch;
@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::state::AppState;
 
-/// A search as it is answered.
+/// Converts a search to its answer.
 pub fn search_json(search: StoredSearch) -> SearchAnswer {
     let progress = progress(&search);
     let population = search.population.map(|hash| blake3::Hash::from_bytes(hash).to_hex());
@@ -32,7 +32,7 @@ pub fn search_json(search: StoredSearch) -> SearchAnswer {
     }
 }
 
-/// How much of its budget a search has used up.
+/// Returns the used share of a search's budget, 0 to 1.
 fn progress(search: &StoredSearch) -> f64 {
     let share = match search.options.budget {
         _ if search.state == SearchState::Succeeded => 1.0,
@@ -44,15 +44,15 @@ fn progress(search: &StoredSearch) -> f64 {
 }
 
 impl AppState {
-    /// Tells where a search stands.
-    pub fn tell_state(&self, search: &StoredSearch) {
+    /// Publishes a search's state.
+    pub fn publish_state(&self, search: &StoredSearch) {
         let data = json!({ "id": search.id, "state": search.state, "reason": search.reason });
         self.events.job(search.id, "state", &data);
-        self.tell_lineage(search);
+        self.publish_to_lineage(search);
     }
 
-    /// Tells how far a search has come.
-    pub fn tell_progress(&self, search: &StoredSearch) {
+    /// Publishes a search's progress.
+    pub fn publish_progress(&self, search: &StoredSearch) {
         let data = json!({
             "id": search.id, "progress": progress(search), "generation": search.generation,
             "evaluations": search.evaluations, "seconds": search.seconds,
@@ -61,17 +61,18 @@ impl AppState {
         self.events.job(search.id, "progress", &data);
     }
 
-    /// Tells of a new best, which is the first of a generation that was just born.
-    pub fn tell_best(&self, search: &StoredSearch, born: &Generation) {
+    /// Publishes a new best result: the first individual of a new generation.
+    pub fn publish_best(&self, search: &StoredSearch, born: &Generation) {
         if let (Some(best), Some(first)) = (&search.best, born.individuals.first()) {
             let mut best = best.clone();
             best.thumbnail = Some(first.thumbnail.clone());
             self.events.job(search.id, "best", &json!(best));
         }
-        self.tell_lineage(search);
+        self.publish_to_lineage(search);
     }
 
-    fn tell_lineage(&self, search: &StoredSearch) {
+    /// Publishes a summary of a search to its lineage.
+    fn publish_to_lineage(&self, search: &StoredSearch) {
         let best = search.best.as_ref().map(|best| best.individual);
         let data = json!({
             "id": search.id, "state": search.state, "progress": progress(search), "best": best,

@@ -1,4 +1,4 @@
-//! A request for a search, checked before anything is begun.
+//! Checks the request for a search and turns it into rows.
 
 use brood_genome::Dialect;
 use brood_protocol::{
@@ -9,38 +9,42 @@ use brood_scene::Scene;
 use brood_search::{DIALECT, Strategy};
 use brood_storage::{NewLineage, NewSearch, StorageError, StoredSearch};
 
+use crate::clock::now_ms;
 use crate::controller::check_length;
 use crate::controller::lineage::check_name;
 use crate::limit;
 use crate::problem::{ApiError, quote};
-use crate::state::{App, now_ms};
+use crate::state::App;
 
-/// What searches are done by unless somebody says otherwise.
+/// Default strategy.
 const PREFERRED: Strategy = Strategy::Hybrid;
 const THUMBNAIL_PX: u32 = 256;
 
-/// The search that is asked for.
+/// Checks a request and returns the search to store.
+///
+/// # Errors
+/// 422 with a pointer to the invalid value, or 404 if a target, lineage or individual is missing.
 pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError> {
     let refuse = |pointer: &str, words: String| ApiError::refused(words).at(pointer);
     if asked.kind != "fit" {
-        let words = format!("a job is of the kind fit, not {}", quote(&asked.kind));
+        let words = format!("`kind` must be fit, got {}", quote(&asked.kind));
         return Err(refuse("/kind", words));
     }
     let budget = budget(&asked)?;
-    let wanted = asked.strategy.as_deref().map(strategy).transpose()?;
+    let requested = asked.strategy.as_deref().map(strategy).transpose()?;
     let threads = match asked.threads {
         Some(threads) if !(1..=limit::SEARCH_THREADS).contains(&threads) => {
-            let words = format!("1 to {} threads", limit::SEARCH_THREADS);
+            let words = format!("`threads` must be 1 to {}", limit::SEARCH_THREADS);
             return Err(refuse("/threads", words));
         }
         threads => threads.and_then(|threads| u32::try_from(threads).ok()),
     };
     if asked.target_error.is_some_and(|error| !(error > 0.0 && error.is_finite())) {
-        return Err(refuse("/target_error", "an error is a number above 0".to_owned()));
+        return Err(refuse("/target_error", "`target_error` must be greater than 0".to_owned()));
     }
     let target = app.store.target(asked.target).await.map_err(|error| match error {
         StorageError::NotFound => {
-            ApiError::not_found("there is no target with that id").at("/target")
+            ApiError::not_found("there is no target with this id").at("/target")
         }
         other => other.into(),
     })?;
@@ -50,7 +54,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         None => target.name.clone(),
     };
     check_name(&name)?;
-    let Start { genomes, dialect, strategy } = start(app, &asked.start, wanted).await?;
+    let Start { genomes, dialect, strategy } = start(app, &asked.start, requested).await?;
     let given = match asked.lineage {
         Some(id) => Some(lineage(app, id, dialect).await?),
         None => None,
@@ -58,7 +62,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     let created_ms = now_ms();
     let new_lineage = match given {
         Some(_) => None,
-        None => Some(made(app, &name, dialect, created_ms).await?),
+        None => Some(results_lineage(app, &name, dialect, created_ms).await?),
     };
     let lineage = asked.lineage.or(new_lineage.as_ref().map(|new| new.id));
     Ok(NewSearch {
@@ -82,8 +86,8 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     })
 }
 
-/// How it stands before a worker has it.
-pub fn before(new: &NewSearch) -> StoredSearch {
+/// Returns a new search as it is before a worker claims it.
+pub fn as_stored(new: &NewSearch) -> StoredSearch {
     StoredSearch {
         id: new.id,
         target: new.target,
@@ -112,7 +116,10 @@ fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {
     match (asked.seconds, asked.generations, asked.evaluations) {
         (Some(seconds), None, None) => {
             if !(seconds > 0.0 && seconds <= limit::SEARCH_SECONDS) {
-                let words = format!("above 0, and at most {} seconds", limit::SEARCH_SECONDS);
+                let words = format!(
+                    "`seconds` must be greater than 0 and at most {}",
+                    limit::SEARCH_SECONDS
+                );
                 return refuse("/seconds", words);
             }
             Ok(Budget::Seconds(seconds))
@@ -120,18 +127,21 @@ fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {
         (None, Some(generations), None) => match u32::try_from(generations) {
             Ok(few @ 1..=limit::SEARCH_GENERATIONS) => Ok(Budget::Generations(few)),
             _ => {
-                let words = format!("1 to {} generations", limit::SEARCH_GENERATIONS);
+                let words = format!("`generations` must be 1 to {}", limit::SEARCH_GENERATIONS);
                 refuse("/generations", words)
             }
         },
         (None, None, Some(evaluations)) => {
             if !(1..=limit::SEARCH_EVALUATIONS).contains(&evaluations) {
-                let words = format!("1 to {} evaluations", limit::SEARCH_EVALUATIONS);
+                let words = format!("`evaluations` must be 1 to {}", limit::SEARCH_EVALUATIONS);
                 return refuse("/evaluations", words);
             }
             Ok(Budget::Evaluations(evaluations))
         }
-        _ => refuse("", "a budget is one of seconds, generations and evaluations".to_owned()),
+        _ => refuse(
+            "",
+            "give exactly one budget: `seconds`, `generations` or `evaluations`".to_owned(),
+        ),
     }
 }
 
@@ -143,7 +153,7 @@ fn strategy(name: &str) -> Result<Strategy, ApiError> {
 async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, ApiError> {
     let lineage = app.store.lineage(id).await.map_err(|error| match error {
         StorageError::NotFound => {
-            ApiError::not_found("there is no lineage with that id").at("/lineage")
+            ApiError::not_found("there is no lineage with this id").at("/lineage")
         }
         other => other.into(),
     })?;
@@ -151,7 +161,7 @@ async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, A
     let as_long = Dialect { length: needed.length, ..own };
     if own.length != 0 && (own.length < needed.length || !as_long.is_compatible(&needed)) {
         let words = format!(
-            "what searches find is of the dialect {needed}, length {} at most; the lineage's is {own}, length {}",
+            "results have dialect {needed}, length at most {}; the lineage has {own}, length {}",
             needed.length, own.length
         );
         return Err(ApiError::refused(words).at("/lineage"));
@@ -159,39 +169,39 @@ async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, A
     Ok(lineage)
 }
 
-/// What a search starts from.
+/// Starting point of a search.
 struct Start {
-    /// Canonical bytes.
+    /// Canonical bytes of the start genomes.
     genomes: Vec<Vec<u8>>,
-    /// Of what is found: genetic programs stay in the dialect that they come from.
+    /// Dialect of the results: genetic programming stays in the dialect of the start genomes.
     dialect: Dialect,
-    /// The one that was asked for; otherwise genetic programs where no other strategy can go on from these individuals.
+    /// Requested strategy, or else one that can continue from the start individuals.
     strategy: Strategy,
 }
 
 async fn start(
     app: &App,
     individuals: &[IndividualId],
-    wanted: Option<Strategy>,
+    requested: Option<Strategy>,
 ) -> Result<Start, ApiError> {
     if individuals.len() > limit::SEARCH_START {
-        let words = format!("at most {} individuals", limit::SEARCH_START);
+        let words = format!("`start` must have at most {} items", limit::SEARCH_START);
         return Err(ApiError::refused(words).at("/start"));
     }
-    let (mut found, mut strategy) = (DIALECT, wanted.unwrap_or(PREFERRED));
+    let (mut found, mut strategy) = (DIALECT, requested.unwrap_or(PREFERRED));
     let mut genomes = Vec::with_capacity(individuals.len());
     for (index, id) in individuals.iter().enumerate() {
         let pointer = format!("/start/{index}");
         let individual = app.store.individual(*id).await.map_err(|error| match error {
             StorageError::NotFound => {
-                ApiError::not_found("there is no individual with that id").at(pointer.clone())
+                ApiError::not_found("there is no individual with this id").at(pointer.clone())
             }
             other => other.into(),
         })?;
         let material = app.library.material(individual.hash).await?;
         let own = *material.genome.dialect();
         if index == 0 && own.length != 0 {
-            if wanted.is_none() && !own.is_compatible(&found) {
+            if requested.is_none() && !own.is_compatible(&found) {
                 strategy = Strategy::Gp;
             }
             if strategy == Strategy::Gp {
@@ -200,7 +210,7 @@ async fn start(
         }
         if !own.is_compatible(&found) {
             let words = format!(
-                "the individual is of the dialect {own}, length {}; the strategy {strategy} needs {found}, length {}",
+                "the individual has dialect {own}, length {}; the strategy {strategy} needs {found}, length {}",
                 own.length, found.length
             );
             return Err(ApiError::refused(words).at(pointer));
@@ -210,8 +220,8 @@ async fn start(
     Ok(Start { genomes, dialect: found, strategy })
 }
 
-/// A lineage for the results.
-async fn made(
+/// Returns a new lineage for the results.
+async fn results_lineage(
     app: &App,
     name: &str,
     dialect: Dialect,

@@ -1,6 +1,7 @@
-//! An individual beside a target: drawn in the scene of one of its pictures, or exposed as the target is.
+//! Individual rendered to match a target: in the scene of one of its pictures, or at the target's
+//! exposure.
 //!
-//! Such pictures belong to the target, so they are drawn where its own are, and not by workers.
+//! These pictures are drawn by the server, like the target's own, and not by workers.
 
 use std::sync::Arc;
 
@@ -15,28 +16,37 @@ use http::HeaderMap;
 use super::{CACHE, SIZE, check_rays, content_type};
 use crate::controller::file::FileHead;
 use crate::controller::target_picture::{
-    IN_ITS_SCENE, begun, check_view, measured, shot, stage_bytes,
+    IN_ITS_SCENE, check_view, draw_measured, key_hasher, shot, view_bytes,
 };
 
 use crate::library::Material;
 use crate::problem::ApiError;
-use crate::shelf::{Drawn, Shelf, StageView};
 use crate::state::App;
+use crate::target_cache::{Drawn, TargetCache, ViewParams};
 
-/// What is asked for, checked as far as it can be without the target.
-pub struct Beside {
+/// Request, checked as far as possible without the target.
+pub struct MatchedRender {
+    /// Target to match.
     pub target: TargetId,
+    /// Index of the target's picture, if given.
     pub view: Option<u32>,
+    /// Side in pixels, if given.
     pub size_px: Option<u32>,
+    /// Scene, if given.
     pub scene: Option<SceneId>,
+    /// Light angle in degrees, if given.
     pub light_deg: Option<f64>,
-    /// Where it was given.
+    /// Samples per pixel, if given.
     pub sampling: Option<Sampling>,
+    /// File format.
     pub format: PictureFormat,
 }
 
-impl Beside {
-    /// The picture.
+impl MatchedRender {
+    /// Answers the request.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the target is missing, the options do not fit it, or drawing fails.
     pub async fn answer(
         self,
         app: &App,
@@ -44,18 +54,18 @@ impl Beside {
         headers: &HeaderMap,
     ) -> Result<Response, ApiError> {
         let target = app.store.target(self.target).await.map_err(|error| match error {
-            StorageError::NotFound => ApiError::not_found("there is no target with that id"),
+            StorageError::NotFound => ApiError::not_found("there is no target with this id"),
             other => other.into(),
         })?;
         let material = app.library.material(individual.hash).await?;
         if target.views.is_empty() {
-            return self.exposed(app, &target, (individual, material), headers).await;
+            return self.at_target_exposure(app, &target, (individual, material), headers).await;
         }
-        self.laid_over(app, &target, material, headers).await
+        self.in_target_scene(app, &target, material, headers).await
     }
 
-    /// In the scene of a picture.
-    async fn laid_over(
+    /// Draws the individual in the scene of the target's picture.
+    async fn in_target_scene(
         self,
         app: &App,
         target: &Target,
@@ -71,7 +81,7 @@ impl Beside {
         let own = &target.views[n as usize];
         let size = size_px.unwrap_or(own.size_px);
         check_rays(u64::from(size).pow(2), sampling.unwrap_or(own.samples))?;
-        let mut hasher = begun("laid over", target);
+        let mut hasher = key_hasher("laid over", target);
         hasher.update(&n.to_le_bytes()).update(&size.to_le_bytes());
         hasher.update(sampling.unwrap_or(own.samples).to_string().as_bytes());
         hasher.update(material.program.hash().as_bytes()).update(format!("{format:?}").as_bytes());
@@ -79,17 +89,17 @@ impl Beside {
         let etag = format!("\"{}\"", key.to_hex());
         let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
         let prepare = async {
-            let known = Shelf::view(app, target, n).await?;
+            let known = TargetCache::view(app, target, n).await?;
             Ok(move || {
                 let specimen = Specimen::Bred(&material.genome, &material.program);
-                Drawn::of(&laid_over(&known, &specimen, size, sampling), format)
+                Drawn::of(&in_target_scene(&known, &specimen, size, sampling), format)
             })
         };
-        head.made(headers, Shelf::drawn(app, key, prepare)).await
+        head.made(headers, TargetCache::picture(app, key, prepare)).await
     }
 
-    /// Under any light, as a measured target is exposed there.
-    async fn exposed(
+    /// Draws the individual in any scene and light, at the exposure of the measured target there.
+    async fn at_target_exposure(
         self,
         app: &App,
         target: &Target,
@@ -98,7 +108,9 @@ impl Beside {
     ) -> Result<Response, ApiError> {
         let format = self.format;
         if self.view.is_some() {
-            return Err(ApiError::refused("a measured material has no pictures of its own"));
+            return Err(ApiError::refused(
+                "`view` is only allowed for image targets; this one is measured",
+            ));
         }
         let scene = match self.scene {
             Some(scene) => scene,
@@ -107,29 +119,29 @@ impl Beside {
         let size_px = self.size_px.unwrap_or(SIZE);
         let sampling = self.sampling.unwrap_or_default();
         check_rays(u64::from(size_px).pow(2), sampling)?;
-        let view = StageView { scene, light_deg: self.light_deg, size_px, sampling };
-        let mut hasher = begun("exposed as", target);
-        hasher.update(&stage_bytes(view)).update(material.program.hash().as_bytes());
+        let view = ViewParams { scene, light_deg: self.light_deg, size_px, sampling };
+        let mut hasher = key_hasher("exposed as", target);
+        hasher.update(&view_bytes(view)).update(material.program.hash().as_bytes());
         hasher.update(format!("{format:?}").as_bytes());
         let key = hasher.finalize();
         let etag = format!("\"{}\"", key.to_hex());
         let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
         let prepare = async {
-            let ev = measured(app, target, view, None).await?.exposure_ev;
-            let stage = Shelf::stage(app, view).await?;
+            let ev = draw_measured(app, target, view, None).await?.exposure_ev;
+            let traced = TargetCache::traced_view(app, view).await?;
             Ok(move || {
                 let specimen = Specimen::Bred(&material.genome, &material.program);
-                Drawn::of(&stage.take(&specimen, Some(ev)), format)
+                Drawn::of(&traced.render(&specimen, Some(ev)), format)
             })
         };
-        head.made(headers, Shelf::drawn(app, key, prepare)).await
+        head.made(headers, TargetCache::picture(app, key, prepare)).await
     }
 }
 
-/// A material in the scene of a picture, as bright as the picture is shown.
+/// Draws a material in the scene of a picture, as bright as the picture is shown.
 ///
-/// Where the picture's brightness is not known, the material's is made that of the picture by the gain that brings them nearest.
-fn laid_over(
+/// If the picture's gain is unknown, uses the gain that minimises the difference between the two.
+fn in_target_scene(
     known: &KnownView,
     material: &impl Shade,
     size_px: u32,
@@ -139,8 +151,8 @@ fn laid_over(
     let ev = known.gain.ev;
     scene.film.exposure = Exposure::Ev(ev);
     if known.view.is_gain_unknown() {
-        let taken = shot(known, &scene).take_on(known.view.set(), material);
-        let gain = known.view.compare(&taken.radiance).gain;
+        let picture = shot(known, &scene).take_on(known.view.set(), material);
+        let gain = known.view.compare(&picture.radiance).gain;
         if gain > 0.0 {
             scene.film.exposure = Exposure::Ev(ev + libm::log2(gain));
         }

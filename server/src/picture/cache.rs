@@ -1,0 +1,279 @@
+//! Pictures in memory and renders in flight: one render per key, however many requests wait for it.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+use brood_protocol::{IndividualId, LineageId, PictureKey};
+use brood_storage::StoredPicture;
+use bytes::Bytes;
+use moka::policy::EvictionPolicy;
+use moka::sync::Cache;
+use tokio::sync::{mpsc, watch};
+
+use super::DiskCache;
+
+/// Number of picture rows kept in memory.
+const ROWS: u64 = 100_000;
+/// Number of keys with event listeners.
+const LISTENERS: u64 = 20_000;
+/// Time after which a listener is dropped.
+const LISTENER_TTL: Duration = Duration::from_secs(600);
+/// Number of pictures queued for the disk.
+const WRITES: usize = 1024;
+
+/// Reason why a picture is not available.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// The worker cannot render it.
+    Render(Arc<str>),
+    /// Too many pictures are queued, or its job was not written; a retry may help.
+    Busy,
+    /// Internal error; the reason was logged.
+    Internal,
+}
+
+/// Outcome of a render in flight.
+pub type RenderResult = Result<Bytes, Failure>;
+
+type Waiter = watch::Receiver<Option<RenderResult>>;
+
+/// Result of a cache lookup.
+#[derive(Debug)]
+pub enum Lookup {
+    /// Cached picture.
+    Cached(Bytes),
+    /// Already being rendered by another request.
+    InFlight(Waiter),
+    /// Not being rendered yet; the caller must complete or fail it.
+    Leader(Waiter),
+}
+
+/// Cache of pictures over the disk, and the renders in flight.
+pub struct PictureCache {
+    memory: Cache<PictureKey, Bytes>,
+    disk: Arc<DiskCache>,
+    writes: mpsc::Sender<(PictureKey, Bytes)>,
+    rows: Cache<PictureKey, Arc<StoredPicture>>,
+    in_flight: Mutex<HashMap<PictureKey, watch::Sender<Option<RenderResult>>>>,
+    listeners: Cache<PictureKey, Vec<(LineageId, IndividualId)>>,
+}
+
+impl PictureCache {
+    /// Creates a cache over the disk, and the queue of pictures to write there.
+    pub fn new(disk: DiskCache, memory_bytes: u64) -> (Self, mpsc::Receiver<(PictureKey, Bytes)>) {
+        let weigh = |_: &PictureKey, bytes: &Bytes| u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        // LRU, not the default LFU: the newest picture is the most likely to be requested.
+        let memory = Cache::builder().max_capacity(memory_bytes).weigher(weigh);
+        let memory = memory.eviction_policy(EvictionPolicy::lru());
+        let (writes, queue) = mpsc::channel(WRITES);
+        let listeners = Cache::builder().max_capacity(LISTENERS).time_to_live(LISTENER_TTL);
+        let picture_cache = Self {
+            memory: memory.build(),
+            disk: Arc::new(disk),
+            writes,
+            rows: Cache::new(ROWS),
+            in_flight: Mutex::default(),
+            listeners: listeners.build(),
+        };
+        (picture_cache, queue)
+    }
+
+    /// Cache on disk.
+    pub fn disk(&self) -> &Arc<DiskCache> {
+        &self.disk
+    }
+
+    /// Returns true if a picture is in memory or on disk.
+    pub fn has(&self, key: PictureKey) -> bool {
+        self.memory.contains_key(&key) || self.disk.contains(key)
+    }
+
+    /// Caches a picture row.
+    pub fn insert_row(&self, row: &Arc<StoredPicture>) {
+        self.rows.insert(row.key, row.clone());
+    }
+
+    /// Returns the cached row of a key.
+    pub fn row(&self, key: PictureKey) -> Option<Arc<StoredPicture>> {
+        self.rows.get(&key)
+    }
+
+    /// Marks the keys that are neither cached nor in flight as in flight; the caller must complete
+    /// or fail them.
+    pub fn reserve(&self, keys: impl IntoIterator<Item = PictureKey>) -> Vec<PictureKey> {
+        let mut in_flight = self.lock();
+        let mut reserved = Vec::new();
+        for key in keys {
+            if !self.has(key) && !in_flight.contains_key(&key) {
+                in_flight.insert(key, watch::Sender::new(None));
+                reserved.push(key);
+            }
+        }
+        reserved
+    }
+
+    /// Returns the picture, or a receiver for its result.
+    pub fn subscribe(&self, key: PictureKey) -> Lookup {
+        if let Some(bytes) = self.memory.get(&key) {
+            return Lookup::Cached(bytes);
+        }
+        let mut in_flight = self.lock();
+        if let Some(render) = in_flight.get(&key) {
+            return Lookup::InFlight(render.subscribe());
+        }
+        // The picture may have been completed between the first check and the lock.
+        if let Some(bytes) = self.memory.get(&key) {
+            return Lookup::Cached(bytes);
+        }
+        let render = watch::Sender::new(None);
+        let waiter = render.subscribe();
+        in_flight.insert(key, render);
+        Lookup::Leader(waiter)
+    }
+
+    /// Completes a new picture: caches it, queues it for the disk and answers all waiting requests.
+    pub fn complete(&self, key: PictureKey, bytes: Bytes) {
+        if self.writes.try_send((key, bytes.clone())).is_err() {
+            tracing::warn!(%key, "the queue of the picture cache is full: a picture is kept in memory only");
+        }
+        self.complete_from_disk(key, bytes);
+    }
+
+    /// Completes a picture that is already on disk.
+    pub fn complete_from_disk(&self, key: PictureKey, bytes: Bytes) {
+        self.memory.insert(key, bytes.clone());
+        if let Some(render) = self.lock().remove(&key) {
+            render.send_replace(Some(Ok(bytes)));
+        }
+    }
+
+    /// Completes a picture from memory or disk; false if it must be rendered. Reads the disk.
+    pub fn complete_if_cached(&self, key: PictureKey) -> bool {
+        let bytes = self.memory.get(&key).or_else(|| self.disk.read(key));
+        let there = bytes.is_some();
+        if let Some(bytes) = bytes {
+            self.complete_from_disk(key, bytes);
+        }
+        there
+    }
+
+    /// Drops all picture rows. Called after a purge, as the store may have lost some of them.
+    pub fn clear_rows(&self) {
+        self.rows.invalidate_all();
+    }
+
+    /// Fails renders in flight.
+    pub fn fail(&self, keys: impl IntoIterator<Item = PictureKey>, failure: &Failure) {
+        let mut in_flight = self.lock();
+        for key in keys {
+            if let Some(render) = in_flight.remove(&key) {
+                render.send_replace(Some(Err(failure.clone())));
+            }
+        }
+    }
+
+    /// Registers an individual whose lineage gets an event when the picture is complete.
+    pub fn add_listener(&self, key: PictureKey, lineage: LineageId, individual: IndividualId) {
+        self.listeners.entry(key).and_upsert_with(|entry| {
+            let mut all = entry.map(moka::Entry::into_value).unwrap_or_default();
+            if all.len() < 64 && !all.contains(&(lineage, individual)) {
+                all.push((lineage, individual));
+            }
+            all
+        });
+    }
+
+    /// Removes and returns the individuals registered for a picture.
+    pub fn take_listeners(&self, key: PictureKey) -> Vec<(LineageId, IndividualId)> {
+        self.listeners.remove(&key).unwrap_or_default()
+    }
+
+    /// Number of renders in flight, and bytes in memory.
+    pub fn size(&self) -> (usize, u64) {
+        (self.lock().len(), self.memory.weighted_size())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<PictureKey, watch::Sender<Option<RenderResult>>>> {
+        self.in_flight.lock().expect("nothing panics under this lock")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture_cache() -> (tempfile::TempDir, PictureCache, mpsc::Receiver<(PictureKey, Bytes)>) {
+        let dir = tempfile::tempdir().unwrap();
+        let (picture_cache, queue) =
+            PictureCache::new(DiskCache::open(dir.path(), 1 << 20).unwrap(), 1 << 20);
+        (dir, picture_cache, queue)
+    }
+
+    fn key(n: u8) -> PictureKey {
+        PictureKey([n; 32])
+    }
+
+    #[tokio::test]
+    async fn second_request_waits_for_the_render_of_the_first() {
+        let (_dir, picture_cache, mut queue) = picture_cache();
+        let Lookup::Leader(mut first) = picture_cache.subscribe(key(1)) else {
+            panic!("the first request must lead")
+        };
+        let Lookup::InFlight(mut second) = picture_cache.subscribe(key(1)) else {
+            panic!("the second request must wait")
+        };
+        picture_cache.complete(key(1), Bytes::from_static(b"picture"));
+        for waiter in [&mut first, &mut second] {
+            let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
+            assert_eq!(outcome.unwrap(), "picture");
+        }
+        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Cached(_)));
+        assert_eq!(queue.recv().await.unwrap().0, key(1));
+    }
+
+    #[tokio::test]
+    async fn picture_can_be_requested_again_when_its_render_failed() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1)) else {
+            panic!("the first request must lead")
+        };
+        picture_cache.fail([key(1)], &Failure::Busy);
+        let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
+        assert_eq!(outcome, Err(Failure::Busy));
+        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+    }
+
+    #[tokio::test]
+    async fn request_gets_a_picture_that_reached_the_disk_while_its_job_was_queued() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1)) else {
+            panic!("the first request must lead")
+        };
+        assert!(!picture_cache.complete_if_cached(key(1)));
+        picture_cache.disk().write(key(1), b"picture");
+        assert!(picture_cache.complete_if_cached(key(1)));
+        let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
+        assert_eq!(outcome.unwrap(), "picture");
+        assert_eq!(picture_cache.size().0, 0);
+    }
+
+    #[test]
+    fn only_new_keys_are_reserved() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        picture_cache.complete(key(1), Bytes::from_static(b"picture"));
+        picture_cache.disk().write(key(2), b"picture");
+        assert_eq!(picture_cache.reserve([1, 2, 3, 3, 4].map(key)), [3, 4].map(key));
+        assert_eq!(picture_cache.reserve([3, 4, 5].map(key)), [5].map(key));
+    }
+
+    #[test]
+    fn listeners_are_returned_once() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        let (lineage, individual) = (LineageId::fresh(), IndividualId::fresh());
+        picture_cache.add_listener(key(1), lineage, individual);
+        picture_cache.add_listener(key(1), lineage, individual);
+        assert_eq!(picture_cache.take_listeners(key(1)), [(lineage, individual)]);
+        assert!(picture_cache.take_listeners(key(1)).is_empty());
+    }
+}
