@@ -1,5 +1,5 @@
-// What the page draws itself: the live frames against the server's pictures, the light, turning, a lost context; and exported
-// programs against the bits they must have.
+// Live drawing: frames compared with the server's pictures, the light, rotation, a lost context;
+// and exported programs compared bit for bit.
 
 import { strict as assert } from "node:assert";
 import { execFile } from "node:child_process";
@@ -12,68 +12,88 @@ import { around } from "./materials.mjs";
 
 /** Programs that are run both ways. */
 const PROGRAMS = 40;
-/** Of the pixels inside a frame's object, so many may be off the server's picture by more than so many codes of 255: the border
- * of the light and details finer than a pixel are antialiased there. Shading that is wrong is wrong everywhere. */
+/**
+ * Limits for the pixels inside a frame's object: this share may differ from the server's picture by
+ * more than this many codes of 255, because shadow borders and details below a pixel are
+ * antialiased there. Wrong shading is wrong everywhere.
+ */
 const APART_CODES = 8;
 const APART_SHARE = 0.08;
 
 const lit = (page) => page.evaluate(() => document.querySelectorAll(".pictures.lit").length);
-export const allLit = (page) => page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
-/** No frame is drawn live, and nothing that was is left to be seen. */
+export const allLit = (page) =>
+  page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 21);
+/** Asserts that no frame is drawn live and none drawn before is still visible. */
 export const noneLit = (page) =>
-  page.waitForFunction(() => document.querySelectorAll(".pictures.lit").length === 0 && getComputedStyle(document.querySelector("canvas.live")).visibility === "hidden");
+  page.waitForFunction(
+    () =>
+      document.querySelectorAll(".pictures.lit").length === 0 &&
+      getComputedStyle(document.querySelector("canvas.live")).visibility === "hidden",
+  );
 
-/** Puts a slider somewhere, as a hand does. */
-export function slide(hand, name, value) {
-  return hand.id(name).evaluate((slider, to) => {
+/** Moves a slider to a value. */
+export function slide(app, name, value) {
+  return app.id(name).evaluate((slider, to) => {
     slider.value = String(to);
-    for (const kind of ["input", "change"]) slider.dispatchEvent(new Event(kind, { bubbles: true }));
+    for (const kind of ["input", "change"])
+      slider.dispatchEvent(new Event(kind, { bubbles: true }));
   }, value);
 }
 
-/** Share of what the second of two PNG files covers that is off it in the first, at the shift by which they lie best: a frame
- * may begin between two pixels. */
+/**
+ * Share of the pixels covered in the second PNG file that differ in the first, at the best of
+ * several shifts: a frame may begin between two pixels.
+ */
 function apart(page, shown, wanted) {
-  return page.evaluate(async ([a, b, codes]) => {
-    const pixels = async (base64) => {
-      const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-      const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-      const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-      context.drawImage(image, 0, 0);
-      return context.getImageData(0, 0, image.width, image.height);
-    };
-    const [left, right] = [await pixels(a), await pixels(b)];
-    if (left.width !== right.width) throw new Error(`${left.width} and ${right.width} pixels`);
-    const shifted = (right_px, down_px) => {
-      let off = 0;
-      let count = 0;
-      for (let y = 1; y + 1 < right.height; y++) {
-        for (let x = 1; x + 1 < right.width; x++) {
-          const at = 4 * (y * right.width + x);
-          if (right.data[at + 3] < 255) continue;
-          const from = at + 4 * (down_px * right.width + right_px);
-          count += 1;
-          off += [0, 1, 2].some((channel) => Math.abs(left.data[from + channel] - right.data[at + channel]) > codes) ? 1 : 0;
+  return page.evaluate(
+    async ([a, b, codes]) => {
+      const pixels = async (base64) => {
+        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+        const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+        const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height);
+      };
+      const [left, right] = [await pixels(a), await pixels(b)];
+      if (left.width !== right.width) throw new Error(`${left.width} and ${right.width} pixels`);
+      const shifted = (right_px, down_px) => {
+        let off = 0;
+        let count = 0;
+        for (let y = 1; y + 1 < right.height; y++) {
+          for (let x = 1; x + 1 < right.width; x++) {
+            const at = 4 * (y * right.width + x);
+            if (right.data[at + 3] < 255) continue;
+            const from = at + 4 * (down_px * right.width + right_px);
+            count += 1;
+            off += [0, 1, 2].some(
+              (channel) => Math.abs(left.data[from + channel] - right.data[at + channel]) > codes,
+            )
+              ? 1
+              : 0;
+          }
         }
-      }
-      return off / count;
-    };
-    return Math.min(...[-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => shifted(x, y))));
-  }, [shown.toString("base64"), wanted.toString("base64"), APART_CODES]);
+        return off / count;
+      };
+      return Math.min(...[-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => shifted(x, y))));
+    },
+    [shown.toString("base64"), wanted.toString("base64"), APART_CODES],
+  );
 }
 
-/** The frames of a generation, drawn live with the light there, are the server's pictures; most of those looked at, at least. */
-export async function asServerDraws(hand, generation, light_deg, base) {
-  const { page } = hand;
-  const { scene } = await hand.api(`/v1/lineages/${generation.lineage}`);
+/** Asserts that live frames equal the server's pictures with the light at an angle. */
+export async function asServerDraws(app, generation, light_deg, base) {
+  const { page } = app;
+  const { scene } = await app.api(`/v1/lineages/${generation.lineage}`);
   const found = [];
   for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19]) {
-    const box = await hand.cell(slot).locator(".pictures").boundingBox();
+    const box = await app.cell(slot).locator(".pictures").boundingBox();
     const side = Math.floor(Math.min(box.width, box.height));
     const id = generation.individuals[slot].id;
     const url = `${base}/v1/individuals/${id}/render.png?size=${side}&scene=${scene}&light_deg=${light_deg}`;
     const wanted = Buffer.from(await (await fetch(url)).arrayBuffer());
-    const shown = await page.screenshot({ clip: { x: box.x, y: box.y, width: side, height: side } });
+    const shown = await page.screenshot({
+      clip: { x: box.x, y: box.y, width: side, height: side },
+    });
     found.push(await apart(page, shown, wanted));
   }
   const text = `apart in ${found.map((share) => (100 * share).toFixed(1))} % of the pixels`;
@@ -81,51 +101,58 @@ export async function asServerDraws(hand, generation, light_deg, base) {
   return text;
 }
 
-/** The journey; `shot` takes a picture of the page. */
-export async function live(hand, step, shot, base) {
-  const { page } = hand;
-  // A software driver reports each picture that is read back as slow.
-  hand.ignores = (text) => text.includes("GPU stall due to ReadPixels");
+/** Runs the journey; `shot` saves a screenshot. */
+export async function live(app, step, shot, base) {
+  const { page } = app;
+  // A software driver reports each read-back as slow.
+  app.ignores = (text) => text.includes("GPU stall due to ReadPixels");
 
-  const generation = await step("opens, and leaves the light alone where software draws", async () => {
-    const before = await hand.open();
-    await hand.id("presets").click();
-    await hand.id("preset-pearl").click();
-    await around(page, before);
-    await hand.reshown(() => hand.id("object").selectOption("knob"));
-    const id = await hand.ready();
-    await page.waitForFunction(() => document.querySelector("[data-testid=light-moves]")?.disabled === false);
-    assert.equal(await hand.id("light-moves").getAttribute("aria-pressed"), "false");
-    assert.equal(await lit(page), 0);
-    return hand.generation(id);
-  });
+  const generation = await step(
+    "opens without moving the light on a software renderer",
+    async () => {
+      const before = await app.open();
+      await app.id("presets").click();
+      await app.id("preset-pearl").click();
+      await around(page, before);
+      await app.reshown(() => app.id("object").selectOption("knob"));
+      const id = await app.ready();
+      await page.waitForFunction(
+        () => document.querySelector("[data-testid=light-moves]")?.disabled === false,
+      );
+      assert.equal(await app.id("light-moves").getAttribute("aria-pressed"), "false");
+      assert.equal(await lit(page), 0);
+      return app.generation(id);
+    },
+  );
 
-  await step("draws the frames as the server does, wherever the light is", async () => {
-    await hand.reshown(() => slide(hand, "exposure", -1));
-    await slide(hand, "light", 75);
+  await step("draws the frames like the server at every light angle", async () => {
+    await app.reshown(() => slide(app, "exposure", -1));
+    await slide(app, "light", 75);
     await allLit(page);
-    await asServerDraws(hand, generation, 75, base);
+    await asServerDraws(app, generation, 75, base);
     await shot("8-live");
   });
 
   await step("lets the light circle, and stops it", async () => {
     await page.getByRole("button", { name: "Let the light circle" }).click();
-    const angle = () => hand.id("light").inputValue();
+    const angle = () => app.id("light").inputValue();
     const before = await angle();
     await page.waitForFunction((was) => document.getElementById("light").value !== was, before);
-    assert.ok(await hand.id("light-dot").isVisible());
+    assert.ok(await app.id("light-dot").isVisible());
     await page.getByRole("button", { name: "Pause the light" }).click();
-    assert.equal(await hand.id("light-moves").getAttribute("aria-pressed"), "false");
-    await slide(hand, "light", 0);
-    await page.waitForFunction(() => document.querySelector("output[for=light]").textContent === "0°");
+    assert.equal(await app.id("light-moves").getAttribute("aria-pressed"), "false");
+    await slide(app, "light", 0);
+    await page.waitForFunction(
+      () => document.querySelector("output[for=light]").textContent === "0°",
+    );
     await noneLit(page);
   });
 
-  await step("turns the object live under the hand", async () => {
-    const box = await hand.id("centre").boundingBox();
+  await step("rotates the object live while dragging", async () => {
+    const box = await app.id("centre").boundingBox();
     const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
     const { mouse } = page;
-    await hand.reshown(async () => {
+    await app.reshown(async () => {
       await mouse.move(x, y);
       await mouse.down();
       await mouse.move(x + 60, y + 20, { steps: 4 });
@@ -136,47 +163,74 @@ export async function live(hand, step, shot, base) {
     await noneLit(page);
   });
 
-  await step("breeds on under a moving light", async () => {
+  await step("breeds under a moving light", async () => {
     await page.getByRole("button", { name: "Let the light circle" }).click();
     await allLit(page);
-    await hand.becomes(() => hand.cell(7).click());
+    await app.becomes(() => app.cell(7).click());
     await allLit(page);
     await page.getByRole("button", { name: "Pause the light" }).click();
   });
 
-  await step("shows the pictures when the context is lost, and draws again when it is back", async () => {
-    await page.evaluate(() => {
-      const gl = document.querySelector("canvas.live").getContext("webgl2");
-      globalThis.lost = gl.getExtension("WEBGL_lose_context");
-      globalThis.lost.loseContext();
-    });
-    await noneLit(page);
-    await page.evaluate(() => globalThis.lost.restoreContext());
-    await slide(hand, "light", 200);
-    await allLit(page);
-    await slide(hand, "light", 0);
-    await noneLit(page);
-  });
-  await step("has nothing that hinders access with the light's controls", () => hand.accessible("live"));
+  await step(
+    "shows the server's pictures when the context is lost, and draws again when it is restored",
+    async () => {
+      await page.evaluate(() => {
+        const gl = document.querySelector("canvas.live").getContext("webgl2");
+        globalThis.lost = gl.getExtension("WEBGL_lose_context");
+        globalThis.lost.loseContext();
+      });
+      await noneLit(page);
+      await page.evaluate(() => globalThis.lost.restoreContext());
+      await slide(app, "light", 200);
+      await allLit(page);
+      await slide(app, "light", 0);
+      await noneLit(page);
+    },
+  );
+  await step("has no accessibility violations with the light's controls", () =>
+    app.accessible("live"),
+  );
 }
 
-/** Exported programs in this browser, bit for bit. */
-export async function exported(hand, step, binary) {
+/** Runs exported programs in this browser and compares them bit for bit. */
+export async function exported(app, step, binary) {
   await step(`runs ${PROGRAMS} exported programs to the bit`, async () => {
     const folder = await mkdtemp(join(tmpdir(), "brood-export-"));
     try {
       const file = join(folder, "export.html");
-      await promisify(execFile)(binary, ["bench", "export", "--programs", String(PROGRAMS), "--output", file]);
-      await hand.page.goto(`file://${file}`);
-      await hand.page.waitForFunction(() => document.getElementById("result").textContent.startsWith("{"));
-      const result = JSON.parse(await hand.page.locator("#result").innerText());
+      await promisify(execFile)(binary, [
+        "bench",
+        "export",
+        "--programs",
+        String(PROGRAMS),
+        "--output",
+        file,
+      ]);
+      await app.page.goto(`file://${file}`);
+      await app.page.waitForFunction(() =>
+        document.getElementById("result").textContent.startsWith("{"),
+      );
+      const result = JSON.parse(await app.page.locator("#result").innerText());
       assert.deepEqual(result.failures, []);
-      assert.deepEqual([result.programs, result.exact, result.differing], [PROGRAMS, PROGRAMS, 0], JSON.stringify(result));
+      assert.deepEqual(
+        [result.programs, result.exact, result.differing],
+        [PROGRAMS, PROGRAMS, 0],
+        JSON.stringify(result),
+      );
       // The page draws with the shorter text.
-      assert.deepEqual([result.within_exact, result.within_differing], [PROGRAMS, 0], JSON.stringify(result));
-      // Inputs in f32 instead of f64: a few units of the last place, more where a program multiplies them up.
+      assert.deepEqual(
+        [result.within_exact, result.within_differing],
+        [PROGRAMS, 0],
+        JSON.stringify(result),
+      );
+      // Inputs are f32 instead of f64: errors of a few units in the last place, more where a
+      // program amplifies them.
       assert.ok(result.directions_p99 < 1e-3, JSON.stringify(result));
-      assert.deepEqual(result.models.filter(({ kept }) => !kept), [], JSON.stringify(result.models));
+      assert.deepEqual(
+        result.models.filter(({ kept }) => !kept),
+        [],
+        JSON.stringify(result.models),
+      );
     } finally {
       await rm(folder, { recursive: true, force: true });
     }

@@ -1,42 +1,42 @@
-// Materials that come and go: presets, exports, genome files, whole lineages.
+// Import and export of materials: presets, exports, genome files, whole lineages.
 
 import { strict as assert } from "node:assert";
 import { readFile } from "node:fs/promises";
 
-/** The text of the file that the browser saves when this is done. */
+/** Text of the file that the browser saves during an action. */
 async function saved(page, act) {
   const [download] = await Promise.all([page.waitForEvent("download"), act()]);
   return readFile(await download.path(), "utf8");
 }
 
-/** The hash of the individual in the centre. */
-async function centre(hand, generation) {
-  const { centre: of } = await hand.generation(generation);
+/** Hash of the individual in the centre. */
+async function centre(app, generation) {
+  const { centre: of } = await app.generation(generation);
   return of.hash;
 }
 
-/** Waits for a whole brood, another than the one named. */
+/** Waits for a complete brood other than the given one. */
 export const around = (page, before) =>
   page.waitForFunction((not) => {
     const { ready } = document.body.dataset;
     return ready && ready !== not && document.querySelectorAll("[data-frame]").length === 21;
   }, before);
 
-export async function materials(hand, step, shot) {
-  const { page } = hand;
+export async function materials(app, step, shot) {
+  const { page } = app;
 
   await step("starts from a preset", async () => {
-    await hand.open();
+    await app.open();
     await page.getByRole("button", { name: "Presets" }).click();
     const gold = page.getByRole("button", { name: /^Gold Polished/ });
     await gold.locator("img").waitFor();
     await shot("10-presets");
-    await hand.accessible("presets");
-    const before = await hand.ready();
+    await app.accessible("presets");
+    const before = await app.ready();
     await gold.click();
-    // The preset alone, and the brood around it, come one after the other.
+    // The preset alone, and then the brood around it.
     await around(page, before);
-    const generation = await hand.generation(await hand.ready());
+    const generation = await app.generation(await app.ready());
     assert.equal(generation.centre.operator, "adopt");
     assert.equal(generation.individuals.length, 20);
     await shot("11-gold");
@@ -54,32 +54,43 @@ export async function materials(hand, step, shot) {
   });
 
   await step("breeds from a genome file", async () => {
-    const before = await hand.ready();
-    const wanted = await centre(hand, before);
-    await hand.becomes(() => hand.cell(2).click());
+    const before = await app.ready();
+    const wanted = await centre(app, before);
+    await app.becomes(() => app.cell(2).click());
     const file = { name: "kept.brood", mimeType: "text/plain", buffer: Buffer.from(text) };
-    await hand.id("lineage-menu").click();
-    const last = await hand.ready();
-    await hand.id("lineage-file").setInputFiles(file);
+    await app.id("lineage-menu").click();
+    const last = await app.ready();
+    await app.id("lineage-file").setInputFiles(file);
     await around(page, last);
-    assert.equal(await centre(hand, await hand.ready()), wanted);
+    assert.equal(await centre(app, await app.ready()), wanted);
     const broken = { ...file, buffer: Buffer.from("brood 1\nFLY R0\n") };
-    await hand.id("lineage-menu").click();
-    await hand.id("lineage-file").setInputFiles(broken);
-    const error = hand.id("error");
+    await app.id("lineage-menu").click();
+    await app.id("lineage-file").setInputFiles(broken);
+    const error = app.id("error");
     await error.waitFor({ state: "visible" });
     assert.match(await error.innerText(), /Line 2/);
-    hand.complaints = hand.complaints.filter((words) => !words.includes("422"));
+    app.complaints = app.complaints.filter((words) => !words.includes("422"));
   });
 
   await step("opens a saved lineage again", async () => {
-    const before = await hand.generation(await hand.ready());
-    const response = await fetch(`${new URL(page.url()).origin}/v1/lineages/${before.lineage}/file`);
-    const file = { name: "history.json", mimeType: "application/json", buffer: Buffer.from(await response.arrayBuffer()) };
-    await hand.id("lineage-menu").click();
-    const after = await hand.generation(await hand.becomes(() => hand.id("lineage-file").setInputFiles(file)));
+    const before = await app.generation(await app.ready());
+    const response = await fetch(
+      `${new URL(page.url()).origin}/v1/lineages/${before.lineage}/file`,
+    );
+    const file = {
+      name: "history.json",
+      mimeType: "application/json",
+      buffer: Buffer.from(await response.arrayBuffer()),
+    };
+    await app.id("lineage-menu").click();
+    const after = await app.generation(
+      await app.becomes(() => app.id("lineage-file").setInputFiles(file)),
+    );
     assert.notEqual(after.lineage, before.lineage);
-    assert.deepEqual(after.individuals.map((it) => it.hash), before.individuals.map((it) => it.hash));
+    assert.deepEqual(
+      after.individuals.map((it) => it.hash),
+      before.individuals.map((it) => it.hash),
+    );
   });
-  hand.quiet();
+  app.quiet();
 }

@@ -1,4 +1,4 @@
-// The page as the journey's hands hold it: what can be clicked, and when a generation's pictures are all there.
+// Page object of the journeys: elements, waiting for pictures, and the API.
 
 import { strict as assert } from "node:assert";
 import { readFile } from "node:fs/promises";
@@ -6,12 +6,12 @@ import { createRequire } from "node:module";
 
 const axeFile = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
-/** One open page. Nothing here waits for a time; everything waits for a state. */
+/** One open page. Waits for states and never for a time. */
 export class BroodPage {
   #base;
-  /** Errors of scripts, of the content security policy and of requests, all of which are failures. */
+  /** Errors of scripts, of the content security policy and of requests; all are failures. */
   complaints = [];
-  /** What the console may say. */
+  /** True for console messages that are expected. */
   ignores = () => false;
 
   constructor(page, base) {
@@ -19,10 +19,12 @@ export class BroodPage {
     this.#base = base;
     page.on("pageerror", (error) => this.complaints.push(`script: ${error.message}`));
     page.on("console", (message) => {
-      if (message.type() === "error" && !this.ignores(message.text())) this.complaints.push(`console: ${message.text()}`);
+      if (message.type() === "error" && !this.ignores(message.text()))
+        this.complaints.push(`console: ${message.text()}`);
     });
     page.on("response", (response) => {
-      if (response.status() >= 500) this.complaints.push(`${response.status()} for ${response.url()}`);
+      if (response.status() >= 500)
+        this.complaints.push(`${response.status()} for ${response.url()}`);
     });
   }
 
@@ -34,13 +36,15 @@ export class BroodPage {
     return this.id(`cell-${slot}`);
   }
 
-  /** Opens the page; a fresh server has no lineage, and the first brood is a random one. */
+  /** Opens the page; on an empty server it creates a lineage with a random brood. */
   async open(hash = "") {
     await this.page.goto(this.#base + "/" + hash);
     return this.ready();
   }
 
-  /** The generation whose pictures are all loaded, once it is another than the one named. */
+  /**
+   * Waits until all pictures of a generation other than the given one are loaded; returns its id.
+   */
   async ready(previous = "") {
     const not = previous ? `:not([data-ready="${previous}"])` : "";
     const body = this.page.locator(`body[data-ready]:not([data-ready=""])${not}`);
@@ -48,19 +52,21 @@ export class BroodPage {
     return body.getAttribute("data-ready");
   }
 
-  /** Waits for one generation to be shown with all its pictures. */
+  /** Waits until a generation is shown with all its pictures. */
   async shows(generation) {
     await this.page.locator(`body[data-ready="${generation}"]`).waitFor({ state: "attached" });
   }
 
-  /** Does something that ends in another generation on the page, and gives its id. */
+  /** Runs an action that leads to another generation; returns its id. */
   async becomes(act) {
     const before = await this.ready();
     await act();
     return this.ready(before);
   }
 
-  /** Does something that gives the lineage another scene, and gives that scene once its pictures are shown. */
+  /**
+   * Runs an action that changes the lineage's scene; returns the scene once its pictures are shown.
+   */
   async reshown(act) {
     const src = () => this.cell(0).locator("img").first().getAttribute("src");
     const before = await src();
@@ -73,7 +79,7 @@ export class BroodPage {
     return this.api(`/v1/scenes/${(await answer.json()).scene}`);
   }
 
-  /** JSON of the interface, read beside the page. */
+  /** Reads JSON from the API, independently of the page. */
   async api(path) {
     const response = await fetch(this.#base + path);
     assert.equal(response.status, 200, `${path}: ${response.status}`);
@@ -84,11 +90,13 @@ export class BroodPage {
     return this.api(`/v1/generations/${id}`);
   }
 
-  /** Everything that the accessibility checker finds. */
+  /** Asserts that the accessibility checker finds nothing. */
   async accessible(where) {
     await this.page.evaluate(await readFile(axeFile, "utf8"));
     const found = await this.page.evaluate(async () => (await globalThis.axe.run()).violations);
-    const shown = found.map((it) => `${it.id}: ${it.help} (${it.nodes.map((node) => node.target).join(" | ")})`);
+    const shown = found.map(
+      (it) => `${it.id}: ${it.help} (${it.nodes.map((node) => node.target).join(" | ")})`,
+    );
     assert.deepEqual(shown, [], `axe, ${where}`);
   }
 

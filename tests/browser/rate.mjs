@@ -1,10 +1,11 @@
-// How many frames a second the page draws live, 21 materials under the circling light, and how many exported programs keep
-// their bits, in headless Chromium:
-// `node tests/browser/rate.mjs [--angle NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--seeds N,...]
-// [--programs N]`, with $BROOD_BIN and $CHROMIUM as the journey has them. Without --angle the browser's own software draws; with
-// it, what the system has: gl-egl for the OpenGL of a Linux machine without a screen, gl, vulkan, metal or d3d11 elsewhere.
-// A measurement, not a test: it prints what it found, whatever that is, a line of JSON for each object and seed and one for the
-// exports, and fails only where --hardware is given and software draws. `cargo xtask bench live` makes tables of it.
+// Measures frames per second of live drawing, 21 materials under the circling light, and how many
+// exported programs keep their bits, in headless Chromium: `node tests/browser/rate.mjs [--angle
+// NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--seeds N,...] [--programs
+// N]`, with $BROOD_BIN and $CHROMIUM as for the journey. Without --angle the browser's software
+// renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
+// vulkan, metal or d3d11 elsewhere. This is a measurement and not a test: it prints one line of
+// JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
+// software draws. `cargo xtask bench live` makes tables of the output.
 
 import { execFile } from "node:child_process";
 import { mkdtemp, rm } from "node:fs/promises";
@@ -26,9 +27,9 @@ const { values } = parseArgs({
     programs: { type: "string", default: "0" },
   },
 });
-/** Until what was compiled in the background no longer is. */
+/** Waits until background compilation has ended. */
 const SETTLING_MS = 5000;
-/** Of the window; its height follows from how large the frames are to be. */
+/** Width of the window; its height follows from the size of the frames. */
 const WIDTH_PX = 1400;
 const HEIGHT_PX = 900;
 const DEADLINE_MS = 600_000;
@@ -40,14 +41,23 @@ const number = (name) => {
 };
 const [side, seconds, programs] = ["side", "seconds", "programs"].map(number);
 const driver = values.angle
-  ? ["--use-gl=angle", `--use-angle=${values.angle}`, "--ignore-gpu-blocklist", ...(values.angle === "vulkan" ? ["--enable-features=Vulkan"] : [])]
+  ? [
+      "--use-gl=angle",
+      `--use-angle=${values.angle}`,
+      "--ignore-gpu-blocklist",
+      ...(values.angle === "vulkan" ? ["--enable-features=Vulkan"] : []),
+    ]
   : ["--enable-unsafe-swiftshader"];
 const say = (found) => console.log(JSON.stringify(found));
 
-/** A lineage of one random brood, as the place of the page that shows it. */
+/** Creates a lineage with one random brood; returns its address on the page. */
 async function made(url, object, seed) {
   const send = async (path, body) => {
-    const answer = await fetch(`${url}${path}`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
+    const answer = await fetch(`${url}${path}`, {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body: JSON.stringify(body),
+    });
     if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
     return answer.json();
   };
@@ -57,15 +67,15 @@ async function made(url, object, seed) {
   return `${url}/#/lineage/${lineage.id}/generation/${bred.id}`;
 }
 
-/** What draws in this browser. */
+/** Name of the renderer in this browser. */
 const drawer = (page) =>
   page.evaluate(async () => {
-    const { openContext } = await import("/web/live/stage.js");
+    const { openContext } = await import("/web/live/canvas.js");
     const context = openContext(document.createElement("canvas"));
     return { renderer: context?.renderer ?? null, software: context?.software ?? true };
   });
 
-/** The display's frames of so many seconds, and the buffer that they are drawn in. */
+/** Frames of the display over some seconds, and the size of the drawing buffer. */
 const watch = (page) =>
   page.evaluate(async (seconds) => {
     const steps = [];
@@ -92,20 +102,25 @@ const watch = (page) =>
     };
   }, seconds);
 
-/** Frames a second of the display while nothing is drawn, in a whole buffer, and in the one that the page chooses. */
+/**
+ * Frames per second of the display without drawing, with a full buffer, and at the resolution that
+ * the page chooses.
+ */
 async function rates(page, url) {
   await page.goto(url);
   const light = page.getByTestId("light-moves");
   await page.locator("[data-testid=light-moves]:enabled").waitFor();
   await page.waitForTimeout(SETTLING_MS);
-  const across = await page.evaluate(() => document.querySelector("canvas.live").parentElement.getBoundingClientRect().width);
+  const across = await page.evaluate(
+    () => document.querySelector("canvas.live").parentElement.getBoundingClientRect().width,
+  );
   await page.setViewportSize({ width: WIDTH_PX, height: HEIGHT_PX + Math.round(side - across) });
   const idle = await watch(page);
   const chosen = await page.evaluateHandle(async () => {
-    const { Pace } = await import("/web/live/pace.js");
-    const { step } = Pace.prototype;
-    Pace.prototype.step = () => false;
-    return { resume: () => (Pace.prototype.step = step) };
+    const { AdaptiveResolution } = await import("/web/live/resolution.js");
+    const { step } = AdaptiveResolution.prototype;
+    AdaptiveResolution.prototype.step = () => false;
+    return { resume: () => (AdaptiveResolution.prototype.step = step) };
   });
   const begun = Date.now();
   await light.click();
@@ -118,18 +133,37 @@ async function rates(page, url) {
   return { display_fps: idle.fps, all_drawn_ms, whole, paced: await watch(page) };
 }
 
-/** Exported programs against the bits they must have. */
+/** Runs exported programs and compares them bit for bit. */
 async function exports(page) {
   const folder = await mkdtemp(join(tmpdir(), "brood-export-"));
   try {
     const file = join(folder, "export.html");
-    await promisify(execFile)(binary, ["bench", "export", "--programs", values.programs, "--output", file]);
+    await promisify(execFile)(binary, [
+      "bench",
+      "export",
+      "--programs",
+      values.programs,
+      "--output",
+      file,
+    ]);
     await page.goto(`file://${file}`);
     await page.waitForFunction(() => document.getElementById("result").textContent.startsWith("{"));
     const found = JSON.parse(await page.locator("#result").innerText());
     const kept = found.models.filter(({ kept }) => kept).length;
     const { renderer, programs, exact, values: count, differing, within_exact, failures } = found;
-    return { renderer, exports: { programs, exact, values: count, differing, within_exact, failures: failures.length, kinds: found.models.length, kinds_kept: kept } };
+    return {
+      renderer,
+      exports: {
+        programs,
+        exact,
+        values: count,
+        differing,
+        within_exact,
+        failures: failures.length,
+        kinds: found.models.length,
+        kinds_kept: kept,
+      },
+    };
   } finally {
     await rm(folder, { recursive: true, force: true });
   }
@@ -138,12 +172,22 @@ async function exports(page) {
 const server = await startServer();
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", ...driver],
+  args: [
+    "--headless",
+    "--no-sandbox",
+    "--no-first-run",
+    "--disable-background-networking",
+    ...driver,
+  ],
 });
 try {
-  // A page of its own for each figure, so that nothing is compiled already; reduced motion, so that the light waits for its button.
+  // A new page for each figure, so that nothing is compiled yet; reduced motion, so that the light
+  // starts with its button.
   const inPage = async (work) => {
-    const page = await browser.newPage({ viewport: { width: WIDTH_PX, height: HEIGHT_PX }, reducedMotion: "reduce" });
+    const page = await browser.newPage({
+      viewport: { width: WIDTH_PX, height: HEIGHT_PX },
+      reducedMotion: "reduce",
+    });
     page.setDefaultTimeout(DEADLINE_MS);
     const found = await work(page);
     await page.close();
@@ -153,7 +197,8 @@ try {
     await page.goto(server.url);
     return drawer(page);
   });
-  if (by.renderer === null) throw new Error("this browser has no WebGL 2 here; another --angle may have");
+  if (by.renderer === null)
+    throw new Error("this browser has no WebGL 2 here; another --angle may have");
   if (values.hardware && by.software) throw new Error(`${by.renderer}: this is software`);
   for (const object of values.objects.split(",")) {
     for (const seed of values.seeds.split(",")) {

@@ -1,4 +1,4 @@
-// A real server for the journey: the built binary on a free port, with a data directory of its own.
+// A real server for the journeys: the built binary on a free port with its own data directory.
 
 import { spawn } from "node:child_process";
 import { mkdtemp, rm } from "node:fs/promises";
@@ -11,20 +11,34 @@ const root = fileURLToPath(new URL("../..", import.meta.url));
 const PREFIX = "brood is listening on ";
 const START_TIMEOUT_MS = 60_000;
 
-/** The program under test. */
+/** Path of the program under test. */
 export const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
 
-/** Starts `$BROOD_BIN`, or target/debug/brood, and resolves once it listens. */
+/** Starts `$BROOD_BIN`, or target/debug/brood, and resolves when it listens. */
 export async function startServer() {
   const data = await mkdtemp(join(tmpdir(), "brood-journey-"));
-  const options = ["serve", ...(process.env.BROOD_WEB ? ["--web-dir", process.env.BROOD_WEB] : []), "--listen", "127.0.0.1:0", "--data", data, "--workers", "1", "--backend", "cpu"];
+  const options = [
+    "serve",
+    ...(process.env.BROOD_WEB ? ["--web-dir", process.env.BROOD_WEB] : []),
+    "--listen",
+    "127.0.0.1:0",
+    "--data",
+    data,
+    "--workers",
+    "1",
+    "--backend",
+    "cpu",
+  ];
   const child = spawn(binary, options, { stdio: ["ignore", "pipe", "pipe"] });
   let log = "";
   child.stderr.on("data", (bytes) => (log += bytes));
   const ended = new Promise((resolve) => child.once("exit", resolve));
 
   const url = await new Promise((resolve, reject) => {
-    const late = setTimeout(() => reject(new Error(`the server does not listen; its log:\n${log}`)), START_TIMEOUT_MS);
+    const late = setTimeout(
+      () => reject(new Error(`the server does not listen; its log:\n${log}`)),
+      START_TIMEOUT_MS,
+    );
     const failed = (why) => {
       clearTimeout(late);
       reject(new Error(`${why}; run cargo xtask test, or cargo build first\n${log}`));

@@ -1,21 +1,25 @@
-// Someone who has never seen the page, on an empty server: finds the way by what is written on it, and by nothing else. No test
-// ids and no keys here; what this journey cannot find by its words, a person cannot either.
+// A first visit on an empty server. Uses only visible words, no test ids and no keys, to show that
+// the page explains itself.
 
 import { strict as assert } from "node:assert";
 import { readFile } from "node:fs/promises";
 
-/** The file that the browser saves when this is done: its name and its text. */
+/** Name and text of the file that the browser saves during an action. */
 async function saved(page, act) {
   const [download] = await Promise.all([page.waitForEvent("download"), act()]);
-  return { name: download.suggestedFilename(), text: await readFile(await download.path(), "utf8") };
+  return {
+    name: download.suggestedFilename(),
+    text: await readFile(await download.path(), "utf8"),
+  };
 }
 
-/** The journey; `shot` takes a picture of the page. */
-export async function visitor(hand, step, shot, base) {
-  const { page } = hand;
+/** Runs the journey; `shot` saves a screenshot. */
+export async function visitor(app, step, shot, base) {
+  const { page } = app;
   const frame = (number) => page.getByRole("gridcell", { name: new RegExp(`^Frame ${number},`) });
-  /** What the status line says once a brood is there. */
-  const arrived = (generation) => page.getByText(new RegExp(`^generation ${generation} · 20 of 20 · \\d+ ms`)).waitFor();
+  /** Waits for the status line of a complete brood. */
+  const arrived = (generation) =>
+    page.getByText(new RegExp(`^generation ${generation} · 20 of 20 · \\d+ ms`)).waitFor();
 
   await step("a visitor arrives, and sees pictures and what to do", async () => {
     await page.goto(base);
@@ -26,7 +30,7 @@ export async function visitor(hand, step, shot, base) {
     await shot("20-visitor-arrives");
   });
 
-  await step("a visitor picks one, and then another", async () => {
+  await step("a visitor breeds from one picture, and then another", async () => {
     await frame(8).click();
     await arrived(1);
     await shot("21-visitor-picks");
@@ -35,7 +39,7 @@ export async function visitor(hand, step, shot, base) {
     await shot("22-visitor-breeds-again");
   });
 
-  await step("a visitor keeps one with the star", async () => {
+  await step("a visitor marks a favourite with the star", async () => {
     await frame(5).hover();
     await shot("23-visitor-sees-the-star");
     await page.getByRole("button", { name: "Favourite: Frame 5" }).click();
@@ -46,11 +50,13 @@ export async function visitor(hand, step, shot, base) {
     await page.getByRole("button", { name: "Details", exact: true }).click();
     const details = page.getByRole("complementary", { name: "Details" });
     await details.getByRole("heading", { name: "Favourites" }).waitFor();
-    await details.getByRole("button", { name: "Favourite 5 of generation 2", exact: true }).waitFor();
+    await details
+      .getByRole("button", { name: "Favourite 5 of generation 2", exact: true })
+      .waitFor();
     await shot("24-visitor-details");
   });
 
-  await step("a visitor takes the centre away as GLSL and as .brood", async () => {
+  await step("a visitor exports the centre as GLSL and as .brood", async () => {
     await page.getByText("Export", { exact: true }).click();
     await page.getByRole("link", { name: /GLSL ES/ }).waitFor();
     await shot("25-visitor-exports");
@@ -64,14 +70,14 @@ export async function visitor(hand, step, shot, base) {
     assert.ok(brood.text.split("\n").length > 20, "the whole genome is there");
   });
 
-  await step("a visitor closes the details and hides the help, and it stays hidden", async () => {
+  await step("a visitor closes the details and hides the hint, which stays hidden", async () => {
     await page.getByRole("button", { name: "Details", exact: true }).click();
-    await page.getByRole("button", { name: "Hide this help" }).click();
+    await page.getByRole("button", { name: "Hide this hint" }).click();
     await page.getByText("Click a picture to breed from it").waitFor({ state: "hidden" });
     await page.reload();
     await page.getByText(/^generation 2 · 20 of 20/).waitFor();
     assert.equal(await page.getByText("Click a picture to breed from it").count(), 0);
     await shot("26-visitor-without-help");
   });
-  hand.quiet();
+  app.quiet();
 }

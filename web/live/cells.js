@@ -1,30 +1,36 @@
 /**
- * The picture in small squares, and which of them no light can reach: those need no shading. Pure functions; never says dark
- * where a pixel is lit.
+ * Divides a picture into square cells and finds those that no light can reach, which need no
+ * shading. Conservative: never calls a lit pixel dark.
  *
- * A light is above a pixel's horizon where n . light > n . p. Over a cell the left side is at most what the box around its
- * normals allows, the right side at least its least.
+ * A light is above a pixel's horizon if n . light > n . p. Over a cell, the left side is bounded
+ * from above by the box around its normals, and the right side from below by its least value.
  *
- * @import { PointLight } from "./view.js"
+ * @import { PointLight } from "./camera.js"
  */
 
-/** Pixels across a cell. Even: software shades two by two pixels at a time, and shades those on a border twice. */
+/**
+ * Side of a cell in pixels. Even, because software shades blocks of 2 x 2 pixels and shades blocks
+ * on a border twice.
+ */
 export const CELL = 8;
-/** What the graphics processor may make of numbers as large as 1. */
+/** Rounding error of the GPU for numbers as large as 1. */
 const ROUNDING = 1e-5;
-/** Numbers that bound a cell: the least and the largest of each part of its normals, and the least n . p. */
+/**
+ * Numbers per cell: the least and largest of each component of its normals, and the least n . p.
+ */
 const BOUNDS = 7;
 
 /**
  * @typedef {{across: number, count: number, middles: Float32Array, bounds: Float64Array}} Cells
- *   `across`: cells in a row of the picture. `count`: those that hold something of the object; `middles`: x and y of each of
- *   them, from -1 to 1 over `across` cells.
+ *   `across`: cells in a row of the picture; `count`: cells that hold part of the object;
+ *   `middles`: x and y of each of them, from -1 to 1 over `across` cells.
  */
 
 /**
- * A cell is bounded together with the pixels left of it and below it: it may be drawn a pixel further that way.
+ * Bounds each cell together with the pixels to its left and below, because it may be drawn one
+ * pixel further that way.
  * @param {Float32Array} points four numbers a pixel, row by row
- * @param {Float32Array} normals likewise; the fourth is 0 where there is nothing
+ * @param {Float32Array} normals likewise; the fourth is 0 outside of the object
  * @param {number} side of the picture in pixels
  * @returns {Cells}
  */
@@ -35,11 +41,17 @@ export function cellsOf(points, normals, side) {
   let count = 0;
   for (let cell = 0; cell < across * across; cell += 1) {
     const [column, row] = [cell % across, Math.floor(cell / across)];
-    const bound = bounds.subarray(BOUNDS * count, BOUNDS * (count + 1)).fill(Number.POSITIVE_INFINITY);
+    const bound = bounds
+      .subarray(BOUNDS * count, BOUNDS * (count + 1))
+      .fill(Number.POSITIVE_INFINITY);
     bound.fill(Number.NEGATIVE_INFINITY, 3, 6);
     let empty = true;
     for (let y = Math.max(0, CELL * row - 1); y < Math.min(side, CELL * (row + 1)); y += 1) {
-      for (let x = Math.max(0, CELL * column - 1); x < Math.min(side, CELL * (column + 1)); x += 1) {
+      for (
+        let x = Math.max(0, CELL * column - 1);
+        x < Math.min(side, CELL * (column + 1));
+        x += 1
+      ) {
         const at = 4 * (y * side + x);
         if (normals[at + 3] === 0) continue;
         empty = false;
@@ -57,24 +69,30 @@ export function cellsOf(points, normals, side) {
     middles.set([(2 * column + 1) / across - 1, (2 * row + 1) / across - 1], 2 * count);
     count += 1;
   }
-  return { across, count, middles: middles.slice(0, 2 * count), bounds: bounds.slice(0, BOUNDS * count) };
+  return {
+    across,
+    count,
+    middles: middles.slice(0, 2 * count),
+    bounds: bounds.slice(0, BOUNDS * count),
+  };
 }
 
 /** @param {Float64Array} bounds @param {number} first @param {PointLight} light */
 function reaches(bounds, first, { place }) {
   let most = 0;
-  for (let axis = 0; axis < 3; axis += 1) most += Math.max(bounds[first + axis] * place[axis], bounds[first + 3 + axis] * place[axis]);
+  for (let axis = 0; axis < 3; axis += 1)
+    most += Math.max(bounds[first + axis] * place[axis], bounds[first + 3 + axis] * place[axis]);
   const margin = ROUNDING * (1 + Math.abs(place[0]) + Math.abs(place[1]) + Math.abs(place[2]));
-  // Said this way round, what is no number is lit.
+  // Written as a negation, so that NaN counts as lit.
   return !(most < bounds[first + 6] - margin);
 }
 
 /**
- * The middles of the cells that a light may reach.
+ * Middles of the cells that a light may reach.
  * @param {Cells} cells
  * @param {PointLight[]} lights
  */
-export function reached({ count, middles, bounds }, lights) {
+export function litMiddles({ count, middles, bounds }, lights) {
   const found = new Float32Array(2 * count);
   let lit = 0;
   for (let cell = 0; cell < count; cell += 1) {

@@ -1,32 +1,36 @@
 /**
- * Meshes as the server sends them: read, and put into buffers of the graphics processor. Owns the format; knows nothing of
- * cameras.
+ * Meshes in the server's binary format, decoded and uploaded to the GPU.
  *
- * @import { Extent } from "./view.js"
+ * @import { Extent } from "./camera.js"
  */
-import { getBytes } from "../api.js";
+import { getBytes } from "../api/request.js";
 
 const MAGIC = "broodgeo";
-/** Everything before the arrays. */
+/** Bytes before the arrays. */
 export const HEAD_BYTES = 56;
 
 /**
- * @typedef {{extent: Extent, positions: Float32Array, within: number, corners: number, vertices: WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
+ * @typedef {{extent: Extent, positions: Float32Array, within: number, corners: number, vertices:
+ *   WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
  *
- * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array, tangents: Float32Array, uvs: Float32Array,
- *   corners: Uint32Array}} Arrays
+ * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array,
+ *   tangents: Float32Array, uvs: Float32Array, corners: Uint32Array}} Arrays
  */
 
 /**
- * Where the object is and how large, which the head alone says.
+ * Bounding sphere of a mesh, which its head contains.
  * @param {ArrayBuffer} bytes
  * @returns {Extent}
  */
 export function readExtent(bytes) {
   const head = new DataView(bytes);
   const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
-  if (magic !== MAGIC || head.getUint32(8, true) !== 1) throw new Error("the geometry is of another version than the page");
-  return { centre: [head.getFloat64(24, true), head.getFloat64(32, true), head.getFloat64(40, true)], radius: head.getFloat64(48, true) };
+  if (magic !== MAGIC || head.getUint32(8, true) !== 1)
+    throw new Error("the geometry is of another version than the page");
+  return {
+    centre: [head.getFloat64(24, true), head.getFloat64(32, true), head.getFloat64(40, true)],
+    radius: head.getFloat64(48, true),
+  };
 }
 
 /** @param {ArrayBuffer} bytes @returns {Arrays} */
@@ -47,11 +51,22 @@ export function readGeometry(bytes) {
   const tangents = floats(3 * vertices);
   const uvs = floats(2 * vertices);
   const corners = new Uint32Array(bytes, at, 3 * triangles);
-  return { extent, hasUv: head.getUint32(20, true) === 1, positions, normals, tangents, uvs, corners };
+  return {
+    extent,
+    hasUv: head.getUint32(20, true) === 1,
+    positions,
+    normals,
+    tangents,
+    uvs,
+    corners,
+  };
 }
 
-/** What no texture position is beyond, nor what is interpolated between them: a power of two and a little, so that what was made
- * for one object does for most. @param {Float32Array} uvs */
+/**
+ * Bound on the texture coordinates of a mesh, interpolated ones included: a power of two and a
+ * little, so that code generated for one object suits most others.
+ * @param {Float32Array} uvs
+ */
 function reach(uvs) {
   let most = 1;
   for (const at of uvs) most = Math.max(most, Math.abs(at));
@@ -80,7 +95,14 @@ export async function loadGeometry(gl, mesh) {
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, corners);
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, arrays.corners, gl.STATIC_DRAW);
   gl.bindVertexArray(null);
-  return { extent: arrays.extent, positions: arrays.positions, within: reach(arrays.uvs), corners: arrays.corners.length, vertices, buffers: [...buffers, corners] };
+  return {
+    extent: arrays.extent,
+    positions: arrays.positions,
+    within: reach(arrays.uvs),
+    corners: arrays.corners.length,
+    vertices,
+    buffers: [...buffers, corners],
+  };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Geometry} of */

@@ -1,27 +1,34 @@
 /**
- * A material on the graphics processor: its exported function between what the camera sees and the screen, and the exposure
- * that suits it. Owns the shader around `evolved`; knows nothing of frames and time.
+ * A material on the GPU: the shader around its exported function, and its automatic exposure.
  *
  * @import { Linked } from "./program.js"
  * @import { Surface } from "./surface.js"
- * @import { PointLight } from "./view.js"
+ * @import { PointLight } from "./camera.js"
  */
-import { drawReached } from "./parts.js";
-import { OUTLINED, drop, isLinked, link, linkNow, place, refusal } from "./program.js";
+import { drawLitCells } from "./lit_cells.js";
+import {
+  OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, uniformLocation,
+} from "./program.js";
 import { drawWithin } from "./surface.js";
 
-/** Side of the pictures that exposure is measured on, and how many places of the light they show. */
+/** Side of the pictures on which exposure is measured, and number of light angles measured. */
 export const METER_SIDE = 32;
 export const METER_ANGLES = 8;
-/** Automatic exposure: this share of the lit pixels is below this value, as docs/maths/film.md defines it. */
+/**
+ * Automatic exposure: this share of the lit pixels is below this level, as docs/maths/film.md
+ * defines it.
+ */
 const METER_SHARE = 0.97;
 const METER_LEVEL = 0.9;
-/** So faint that the display transfer is linear for the strongest light a material can send back, and can be undone. */
+/**
+ * So small that the display transfer is linear for the strongest reflected light and can be
+ * inverted.
+ */
 export const METER_GAIN = 2 ** -44;
 /** Slope of the sRGB curve there. */
 const METER_SLOPE = 12.92;
 
-/** What is shown of a pixel under the lights. @param {number} lights */
+/** Shading of a pixel under the lights. @param {number} lights */
 const lighting = (lights) => `
   float coverage = 0.0;
   vec3 radiance = vec3(0.0);
@@ -38,19 +45,21 @@ const lighting = (lights) => `
   vec3 shown = radiance * gain;
   vec3 code = srgb(shown);`;
 
-/** The same of one that none of them reaches. */
+/** Shading of a pixel that no light reaches. */
 const NO_LIGHT = `
   float coverage = texelFetch(lit, at, 0).w;
   vec3 shown = vec3(0.0);
   vec3 code = vec3(0.0);`;
 
 /**
- * Between what is seen and lit of a pixel and its colour. Straight-line code but for several lights: software runs both sides
- * of every branch, and a branch around `evolved` costs it more than `evolved` itself. A light below the horizon has cos_i 0.
+ * Fragment shader from the surface textures to a pixel's colour. Straight-line code except for
+ * several lights: software runs both sides of every branch, and a branch around `evolved` costs it
+ * more than `evolved` itself. A light below the horizon has cos_i 0.
  *
- * The display transfer is the sRGB curve to 4e-5 (a hundredth of a code) from square roots, which cost a tenth of a power.
+ * The display transfer approximates the sRGB curve to 4e-5 (a hundredth of a code) by square roots,
+ * which cost a tenth of a power.
  * @param {string} evolved the exported functions
- * @param {number} lights 0 for what none reaches
+ * @param {number} lights 0 for pixels that no light reaches
  */
 const fragment = (evolved, lights) => `#version 300 es
 ${evolved}
@@ -89,32 +98,43 @@ void main() {
 }`;
 
 /**
- * @typedef {{linked: Linked, lights: number, state: "linking"|"metering"|"ready"|"refused", drawable: boolean,
- *   gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
+ * @typedef {{linked: Linked, lights: number, state: "linking"|"metering"|"ready"|"refused",
+ *   drawable: boolean, gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
  *
- * @typedef {{surface: Surface, lights: PointLight[]}} Look
- *   The lights that fall on the surface, in its slots; on the meter's, those of one place of the light after the other.
+ * @typedef {{surface: Surface, lights: PointLight[]}} Look The lights that fall on the surface,
+ *   in its slots; on the meter's, those of one place of the light after the other.
  *
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter
  */
 
 /**
- * Starts making one.
+ * Starts compiling a material.
  * @param {WebGL2RenderingContext} gl
  * @param {string} evolved the exported functions
- * @param {number} lights as many as it will be shown under
+ * @param {number} lights number of lights of the scene
  * @returns {Material}
  */
 export function makeMaterial(gl, evolved, lights) {
-  return { linked: link(gl, OUTLINED, fragment(evolved, lights)), lights, state: "linking", drawable: false, gain: 1, fence: null, pixels: null };
+  return {
+    linked: link(gl, OUTLINED, fragment(evolved, lights)),
+    lights,
+    state: "linking",
+    drawable: false,
+    gain: 1,
+    fence: null,
+    pixels: null,
+  };
 }
 
-/** What draws a surface that no light reaches, whatever it is made of. @param {WebGL2RenderingContext} gl */
-export const makeDark = (gl) => linkNow(gl, OUTLINED, fragment("precision highp float;", 0));
+/**
+ * Program that draws pixels without light, the same for all materials.
+ * @param {WebGL2RenderingContext} gl
+ */
+export const linkDark = (gl) => linkNow(gl, OUTLINED, fragment("precision highp float;", 0));
 
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
 export function dropMaterial(gl, of) {
-  drop(gl, of.linked);
+  deleteProgram(gl, of.linked);
   if (of.fence) gl.deleteSync(of.fence);
   if (of.pixels) gl.deleteBuffer(of.pixels);
 }
@@ -132,51 +152,55 @@ export function makeMeter(gl) {
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Linked} linked @param {Look} look */
-function set(gl, linked, { surface, lights }) {
+function bindLook(gl, linked, { surface, lights }) {
   gl.useProgram(linked.program);
   [surface.seen, surface.lit].forEach((texture, unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.uniform1i(place(gl, linked, ["seen", "lit"][unit]), unit);
+    gl.uniform1i(uniformLocation(gl, linked, ["seen", "lit"][unit]), unit);
   });
-  gl.uniform1i(place(gl, linked, "side"), surface.side);
-  gl.uniform1i(place(gl, linked, "first"), 0);
-  if (lights.length > 0) gl.uniform3fv(place(gl, linked, "intensities"), lights.flatMap((light) => light.intensity));
+  gl.uniform1i(uniformLocation(gl, linked, "side"), surface.side);
+  gl.uniform1i(uniformLocation(gl, linked, "first"), 0);
+  if (lights.length > 0)
+    gl.uniform3fv(
+      uniformLocation(gl, linked, "intensities"),
+      lights.flatMap((light) => light.intensity),
+    );
 }
 
 /**
- * Draws it into the square at a corner of the present framebuffer. Where it is known what a light may reach, only that is
- * shaded, and the rest black.
+ * Draws a material into the square at a corner of the present framebuffer. Once the lit cells are
+ * known, only these are shaded, and the rest is drawn black.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Linked} dark
  * @param {Look} look
- * @param {{corner: [number, number], gain: number, marks: boolean}} where lower left in pixels; `gain`: of the film;
- *   `marks`: where it burns out and where it is black
+ * @param {{corner: [number, number], gain: number, marks: boolean}} where `corner`: lower left in
+ *   pixels; `gain`: of the film; `marks`: true to mark burnt-out and black pixels
  */
 export function drawMaterial(gl, of, dark, { surface, lights }, { corner, gain, marks }) {
   const known = surface.parts.cells !== null;
   /** @param {Linked} linked @param {PointLight[]} by */
   const ready = (linked, by) => {
-    set(gl, linked, { surface, lights: by });
-    gl.uniform2i(place(gl, linked, "corner"), ...corner);
-    gl.uniform1f(place(gl, linked, "gain"), gain);
-    gl.uniform1i(place(gl, linked, "marks"), marks ? 1 : 0);
+    bindLook(gl, linked, { surface, lights: by });
+    gl.uniform2i(uniformLocation(gl, linked, "corner"), ...corner);
+    gl.uniform1f(uniformLocation(gl, linked, "gain"), gain);
+    gl.uniform1i(uniformLocation(gl, linked, "marks"), marks ? 1 : 0);
   };
   ready(known ? dark : of.linked, known ? [] : lights);
   gl.viewport(corner[0], corner[1], surface.side, surface.side);
   drawWithin(gl, surface);
   if (!known) return;
   ready(of.linked, lights);
-  drawReached(gl, surface, corner);
+  drawLitCells(gl, surface, corner);
 }
 
 /**
- * Has the exposure measured, over a whole turn of the light so that nothing flickers.
+ * Starts measuring the exposure over a whole turn of the light, so that it does not flicker.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Meter} meter
- * @param {Look} look at as many places of the light as are measured
+ * @param {Look} look the lights at all measured angles
  */
 function startMetering(gl, of, meter, look) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, meter.framebuffer);
@@ -185,11 +209,11 @@ function startMetering(gl, of, meter, look) {
   const together = look.lights.length / METER_ANGLES;
   for (let k = 0; k < METER_ANGLES; k += 1) {
     const lights = look.lights.slice(k * together, (k + 1) * together);
-    set(gl, of.linked, { surface: look.surface, lights });
-    gl.uniform2i(place(gl, of.linked, "corner"), k * METER_SIDE, 0);
-    gl.uniform1i(place(gl, of.linked, "first"), k * together);
-    gl.uniform1f(place(gl, of.linked, "gain"), METER_GAIN);
-    gl.uniform1i(place(gl, of.linked, "marks"), 0);
+    bindLook(gl, of.linked, { surface: look.surface, lights });
+    gl.uniform2i(uniformLocation(gl, of.linked, "corner"), k * METER_SIDE, 0);
+    gl.uniform1i(uniformLocation(gl, of.linked, "first"), k * together);
+    gl.uniform1f(uniformLocation(gl, of.linked, "gain"), METER_GAIN);
+    gl.uniform1i(uniformLocation(gl, of.linked, "marks"), 0);
     gl.viewport(k * METER_SIDE, 0, METER_SIDE, METER_SIDE);
     drawWithin(gl, look.surface);
   }
@@ -217,14 +241,14 @@ function readMeter(gl, of) {
 }
 
 /**
- * The factor that automatic exposure gives to light of which `pixels` hold what was drawn at the meter's gain.
- * @param {Float32Array} pixels four numbers each
+ * Gain of automatic exposure.
+ * @param {Float32Array} pixels drawn at the meter's gain, four numbers each
  */
 export function autoGain(pixels) {
   const lit = [];
   for (let k = 0; k < pixels.length; k += 4) {
     const largest = Math.max(pixels[k], pixels[k + 1], pixels[k + 2]);
-    // What lies in the dark says nothing about exposure.
+    // Pixels without light do not count.
     if (largest > 0) lit.push(largest / (pixels[k + 3] * METER_SLOPE * METER_GAIN));
   }
   if (lit.length === 0) return 1;
@@ -234,22 +258,23 @@ export function autoGain(pixels) {
 }
 
 /**
- * Brings it one step nearer to being drawn, without waiting for anything.
+ * Advances a material by one step towards being drawable, without waiting.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {{meter: Meter, look: Look}} scene
- * @returns {boolean} whether anything has changed
+ * @returns {boolean} true if anything has changed
  */
 export function advance(gl, of, { meter, look }) {
   if (of.state === "linking") {
     if (!isLinked(gl, of.linked)) return false;
-    const reason = refusal(gl, of.linked);
+    const reason = linkError(gl, of.linked);
     if (reason !== null) {
       console.warn(`a material stays a picture: ${reason}`);
       of.state = "refused";
       return true;
     }
-    // Also where the exposure is fixed: software compiles at the first drawing, which is better done out of sight.
+    // Measured under a fixed exposure too: software compiles at the first drawing, which is better
+    // done out of sight.
     startMetering(gl, of, meter, look);
     of.state = "metering";
     return true;
@@ -263,7 +288,11 @@ export function advance(gl, of, { meter, look }) {
   return true;
 }
 
-/** Has the exposure measured anew, where object or lights have changed. @param {WebGL2RenderingContext} gl @param {Material} of */
+/**
+ * Measures the exposure again after object or lights have changed.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ */
 export function remeter(gl, of) {
   if (of.state !== "ready" && of.state !== "metering") return;
   if (of.fence) gl.deleteSync(of.fence);

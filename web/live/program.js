@@ -1,14 +1,11 @@
-/**
- * Shaders compiled and linked without waiting: whoever asks looks again at the next frame. Owns compilation; knows nothing of
- * what the shaders do.
- */
+/** Compiling and linking of shaders without waiting: callers check again in the next frame. */
 import { CELL } from "./cells.js";
 
-/** A triangle that covers everything. */
+/** A triangle that covers the whole picture. */
 export const EVERYWHERE = `#version 300 es
 void main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 
-/** What lies in a polygon, whose corners are given, or in cells around points. */
+/** Draws a polygon with given corners, or cells around points. */
 export const OUTLINED = `#version 300 es
 layout(location = 0) in vec2 corner_at;
 void main() {
@@ -17,7 +14,8 @@ void main() {
 }`;
 
 /**
- * @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string, WebGLUniformLocation|null>}} Linked
+ * @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string,
+ *   WebGLUniformLocation|null>}} Linked
  */
 
 /**
@@ -30,7 +28,10 @@ void main() {
 export function link(gl, vertex, fragment) {
   const program = gl.createProgram();
   const shaders = [];
-  for (const [kind, source] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
+  for (const [kind, source] of /** @type {[number, string][]} */ ([
+    [gl.VERTEX_SHADER, vertex],
+    [gl.FRAGMENT_SHADER, fragment],
+  ])) {
     const shader = gl.createShader(kind);
     if (!shader) break;
     gl.shaderSource(shader, source);
@@ -43,41 +44,47 @@ export function link(gl, vertex, fragment) {
 }
 
 /**
- * Whether linking is over. Without the extension it is asked for at once, which waits.
+ * True if linking is finished. Without the extension the query blocks until it is.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
  */
 export function isLinked(gl, linked) {
   const parallel = gl.getExtension("KHR_parallel_shader_compile");
-  return !parallel || gl.getProgramParameter(linked.program, parallel.COMPLETION_STATUS_KHR) === true || gl.isContextLost();
+  return (
+    !parallel ||
+    gl.getProgramParameter(linked.program, parallel.COMPLETION_STATUS_KHR) === true ||
+    gl.isContextLost()
+  );
 }
 
 /**
- * Why it could not be linked; null where it could, and where the context is lost, which says nothing about the shader.
+ * Reason why linking failed; null if it succeeded or the context is lost, which says nothing about
+ * the shader.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
  * @returns {string|null}
  */
-export function refusal(gl, linked) {
+export function linkError(gl, linked) {
   if (gl.isContextLost() || gl.getProgramParameter(linked.program, gl.LINK_STATUS)) return null;
   const logs = linked.shaders.map((shader) => gl.getShaderInfoLog(shader)).filter(Boolean);
   return logs.join("\n") || gl.getProgramInfoLog(linked.program) || "no reason given";
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Linked} linked */
-export function drop(gl, linked) {
+export function deleteProgram(gl, linked) {
   for (const shader of linked.shaders) gl.deleteShader(shader);
   gl.deleteProgram(linked.program);
 }
 
 /**
- * Where a uniform is, looked up once.
+ * Location of a uniform, queried once.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
  * @param {string} name
  */
-export function place(gl, linked, name) {
-  if (!linked.places.has(name)) linked.places.set(name, gl.getUniformLocation(linked.program, name));
+export function uniformLocation(gl, linked, name) {
+  if (!linked.places.has(name))
+    linked.places.set(name, gl.getUniformLocation(linked.program, name));
   return linked.places.get(name) ?? null;
 }
 
@@ -89,7 +96,7 @@ export function place(gl, linked, name) {
  */
 export function linkNow(gl, vertex, fragment) {
   const linked = link(gl, vertex, fragment);
-  const reason = refusal(gl, linked);
+  const reason = linkError(gl, linked);
   if (reason !== null) throw new Error(reason);
   return linked;
 }

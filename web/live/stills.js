@@ -1,22 +1,22 @@
 /**
- * The light in the server's pictures of scenes that are not drawn here: they are asked for where the light is, in steps,
- * each when the pictures of the last are there, so that neither server nor page falls behind. Owns the steps; knows nothing of frames.
+ * Light in the server's pictures of scenes that cannot be drawn live. The pictures follow the light
+ * in steps; each step waits for the pictures of the last one, so that neither server nor page falls
+ * behind.
  */
-import { signal } from "../vendor/signals-core.js";
+import { liveStore } from "./store.js";
 
-/** Places on the circle while the light moves: the pictures of one round are drawn once. */
+/**
+ * Places on the circle while the light moves, so that each picture is rendered once for all rounds.
+ */
 const PLACES = 24;
 
 /**
  * @typedef {{degrees: number, sharp: boolean}} Still
- *   Where the light is, from where the scene has it, and whether it stays there.
+ *   Angle of the light from its place in the scene; `sharp` where the light rests there.
  */
 
-/** Null while the light is where the scene has it. @type {import("../vendor/signals-core.js").Signal<Still|null>} */
-export const still = signal(null);
-
 /**
- * The step after this one: first small pictures, then, where the light rests, whole ones.
+ * The next step: small pictures first, then full ones where the light rests.
  * @param {Still|null} now
  * @param {number} degrees
  * @param {boolean} moves
@@ -32,8 +32,15 @@ export function nextStill(now, degrees, moves) {
 /** @param {HTMLImageElement} image */
 const isThere = (image) => image.complete;
 
-/** Follows the light, unless pictures of the last step are still awaited. @param {number} degrees @param {boolean} moves */
+/**
+ * Follows the light, unless pictures of the last step are still loading.
+ * @param {number} degrees
+ * @param {boolean} moves
+ */
 export function followLight(degrees, moves) {
-  const awaited = /** @type {NodeListOf<HTMLImageElement>} */ (document.querySelectorAll("img.still"));
-  if ([...awaited].every(isThere)) still.value = nextStill(still.peek(), degrees, moves);
+  const awaited = /** @type {NodeListOf<HTMLImageElement>} */ (
+    document.querySelectorAll("img.still")
+  );
+  if ([...awaited].every(isThere))
+    liveStore.still.value = nextStill(liveStore.still.peek(), degrees, moves);
 }

@@ -1,21 +1,23 @@
 /**
- * What the camera sees of the object and what light falls there, pixel by pixel, once for all materials: the surface is drawn
- * again only when object, camera or size change, the light when it moves. Owns the textures; knows nothing of materials.
+ * What the camera sees of the object, and the light that falls on it, in textures shared by all
+ * materials. The surface is drawn again only if object, camera or size change, the light if it
+ * moves.
  *
- * What is done for each light is straight-line code: software that stands in for a graphics processor runs both sides of every
- * branch, and loses more time on the branch than on what is in it.
+ * The light's shader is straight-line code: software renderers run both sides of every branch and
+ * lose more time on the branch than on its content.
  *
- * A material reads two texels a pixel: `seen` holds the direction to the eye (its tangential part in the local frame) and the
- * texture position, `lit` the direction to a light, cos_i over the squared distance, and the coverage.
+ * A material reads two texels a pixel: `seen` holds the direction to the eye (its tangential part
+ * in the local frame) and the texture coordinates, `lit` the direction to a light, cos_i over the
+ * squared distance, and the coverage.
  *
  * @import { Geometry } from "./geometry.js"
- * @import { Parts } from "./parts.js"
+ * @import { LitCells } from "./lit_cells.js"
  * @import { Linked } from "./program.js"
- * @import { PointLight, View } from "./view.js"
+ * @import { PointLight, View } from "./camera.js"
  */
+import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
-import { dropParts, forgetParts, makeParts } from "./parts.js";
-import { EVERYWHERE, OUTLINED, linkNow, place } from "./program.js";
+import { EVERYWHERE, OUTLINED, linkNow, uniformLocation } from "./program.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -47,7 +49,8 @@ void main() {
   t = uv;
 }`;
 
-// The normal is put on the side that the eye sees; outside is where the mesh's normals point, whichever way corners go round.
+// The normal is flipped to the side of the eye. The outside is where the mesh's normals point, for
+// either winding of its triangles.
 const SURFACE = `#version 300 es
 precision highp float;
 in vec3 p;
@@ -79,7 +82,10 @@ precision highp float;
 out vec4 covered;
 void main() { covered = vec4(1.0); }`;
 
-/** Where the shading of a pixel is found, once for all lights: a rim whose middle misses takes what one of its neighbours sees. */
+/**
+ * Finds the shading point of each pixel, once for all lights: an edge pixel whose centre misses the
+ * object takes that of a neighbour.
+ */
 const FOUND = `#version 300 es
 precision highp float;
 precision highp sampler2D;
@@ -147,36 +153,51 @@ void main() {
   result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 ? p.w * cos_i / squared : 0.0, n.w);
 }`;
 
-/** Rays of a pixel that decide how much of it is covered. */
+/** Samples a pixel for coverage. */
 const MASK_SAMPLES = 4;
 
 /**
- * @typedef {{side: number, slots: number, whole: boolean, within: {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: Parts, layers: WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture,
- *   lit: WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer: WebGLFramebuffer,
- *   foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
- *   `slots`: how many lights there is room for, one picture above the other. `whole`: whether there was memory for all of it. `within`: the polygon that all of the object is in.
+ * @typedef {{side: number, slots: number, whole: boolean, within: {vertices:
+ *   WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: LitCells, layers:
+ *   WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture, lit:
+ *   WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer:
+ *   WebGLFramebuffer, foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many:
+ *   WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface `slots`:
+ *   how many lights there is room for, one picture above the other. `whole`: whether there was
+ *   memory for all of it. `within`: the polygon that all of the object is in.
  *
- * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} Pens
+ * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} SurfacePrograms
  */
 
-/** @param {WebGL2RenderingContext} gl @returns {Pens} */
-export const makePens = (gl) => ({
+/** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
+export const linkSurfacePrograms = (gl) => ({
   surface: linkNow(gl, VERTEX, SURFACE),
   mask: linkNow(gl, VERTEX, MASK),
   found: linkNow(gl, EVERYWHERE, FOUND),
   lit: linkNow(gl, OUTLINED, LIT),
 });
 
-/** @param {WebGL2RenderingContext} gl @param {number} format @param {number} side @param {number} [height] */
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} format
+ * @param {number} side
+ * @param {number} [height]
+ */
 function texture(gl, format, side, height = side) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
   gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, height);
-  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+    gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
   return made;
 }
 
-/** @param {WebGL2RenderingContext} gl @param {number} format @param {number} side @param {number} samples */
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} format
+ * @param {number} side
+ * @param {number} samples
+ */
 function renderbuffer(gl, format, side, samples) {
   const made = gl.createRenderbuffer();
   gl.bindRenderbuffer(gl.RENDERBUFFER, made);
@@ -184,16 +205,27 @@ function renderbuffer(gl, format, side, samples) {
   return made;
 }
 
-/** A framebuffer that draws into textures, one output of the shader into each. @param {WebGL2RenderingContext} gl @param {WebGLTexture[]} into */
+/**
+ * Creates a framebuffer that draws into textures, one shader output into each.
+ * @param {WebGL2RenderingContext} gl
+ * @param {WebGLTexture[]} into
+ */
 function drawsInto(gl, ...into) {
   const framebuffer = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  into.forEach((one, k) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, one, 0));
+  into.forEach((one, k) =>
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, one, 0),
+  );
   gl.drawBuffers(into.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
   return framebuffer;
 }
 
-/** @param {WebGL2RenderingContext} gl @param {number} side @param {number} slots @returns {Surface} */
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} side
+ * @param {number} slots
+ * @returns {Surface}
+ */
 export function makeSurface(gl, side, slots) {
   const layers = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const mask = texture(gl, gl.RGBA8, side);
@@ -219,30 +251,64 @@ export function makeSurface(gl, side, slots) {
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
-  const whole = [framebuffer, many, maskFramebuffer, foundFramebuffer, litFramebuffer].every((made) => {
-    gl.bindFramebuffer(gl.FRAMEBUFFER, made);
-    return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
-  });
+  const whole = [framebuffer, many, maskFramebuffer, foundFramebuffer, litFramebuffer].every(
+    (made) => {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, made);
+      return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
+    },
+  );
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  return { side, slots, whole, within, parts: makeParts(gl), layers, mask, found, seen, lit, framebuffer, depth, maskFramebuffer, foundFramebuffer, litFramebuffer, many, manyMask, manyDepth };
+  return {
+    side,
+    slots,
+    whole,
+    within,
+    parts: makeLitCells(gl),
+    layers,
+    mask,
+    found,
+    seen,
+    lit,
+    framebuffer,
+    depth,
+    maskFramebuffer,
+    foundFramebuffer,
+    litFramebuffer,
+    many,
+    manyMask,
+    manyDepth,
+  };
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
 export function dropSurface(gl, of) {
   for (const made of [...of.layers, ...of.found, of.mask, of.seen, of.lit]) gl.deleteTexture(made);
-  for (const made of [of.framebuffer, of.maskFramebuffer, of.foundFramebuffer, of.litFramebuffer, of.many]) gl.deleteFramebuffer(made);
+  for (const made of [
+    of.framebuffer,
+    of.maskFramebuffer,
+    of.foundFramebuffer,
+    of.litFramebuffer,
+    of.many,
+  ])
+    gl.deleteFramebuffer(made);
   gl.deleteVertexArray(of.within.vertices);
   gl.deleteBuffer(of.within.buffer);
-  dropParts(gl, of.parts);
+  dropLitCells(gl, of.parts);
   for (const made of [of.depth, of.manyMask, of.manyDepth]) gl.deleteRenderbuffer(made);
 }
 
-/** @param {WebGL2RenderingContext} gl @param {Linked} pen @param {Geometry} geometry @param {View} view */
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Geometry} geometry
+ * @param {View} view
+ */
 function draw(gl, pen, geometry, view) {
   gl.useProgram(pen.program);
-  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"])) gl.uniform3fv(place(gl, pen, name), view[name]);
-  gl.uniform3f(place(gl, pen, "lens"), view.half, view.near, view.far);
-  gl.uniform1i(place(gl, pen, "parallel"), view.parallel ? 1 : 0);
+  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
+    gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
+  gl.uniform3f(uniformLocation(gl, pen, "lens"), view.half, view.near, view.far);
+  gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
   gl.bindVertexArray(geometry.vertices);
   gl.drawElements(gl.TRIANGLES, geometry.corners, gl.UNSIGNED_INT, 0);
   gl.bindVertexArray(null);
@@ -251,13 +317,13 @@ function draw(gl, pen, geometry, view) {
 /**
  * Draws the object into the textures.
  * @param {WebGL2RenderingContext} gl
- * @param {Pens} pens
+ * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {Geometry} geometry
  * @param {View} view
  */
 export function drawSurface(gl, pens, into, geometry, view) {
-  forgetParts(gl, into.parts);
+  resetLitCells(gl, into.parts);
   const corners = triangles(outline(geometry.positions, view, into.side));
   into.within.corners = corners.length / 2;
   gl.bindBuffer(gl.ARRAY_BUFFER, into.within.buffer);
@@ -266,7 +332,10 @@ export function drawSurface(gl, pens, into, geometry, view) {
   gl.disable(gl.SCISSOR_TEST);
   gl.enable(gl.DEPTH_TEST);
   gl.clearColor(0, 0, 0, 0);
-  for (const [framebuffer, pen] of /** @type {[WebGLFramebuffer, Linked][]} */ ([[into.framebuffer, pens.surface], [into.many, pens.mask]])) {
+  for (const [framebuffer, pen] of /** @type {[WebGLFramebuffer, Linked][]} */ ([
+    [into.framebuffer, pens.surface],
+    [into.many, pens.mask],
+  ])) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     draw(gl, pen, geometry, view);
@@ -274,30 +343,51 @@ export function drawSurface(gl, pens, into, geometry, view) {
   gl.disable(gl.DEPTH_TEST);
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, into.many);
   gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, into.maskFramebuffer);
-  gl.blitFramebuffer(0, 0, into.side, into.side, 0, 0, into.side, into.side, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  gl.blitFramebuffer(
+    0,
+    0,
+    into.side,
+    into.side,
+    0,
+    0,
+    into.side,
+    into.side,
+    gl.COLOR_BUFFER_BIT,
+    gl.NEAREST,
+  );
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.foundFramebuffer);
-  read(gl, pens.found, { places: into.layers[0], normals: into.layers[1], tangents: into.layers[2], mask: into.mask });
-  gl.uniform3fv(place(gl, pens.found, "eye"), view.eye);
-  gl.uniform3fv(place(gl, pens.found, "forward"), view.forward);
-  gl.uniform1i(place(gl, pens.found, "parallel"), view.parallel ? 1 : 0);
+  read(gl, pens.found, {
+    places: into.layers[0],
+    normals: into.layers[1],
+    tangents: into.layers[2],
+    mask: into.mask,
+  });
+  gl.uniform3fv(uniformLocation(gl, pens.found, "eye"), view.eye);
+  gl.uniform3fv(uniformLocation(gl, pens.found, "forward"), view.forward);
+  gl.uniform1i(uniformLocation(gl, pens.found, "parallel"), view.parallel ? 1 : 0);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 
-/** Has a pen read textures, by the names it has for them. @param {WebGL2RenderingContext} gl @param {Linked} pen @param {Record<string, WebGLTexture>} textures */
+/**
+ * Binds textures by their names in a shader.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Record<string, WebGLTexture>} textures
+ */
 function read(gl, pen, textures) {
   gl.useProgram(pen.program);
   Object.entries(textures).forEach(([name, held], unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, held);
-    gl.uniform1i(place(gl, pen, name), unit);
+    gl.uniform1i(uniformLocation(gl, pen, name), unit);
   });
 }
 
 /**
- * Draws what falls on the surface from each light, into the slots from the first.
+ * Draws the light on the surface, one slot for each light.
  * @param {WebGL2RenderingContext} gl
- * @param {Pens} pens
+ * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {PointLight[]} lights no more than there are slots
  */
@@ -306,14 +396,14 @@ export function lightSurface(gl, pens, into, lights) {
   read(gl, pens.lit, { point: into.found[0], normal: into.found[1], tangent: into.found[2] });
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);
-    gl.uniform1i(place(gl, pens.lit, "base"), slot * into.side);
-    gl.uniform3fv(place(gl, pens.lit, "light"), light.place);
+    gl.uniform1i(uniformLocation(gl, pens.lit, "base"), slot * into.side);
+    gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
     drawWithin(gl, into);
   });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 
-/** Draws wherever there may be something of the object. @param {WebGL2RenderingContext} gl @param {Surface} surface */
+/** Draws where the object may be. @param {WebGL2RenderingContext} gl @param {Surface} surface */
 export function drawWithin(gl, { within }) {
   gl.bindVertexArray(within.vertices);
   gl.drawArrays(gl.TRIANGLES, 0, within.corners);

@@ -1,7 +1,7 @@
-/** Streams of events: what is refused is asked for again, what nobody looks at rests. */
+/** Event streams: refused connections are reopened, hidden pages close theirs. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import { eventStream } from "../event_stream.js";
+import { eventStream } from "../api/event_stream.js";
 
 /** @type {any[]} */
 let sources = [];
@@ -41,7 +41,7 @@ function hide(hidden) {
   page.dispatchEvent(new Event("visibilitychange"));
 }
 
-/** What was heard, in turn. @param {string} url */
+/** Events received, in order. @param {string} url */
 function heardOf(url) {
   /** @type {unknown[]} */
   const all = [];
@@ -54,7 +54,7 @@ beforeEach(() => {
   page.hidden = false;
 });
 
-test("a refused connection is asked for again, and says that events may be missed", () => {
+test("a refused connection is reopened and reports that events may be missed", () => {
   mock.timers.enable({ apis: ["setTimeout"] });
   const { all, heard } = heardOf("/a");
   eventStream().listen(heard);
@@ -70,10 +70,10 @@ test("a refused connection is asked for again, and says that events may be misse
   assert.deepEqual(all, [false, { n: 1 }, true, false]);
 });
 
-test("the connection rests while the page is hidden", () => {
+test("the connection is closed while the page is hidden", () => {
   const { all, heard } = heardOf("/a");
   const stream = eventStream();
-  stream.restWhileHidden();
+  stream.pauseWhileHidden();
   stream.listen(heard);
   hide(true);
   assert.equal(sources[0].readyState, Source.CLOSED);
@@ -86,7 +86,7 @@ test("the connection rests while the page is hidden", () => {
   assert.equal(sources.length, 2, "nothing is listened to");
 });
 
-test("what is listened to no more is not heard", () => {
+test("events of an ended subscription are dropped", () => {
   const [first, second] = [heardOf("/a"), heardOf("/b")];
   const stream = eventStream();
   stream.listen(first.heard);
@@ -94,5 +94,8 @@ test("what is listened to no more is not heard", () => {
   sources[0].tell("news", 1);
   sources[1].tell("news", 2);
   assert.deepEqual([first.all, second.all], [[], [2]]);
-  assert.deepEqual(sources.map((source) => source.url), ["/a", "/b"]);
+  assert.deepEqual(
+    sources.map((source) => source.url),
+    ["/a", "/b"],
+  );
 });

@@ -1,10 +1,12 @@
-/** Models of genomes: read from their text, told in words, locked; and the light in their pictures. */
+/** Models of genomes: parsing, words, locks; and the light of the server's pictures. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { colorOf, genomeIn, heldInLayer, locksFor, makeupInWords, modelsInWords, plainName } from "../layers.js";
+import {
+  colorOf, genomeIn, locksFor, makeupInWords, modelsInWords, parameterKeptBy, plainName,
+} from "../lineage/layers.js";
+import { fits } from "../lineage/presets.js";
+import { noLocks } from "../lineage/store.js";
 import { nextStill } from "../live/stills.js";
-import { fits } from "../presets.js";
-import { noLocks } from "../state.js";
 
 const TEXT = `brood 1
 .dialect paper smooth registers 7
@@ -21,7 +23,7 @@ MUL R2.x, R0.x, R0.x
 EX2 R3, R2.x
 `;
 const GENOME = genomeIn(TEXT);
-/** @param {Partial<import("../types.js").Locks>} some @returns {import("../types.js").Locks} */
+/** @param {Partial<import("../model.js").Locks>} some @returns {import("../model.js").Locks} */
 const locks = (some) => ({ ...noLocks(), ...some });
 
 test("models are read from a genome's text with numbers, colours and words", () => {
@@ -30,23 +32,38 @@ test("models are read from a genome's text with numbers, colours and words", () 
     machine: "paper smooth registers 7",
     layers: [
       { model: "lambert", parameters: [{ name: "albedo", value: [0.3, 0.13, 0.05] }] },
-      { model: "cook-torrance", parameters: [{ name: "f0", value: [1, 0.7, 0.3] }, { name: "roughness", value: [1e-4] }, { name: "distribution", value: "ggx" }] },
+      {
+        model: "cook-torrance",
+        parameters: [
+          { name: "f0", value: [1, 0.7, 0.3] },
+          { name: "roughness", value: [1e-4] },
+          { name: "distribution", value: "ggx" },
+        ],
+      },
     ],
   });
-  assert.deepEqual(genomeIn("brood 1\nADD R0, R1, R2\n"), { instructions: 1, machine: "", layers: [] });
+  assert.deepEqual(genomeIn("brood 1\nADD R0, R1, R2\n"), {
+    instructions: 1,
+    machine: "",
+    layers: [],
+  });
 });
 
-test("what something is made of is told by what it has", () => {
-  const of = (/** @type {number} */ live_instructions, /** @type {string[]|undefined} */ layers) => makeupInWords(/** @type {any} */ ({ live_instructions, layers }));
+test("makeupInWords lists instructions and models that exist", () => {
+  const of = (/** @type {number} */ live_instructions, /** @type {string[]|undefined} */ layers) =>
+    makeupInWords(/** @type {any} */ ({ live_instructions, layers }));
   assert.equal(modelsInWords(["lambert", "cook-torrance", "lambert"]), "2 lambert, cook-torrance");
-  assert.equal(of(12, ["lambert", "cook-torrance"]), "12 live instructions, lambert, cook-torrance");
+  assert.equal(
+    of(12, ["lambert", "cook-torrance"]),
+    "12 live instructions, lambert, cook-torrance",
+  );
   assert.equal(of(0, ["lambert"]), "lambert");
   assert.equal(of(12, undefined), "12 live instructions");
   assert.equal(of(0, undefined), "0 live instructions");
   assert.equal(plainName("base_color"), "base color");
 });
 
-test("a colour is shown where a screen has it, and an index of refraction is none", () => {
+test("colorOf returns colours in gamut, and null for an index of refraction", () => {
   assert.equal(colorOf({ name: "f0", value: [1, 0.2158605, 0] }), "#ff8000");
   assert.equal(colorOf({ name: "eta", value: [0.1, 0.4, 0.9] }), null);
   assert.equal(colorOf({ name: "specular", value: [0.5] }), null);
@@ -54,26 +71,49 @@ test("a colour is shown where a screen has it, and an index of refraction is non
   assert.equal(colorOf({ name: "diffuse", value: "grey" }), null);
 });
 
-test("locks that name nothing in a parent are let go, and told", () => {
-  const parameters = [{ layer: 1, name: "roughness" }, { layer: 0, name: "roughness" }, { layer: 3, name: "base_color" }];
-  const { kept, gone } = locksFor(locks({ instructions: [1, 2], constants: [0], layers: [1, 2], channels: ["r"], parameters }), GENOME);
-  assert.deepEqual(kept, locks({ instructions: [1], constants: [0], layers: [1], channels: ["r"], parameters: [parameters[0]] }));
-  assert.deepEqual(gone, ["instruction 2", "model 3", "roughness of model 1", "base color of model 4"]);
-  assert.deepEqual(locksFor(locks({ constants: [3] }), { ...GENOME, instructions: 0 }).gone, ["constant 3"]);
+test("locksFor removes and names locks that a parent does not have", () => {
+  const parameters = [
+    { layer: 1, name: "roughness" },
+    { layer: 0, name: "roughness" },
+    { layer: 3, name: "base_color" },
+  ];
+  const { kept, gone } = locksFor(
+    locks({ instructions: [1, 2], constants: [0], layers: [1, 2], channels: ["r"], parameters }),
+    GENOME,
+  );
+  assert.deepEqual(
+    kept,
+    locks({
+      instructions: [1],
+      constants: [0],
+      layers: [1],
+      channels: ["r"],
+      parameters: [parameters[0]],
+    }),
+  );
+  assert.deepEqual(gone, [
+    "instruction 2",
+    "model 3",
+    "roughness of model 1",
+    "base color of model 4",
+  ]);
+  assert.deepEqual(locksFor(locks({ constants: [3] }), { ...GENOME, instructions: 0 }).gone, [
+    "constant 3",
+  ]);
   assert.deepEqual(locksFor(locks({ instructions: [0] }), GENOME).gone, []);
 });
 
-test("a parameter is held by its model, and by channels as far as they go", () => {
+test("a parameter is kept by its model and by all its channels", () => {
   const [f0, roughness] = GENOME.layers[1].parameters;
-  assert.equal(heldInLayer(locks({}), 1, roughness), "");
-  assert.match(heldInLayer(locks({ layers: [1] }), 1, f0), /model/);
-  assert.equal(heldInLayer(locks({ layers: [0] }), 1, f0), "");
-  assert.match(heldInLayer(locks({ channels: ["g"] }), 1, roughness), /channels/);
-  assert.equal(heldInLayer(locks({ channels: ["r", "g"] }), 1, f0), "");
-  assert.match(heldInLayer(locks({ channels: ["r", "g", "b"] }), 1, f0), /channels/);
+  assert.equal(parameterKeptBy(locks({}), 1, roughness), "");
+  assert.match(parameterKeptBy(locks({ layers: [1] }), 1, f0), /model/);
+  assert.equal(parameterKeptBy(locks({ layers: [0] }), 1, f0), "");
+  assert.match(parameterKeptBy(locks({ channels: ["g"] }), 1, roughness), /channels/);
+  assert.equal(parameterKeptBy(locks({ channels: ["r", "g"] }), 1, f0), "");
+  assert.match(parameterKeptBy(locks({ channels: ["r", "g", "b"] }), 1, f0), /channels/);
 });
 
-test("pictures follow a moving light in steps, and are drawn whole where it rests", () => {
+test("stills follow a moving light in steps, and are sharp where it rests", () => {
   assert.equal(nextStill(null, 0, true), null);
   assert.equal(nextStill(null, 7, true), null);
   assert.equal(nextStill(null, 356, true), null);
@@ -89,12 +129,22 @@ test("pictures follow a moving light in steps, and are drawn whole where it rest
   assert.deepEqual(nextStill(whole, 30, true), { degrees: 30, sharp: false });
 });
 
-test("models go with everything, programs with those of their machine", () => {
+test("models fit every lineage, programs only those of the same machine", () => {
   const paper = { opcodes: "paper", parametrisation: "smooth", registers: 7, length: 100 };
   const extended = { ...paper, opcodes: "extended", registers: 10 };
   const of = (/** @type {any} */ dialect) => /** @type {any} */ ({ dialect });
   const models = { ...paper, length: 0 };
-  assert.deepEqual([fits(of(paper), null, models), fits(of(paper), null, paper), fits(of(paper), null, extended)], [true, true, false]);
+  assert.deepEqual(
+    [fits(of(paper), null, models), fits(of(paper), null, paper), fits(of(paper), null, extended)],
+    [true, true, false],
+  );
   assert.equal(fits(of({ ...paper, length: 40 }), null, paper), false);
-  assert.deepEqual([fits(of(models), { ...GENOME, instructions: 0 }, extended), fits(of(models), GENOME, extended), fits(of(models), GENOME, paper)], [true, false, true]);
+  assert.deepEqual(
+    [
+      fits(of(models), { ...GENOME, instructions: 0 }, extended),
+      fits(of(models), GENOME, extended),
+      fits(of(models), GENOME, paper),
+    ],
+    [true, false, true],
+  );
 });

@@ -1,10 +1,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { METER_GAIN, autoGain } from "../live/material.js";
+import {
+  directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
+} from "../live/camera.js";
 import { readGeometry } from "../live/geometry.js";
+import { METER_GAIN, autoGain } from "../live/material.js";
 import { SIDES, outline, triangles } from "../live/outline.js";
-import { Pace, displayInterval } from "../live/pace.js";
-import { evenedOut, lightsOf, rotationOf, seenAt, strengthOf, viewOf } from "../live/view.js";
+import { AdaptiveResolution, displayInterval } from "../live/resolution.js";
 
 const extent = { centre: /** @type {[number, number, number]} */ ([0, 0, 0]), radius: 1 };
 const still = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1 };
@@ -12,7 +14,9 @@ const still = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1 };
 /** @param {number[]} found @param {number[]} wanted */
 function near(found, wanted) {
   assert.equal(found.length, wanted.length);
-  found.forEach((value, k) => assert.ok(Math.abs(value - wanted[k]) < 1e-6, `${found} is not ${wanted}`));
+  found.forEach((value, k) =>
+    assert.ok(Math.abs(value - wanted[k]) < 1e-6, `${found} is not ${wanted}`),
+  );
 }
 
 test("a framing camera sees the whole bounding sphere with a small margin", () => {
@@ -20,43 +24,69 @@ test("a framing camera sees the whole bounding sphere with a small margin", () =
   const distance = Math.hypot(...view.eye);
   const edge = Math.tan(Math.asin(1 / distance)) / view.half;
   assert.ok(edge > 0.9 && edge < 1, `${edge}`);
-  near([view.forward[0] * distance, view.forward[1] * distance, view.forward[2] * distance], view.eye.map((part) => -part));
+  near(
+    [view.forward[0] * distance, view.forward[1] * distance, view.forward[2] * distance],
+    view.eye.map((part) => -part),
+  );
 });
 
-test("turning the object is turning eye and light the other way", () => {
-  const pose = { rotation: rotationOf({ rotation_deg: [0, 90, 0], mesh: "", scale: 1, camera: {}, film: { exposure: "auto", tone: "none" } }), scale: 2 };
-  const view = viewOf({ eye: [0, 0, 10], target: [0, 0, 0], up: [0, 1, 0], fov_y_deg: 30 }, extent, pose);
+test("rotating the object rotates eye and light the other way", () => {
+  const pose = {
+    rotation: rotationOf({
+      rotation_deg: [0, 90, 0],
+      mesh: "",
+      scale: 1,
+      camera: {},
+      film: { exposure: "auto", tone: "none" },
+    }),
+    scale: 2,
+  };
+  const view = viewOf(
+    { eye: [0, 0, 10], target: [0, 0, 0], up: [0, 1, 0], fov_y_deg: 30 },
+    extent,
+    pose,
+  );
   near(view.eye, [-5, 0, 0]);
-  const lights = lightsOf({ lights: [{ position: [0, 0, 4], intensity: [8, 4, 0] }] }, extent, pose, 0);
+  const lights = lightsOf(
+    { lights: [{ position: [0, 0, 4], intensity: [8, 4, 0] }] },
+    extent,
+    pose,
+    0,
+  );
   near(lights[0].place, [-2, 0, 0]);
   near(lights[0].intensity, [2, 1, 0]);
-  near(seenAt(lights[0], view), [0, 0, 1]);
+  near(directionSeen(lights[0], view), [0, 0, 1]);
 });
 
-test("the light circle turns about the vertical, and a placed light gives the centre pi", () => {
+test("the light circle is about the vertical, and the default light gives irradiance pi", () => {
   const [light] = lightsOf({ lights: [{ position: [0, 0, 4] }] }, extent, still, 90);
   near(light.place, [4, 0, 0]);
   near(light.intensity, [16 * Math.PI, 16 * Math.PI, 16 * Math.PI]);
 });
 
-test("what automatic exposure takes out is the strength and not the colour", () => {
-  const lights = lightsOf({ lights: [{ position: [0, 0, 4], intensity: [32 * Math.PI, 16 * Math.PI, 0] }, {}] }, extent, still, 0);
+test("automatic exposure cancels the strength and not the colour", () => {
+  const lights = lightsOf(
+    { lights: [{ position: [0, 0, 4], intensity: [32 * Math.PI, 16 * Math.PI, 0] }, {}] },
+    extent,
+    still,
+    0,
+  );
   assert.equal(strengthOf(lights), 2);
-  near(evenedOut(lights, 2)[0].intensity, [16 * Math.PI, 8 * Math.PI, 0]);
-  near(evenedOut(lights, 2)[1].intensity, [8 * Math.PI, 8 * Math.PI, 8 * Math.PI]);
+  near(normalizedLights(lights, 2)[0].intensity, [16 * Math.PI, 8 * Math.PI, 0]);
+  near(normalizedLights(lights, 2)[1].intensity, [8 * Math.PI, 8 * Math.PI, 8 * Math.PI]);
   assert.equal(strengthOf(lightsOf({ lights: [{ intensity: [0, 0, 0] }] }, extent, still, 0)), 1);
 });
 
 test("exposure puts all but three in a hundred lit pixels below 0.9", () => {
   const pixels = new Float32Array(4 * 200);
-  // As drawn for the meter: over the coverage, linear, and very faint.
+  // As drawn for the meter: multiplied by the coverage, linear, and very faint.
   const faint = 12.92 * METER_GAIN;
   for (let k = 0; k < 100; k += 1) pixels.set([0, 0.5 * faint * (k + 1), 0, 0.5], 4 * k);
   assert.ok(Math.abs(autoGain(pixels) * 97 - 0.9) < 1e-6);
   assert.equal(autoGain(new Float32Array(40)), 1);
 });
 
-test("the outline holds all of the object, with little to spare", () => {
+test("the outline contains the object with a small margin", () => {
   const side = 200;
   const view = viewOf({ orbit_deg: [30, 20], fov_y_deg: 30 }, extent, still);
   const points = [];
@@ -78,18 +108,25 @@ test("the outline holds all of the object, with little to spare", () => {
     const [ax, ay, bx, by, cx, cy] = parts.subarray(k, k + 6);
     covered += 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay));
   }
-  assert.ok(parts.length === 6 * (SIDES - 2) && Math.abs(covered - area) < 1e-5, `${parts.length} ${covered}`);
+  assert.ok(
+    parts.length === 6 * (SIDES - 2) && Math.abs(covered - area) < 1e-5,
+    `${parts.length} ${covered}`,
+  );
   // The sphere is a circle in the picture.
   const reach = Math.max(...corners);
-  assert.ok(area > 0 && area < 1.03 * Math.PI * reach * reach && area > 0.97 * Math.PI * reach * reach, `${area} ${reach}`);
-  // From inside, anything may be seen.
+  assert.ok(
+    area > 0 && area < 1.03 * Math.PI * reach * reach && area > 0.97 * Math.PI * reach * reach,
+    `${area} ${reach}`,
+  );
+  // From inside, the object may be seen anywhere.
   assert.equal(outline(new Float32Array([0, 0, 0, ...view.eye]), view, side).length, 8);
 });
 
 /**
- * A display that shows a frame every `interval` milliseconds, or the first such moment after it is drawn.
- * @param {Pace} pace
- * @param {{interval: number, whole_ms: number, fixed_ms?: number, seconds: number}} machine `whole_ms`: what a whole buffer takes
+ * A display with a frame every `interval` milliseconds; a drawing that takes longer misses frames.
+ * @param {AdaptiveResolution} pace
+ * @param {{interval: number, whole_ms: number, fixed_ms?: number, seconds: number}} machine
+ *   `whole_ms`: what a whole buffer takes
  * @returns {number} frames a second of the last half
  */
 function shown(pace, { interval, whole_ms, fixed_ms = 0, seconds }) {
@@ -99,15 +136,16 @@ function shown(pace, { interval, whole_ms, fixed_ms = 0, seconds }) {
   while (now < 1000 * seconds) {
     pace.step(now);
     done = Math.max(done, now) + fixed_ms + whole_ms * pace.ratio ** 2;
-    // The next frame is begun at the display's next moment, unless the one before is not done by then.
-    now = interval * Math.max(Math.round(now / interval) + 1, Math.ceil((done - interval) / interval));
+    // The next frame begins at the display's next one, or later if drawing is not finished by then.
+    now =
+      interval * Math.max(Math.round(now / interval) + 1, Math.ceil((done - interval) / interval));
     if (now > 500 * seconds) late.push(now);
   }
   return (1000 * (late.length - 1)) / (late[late.length - 1] - late[0]);
 }
 
-test("a slow machine gets a coarser buffer and a quick one the full one back", () => {
-  const pace = new Pace();
+test("the resolution falls on a slow machine and rises on a quick one", () => {
+  const pace = new AdaptiveResolution();
   let now = 0;
   const run = (/** @type {number} */ whole_ms) => {
     for (let k = 0; k < 72; k += 1) pace.step((now += whole_ms * pace.ratio ** 2));
@@ -121,11 +159,11 @@ test("a slow machine gets a coarser buffer and a quick one the full one back", (
   assert.equal(pace.ratio, 1);
 });
 
-test("hardware draws every frame of the display, in a coarser buffer where it must", () => {
+test("the resolution falls on hardware until every frame is drawn", () => {
   for (const rate of [60, 120, 144]) {
     const interval = 1000 / rate;
     for (const load of [0.1, 0.9, 1.3, 2.5, 5]) {
-      const pace = new Pace();
+      const pace = new AdaptiveResolution();
       pace.aimAt(interval);
       const found = shown(pace, { interval, whole_ms: load * interval, seconds: 20 });
       assert.ok(found > 0.91 * rate, `${found} of ${rate} frames a second at ${load}`);
@@ -135,16 +173,16 @@ test("hardware draws every frame of the display, in a coarser buffer where it mu
   }
 });
 
-test("nothing is made coarser for what drawing does not take", () => {
-  const pace = new Pace();
+test("the resolution stays when drawing is not the bottleneck", () => {
+  const pace = new AdaptiveResolution();
   pace.aimAt(1000 / 120);
   // The window was moved to a display of half the rate.
   assert.ok(shown(pace, { interval: 1000 / 60, whole_ms: 2, seconds: 20 }) > 59);
   assert.equal(pace.ratio, 1);
 });
 
-test("a quicker display is noticed, and aimed at from then on", () => {
-  const pace = new Pace();
+test("a faster display becomes the aim", () => {
+  const pace = new AdaptiveResolution();
   pace.aimAt(1000 / 60);
   const interval = 1000 / 144;
   shown(pace, { interval, whole_ms: 2, seconds: 5 });
@@ -154,17 +192,18 @@ test("a quicker display is noticed, and aimed at from then on", () => {
   assert.ok(found > 0.91 * 144 && pace.ratio < 1, `${found} at ${pace.ratio}`);
 });
 
-test("one frame that something held up makes nothing coarser", () => {
-  const pace = new Pace();
+test("one delayed frame does not lower the resolution", () => {
+  const pace = new AdaptiveResolution();
   pace.aimAt(16);
   for (let now = 0, k = 0; k < 600; k += 1) pace.step((now += k % 12 === 5 ? 90 : 16));
   assert.equal(pace.ratio, 1);
 });
 
-test("the display's interval is told from frames of which some are late", async () => {
+test("displayInterval ignores late frames", async () => {
   let now = 0;
   let count = 0;
-  const nextFrame = (/** @type {(now: number) => void} */ tick) => setImmediate(() => tick((now += count++ % 3 === 0 ? 31 : 8)));
+  const nextFrame = (/** @type {(now: number) => void} */ tick) =>
+    setImmediate(() => tick((now += count++ % 3 === 0 ? 31 : 8)));
   assert.equal(await displayInterval(nextFrame), 8);
 });
 

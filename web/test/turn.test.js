@@ -1,29 +1,44 @@
-/** Turning by hand: angles survive the way through matrices, and a drag moves the front of the object with the hand. */
+/** Rotation by hand: angles and matrices, and drags. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { axes, dragged, fromDegrees, toDegrees } from "../turn.js";
+import { axes, dragged, fromDegrees, toDegrees } from "../scene/rotation.js";
 
-const apply = (m, v) => [0, 1, 2].map((row) => m[3 * row] * v[0] + m[3 * row + 1] * v[1] + m[3 * row + 2] * v[2]);
+const apply = (m, v) =>
+  [0, 1, 2].map((row) => m[3 * row] * v[0] + m[3 * row + 1] * v[1] + m[3 * row + 2] * v[2]);
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-test("angles come back when y is within 90 degrees", () => {
-  for (const angles of [[0, 0, 0], [10, 20, 30], [-170, 45.5, 99.9], [5, -89, 12]]) assert.deepEqual(toDegrees(fromDegrees(angles)), angles);
+test("toDegrees inverts fromDegrees for y within 90 degrees", () => {
+  for (const angles of [
+    [0, 0, 0],
+    [10, 20, 30],
+    [-170, 45.5, 99.9],
+    [5, -89, 12],
+  ])
+    assert.deepEqual(toDegrees(fromDegrees(angles)), angles);
 });
 
-test("a rotation comes back as itself when y is at its pole", () => {
+test("toDegrees returns the same rotation at the poles of y", () => {
   const before = fromDegrees([25, 90, 10]);
   const after = fromDegrees(toDegrees(before));
-  before.forEach((value, at) => assert.ok(Math.abs(value - after[at]) < 2e-3, `${before} ${after}`));
+  before.forEach((value, at) =>
+    assert.ok(Math.abs(value - after[at]) < 2e-3, `${before} ${after}`),
+  );
 });
 
-test("angles turn about x first, then y, then z", () => {
-  // y to z by x, z stays by z.
+test("fromDegrees rotates about x first, then y, then z", () => {
+  // y to z by x; z is unchanged by y.
   const turned = apply(fromDegrees([90, 0, 90]), [0, 1, 0]);
   assert.ok(Math.abs(turned[2] - 1) < 1e-12, String(turned));
 });
 
-test("the front of the object follows the hand for every camera", () => {
-  for (const camera of [{ orbit_deg: [30, 20] }, { orbit_deg: [-120, -40] }, { orbit_deg: [10, 90] }, { orthographic: 1 }, { eye: [1, 2, 3], target: [0, 0, 0], up: [0, 1, 0] }]) {
+test("the front of the object follows the pointer for every camera", () => {
+  for (const camera of [
+    { orbit_deg: [30, 20] },
+    { orbit_deg: [-120, -40] },
+    { orbit_deg: [10, 90] },
+    { orthographic: 1 },
+    { eye: [1, 2, 3], target: [0, 0, 0], up: [0, 1, 0] },
+  ]) {
     const { right, up, back } = axes(camera);
     assert.ok(Math.abs(dot(right, up)) < 1e-12 && Math.abs(dot(right, back)) < 1e-12);
     const front = (m) => apply(m, back);
@@ -33,7 +48,7 @@ test("the front of the object follows the hand for every camera", () => {
   }
 });
 
-test("azimuth turns the default camera from +z towards +x", () => {
+test("an azimuth rotates the default camera from +z towards +x", () => {
   const { back } = axes({ orbit_deg: [90, 0] });
   assert.ok(Math.abs(back[0] - 1) < 1e-12, String(back));
 });

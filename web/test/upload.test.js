@@ -1,10 +1,10 @@
-/** An upload that tells how far it is and can be stopped, answered as fetch answers. */
+/** Uploads with progress that can be stopped. */
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { request } from "../api.js";
-import { sendingBy, wasStopped } from "../upload.js";
+import { request } from "../api/request.js";
+import { sendingBy, wasStopped } from "../api/upload.js";
 
-/** What the page asks of a browser's request, and what a test answers. */
+/** Stands for XMLHttpRequest; the test answers. */
 class Fake extends EventTarget {
   /** @type {Fake[]} */
   static all = [];
@@ -55,11 +55,14 @@ afterEach(() => {
 function sending(stopping = new AbortController()) {
   /** @type {[number, number][]} */
   const told = [];
-  const send = sendingBy({ progress: (sent, whole) => told.push([sent, whole]), signal: stopping.signal });
+  const send = sendingBy({
+    progress: (sent, whole) => told.push([sent, whole]),
+    signal: stopping.signal,
+  });
   return { told, stopping, done: request("POST", "/v1/targets", { body: new FormData(), send }) };
 }
 
-test("it tells how much has left, and answers with what the server says", async () => {
+test("an upload reports progress and returns the server's answer", async () => {
   const { told, done } = sending();
   const [sent] = Fake.all;
   sent.upload.dispatchEvent(Object.assign(new Event("progress"), { loaded: 3, total: 10 }));
@@ -70,16 +73,24 @@ test("it tells how much has left, and answers with what the server says", async 
   assert.ok(sent.headers["Idempotency-Key"]);
 });
 
-test("a refusal is told as any other, and one that may pass is sent again", async () => {
+test("a refused upload is a problem, and a temporary one is retried", async () => {
   const { done } = sending();
   Fake.all[0].answer(503, {});
   while (Fake.all.length < 2) await new Promise((next) => setTimeout(next));
-  Fake.all[1].answer(422, { title: "Refused", status: 422, detail: "not square", pointer: "/views/0/picture" });
-  await assert.rejects(done, (/** @type {any} */ error) => error.problem.pointer === "/views/0/picture");
+  Fake.all[1].answer(422, {
+    title: "Refused",
+    status: 422,
+    detail: "not square",
+    pointer: "/views/0/picture",
+  });
+  await assert.rejects(
+    done,
+    (/** @type {any} */ error) => error.problem.pointer === "/views/0/picture",
+  );
   assert.equal(Fake.all[0].headers["Idempotency-Key"], Fake.all[1].headers["Idempotency-Key"]);
 });
 
-test("one that was stopped is not sent again", async () => {
+test("a stopped upload is not retried", async () => {
   const { done, stopping } = sending();
   stopping.abort();
   await assert.rejects(done, wasStopped);

@@ -1,36 +1,41 @@
-/**
- * The page as a whole: bar, panes, stage, strip, and what lies over them. Owns the arrangement; each part draws itself.
- */
-import { html } from "../html.js";
-import { announcement, detailsOpen, fileOver, knobsOpen } from "../state.js";
+/** The page as a whole: bar, panes, stage, strip, and dialogs. */
+import { pageStore } from "../page/store.js";
 import { Bar } from "./bar.js";
-import { Comparison } from "./comparison.js";
-import { Details } from "./details.js";
+import { Comparison } from "./compare/comparison.js";
 import { Frames } from "./frames.js";
 import { Hint, Mating } from "./hint.js";
-import { Inspector } from "./inspector.js";
+import { html } from "./html.js";
 import { Knobs } from "./knobs.js";
-import { Lineages } from "./lineages.js";
-import { LockSign } from "./locks.js";
-import { Presets } from "./presets.js";
-import { Searches } from "./searches.js";
-import { Strip } from "./strip.js";
+import { Details } from "./lineage/details.js";
+import { Inspector } from "./lineage/inspector.js";
+import { Lineages } from "./lineage/lineages.js";
+import { LockSign } from "./lineage/locks.js";
+import { Presets } from "./lineage/presets.js";
+import { Strip } from "./lineage/strip.js";
+import { ProblemBox } from "./problem.js";
+import { Searches } from "./search/searches.js";
 import { TokenQuestion } from "./token_question.js";
-import { Trouble } from "./trouble.js";
+
+const DropHint = () => pageStore.fileDragged.value && html`
+  <div class="drop" aria-hidden="true"><p>Drop an OBJ file as the object, a .brood file to breed from, or measurements or pictures to search for</p></div>
+`;
+
+/** Messages for screen readers. */
+const LiveRegion = () => html`<div class="unseen" role="status" aria-live="polite">${pageStore.announcement.value}</div>`;
 
 export function App() {
   return html`
     <${Bar} />
     <div class="middle">
-      ${knobsOpen.value && html`<${Knobs} />`}
+      ${pageStore.knobsOpen.value && html`<${Knobs} />`}
       <main class="stage" aria-label="Brood">
         <div class="field"><${Frames} /></div>
-        <${Trouble} place="stage" />
+        <${ProblemBox} place="stage" />
         <${LockSign} />
         <${Hint} />
         <${Mating} />
       </main>
-      ${detailsOpen.value && html`<${Details} />`}
+      ${pageStore.detailsOpen.value && html`<${Details} />`}
     </div>
     <${Strip} />
     <${Lineages} />
@@ -39,7 +44,7 @@ export function App() {
     <${Inspector} />
     <${Comparison} />
     <${TokenQuestion} />
-    ${fileOver.value && html`<div class="drop" aria-hidden="true"><p>Drop an OBJ to breed on it, a .brood to breed from it, or measured samples or pictures to search for them</p></div>`}
-    <div class="unseen" role="status" aria-live="polite">${announcement.value}</div>
+    <${DropHint} />
+    <${LiveRegion} />
   `;
 }

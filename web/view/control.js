@@ -1,7 +1,5 @@
-/**
- * The controls of the panes: a slider with its value, a colour, a switch, a choice. Owns their look and names; what they change is the caller's.
- */
-import { html } from "../html.js";
+/** Controls of the panes (slider, colour, switch, choice), and parts that several components share. */
+import { html } from "./html.js";
 
 /** @param {Event} event */
 const valueOf = (event) => Number(/** @type {HTMLInputElement} */ (event.target).value);
@@ -10,24 +8,28 @@ const checkedIn = (event) => /** @type {HTMLInputElement} */ (event.target).chec
 
 /** Keys that move a slider. */
 const SLIDES = /^(Arrow|Page|Home|End)/;
-/** Id of the slider on which a key is down, and whether it has moved by that key: it rests when the key is let go. */
+/**
+ * Id of the slider on which a key is down, and true once the key has moved it: releasing the key
+ * commits.
+ */
 const byKey = { id: "", moved: false };
 
 /**
- * @param {{id: string, name: string, value: number, min: number, max: number, step: number, shown: string, dim?: boolean,
- *   disabled?: boolean, title?: string, turns: (value: number) => void, rests?: (value: number) => void}} props
+ * @param {{id: string, name: string, value: number, min: number, max: number, step: number,
+ *   shown: string, dim?: boolean, disabled?: boolean, title?: string, onInput: (value: number) =>
+ *   void, onCommit?: (value: number) => void}} props
  */
-export function Slider({ id, name, value, min, max, step, shown, dim, disabled, title, turns, rests }) {
+export function Slider({ id, name, value, min, max, step, shown, dim, disabled, title, onInput, onCommit }) {
   /** @param {Event} event */
   const change = (event) => {
     if (byKey.id === id) byKey.moved = true;
-    else rests?.(valueOf(event));
+    else onCommit?.(valueOf(event));
   };
   /** @param {Event} event */
-  const letGo = (event) => {
+  const release = (event) => {
     const moved = byKey.id === id && byKey.moved;
     Object.assign(byKey, { id: "", moved: false });
-    if (moved) rests?.(valueOf(event));
+    if (moved) onCommit?.(valueOf(event));
   };
   /** @param {KeyboardEvent} event */
   const press = (event) => {
@@ -37,49 +39,64 @@ export function Slider({ id, name, value, min, max, step, shown, dim, disabled, 
     <div class=${dim ? "slider dim" : "slider"} title=${title}>
       <label for=${id}>${name}</label>
       <input type="range" id=${id} data-testid=${id} min=${min} max=${max} step=${step} value=${value} disabled=${disabled} aria-valuetext=${shown}
-        onInput=${(/** @type {Event} */ event) => turns(valueOf(event))} onChange=${change} onKeyDown=${press} onKeyUp=${letGo} onBlur=${letGo} />
+        onInput=${(/** @type {Event} */ event) => onInput(valueOf(event))} onChange=${change} onKeyDown=${press} onKeyUp=${release} onBlur=${release} />
       <output for=${id}>${shown}</output>
     </div>
   `;
 }
 
 /**
- * @param {{id: string, name: string, value: string, disabled?: boolean, turns: (value: string) => void, rests: () => void, children?: unknown}} props
+ * @param {{id: string, name: string, value: string, disabled?: boolean, onInput: (value: string)
+ *   => void, onCommit: () => void, children?: unknown}} props
  */
-export function Colour({ id, name, value, disabled, turns, rests, children }) {
+export function Colour({ id, name, value, disabled, onInput, onCommit, children }) {
   return html`
     <div class="slider">
       <label for=${id}>${name}</label>
       <input type="color" id=${id} data-testid=${id} value=${value} disabled=${disabled}
-        onInput=${(/** @type {Event} */ event) => turns(/** @type {HTMLInputElement} */ (event.target).value)} onChange=${rests} />
+        onInput=${(/** @type {Event} */ event) => onInput(/** @type {HTMLInputElement} */ (event.target).value)} onChange=${onCommit} />
       ${children}
     </div>
   `;
 }
 
-/** @param {{id: string, name: string, on: boolean, turns: (on: boolean) => void, title?: string, label?: string}} props `label`: the whole name, where `name` alone says too little */
-export function Switch({ id, name, on, turns, title, label }) {
+/**
+ * @param {{id: string, name: string, on: boolean, onInput: (on: boolean) => void, title?: string,
+ *   label?: string}} props `label`: the whole name, where `name` alone says too little
+ */
+export function Switch({ id, name, on, onInput, title, label }) {
   return html`
     <label class=${on ? "chip on" : "chip"} title=${title}>
-      <input type="checkbox" role="switch" data-testid=${id} aria-label=${label} checked=${on} onChange=${(/** @type {Event} */ event) => turns(checkedIn(event))} />
+      <input type="checkbox" role="switch" data-testid=${id} aria-label=${label} checked=${on} onChange=${(/** @type {Event} */ event) => onInput(checkedIn(event))} />
       <span>${name}</span>
     </label>
   `;
 }
 
 /**
- * One of a few, all in sight.
- * @param {{id: string, name: string, options: {value: string, name: string, title?: string}[], value: string, turns: (value: string) => void}} props
+ * One of a few options, all visible.
+ * @param {{id: string, name: string, options: {value: string, name: string, title?: string}[],
+ *   value: string, onInput: (value: string) => void}} props
  */
-export function Choice({ id, name, options, value, turns }) {
+export function Choice({ id, name, options, value, onInput }) {
   return html`
     <div class="choice" role="radiogroup" aria-label=${name} data-testid=${id}>
       ${options.map((option) => html`
         <label key=${option.value} class=${option.value === value ? "chip on" : "chip"} title=${option.title}>
-          <input type="radio" name=${id} value=${option.value} checked=${option.value === value} onChange=${() => turns(option.value)} />
+          <input type="radio" name=${id} value=${option.value} checked=${option.value === value} onChange=${() => onInput(option.value)} />
           <span>${option.name}</span>
         </label>
       `)}
     </div>
   `;
 }
+
+/** A fact in a list of facts. @param {{name: string, value: unknown, title?: string}} props */
+export const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${name}</dt><dd>${value}</dd></div>`;
+
+/** Text of a field. @param {Event} event */
+export const typed = (event) => /** @type {HTMLInputElement} */ (event.target).value;
+
+/** Hides a picture that fails to load. @param {Event} event */
+export const hideBroken = (event) =>
+  /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");

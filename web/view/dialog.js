@@ -1,11 +1,8 @@
-/**
- * Dialogs that keep hands and keys from what lies below them. Owns how one opens, is shut, and gives the focus back; knows
- * nothing of what is in it.
- */
+/** Modal dialogs: opening, closing, and the focus before and after. */
 
 /**
- * A ref that opens a dialog, and gives the focus back to where it was, however the dialog goes.
- * @param {() => void} [begin] done each time it opens
+ * A ref that opens a dialog when it appears, and returns the focus when it disappears.
+ * @param {() => void} [begin] called each time it opens
  * @returns {(dialog: HTMLDialogElement|null) => void}
  */
 export function modal(begin = () => {}) {
@@ -21,12 +18,19 @@ export function modal(begin = () => {}) {
     }
     const back = from;
     from = null;
-    // Once the dialog is gone: until then nothing below it takes the focus. One that was shut has given it back by itself.
+    // Deferred until the dialog is gone: nothing below it takes the focus before. A dialog that was
+    // closed has returned the focus already.
     queueMicrotask(() => {
-      if (document.activeElement === document.body && back instanceof HTMLElement && back.isConnected) back.focus();
+      if (
+        document.activeElement === document.body &&
+        back instanceof HTMLElement &&
+        back.isConnected
+      )
+        back.focus();
     });
   };
 }
 
-/** Shuts the dialog that a button is in. @param {Event} event */
-export const shut = (event) => event.target instanceof Element && event.target.closest("dialog")?.close();
+/** Closes the dialog that a button is in. @param {Event} event */
+export const shut = (event) =>
+  event.target instanceof Element && event.target.closest("dialog")?.close();

@@ -1,14 +1,13 @@
-/**
- * The one line of help under the frames, and what fingers can do with a mate. Owns their words; whether help is wanted is remembered
- * by the page.
- */
-import { cancelMate, setFavourite } from "../breed.js";
-import { html } from "../html.js";
-import { hinting, individualOf, mate } from "../state.js";
+/** The hint line under the frames, and the mate's buttons on touch screens. */
+import { cancelMate, setFavourite } from "../lineage/breed.js";
+import { shownIndividual } from "../lineage/individuals.js";
+import { lineageStore } from "../lineage/store.js";
+import { pageStore } from "../page/store.js";
+import { html } from "./html.js";
 
-/** A finger has no Escape, and a small frame no room for a star. */
+/** Buttons for touch screens, which have no Escape key and no room for a star on a small frame. */
 export function Mating() {
-  const of = mate.value && (individualOf(mate.value.id) ?? mate.value);
+  const of = lineageStore.mate.value && (shownIndividual(lineageStore.mate.value.id) ?? lineageStore.mate.value);
   if (!of) return null;
   return html`
     <div class="mating" data-testid="mating">
@@ -20,12 +19,12 @@ export function Mating() {
 }
 
 export function Hint() {
-  if (!hinting.value) return null;
+  if (!pageStore.hintShown.value) return null;
   return html`
     <div class="hint">
       <p class="mouse">Click a picture to breed from it · right-click one and click another to mix them · the star keeps one · drag the centre to turn it</p>
       <p class="touch">Tap a picture to breed from it · press one long and tap another to mix them · drag the centre to turn it</p>
-      <button type="button" aria-label="Hide this help" title="Hide this help; the knobs bring it back" onClick=${() => (hinting.value = false)}>×</button>
+      <button type="button" aria-label="Hide this hint" title="Hide this hint; the knobs bring it back" onClick=${() => (pageStore.hintShown.value = false)}>×</button>
     </div>
   `;
 }

@@ -1,75 +1,94 @@
 /**
- * The light: its controls, and the dot that shows where it is. Owns what is told of it; the light itself is live/light.js.
+ * Controls of the light, and the dot that shows where it is.
  *
- * @import { Vec3 } from "../types.js"
+ * @import { Vec3 } from "../model.js"
  */
-import { seenIn } from "../compare.js";
-import { html } from "../html.js";
-import { PLAIN } from "../light_color.js";
-import { lamp, lampKnown, leaveLamp, turnLamp } from "../lighting.js";
-import { letMove, moving, placeLight, rest, speed } from "../live/light.js";
-import { able, isPictured, liveCells, sceneDrawable, watchers } from "../live/live.js";
-import { still } from "../live/stills.js";
-import { chooseLight, lightByFile, setShadows } from "../scene.js";
-import { wishedScene } from "../state.js";
+import { effect } from "../vendor/signals-core.js";
+import { individualSeenIn } from "../compare/ab.js";
+import { restLightAt, setLightMoving } from "../live/light_circle.js";
+import { isServerDrawn } from "../live/loop.js";
+import { liveStore } from "../live/store.js";
+import { chooseLight, lightByFile, setShadows } from "../scene/edit.js";
+import { NEUTRAL } from "../scene/light_color.js";
+import { commitLight, dragLight } from "../scene/light_controls.js";
+import { sceneStore } from "../scene/store.js";
 import { Colour, Slider, Switch } from "./control.js";
-import { Trouble } from "./trouble.js";
+import { html } from "./html.js";
+import { ProblemBox } from "./problem.js";
 
-/** Stops to either side; a scene may hold more. */
+/** Range of the intensity in stops; a scene may exceed it. */
 const EV_LIMIT = 4;
-/** How far from the middle of the centre the dot is, where the light is at its farthest; in halves of its side. */
+/** Largest distance of the dot from the centre of the frame, relative to half of its side. */
 const REACH = 0.94;
 
-/** The dot. Moved as things are drawn, without a pass over the page. @type {HTMLElement|null} */
+/** The dot; moved directly, without redrawing a component. @type {HTMLElement|null} */
 let dot = null;
 
-/** The angle is written so often in milliseconds: writing it lays the pane out anew. */
-const TELLING_MS = 100;
-let told = 0;
+/** Milliseconds between two writes of the angle: each lays the pane out anew. */
+const WRITE_MS = 100;
+let writtenAt = 0;
 
-/** @param {number} degrees @param {Vec3|null} seen */
-function follow(degrees, seen) {
-  if (dot) {
-    dot.hidden = seen === null;
-    if (seen) {
-      dot.style.transform = `translate(${50 * REACH * seen[0]}%, ${-50 * REACH * seen[1]}%)`;
-      dot.classList.toggle("behind", seen[2] < 0);
-    }
-  }
-  if (!moving.peek() || performance.now() - told < TELLING_MS) return;
-  told = performance.now();
+/**
+ * Moves the dot.
+ * @param {Vec3|null} direction of the light as the camera sees it; null without a light
+ */
+function placeDot(direction) {
+  if (!dot) return;
+  dot.hidden = direction === null;
+  if (!direction) return;
+  dot.style.transform = `translate(${50 * REACH * direction[0]}%, ${-50 * REACH * direction[1]}%)`;
+  dot.classList.toggle("behind", direction[2] < 0);
+}
+
+/** Writes the angle of the moving light to its slider. @param {number} degrees */
+function writeAngle(degrees) {
+  if (!liveStore.lightMoving.peek() || performance.now() - writtenAt < WRITE_MS) return;
+  writtenAt = performance.now();
   const slider = /** @type {HTMLInputElement|null} */ (document.getElementById("light"));
   if (!slider || slider.matches(":active")) return;
   slider.value = String(Math.round(degrees));
-  // The text node itself stays: it is the page's own, and gets the word for a resting light back when the light rests.
+  // The text node belongs to the component, which writes to it again when the light rests.
   const text = slider.parentElement?.querySelector("output")?.firstChild;
   if (text) text.nodeValue = `${Math.round(degrees)}°`;
 }
-watchers.add(follow);
 
-export function LightDot() {
-  const of = seenIn("centre");
-  if (!liveCells.value.has("centre") && !((still.value || moving.value) && isPictured(of))) return null;
-  return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${(/** @type {HTMLElement|null} */ element) => (dot = element)}></span>`;
+/** Follows the light as it is drawn. */
+export const watchLightDot = () => effect(() => {
+  const drawn = liveStore.drawnLight.value;
+  if (!drawn) return;
+  placeDot(drawn.direction);
+  writeAngle(drawn.degrees);
+});
+
+/** The dot may appear after the last drawing. @param {HTMLElement|null} element */
+function attachDot(element) {
+  dot = element;
+  placeDot(liveStore.drawnLight.peek()?.direction ?? null);
 }
 
-/** Where the light is and how it moves, which only what is drawn live follows. */
+export function LightDot() {
+  const of = individualSeenIn("centre");
+  if (!liveStore.liveCells.value.has("centre") && !((liveStore.still.value || liveStore.lightMoving.value) && isServerDrawn(of))) return null;
+  return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${attachDot}></span>`;
+}
+
+/** Angle and speed of the light, which live frames follow. */
 function Circle() {
-  if (able.value === false) return html`<p class="small">This browser draws nothing live (WebGL 2 is missing, or what it draws may not be read back), so the light rests.</p>`;
-  const on = moving.value;
+  if (liveStore.supported.value === false) return html`<p class="small">Live preview is not available: WebGL 2 is missing or its pixels cannot be read. The light stays still.</p>`;
+  const on = liveStore.lightMoving.value;
   return html`
     <div class="row">
-      <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${able.value === null} onClick=${() => letMove(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
+      <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
     </div>
-    <${Slider} id="light" name="Angle" value=${rest.value} min=${0} max=${360} step=${1} shown=${on ? "moves" : `${Math.round(rest.value)}°`} dim=${on}
-      turns=${(/** @type {number} */ to) => placeLight(to)} />
-    <${Slider} id="light-speed" name="Speed" value=${speed.value} min=${5} max=${180} step=${5} shown=${`${speed.value}°/s`}
-      turns=${(/** @type {number} */ to) => (speed.value = to)} />
-    ${!sceneDrawable.value && html`<p class="small" data-testid="stills">Point lights without shadows, tone curve and plain normals are drawn live. These are pictures of the server, which follow the light in steps.</p>`}
+    <${Slider} id="light" name="Angle" value=${liveStore.restAngle.value} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(liveStore.restAngle.value)}°`} dim=${on}
+      onInput=${(/** @type {number} */ to) => restLightAt(to)} />
+    <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}
+      onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
+    ${!liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs plain point lights. Showing server renders.</p>`}
   `;
 }
 
-/** @type {{kind: import("../types.js").LightKind, name: string}[]} */
+/** @type {{kind: import("../model.js").LightKind, name: string}[]} */
 const KINDS = [
   { kind: "point", name: "point" },
   { kind: "directional", name: "directional" },
@@ -79,7 +98,10 @@ const KINDS = [
   { kind: "rectangle", name: "rectangle" },
   { kind: "ambient", name: "ambient" },
 ];
-/** Those that are chosen by a file. @type {{kind: "ies"|"environment", name: string, accept: string}[]} */
+/**
+ * Kinds of light that need a file.
+ * @type {{kind: "ies"|"environment", name: string, accept: string}[]}
+ */
 const FROM_FILES = [
   { kind: "ies", name: "IES profile…", accept: ".ies,.IES" },
   { kind: "environment", name: "environment…", accept: ".hdr,.exr" },
@@ -93,20 +115,20 @@ function readFile(kind, event) {
   input.value = "";
 }
 
-/** Which kind of light it is, and whether it casts shadows. */
+/** Kind of light, and shadows. */
 function Kind() {
-  const scene = wishedScene.value;
+  const scene = sceneStore.editedScene.value;
   const kind = scene?.lights?.[0]?.kind ?? "point";
   const others = (scene?.lights?.length ?? 1) - 1;
   const file = FROM_FILES.find((one) => one.kind === kind);
   return html`
     <div class="row">
       <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene}
-        onChange=${(/** @type {Event} */ event) => chooseLight(/** @type {import("../types.js").LightKind} */ (/** @type {HTMLSelectElement} */ (event.target).value))}>
+        onChange=${(/** @type {Event} */ event) => chooseLight(/** @type {import("../model.js").LightKind} */ (/** @type {HTMLSelectElement} */ (event.target).value))}>
         ${KINDS.map((one) => html`<option key=${one.kind} value=${one.kind} selected=${one.kind === kind}>${one.name}</option>`)}
         ${file && html`<option value=${kind} selected>${file.name.replace("…", "")}</option>`}
       </select>
-      <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} turns=${setShadows} title="What stands in the way of the light darkens what is behind it" />
+      <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} onInput=${setShadows} title="Objects cast shadows" />
     </div>
     <div class="row">
       ${FROM_FILES.map((one) => html`
@@ -120,27 +142,27 @@ function Kind() {
   `;
 }
 
-/** What the light is like, which belongs to the scene. */
+/** Colour and intensity of the light, which belong to the scene. */
 function Lamp() {
-  const { color, ev } = lamp.value ?? PLAIN;
-  const dark = lamp.value === null;
-  const auto = wishedScene.value?.film.exposure === "auto";
+  const { color, ev } = sceneStore.lightSetting.value ?? NEUTRAL;
+  const dark = sceneStore.lightSetting.value === null;
+  const auto = sceneStore.editedScene.value?.film.exposure === "auto";
   const white = () => {
-    turnLamp({ color: PLAIN.color });
-    leaveLamp();
+    dragLight({ color: NEUTRAL.color });
+    commitLight();
   };
   return html`
-    <${Colour} id="light-color" name="Colour" value=${color} disabled=${!lampKnown.value}
-      turns=${(/** @type {string} */ to) => turnLamp({ color: to })} rests=${leaveLamp}>
-      ${color === PLAIN.color
+    <${Colour} id="light-color" name="Colour" value=${color} disabled=${!sceneStore.lightEditable.value}
+      onInput=${(/** @type {string} */ to) => dragLight({ color: to })} onCommit=${commitLight}>
+      ${color === NEUTRAL.color
         ? html`<output for="light-color">white</output>`
         : html`<button type="button" data-testid="light-white" title="White light again" onClick=${white}>White</button>`}
     <//>
-    <${Slider} id="light-ev" name="Intensity" value=${ev} min=${-EV_LIMIT} max=${EV_LIMIT} step=${0.25} disabled=${!lampKnown.value} dim=${auto}
-      shown=${dark ? "dark" : `${ev > 0 ? "+" : ""}${ev} EV`} title=${auto ? "Automatic exposure evens it out; a fixed one shows it" : undefined}
-      turns=${(/** @type {number} */ to) => turnLamp({ ev: to })} rests=${leaveLamp} />
-    ${auto && ev !== 0 && html`<p class="small">Automatic exposure evens the intensity out.</p>`}
-    <${Trouble} place="light" />
+    <${Slider} id="light-ev" name="Intensity" value=${ev} min=${-EV_LIMIT} max=${EV_LIMIT} step=${0.25} disabled=${!sceneStore.lightEditable.value} dim=${auto}
+      shown=${dark ? "dark" : `${ev > 0 ? "+" : ""}${ev} EV`} title=${auto ? "Automatic exposure cancels the intensity; a fixed one shows it" : undefined}
+      onInput=${(/** @type {number} */ to) => dragLight({ ev: to })} onCommit=${commitLight} />
+    ${auto && ev !== 0 && html`<p class="small">Automatic exposure cancels the intensity.</p>`}
+    <${ProblemBox} place="light" />
   `;
 }
 

@@ -1,0 +1,213 @@
+/**
+ * Requests to the server: headers, retries, and problems as errors. Independent of the page's state
+ * but for the question for a token.
+ *
+ * @import { Problem } from "../model.js"
+ */
+import { askForToken } from "./token.js";
+import { wasStopped } from "./upload.js";
+
+/** Number of attempts of one request. */
+const TRIES = 5;
+
+/** An answer that is not a success, or no answer at all (status 0). */
+export class ProblemError extends Error {
+  /** @param {Problem} problem */
+  constructor(problem) {
+    super(problem.detail || problem.title);
+    /** @type {Problem} */
+    this.problem = problem;
+  }
+}
+
+/**
+ * @param {unknown} error
+ * @returns {Problem}
+ */
+export function problemOf(error) {
+  if (error instanceof ProblemError) return error.problem;
+  return {
+    title: "Error in the page",
+    status: 0,
+    detail: error instanceof Error ? error.message : String(error),
+  };
+}
+
+/** @param {number} ms */
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+/**
+ * @param {Response} response
+ * @returns {Promise<Problem>}
+ */
+async function readProblem(response) {
+  const fallback = {
+    title: response.statusText || "Request refused",
+    status: response.status,
+    detail: "",
+  };
+  try {
+    return { ...fallback, ...(await response.json()) };
+  } catch {
+    return {
+      ...fallback,
+      detail: `The server answered ${response.status} without an explanation.`,
+    };
+  }
+}
+
+/**
+ * @typedef {{json?: unknown, body?: Blob|FormData, type?: string, accept?: string, version?:
+ *   number, asks?: boolean, settled?: boolean, send?: (path: string, init: RequestInit) =>
+ *   Promise<Response>}} Options `version`: sent as If-Match; `asks`: false if a 401 must not ask
+ *   for a token; `settled`: true if a 409 is final and not a reason to retry; `send`: replaces
+ *   fetch.
+ */
+
+/**
+ * Sends one request, again where that is safe: a POST carries one Idempotency-Key in all its
+ * attempts.
+ * @param {string} method
+ * @param {string} path
+ * @param {Options} options
+ * @returns {Promise<Response>} a success
+ */
+async function sendRequest(method, path, options) {
+  /** @type {Record<string, string>} */
+  const headers = { Accept: options.accept ?? "application/json, application/problem+json" };
+  if (method === "POST") headers["Idempotency-Key"] = newKey();
+  if (options.version !== undefined) headers["If-Match"] = `"${options.version}"`;
+  if (options.type) headers["Content-Type"] = options.type;
+  else if (options.json !== undefined) headers["Content-Type"] = "application/json";
+  const send = options.send ?? fetch;
+  const body =
+    options.body ?? (options.json === undefined ? undefined : JSON.stringify(options.json));
+  for (let tried = 1; ; tried += 1) {
+    let response;
+    try {
+      // `keepalive`: a change that is being saved as the page is left still reaches the server.
+      response = await send(path, {
+        method,
+        headers,
+        body,
+        credentials: "same-origin",
+        keepalive: method === "PATCH",
+      });
+    } catch (error) {
+      if (wasStopped(error)) throw error;
+      if (tried < TRIES) {
+        await pause(250 * 2 ** tried);
+        continue;
+      }
+      throw new ProblemError({
+        title: "The server cannot be reached",
+        status: 0,
+        detail: "Nothing is lost; try again when it is back.",
+      });
+    }
+    if (response.ok) return response;
+    if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
+    const mayRetry =
+      response.status === 503 ||
+      response.status === 429 ||
+      (response.status === 409 && method === "POST" && !options.settled);
+    if (mayRetry && tried < TRIES) {
+      const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
+      await pause(Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried);
+      continue;
+    }
+    throw new ProblemError(await readProblem(response));
+  }
+}
+
+/**
+ * Sends a request that is answered in JSON, or with 204 and nothing.
+ * @param {string} method
+ * @param {string} path
+ * @param {Options} [options]
+ * @returns {Promise<any>}
+ */
+export async function request(method, path, options = {}) {
+  const response = await sendRequest(method, path, options);
+  return response.status === 204 ? null : response.json();
+}
+
+/**
+ * Reads something that is not JSON.
+ * @param {string} path
+ * @param {string} [accept]
+ */
+export const read = (path, accept = "*/*") => sendRequest("GET", path, { accept });
+
+/** @param {string} path */
+export const getText = async (path) => (await read(path)).text();
+
+/** @param {string} path */
+export const getBytes = async (path) => (await read(path)).arrayBuffer();
+
+/**
+ * Reads the first bytes of something large, and cancels the rest.
+ * @param {string} path
+ * @param {number} bytes
+ */
+export async function getBeginning(path, bytes) {
+  const reader = (await read(path)).body?.getReader();
+  const found = new Uint8Array(bytes);
+  for (let at = 0; at < bytes;) {
+    const { value } = (await reader?.read()) ?? {};
+    if (!value)
+      throw new ProblemError({
+        title: "The server's answer is too short",
+        status: 0,
+        detail: path,
+      });
+    found.set(value.subarray(0, bytes - at), at);
+    at += value.length;
+  }
+  await reader?.cancel();
+  return found.buffer;
+}
+
+/**
+ * Random key. crypto.randomUUID exists only in secure contexts, which a page over plain HTTP is
+ * not.
+ */
+function newKey() {
+  if (globalThis.isSecureContext) return crypto.randomUUID();
+  return [...crypto.getRandomValues(new Uint8Array(16))]
+    .map((byte) => byte.toString(16).padStart(2, "0"))
+    .join("");
+}
+
+/**
+ * Reads all pages of a list.
+ * @param {string} path
+ * @returns {Promise<any[]>}
+ */
+export async function readAll(path) {
+  const items = [];
+  let cursor = null;
+  do {
+    const query = cursor ? `?limit=200&cursor=${encodeURIComponent(cursor)}` : "?limit=200";
+    const answer = await request("GET", path + query);
+    items.push(...answer.items);
+    cursor = answer.next;
+  } while (cursor);
+  return items;
+}
+
+/**
+ * Changes a resource by its version; after a conflict once more with the present version.
+ * @param {string} path
+ * @param {number} version
+ * @param {unknown} json
+ */
+export async function patch(path, version, json) {
+  try {
+    return await request("PATCH", path, { json, version });
+  } catch (error) {
+    if (problemOf(error).status !== 412) throw error;
+    const present = await request("GET", path);
+    return request("PATCH", path, { json, version: present.version });
+  }
+}

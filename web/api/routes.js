@@ -1,0 +1,179 @@
+/**
+ * The server's routes as functions, but for those of targets and searches. Independent of the
+ * page's state.
+ *
+ * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
+ *   Locks, MeshAnswer, Preset, Scene, SystemAnswer } from "../model.js"
+ */
+import { patch, read, readAll, request } from "./request.js";
+
+/** @returns {Promise<SystemAnswer>} */
+export const getSystem = () => request("GET", "/v1/system");
+
+/** @param {string} token */
+export const createSession = (token) =>
+  request("POST", "/v1/session", { json: { token }, asks: false });
+
+export const deleteSession = () => request("DELETE", "/v1/session", { asks: false });
+
+/** @returns {Promise<Lineage[]>} */
+export const listLineages = () => readAll("/v1/lineages");
+
+/** @param {string} id @returns {Promise<Lineage>} */
+export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
+
+/**
+ * @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, dialect?:
+ *   Partial<Dialect>}} json
+ * @returns {Promise<Lineage>}
+ */
+export const createLineage = (json) => request("POST", "/v1/lineages", { json });
+
+/**
+ * @param {Lineage} of
+ * @param {{name?: string, scene?: string, saturation?: number, energy_limit?: boolean}} json
+ * @returns {Promise<Lineage>}
+ */
+export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.version, json);
+
+/**
+ * Gives a lineage another scene; fails with 412 if another client has changed the lineage
+ * meanwhile.
+ * @param {Lineage} of
+ * @param {string} scene
+ * @returns {Promise<Lineage>}
+ */
+export const putScene = (of, scene) =>
+  request("PATCH", `/v1/lineages/${of.id}`, { json: { scene }, version: of.version });
+
+/** @param {Lineage} of */
+export async function hideLineage(of) {
+  const path = `/v1/lineages/${of.id}`;
+  const present = await request("GET", path);
+  return request("DELETE", path, { version: present.version });
+}
+
+/** @param {string} lineageId @returns {Promise<Generation[]>} */
+export const listGenerations = (lineageId) => readAll(`/v1/lineages/${lineageId}/generations`);
+
+/** @param {string} id @returns {Promise<Generation>} */
+export const getGeneration = (id) => request("GET", `/v1/generations/${id}`);
+
+/**
+ * @param {string} lineageId
+ * @param {{parents: string[], knobs: Knobs, locks?: Locks, count: number}} how `locks`: only with
+ *   parents
+ * @returns {Promise<Generation>}
+ */
+export const breed = (lineageId, { parents, knobs, locks, count }) =>
+  request("POST", `/v1/lineages/${lineageId}/generations`, {
+    json: {
+      parents,
+      count,
+      mutation: knobs.mutation,
+      recombination: knobs.recombination,
+      saturation: knobs.saturation,
+      energy_limit: knobs.energy_limit,
+      locks,
+      curation: "diverse",
+      constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
+    },
+  });
+
+/** @param {string} hash */
+export const getGenomeText = async (hash) =>
+  (await read(`/v1/genomes/${hash}`, "text/x-brood")).text();
+
+/** @returns {Promise<Preset[]>} */
+export const listPresets = () => request("GET", "/v1/presets");
+
+/** @returns {Promise<ExportFormat[]>} */
+export const listExports = () => request("GET", "/v1/exports");
+
+/**
+ * Adds genomes to a lineage as they are.
+ * @param {string} lineageId
+ * @param {{genomes?: string[], presets?: string[]}} json
+ * @returns {Promise<Generation>}
+ */
+export const adopt = (lineageId, json) =>
+  request("POST", `/v1/lineages/${lineageId}/adoptions`, { json });
+
+/** @param {Blob} file text or JSON @returns {Promise<{hash: string}>} */
+export async function createGenome(file) {
+  const text = await file.text();
+  const type = text.trimStart().startsWith("{") ? "application/json" : "text/x-brood";
+  return request("POST", "/v1/genomes", { body: new Blob([text]), type });
+}
+
+/** @param {Blob} file a lineage with its whole history @returns {Promise<Lineage>} */
+export const importLineage = (file) =>
+  request("POST", "/v1/lineages/import", { body: file, type: "application/json" });
+
+/** @param {string} hash @returns {Promise<{dialect: Dialect}>} */
+export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
+
+/** @param {string} id @returns {Promise<Individual>} */
+export const getIndividual = (id) => request("GET", `/v1/individuals/${id}`);
+
+/** @param {string} id @returns {Promise<Inspection>} */
+export const getInspection = (id) => request("GET", `/v1/individuals/${id}/inspection`);
+
+/**
+ * @param {Individual} of
+ * @param {{favourite?: boolean, note?: string}} json
+ * @returns {Promise<Individual>}
+ */
+export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, of.version, json);
+
+/** @param {string} id @returns {Promise<Scene>} */
+export const getScene = (id) => request("GET", `/v1/scenes/${id}`);
+
+/** @param {Scene} scene @returns {Promise<Scene>} */
+export function createScene(scene) {
+  const { id: _, ...json } = scene;
+  return request("POST", "/v1/scenes", { json });
+}
+
+/** @param {string} id @returns {Promise<import("../model.js").MeshAnswer>} */
+export const getMesh = (id) => request("GET", `/v1/meshes/${id}`);
+
+/** @param {Blob} file @returns {Promise<MeshAnswer>} */
+export const createMesh = (file) =>
+  request("POST", "/v1/meshes", { body: file, type: "model/obj" });
+
+/** @param {File} file @returns {Promise<{id: string}>} */
+export const createProfile = (file) =>
+  request("POST", "/v1/profiles", { body: file, type: "application/x-ies" });
+
+/** @param {File} file @returns {Promise<{id: string}>} */
+export const createEnvironment = (file) =>
+  request("POST", "/v1/environments", {
+    body: file,
+    type: /\.exr$/i.test(file.name) ? "image/x-exr" : "image/vnd.radiance",
+  });
+
+/**
+ * @param {string} id
+ * @param {string} sceneId
+ * @param {number} size
+ * @param {number} [light_deg] default: the scene's own
+ */
+export const pictureUrl = (id, sceneId, size, light_deg) =>
+  `/v1/individuals/${id}/render.png?size=${size}&scene=${sceneId}${light_deg === undefined ? "" : `&light_deg=${light_deg}`}`;
+
+/**
+ * Measures materials side by side.
+ * @param {string[]} materials individuals by id, genomes by hash
+ * @param {string} sceneId
+ * @param {number} size
+ * @returns {Promise<import("../model.js").Comparison>}
+ */
+export const compare = (materials, sceneId, size) =>
+  request("GET", `/v1/comparison?materials=${materials.join()}&scene=${sceneId}&size=${size}`);
+
+/** @param {string} id @param {number} size */
+export const sliceUrl = (id, size) => `/v1/individuals/${id}/slice.png?size=${size}`;
+
+/** @param {string} lineageId */
+export const eventsUrl = (lineageId) => `/v1/lineages/${lineageId}/events`;

@@ -1,0 +1,126 @@
+/**
+ * Showing generations of the open lineage: visit, undo, redo, and reading them from the server.
+ *
+ * @import { Generation } from "../model.js"
+ */
+import { batch } from "../vendor/signals-core.js";
+import { ProblemError } from "../api/request.js";
+import * as api from "../api/routes.js";
+import { saveSetting } from "../page/memory.js";
+import { guarded } from "../page/problem.js";
+import * as route from "../page/route.js";
+import { redoTarget, step, undoTarget } from "./history.js";
+import { storeGenerations } from "./individuals.js";
+import { clearReady } from "./pictures.js";
+import { lineageStore } from "./store.js";
+
+/**
+ * Scene for which the picture addresses of each generation were read.
+ * @type {Map<string, string>}
+ */
+const sceneReadFor = new Map();
+
+/** Number of navigations so far. The newest wins over answers to earlier ones that arrive late. */
+let navigations = 0;
+
+/** Number of navigations so far; a caller that waits compares it to see if the user moved on. */
+export const navigationCount = () => navigations;
+
+/** Begins a navigation. @returns {() => boolean} true as long as no other has begun */
+export function beginNavigation() {
+  const mine = ++navigations;
+  return () => mine === navigations;
+}
+
+/**
+ * Notes for which scene generations were read.
+ * @param {Generation[]} read
+ * @param {string} sceneId
+ */
+export function noteSceneOf(read, sceneId) {
+  for (const one of read) sceneReadFor.set(one.id, sceneId);
+}
+
+/** Forgets all notes, as another lineage is opened. */
+export const clearSceneNotes = () => sceneReadFor.clear();
+
+/**
+ * True if variation made it: results of a search and imported genomes do not say how to breed on.
+ * @param {Generation} of
+ */
+export const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
+
+/**
+ * Shows a generation of the open lineage.
+ * @param {string} id
+ * @param {"visit"|"undo"|"redo"} how
+ */
+export async function show(id, how) {
+  const isNewest = beginNavigation();
+  const of = lineageStore.lineage.value;
+  if (!of || lineageStore.shownId.value === id) return;
+  if (sceneReadFor.get(id) !== of.scene) await readGeneration(id, of.scene);
+  if (!isNewest()) return;
+  clearReady();
+  batch(() => {
+    lineageStore.trail.value = step(lineageStore.trail.value, lineageStore.shownId.value, id, how);
+    lineageStore.shownId.value = id;
+    lineageStore.mate.value = null;
+  });
+  saveSetting(`trail.${of.id}`, lineageStore.trail.value, "sessionStorage");
+  route.write(of.id, id);
+}
+
+/** Id of the generation that undo would show. */
+export const undoId = () =>
+  undoTarget(lineageStore.trail.value, lineageStore.descent.value, lineageStore.shownId.value);
+
+/** Id of the generation that redo would show. */
+export const redoId = () =>
+  redoTarget(lineageStore.trail.value, lineageStore.descent.value, lineageStore.shownId.value);
+
+export const undo = () => move("undo", undoId());
+export const redo = () => move("redo", redoId());
+
+/** @param {string} id */
+export const visit = (id) => move("visit", id);
+
+/** @param {"undo"|"redo"|"visit"} how @param {string|null} target */
+async function move(how, target) {
+  if (target) await guarded("stage", () => show(target, how));
+}
+
+/**
+ * @param {string} id
+ * @param {string} sceneId
+ */
+export async function readGeneration(id, sceneId) {
+  const read = await api.getGeneration(id);
+  if (read.lineage !== lineageStore.lineage.value?.id) {
+    throw new ProblemError({
+      title: "Not in this lineage",
+      status: 404,
+      detail: "That generation belongs to another lineage.",
+    });
+  }
+  sceneReadFor.set(id, sceneId);
+  storeGenerations([read]);
+}
+
+/** Reads the shown generation again if its picture addresses are of another scene. */
+export async function refreshShown() {
+  const of = lineageStore.lineage.value;
+  const id = lineageStore.shownId.value;
+  if (of && id && sceneReadFor.get(id) !== of.scene) await readGeneration(id, of.scene);
+}
+
+/**
+ * Stores a generation that was just bred by this page.
+ * @param {Generation} made
+ * @param {string} sceneId scene of the lineage at the time of the request
+ */
+export function storeBred(made, sceneId) {
+  if (made.lineage !== lineageStore.lineage.value?.id) return;
+  sceneReadFor.set(made.id, sceneId);
+  storeGenerations([made]);
+}

@@ -1,0 +1,47 @@
+/**
+ * Genomes by hash: number of instructions, machine, models with parameters. Read from the server
+ * where their models are shown or crossed; the names of an individual's models come with the
+ * individual itself.
+ *
+ * @import { Genome, Individual } from "../model.js"
+ */
+import { effect } from "../vendor/signals-core.js";
+import { getGenomeText } from "../api/routes.js";
+import { genomeIn } from "./layers.js";
+import { lineageStore } from "./store.js";
+
+/** Number of genomes kept; the oldest are dropped. */
+const KEPT = 400;
+
+/** Requests without an answer or with a failed one, which are not repeated. @type {Set<string>} */
+const asked = new Set();
+
+/** @param {Individual} of @returns {Promise<Genome>} */
+export async function genomeOf(of) {
+  const known = lineageStore.genomes.peek().get(of.hash) ?? genomeIn(await getGenomeText(of.hash));
+  if (!lineageStore.genomes.peek().has(of.hash))
+    lineageStore.genomes.value = new Map(
+      [...lineageStore.genomes.peek(), /** @type {const} */ ([of.hash, known])].slice(-KEPT),
+    );
+  return known;
+}
+
+/** Reads a genome if it is unknown; after a failure it stays unknown. @param {Individual} of */
+async function learn(of) {
+  if (lineageStore.genomes.peek().has(of.hash) || asked.has(of.hash)) return;
+  asked.add(of.hash);
+  try {
+    await genomeOf(of);
+    asked.delete(of.hash);
+  } catch {
+    // The parameters are then not shown.
+  }
+}
+
+/** Reads the genome of the centre. */
+export function watchGenomes() {
+  return effect(() => {
+    if (lineageStore.centre.value && !lineageStore.programsOnly.value)
+      void learn(lineageStore.centre.value);
+  });
+}

@@ -1,0 +1,103 @@
+/**
+ * Locks: parts of the parent that children keep. Instructions and constants are named by position,
+ * which stays from parent to child, so locks stay while generations change.
+ *
+ * @import { Channel, Generation, Locks } from "../model.js"
+ */
+import { pageStore } from "../page/store.js";
+import { lineageStore, noLocks } from "./store.js";
+
+/** @type {Channel[]} */
+export const CHANNELS = ["r", "g", "b"];
+/** @type {Record<Channel, string>} */
+export const CHANNEL_WORDS = { r: "red", g: "green", b: "blue" };
+
+/** @param {Locks} of */
+export const anyLocked = (of) => Object.values(of).some((list) => list.length > 0);
+
+/** @param {number} count @param {string} noun */
+const counted = (count, noun) => (count === 0 ? [] : [`${count} ${noun}${count === 1 ? "" : "s"}`]);
+
+/** Locked parts in words; empty where nothing is locked. @param {Locks} of */
+export function locksInWords(of) {
+  const channels = CHANNELS.filter((channel) => of.channels.includes(channel)).map(
+    (channel) => CHANNEL_WORDS[channel],
+  );
+  const kinds = /** @type {const} */ ([
+    ["instructions", "instruction"],
+    ["constants", "constant"],
+    ["layers", "model"],
+    ["parameters", "parameter"],
+  ]);
+  return [...kinds.flatMap(([kind, noun]) => counted(of[kind].length, noun)), ...channels].join(
+    ", ",
+  );
+}
+
+/**
+ * Adds an item to a list, or removes it if it is in the list.
+ * @template T
+ * @param {T[]} list
+ * @param {T} item
+ * @param {(a: T, b: T) => number} by
+ */
+export const toggled = (list, item, by) =>
+  list.includes(item) ? list.filter((one) => one !== item) : [...list, item].sort(by);
+
+/** @param {number} a @param {number} b */
+const byNumber = (a, b) => a - b;
+
+function announceLocks() {
+  const words = locksInWords(lineageStore.locks.value);
+  pageStore.announcement.value = words ? `Locked: ${words}.` : "Nothing is locked.";
+}
+
+/** @param {"instructions"|"constants"|"layers"} kind @param {number} at */
+export function toggleLock(kind, at) {
+  lineageStore.locks.value = {
+    ...lineageStore.locks.value,
+    [kind]: toggled(lineageStore.locks.value[kind], at, byNumber),
+  };
+  announceLocks();
+}
+
+/** @param {Locks} of @param {number} layer @param {string} name */
+export const hasParameter = (of, layer, name) =>
+  of.parameters.some((one) => one.layer === layer && one.name === name);
+
+/** @param {number} layer @param {string} name */
+export function toggleParameter(layer, name) {
+  const { parameters } = lineageStore.locks.value;
+  const others = parameters.filter((one) => one.layer !== layer || one.name !== name);
+  lineageStore.locks.value = {
+    ...lineageStore.locks.value,
+    parameters: others.length < parameters.length ? others : [...others, { layer, name }],
+  };
+  announceLocks();
+}
+
+/** @param {Channel} channel */
+export function toggleChannel(channel) {
+  const channels = toggled(
+    lineageStore.locks.value.channels,
+    channel,
+    (a, b) => CHANNELS.indexOf(a) - CHANNELS.indexOf(b),
+  );
+  lineageStore.locks.value = { ...lineageStore.locks.value, channels };
+  announceLocks();
+}
+
+export function unlockAll() {
+  lineageStore.locks.value = noLocks();
+  announceLocks();
+}
+
+/**
+ * Says how many twins locks have caused in a brood; empty where there are none.
+ * @param {Generation} of
+ */
+export function twinsInWords(of) {
+  const twins = of.individuals.filter((one) => one.twin).length;
+  if (twins === 0 || !of.locks || !anyLocked(of.locks)) return "";
+  return `${twins} identical ${twins === 1 ? "child" : "children"}: the lock covers almost everything`;
+}

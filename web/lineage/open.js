@@ -1,0 +1,195 @@
+/**
+ * Opening, creating, renaming and hiding lineages, and following the address.
+ *
+ * @import { Dialect, Lineage, Trail } from "../model.js"
+ */
+import { batch, effect } from "../vendor/signals-core.js";
+import { problemOf } from "../api/request.js";
+import * as api from "../api/routes.js";
+import { loadSetting, saveSetting } from "../page/memory.js";
+import { clearProblems, guarded, showProblem } from "../page/problem.js";
+import * as route from "../page/route.js";
+import { pageStore } from "../page/store.js";
+import { sceneStore } from "../scene/store.js";
+import { breedNext } from "./breed.js";
+import {
+  beginNavigation, clearSceneNotes, isBred, noteSceneOf, redoId, show, undoId,
+} from "./generations.js";
+import { clearReady } from "./pictures.js";
+import { DEFAULT_SATURATION, lineageStore, noLocks } from "./store.js";
+import { followChanges } from "./sync.js";
+
+/** Opens what the address names; without an address the newest lineage; without any, a new one. */
+export async function openFromAddress() {
+  await guarded("stage", async () => {
+    const wanted = route.parse(location.hash);
+    [pageStore.serverInfo.value, lineageStore.lineages.value] = await Promise.all([
+      api.getSystem(),
+      api.listLineages(),
+    ]);
+    if (!wanted.lineage) return openNewest();
+    try {
+      await open(wanted.lineage, wanted.generation);
+    } catch (error) {
+      if (![404, 410, 422, 400].includes(problemOf(error).status)) throw error;
+      await openNewest();
+      showProblem("stage", {
+        problem: {
+          title: "No such lineage",
+          status: 404,
+          detail: "The link names a lineage that this server does not have; the newest is shown.",
+        },
+      });
+    }
+  });
+}
+
+/** Opens the newest lineage; a new one if there is none. */
+function openNewest() {
+  const [newest] = lineageStore.lineages.value.toSorted((a, b) => b.created_ms - a.created_ms);
+  return newest ? open(newest.id, null) : create("Untitled 1");
+}
+
+/** Breeds the first brood of an empty lineage at random. @param {string} id */
+const beginAtRandom = (id) => breedNext(id, []);
+
+/**
+ * @param {string} name
+ * @param {{dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
+ *   Promise<void>}} [how] `begin`: makes the first generation in place of a random brood
+ */
+export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
+  const scene = begin && sceneStore.scene.value?.id;
+  const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene });
+  lineageStore.lineages.value = [...lineageStore.lineages.value, made];
+  await open(made.id, null, begin);
+}
+
+/**
+ * @param {string} id
+ * @param {string|null} wanted a generation; null for the newest
+ * @param {(id: string) => Promise<void>} [begin] makes the first generation of an empty lineage
+ */
+export async function open(id, wanted, begin = beginAtRandom) {
+  const isNewest = beginNavigation();
+  const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
+  const scene = await api.getScene(of.scene);
+  if (!isNewest()) return;
+  clearReady();
+  const newest = all.at(-1);
+  const target = all.find((one) => one.id === wanted) ?? newest ?? null;
+  const bred = target && isBred(target) ? target : null;
+  clearSceneNotes();
+  noteSceneOf(all, of.scene);
+  batch(() => {
+    lineageStore.lineage.value = of;
+    sceneStore.scene.value = scene;
+    lineageStore.generations.value = new Map(all.map((one) => [one.id, one]));
+    lineageStore.shownId.value = null;
+    lineageStore.mate.value = null;
+    lineageStore.trail.value = loadSetting(
+      `trail.${id}`,
+      /** @type {Trail} */ ({ past: [], future: [] }),
+      "sessionStorage",
+    );
+    lineageStore.knobs.value = {
+      mutation: bred?.mutation ?? 0.3,
+      recombination: bred?.recombination ?? 0.5,
+      isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
+      homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
+      saturation: target?.saturation ?? of.saturation,
+      energy_limit: target?.energy_limit ?? of.energy_limit,
+      ...loadSetting(`knobs.${id}`, {}),
+    };
+    lineageStore.locks.value = { ...noLocks(), ...loadSetting(`locks.${id}`, {}) };
+    pageStore.lineagesOpen.value = false;
+  });
+  followChanges(id);
+  clearProblems("stage");
+  if (wanted && target?.id !== wanted) {
+    showProblem("stage", {
+      problem: {
+        title: "Not in this lineage",
+        status: 404,
+        detail: "The link names a generation that this lineage does not have; the newest is shown.",
+      },
+    });
+  }
+  if (target) await show(target.id, "visit");
+  else await begin(id);
+}
+
+/** Opens what the address names after it was typed or the browser went back or forward. */
+export async function followAddress() {
+  const wanted = route.parse(location.hash);
+  if (!wanted.lineage) return;
+  await guarded("stage", async () => {
+    try {
+      await goTo(/** @type {string} */ (wanted.lineage), wanted.generation);
+    } catch (error) {
+      // The address is what is shared, so it has to name what is shown.
+      const [of, id] = [lineageStore.lineage.value, lineageStore.shownId.value];
+      if (of && id) route.correct(of.id, id);
+      throw error;
+    }
+  });
+}
+
+/** @param {string} to a lineage @param {string|null} id */
+async function goTo(to, id) {
+  if (to !== lineageStore.lineage.value?.id) return open(to, id);
+  if (!id || id === lineageStore.shownId.value) return;
+  if (id === undoId()) return show(id, "undo");
+  if (id === redoId()) return show(id, "redo");
+  return show(id, "visit");
+}
+
+/** @param {Lineage} of @param {string} name */
+export async function rename(of, name) {
+  const renamed = await api.patchLineage(of, { name });
+  lineageStore.lineages.value = lineageStore.lineages.value.map((one) =>
+    one.id === renamed.id ? renamed : one,
+  );
+  if (lineageStore.lineage.value?.id === renamed.id) lineageStore.lineage.value = renamed;
+}
+
+/** @param {Lineage} of */
+export async function hide(of) {
+  await api.hideLineage(of);
+  lineageStore.lineages.value = lineageStore.lineages.value.filter((one) => one.id !== of.id);
+  if (lineageStore.lineage.value?.id !== of.id) return;
+  await openNewest();
+}
+
+/**
+ * Saves the knobs and locks of the open lineage, and keeps the title and the server's state
+ * current.
+ */
+export function watchLineage() {
+  effect(() => {
+    // A server that has just started does not know its backend before the first pictures.
+    if (
+      lineageStore.readyId.value === null ||
+      !pageStore.serverInfo.peek() ||
+      pageStore.serverInfo.peek()?.backend
+    )
+      return;
+    void guarded("stage", async () => {
+      pageStore.serverInfo.value = await api.getSystem();
+    });
+  });
+  effect(() => {
+    if (lineageStore.lineage.value)
+      saveSetting(`knobs.${lineageStore.lineage.value.id}`, lineageStore.knobs.value);
+  });
+  effect(() => {
+    if (lineageStore.lineage.value)
+      saveSetting(`locks.${lineageStore.lineage.value.id}`, lineageStore.locks.value);
+  });
+  effect(() => {
+    const name = lineageStore.lineage.value?.name;
+    document.title = name
+      ? `${name} · generation ${lineageStore.generation.value?.index ?? "-"} · brood`
+      : "brood";
+  });
+}

@@ -1,0 +1,138 @@
+/**
+ * Loading of the frames' pictures: retries, the time from a click to the last picture, and
+ * `body[data-ready]`.
+ */
+import { effect } from "../vendor/signals-core.js";
+import { pageStore } from "../page/store.js";
+import { sceneStore } from "../scene/store.js";
+import { twinsInWords } from "./locks.js";
+import { lineageStore } from "./store.js";
+
+const RETRIES = 6;
+
+/** @type {Map<string, ReturnType<typeof setTimeout>>} */
+const timers = new Map();
+/** @type {number|null} */
+let clock = null;
+
+/** Starts measuring the time to the last picture, at a click. */
+export function startClock() {
+  clock = performance.now();
+  lineageStore.elapsed_ms.value = null;
+}
+
+/** Marks the shown pictures as about to be replaced. */
+export function clearReady() {
+  lineageStore.readyId.value = null;
+  delete document.body.dataset.ready;
+}
+
+/** @param {string} url */
+export function pictureLoaded(url) {
+  forgetTimer(url);
+  if (!lineageStore.loadedPictures.value.has(url))
+    lineageStore.loadedPictures.value = new Set(lineageStore.loadedPictures.value).add(url);
+  if (lineageStore.failedPictures.value.has(url))
+    lineageStore.failedPictures.value = remove(lineageStore.failedPictures.value, url);
+  checkReady();
+}
+
+/** @param {string} url */
+export function pictureFailed(url) {
+  if (timers.has(url)) return;
+  const tried = lineageStore.pictureRetries.value.get(url) ?? 0;
+  if (tried >= RETRIES) {
+    lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
+    return;
+  }
+  timers.set(
+    url,
+    setTimeout(() => retryPicture(url), 500 * 2 ** Math.min(tried, 4)),
+  );
+}
+
+/** Requests a picture again. @param {string} url */
+export function retryPicture(url) {
+  forgetTimer(url);
+  if (lineageStore.failedPictures.value.has(url))
+    lineageStore.failedPictures.value = remove(lineageStore.failedPictures.value, url);
+  lineageStore.pictureRetries.value = new Map(lineageStore.pictureRetries.value).set(
+    url,
+    (lineageStore.pictureRetries.value.get(url) ?? 0) + 1,
+  );
+}
+
+/**
+ * Requests a picture that the server reports as drawn, if it failed or waits for its next try.
+ * @param {string} url
+ */
+export function pictureAvailable(url) {
+  if (timers.has(url) || lineageStore.failedPictures.value.has(url)) retryPicture(url);
+}
+
+/** Requests all failed pictures again, after the connection was restored. */
+export function retryFailed() {
+  for (const url of [...lineageStore.failedPictures.value, ...timers.keys()]) retryPicture(url);
+}
+
+/** @param {string} url */
+function forgetTimer(url) {
+  const timer = timers.get(url);
+  if (timer === undefined) return;
+  clearTimeout(timer);
+  timers.delete(url);
+}
+
+/**
+ * @param {Set<string>} from
+ * @param {string} url
+ */
+function remove(from, url) {
+  const next = new Set(from);
+  next.delete(url);
+  return next;
+}
+
+/**
+ * Marks the generation as ready once all its pictures are loaded. Checks the images themselves,
+ * because an address seen before may load again.
+ */
+function checkReady() {
+  const shown = lineageStore.generation.value;
+  if (
+    !shown ||
+    lineageStore.breeding.value ||
+    sceneStore.busy.value ||
+    lineageStore.readyId.value === shown.id
+  )
+    return;
+  /** @type {NodeListOf<HTMLImageElement>} */
+  const images = document.querySelectorAll("img[data-frame]");
+  if (images.length === 0) return;
+  for (const image of images) {
+    if (image.dataset.generation !== shown.id || !image.complete || image.naturalWidth === 0)
+      return;
+  }
+  if (clock !== null) lineageStore.elapsed_ms.value = performance.now() - clock;
+  clock = null;
+  lineageStore.readyId.value = shown.id;
+  document.body.dataset.ready = shown.id;
+  const twins = twinsInWords(shown);
+  pageStore.announcement.value = `Generation ${shown.index}: ${shown.individuals.length} children, all pictures are loaded.${twins && ` ${twins}.`}`;
+}
+
+/** Checks again after each change of the generation or its scene. */
+export function watchReady() {
+  return effect(() => {
+    const id = lineageStore.generation.value?.id ?? null;
+    if (id === null || lineageStore.breeding.value || sceneStore.busy.value) return;
+    // Components are redrawn in a microtask that this change queues: the second one comes after it.
+    queueMicrotask(() =>
+      queueMicrotask(() => {
+        const { readyId } = lineageStore;
+        if (readyId.peek() !== null && readyId.peek() !== id) clearReady();
+        checkReady();
+      }),
+    );
+  });
+}

@@ -1,0 +1,134 @@
+/**
+ * Store of the open lineage: its generations, the one that is shown, how the next brood is bred,
+ * and what the server said about genomes. Does no requests and no drawing.
+ *
+ * @import { ExportFormat, Generation, Genome, Individual, Inspection, Knobs, Lineage, Locks,
+ *   Preset, Trail } from "../model.js"
+ * @import { Signal } from "../vendor/signals-core.js"
+ * @import { Descent } from "./history.js"
+ */
+import { computed, signal } from "../vendor/signals-core.js";
+import { descentOf } from "./history.js";
+import { isLayered } from "./layers.js";
+
+/** Number of frames around the centre. */
+export const FRAMES = 20;
+
+/** Saturation for breeding by eye: the three channels evolve independently and look garish at 1. */
+export const DEFAULT_SATURATION = 0.65;
+
+/** @returns {Locks} */
+export const noLocks = () => ({
+  instructions: [],
+  constants: [],
+  channels: [],
+  layers: [],
+  parameters: [],
+});
+
+/**
+ * The individual that a generation shows large: the centre, or after a random start the first
+ * child.
+ * @param {Generation} of
+ * @returns {Individual|null}
+ */
+export const centreOf = (of) => of.centre ?? of.individuals[0] ?? null;
+
+class LineageStore {
+  /** @type {Signal<Lineage[]>} */
+  lineages = signal([]);
+  /** The open lineage. @type {Signal<Lineage|null>} */
+  lineage = signal(null);
+  /**
+   * Generations of the open lineage by id; replaced, never changed in place.
+   * @type {Signal<Map<string, Generation>>}
+   */
+  generations = signal(new Map());
+  /** Id of the generation that is shown. @type {Signal<string|null>} */
+  shownId = signal(null);
+  /** @type {Signal<Trail>} */
+  trail = signal({ past: [], future: [] });
+  /** Individual marked as the second parent. @type {Signal<Individual|null>} */
+  mate = signal(null);
+  /** @type {Signal<Knobs>} */
+  knobs = signal({
+    mutation: 0.3,
+    recombination: 0.5,
+    isotropic: false,
+    homogeneous: false,
+    saturation: DEFAULT_SATURATION,
+    energy_limit: false,
+  });
+  /** Parts of the parent that children keep. @type {Signal<Locks>} */
+  locks = signal(noLocks());
+  /** True while a brood is being bred. @type {Signal<boolean>} */
+  breeding = signal(false);
+  /** Milliseconds from the click to the last picture. @type {Signal<number|null>} */
+  elapsed_ms = signal(null);
+
+  /** Addresses of pictures that are loaded. @type {Signal<Set<string>>} */
+  loadedPictures = signal(new Set());
+  /** Addresses of pictures whose automatic retries are used up. @type {Signal<Set<string>>} */
+  failedPictures = signal(new Set());
+  /**
+   * Retries by address. Part of the image's key, so that each retry is a new request.
+   * @type {Signal<Map<string, number>>}
+   */
+  pictureRetries = signal(new Map());
+  /** Id of the generation whose pictures are all loaded. @type {Signal<string|null>} */
+  readyId = signal(null);
+
+  /**
+   * Changes by other clients to read once the scene has settled.
+   * @type {Signal<"nothing"|"lineage"|"everything">}
+   */
+  pendingSync = signal("nothing");
+  /** Last news of a search whose results are born in the open lineage. @type {Signal<any>} */
+  jobNews = signal(null);
+
+  /** Genomes read so far, by hash. @type {Signal<Map<string, Genome>>} */
+  genomes = signal(new Map());
+  /** Inspections read so far, by genome hash. @type {Signal<Map<string, Inspection>>} */
+  inspections = signal(new Map());
+  /** Individual in the genome inspector. @type {Signal<{of: Individual, name: string}|null>} */
+  inspected = signal(null);
+  /** True if the inspector hides dead instructions. @type {Signal<boolean>} */
+  liveOnly = signal(false);
+  /** @type {Signal<"assembly"|"scalar">} */
+  codeKind = signal("assembly");
+  /**
+   * Options of the polar plot.
+   * @type {Signal<{plane: number, color: "luminance"|"r"|"g"|"b", cosine: boolean, log:
+   *   boolean}>}
+   */
+  polarOptions = signal({ plane: 0, color: "luminance", cosine: false, log: false });
+  /** @type {Signal<Preset[]>} */
+  presets = signal([]);
+  /** Languages in which the server exports source code. @type {Signal<ExportFormat[]>} */
+  exportFormats = signal([]);
+
+  /** The generation that is shown. @type {Signal<Generation|null>} */
+  generation = computed(
+    () => (this.shownId.value && this.generations.value.get(this.shownId.value)) || null,
+  );
+  /** The individual shown large. @type {Signal<Individual|null>} */
+  centre = computed(() => this.generation.value && centreOf(this.generation.value));
+  /** Generations by index. @type {Signal<Generation[]>} */
+  ordered = computed(() => [...this.generations.value.values()].sort((a, b) => a.index - b.index));
+  /** @type {Signal<Descent>} */
+  descent = computed(() => descentOf(this.ordered.value));
+  /**
+   * True if no genome of the lineage has models: it began with programs and only programs were
+   * imported.
+   * @type {Signal<boolean>}
+   */
+  programsOnly = computed(
+    () =>
+      (this.lineage.value?.dialect.length ?? 0) > 0 &&
+      !this.ordered.value.some(
+        (born) => born.individuals[0]?.operator === "adopt" && born.individuals.some(isLayered),
+      ),
+  );
+}
+
+export const lineageStore = new LineageStore();

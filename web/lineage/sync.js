@@ -1,0 +1,99 @@
+/**
+ * Changes of the open lineage by other clients: read as events report them, without changing what
+ * is shown.
+ */
+import { batch, effect } from "../vendor/signals-core.js";
+import * as api from "../api/routes.js";
+import { guarded } from "../page/problem.js";
+import { sceneStore } from "../scene/store.js";
+import { listenToLineage } from "./events.js";
+import { noteSceneOf, readGeneration, refreshShown } from "./generations.js";
+import { storeGenerations, updateIndividual } from "./individuals.js";
+import { lineageStore } from "./store.js";
+
+/** Follows the events of a lineage, and of no other any more. @param {string} id */
+export function followChanges(id) {
+  listenToLineage(id, {
+    known: (one) => lineageStore.generations.value.has(one),
+    onNewGeneration,
+    onLineageChanged,
+    onIndividualChanged,
+    onJob: (news) => {
+      lineageStore.jobNews.value = news;
+    },
+    resync,
+  });
+}
+
+/**
+ * Adds a generation that another client bred to the strip, without showing it.
+ * @param {string} id
+ */
+async function onNewGeneration(id) {
+  if (!lineageStore.lineage.value) return;
+  await guarded("stage", () => readGeneration(id, lineageStore.lineage.value?.scene ?? ""));
+  // The other client may have changed the scene too.
+  await resync(false);
+}
+
+/**
+ * Reads the lineage again; changes by this page are known already and have no higher version.
+ * @param {number} version
+ */
+async function onLineageChanged(version) {
+  const of = lineageStore.lineage.value;
+  if (of && version > of.version) await resync(false);
+}
+
+/** @param {{id: string, favourite: boolean, note: string, version: number}} news */
+function onIndividualChanged({ id, ...news }) {
+  const known = [...lineageStore.generations.value.values()]
+    .flatMap((one) => [one.centre, ...one.individuals])
+    .find((one) => one?.id === id);
+  if (known && news.version > known.version) updateIndividual(id, news);
+}
+
+/**
+ * Reads what other clients may have changed unheard.
+ * @param {boolean} all true if marks of any individual may have changed, and not only the
+ *   lineage, its scene and its list of generations
+ */
+async function resync(all) {
+  const of = lineageStore.lineage.value;
+  if (!of) return;
+  await guarded("stage", async () => {
+    const present = await api.getLineage(of.id);
+    const [scene, read] = await Promise.all([
+      present.scene === sceneStore.scene.value?.id
+        ? sceneStore.scene.value
+        : api.getScene(present.scene),
+      all || present.generations !== lineageStore.generations.value.size
+        ? api.listGenerations(of.id)
+        : [],
+    ]);
+    if (lineageStore.lineage.value?.id !== of.id) return;
+    // What was read is older than the change on its way: read again once the scene has settled.
+    if (sceneStore.busy.value || present.version < lineageStore.lineage.value.version) {
+      const pending = lineageStore.pendingSync;
+      pending.value = all || pending.value === "everything" ? "everything" : "lineage";
+      return;
+    }
+    noteSceneOf(read, present.scene);
+    batch(() => {
+      lineageStore.lineage.value = present;
+      sceneStore.scene.value = scene;
+      if (read.length > 0) storeGenerations(read);
+    });
+    await refreshShown();
+  });
+}
+
+/** Catches up once the scene has settled. */
+export function watchSync() {
+  return effect(() => {
+    const pending = lineageStore.pendingSync.value;
+    if (pending === "nothing" || sceneStore.busy.value) return;
+    lineageStore.pendingSync.value = "nothing";
+    queueMicrotask(() => void resync(pending === "everything"));
+  });
+}

@@ -1,0 +1,201 @@
+/**
+ * Camera and lights of a scene in the frame of the unrotated object, with its bounding sphere as
+ * the unit sphere. Pure functions; the same computation as the server's `sample_set/view.rs` and
+ * `lighting.rs`.
+ *
+ * @import { Camera, Scene, Vec3 } from "../model.js"
+ */
+import { strengthField } from "../scene/light_color.js";
+import { about, axes, fromDegrees } from "../scene/rotation.js";
+
+/** Largest number of lights. */
+export const LIGHTS = 8;
+/**
+ * Distance of a framing camera, relative to where the bounding sphere touches the picture's edge.
+ */
+const FRAMING_MARGIN = 1.04;
+/** Default position of a light: azimuth, elevation, and distance in radii. */
+const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
+
+const DEGREE = Math.PI / 180;
+
+/**
+ * @typedef {{centre: Vec3, radius: number}} Extent bounding sphere
+ *
+ * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, half: number, parallel: boolean,
+ *   near: number, far: number}} View `half` is half the visible height: at distance 1, or anywhere
+ *   if rays are parallel.
+ *
+ * @typedef {{place: Vec3, intensity: Vec3}} PointLight
+ */
+
+/** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
+const rotateBack = (m, [x, y, z]) => [
+  m[0] * x + m[3] * y + m[6] * z,
+  m[1] * x + m[4] * y + m[7] * z,
+  m[2] * x + m[5] * y + m[8] * z,
+];
+
+/** @param {number[]} m @param {Vec3} v @returns {Vec3} */
+const rotate = (m, [x, y, z]) => [
+  m[0] * x + m[1] * y + m[2] * z,
+  m[3] * x + m[4] * y + m[5] * z,
+  m[6] * x + m[7] * y + m[8] * z,
+];
+
+/** @param {Vec3} v @param {number} s @returns {Vec3} */
+const scaled = (v, s) => [v[0] * s, v[1] * s, v[2] * s];
+
+/** @param {Vec3} v @returns {Vec3} */
+const negated = (v) => scaled(v, -1);
+
+/** @param {number} azimuth @param {number} elevation @returns {Vec3} */
+function orbit(azimuth, elevation) {
+  const level = Math.cos(elevation * DEGREE);
+  return [
+    Math.sin(azimuth * DEGREE) * level,
+    Math.sin(elevation * DEGREE),
+    Math.cos(azimuth * DEGREE) * level,
+  ];
+}
+
+/**
+ * Converts a world position to radii from the centre.
+ * @param {Vec3} world
+ * @param {Extent} extent
+ * @returns {Vec3}
+ */
+const relative = (world, { centre, radius }) => [
+  (world[0] - centre[0]) / radius,
+  (world[1] - centre[1]) / radius,
+  (world[2] - centre[2]) / radius,
+];
+
+/** Rotation of the object in a scene. @param {Scene} scene */
+export const rotationOf = (scene) => fromDegrees(scene.rotation_deg);
+
+/**
+ * @param {Camera} camera
+ * @param {Extent} extent
+ * @param {{rotation: number[], scale: number}} pose of the object
+ * @returns {View}
+ */
+export function viewOf(camera, extent, { rotation, scale }) {
+  const { right, up, back } = axes(camera);
+  const turned = {
+    right: rotateBack(rotation, right),
+    up: rotateBack(rotation, up),
+    forward: rotateBack(rotation, negated(back)),
+  };
+  if (camera.orthographic !== undefined) {
+    const middle = relative([0, 0, 0], extent);
+    const eye = scaled(rotateBack(rotation, [middle[0], middle[1], 2 * scale]), 1 / scale);
+    return {
+      ...turned,
+      eye,
+      half: camera.orthographic / extent.radius / scale,
+      parallel: true,
+      near: 0,
+      far: 4,
+    };
+  }
+  const fov = camera.fov_y_deg ?? 30;
+  const half = Math.tan(0.5 * fov * DEGREE);
+  /** @type {Vec3} */
+  let from;
+  if (camera.eye) from = relative(camera.eye, extent);
+  else {
+    const distance = camera.distance
+      ? camera.distance / extent.radius
+      : FRAMING_MARGIN / Math.sin(0.5 * fov * DEGREE);
+    from = scaled(back, distance);
+  }
+  const eye = scaled(rotateBack(rotation, from), 1 / scale);
+  const distance = Math.hypot(...eye);
+  return {
+    ...turned,
+    eye,
+    half,
+    parallel: false,
+    near: Math.max(distance - 1.01, distance * 1e-3),
+    far: distance + 1.01,
+  };
+}
+
+/**
+ * True if a scene can be drawn live: a few point lights with an intensity or the default one, no
+ * shadows, no tone curve, curved normals.
+ * @param {Scene} scene
+ */
+export const isDrawable = (scene) =>
+  !scene.shadows &&
+  (scene.lights ?? []).length <= LIGHTS &&
+  (scene.normals ?? "curved") === "curved" &&
+  (scene.film.tone ?? "none") === "none" &&
+  (scene.lights ?? []).every(
+    (light) => (light.kind ?? "point") === "point" && strengthField(light) !== null,
+  );
+
+/** @param {import("../model.js").Channels|undefined} strength @returns {Vec3|null} */
+const channels = (strength) =>
+  typeof strength === "number" ? [strength, strength, strength] : (strength ?? null);
+
+/**
+ * @param {Pick<Scene, "lights">} scene
+ * @param {Extent} extent
+ * @param {{rotation: number[], scale: number}} pose
+ * @param {number} lightDeg how far the lights have gone round
+ * @returns {PointLight[]}
+ */
+export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
+  const circle = about([0, 1, 0], lightDeg);
+  const length = scale * extent.radius;
+  return (scene.lights ?? []).map((light) => {
+    const from = light.position
+      ? relative(light.position, extent)
+      : scaled(orbit(PLACED.azimuth, PLACED.elevation), PLACED.radii);
+    const place = scaled(rotateBack(rotation, rotate(circle, from)), 1 / scale);
+    const squared = place[0] ** 2 + place[1] ** 2 + place[2] ** 2;
+    const given = channels(light.intensity);
+    /** @type {Vec3} */
+    const intensity = given
+      ? scaled(given, 1 / length ** 2)
+      : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
+    return { place, intensity };
+  });
+}
+
+/**
+ * Strength of the strongest light, relative to one that gives irradiance pi at the centre; 1 if all
+ * are dark.
+ * @param {PointLight[]} lights
+ */
+export function strengthOf(lights) {
+  const strengths = lights.map(
+    ({ place, intensity }) =>
+      Math.max(...intensity) / (Math.PI * (place[0] ** 2 + place[1] ** 2 + place[2] ** 2)),
+  );
+  return Math.max(0, ...strengths) || 1;
+}
+
+/**
+ * Divides lights by their common strength, which automatic exposure would cancel.
+ * @param {PointLight[]} lights
+ * @param {number} strength
+ * @returns {PointLight[]}
+ */
+export const normalizedLights = (lights, strength) =>
+  lights.map((light) => ({ ...light, intensity: scaled(light.intensity, 1 / strength) }));
+
+/**
+ * Direction of a light from the middle of the picture, a unit vector: right, up, towards the eye.
+ * @param {PointLight} light
+ * @param {View} view
+ * @returns {Vec3}
+ */
+export function directionSeen({ place }, { right, up, forward }) {
+  const length = Math.hypot(...place) || 1;
+  /** @param {Vec3} axis */
+  const along = (axis) => (place[0] * axis[0] + place[1] * axis[1] + place[2] * axis[2]) / length;
+  return [along(right), along(up), -along(forward)];
+}

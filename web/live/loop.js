@@ -1,0 +1,371 @@
+/**
+ * Loop that draws the frames live: under the moving light, and while the object or a control is
+ * dragged. Draws what is ready, prepares what is missing, and draws nothing if nothing has changed.
+ * The server's pictures stay visible where this has nothing to show.
+ *
+ * @import { Cell, Individual, Scene } from "../model.js"
+ * @import { Geometry } from "./geometry.js"
+ * @import { Meter } from "./material.js"
+ * @import { Linked } from "./program.js"
+ * @import { Context } from "./canvas.js"
+ * @import { SurfacePrograms, Surface } from "./surface.js"
+ * @import { Extent, PointLight } from "./camera.js"
+ */
+import { effect } from "../vendor/signals-core.js";
+import { individualSeenIn } from "../compare/ab.js";
+import { compareStore } from "../compare/store.js";
+import { individualIn } from "../lineage/individuals.js";
+import { FRAMES, lineageStore } from "../lineage/store.js";
+import { pageStore } from "../page/store.js";
+import { extentOf } from "../scene/extents.js";
+import { sceneStore } from "../scene/store.js";
+import {
+  LIGHTS, directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
+} from "./camera.js";
+import { layOut, observePixels, openContext } from "./canvas.js";
+import { dropGeometry, loadGeometry } from "./geometry.js";
+import { lightAt, savedChoice, setLightMoving } from "./light_circle.js";
+import { readLitCells, updateLitCells } from "./lit_cells.js";
+import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
+import { MaterialCache } from "./material_cache.js";
+import { AdaptiveResolution, displayInterval } from "./resolution.js";
+import { followLight } from "./stills.js";
+import { liveStore } from "./store.js";
+import {
+  drawSurface, dropSurface, lightSurface, linkSurfacePrograms, makeSurface,
+} from "./surface.js";
+
+/** Stands for a scene without lights, which is drawn black. @type {PointLight} */
+const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
+
+/** @type {HTMLCanvasElement|null} */
+let canvas = null;
+/** @type {Context|null} */
+let context = null;
+/**
+ * @type {{pens: SurfacePrograms, dark: Linked, meter: Meter, metering: Surface, small: Surface,
+ *   large: Surface}|null}
+ */
+let tools = null;
+/** @type {{mesh: string, geometry: Geometry}|null} */
+let object = null;
+let loading = "";
+/**
+ * Keys of what the surfaces show, of the lights on them, and of what exposures were measured for.
+ */
+let drawnKey = "";
+let litKey = "";
+let meteredKey = "";
+let requested = false;
+/** Delay before a failed request is repeated. */
+const AGAIN_MS = 5000;
+/** True while materials are being compiled. */
+let makingMaterials = false;
+const resolution = new AdaptiveResolution();
+const cache = new MaterialCache(schedule);
+
+/**
+ * True if the server's pictures do not suffice: the light is elsewhere, or light or object are
+ * dragged.
+ */
+const isNeeded = () =>
+  liveStore.lightMoving.value ||
+  liveStore.restAngle.value !== 0 ||
+  sceneStore.draggedPose.value !== null ||
+  sceneStore.draggedScene.value !== null;
+
+/** Draws in the next animation frame. */
+export function schedule() {
+  if (requested || !canvas) return;
+  requested = true;
+  requestAnimationFrame(frame);
+}
+
+/** @param {HTMLCanvasElement|null} element */
+export function attachCanvas(element) {
+  if (element === canvas) return;
+  canvas = element;
+  if (!element) return;
+  element.addEventListener("webglcontextlost", (event) => {
+    event.preventDefault();
+    dropResources();
+  });
+  element.addEventListener("webglcontextrestored", () => {
+    // Extensions are lost with the context; without them surfaces cannot be drawn into.
+    if (context) context = openContext(element);
+    schedule();
+  });
+  observePixels(new ResizeObserver(schedule), element);
+}
+
+/** Drops everything that was created in a lost context. */
+function dropResources() {
+  tools = null;
+  object = null;
+  drawnKey = "";
+  litKey = "";
+  meteredKey = "";
+  cache.lose();
+  showLive(new Set());
+}
+
+/**
+ * Opens the context once the first pictures are loaded. On hardware the light then starts to
+ * circle.
+ */
+function openOnce() {
+  if (liveStore.supported.value !== null || !canvas) return;
+  context = openContext(canvas);
+  liveStore.supported.value = context !== null;
+  if (!context) return;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const begin = () => {
+    // The user may have placed the light meanwhile.
+    if (liveStore.restAngle.value !== 0 || liveStore.lightMoving.value) return;
+    if (savedChoice() ?? !(still || context?.software)) setLightMoving(true, false);
+  };
+  if (context.software) return begin();
+  // Before the first drawing, which could delay the display's frames.
+  void displayInterval().then((interval) => {
+    resolution.aimAt(interval);
+    begin();
+  });
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Scene} scene */
+async function load(gl, scene) {
+  loading = scene.mesh;
+  try {
+    const geometry = await loadGeometry(gl, scene.mesh);
+    if (!gl.isContextLost()) {
+      if (object) dropGeometry(gl, object.geometry);
+      object = { mesh: scene.mesh, geometry };
+    }
+  } catch {
+    // The server's pictures stay visible meanwhile.
+    await new Promise((done) => setTimeout(done, AGAIN_MS));
+  }
+  if (loading === scene.mesh) loading = "";
+  schedule();
+}
+
+/**
+ * Sizes the buffers, and recreates the surfaces whose size has changed.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Scene} scene
+ */
+function prepare(gl, scene) {
+  if (!canvas) return null;
+  // A texture holds the light on the large frame from each light, one below the other.
+  const slots = Math.max(1, Math.min(LIGHTS, scene.lights?.length ?? 1));
+  const layout = layOut(
+    canvas,
+    liveStore.lightMoving.value || sceneStore.draggedPose.value ? resolution.ratio : 1,
+    gl.getParameter(gl.MAX_TEXTURE_SIZE) / slots,
+  );
+  if (!layout) return null;
+  if (canvas.width !== layout.width || canvas.height !== layout.height) {
+    canvas.width = layout.width;
+    canvas.height = layout.height;
+  }
+  Object.assign(canvas.style, layout.css);
+  tools ??= {
+    pens: linkSurfacePrograms(gl),
+    dark: linkDark(gl),
+    meter: makeMeter(gl),
+    metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
+    small: makeSurface(gl, layout.small, slots),
+    large: makeSurface(gl, layout.large, slots),
+  };
+  for (const name of /** @type {const} */ (["small", "large"])) {
+    if (tools[name].side === layout[name] && tools[name].slots === slots) continue;
+    dropSurface(gl, tools[name]);
+    tools[name] = makeSurface(gl, layout[name], slots);
+    drawnKey = "";
+  }
+  // Without enough memory nothing is drawn.
+  return tools.small.whole && tools.large.whole ? { layout, ...tools } : null;
+}
+
+/** @param {Set<Cell>} cells */
+function showLive(cells) {
+  // The last drawing must not show behind the server's pictures.
+  if (canvas) canvas.style.visibility = cells.size > 0 ? "visible" : "hidden";
+  const before = liveStore.liveCells.value;
+  if (cells.size !== before.size || [...cells].some((cell) => !before.has(cell)))
+    liveStore.liveCells.value = cells;
+}
+
+/** @type {Cell[]} */
+const CELLS = ["centre", ...Array(FRAMES).keys()];
+
+/** True if an individual can be drawn live. @param {Individual|null} of */
+const isLiveDrawn = (of) => of !== null && liveStore.sceneDrawable.value;
+
+/** True if an individual is shown by the server's pictures only. @param {Individual|null} of */
+export const isServerDrawn = (of) => of !== null && !liveStore.sceneDrawable.value;
+
+/**
+ * Publishes where the light is.
+ * @param {Scene} scene
+ * @param {Extent} extent
+ * @param {number} degrees
+ */
+function publishLight(scene, extent, degrees) {
+  const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
+  const of = individualSeenIn("centre");
+  // The dot has to be where the picture below it has the light.
+  const pictured =
+    of && !liveStore.liveCells.value.has("centre") && !isLiveDrawn(of)
+      ? (liveStore.still.value?.degrees ?? 0)
+      : degrees;
+  const [light] = lightsOf(scene, extent, pose, (scene.light_deg ?? 0) + pictured);
+  const direction = light ? directionSeen(light, viewOf(scene.camera, extent, pose)) : null;
+  liveStore.drawnLight.value = { degrees, direction };
+}
+
+/**
+ * Draws nothing, but moves the light of the server's pictures.
+ * @param {Scene} scene
+ * @param {number} degrees
+ */
+function followOnServer(scene, degrees) {
+  resolution.pause();
+  showLive(new Set());
+  const extent = sceneStore.extents.peek().get(scene.mesh);
+  if (extent) publishLight(scene, extent, degrees);
+  else void extentOf(scene.mesh).then(schedule, () => {});
+  if (liveStore.lightMoving.value) schedule();
+}
+
+/** @param {number} now */
+function frame(now) {
+  requested = false;
+  const scene = sceneStore.editedScene.value;
+  const gl = context?.gl;
+  if (!gl || gl.isContextLost() || !scene || !lineageStore.generation.value || !isNeeded()) {
+    resolution.pause();
+    liveStore.still.value = null;
+    return showLive(new Set());
+  }
+  const degrees = lightAt(now);
+  // A new brood's own pictures come first.
+  if (
+    !lineageStore.breeding.value &&
+    lineageStore.readyId.value === lineageStore.generation.value.id
+  )
+    followLight(degrees, liveStore.lightMoving.value);
+  if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
+    return followOnServer(scene, degrees);
+  if (object?.mesh !== scene.mesh) {
+    if (loading !== scene.mesh) void load(gl, scene);
+    return showLive(new Set());
+  }
+  // Time spent on compiling materials does not count as drawing.
+  if (!(liveStore.lightMoving.value || sceneStore.draggedPose.value) || makingMaterials)
+    resolution.pause();
+  else if (resolution.step(now)) drawnKey = "";
+  const prepared = prepare(gl, scene);
+  if (!prepared) return showLive(new Set());
+  const { layout, pens, dark, meter, metering, small, large } = prepared;
+  const { geometry } = object;
+  const base = scene.light_deg ?? 0;
+  const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
+  const view = viewOf(scene.camera, geometry.extent, pose);
+  const key = JSON.stringify([scene.mesh, scene.camera, pose.rotation, pose.scale]);
+  if (key !== drawnKey) {
+    for (const surface of [metering, small, large]) drawSurface(gl, pens, surface, geometry, view);
+    drawnKey = key;
+    litKey = "";
+  }
+  /** @param {number} at */
+  const lightsAt = (at) => {
+    const there = lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
+    return there.length > 0 ? there : [DARK];
+  };
+  const lights = lightsAt(degrees);
+  const lit = JSON.stringify(lights.map((light) => light.place));
+  const strength = strengthOf(lights);
+  const all = Array.from({ length: METER_ANGLES }, (_, k) =>
+    normalizedLights(lightsAt((360 * k) / METER_ANGLES), strength),
+  ).flat();
+  if (lit !== litKey) {
+    if (litKey === "") lightSurface(gl, pens, metering, all);
+    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights);
+    litKey = lit;
+  }
+  // While the object rotates, the lit cells would be outdated before they are known.
+  const learning =
+    !sceneStore.draggedPose.value &&
+    [small, large].map((surface) => readLitCells(gl, surface)).includes(true);
+  for (const surface of [small, large]) updateLitCells(gl, surface.parts, lights);
+  const lightsKey = JSON.stringify([
+    key,
+    all.map((light) => [light.place, light.intensity.map(Math.fround)]),
+  ]);
+  if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
+    cache.remeter(gl);
+    meteredKey = lightsKey;
+  }
+  /** @type {Individual[]} */
+  const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
+  // The centre is last in the order of rows, but is looked at first.
+  const centre = individualIn("centre");
+  const first = [centre, compareStore.pinned.value, ...individuals]
+    .filter((one) => one !== null)
+    .filter(isLiveDrawn);
+  makingMaterials = cache.work(gl, first, {
+    meter,
+    look: { surface: metering, lights: all },
+    within: geometry.within,
+    together: context?.together ?? 1,
+  });
+  const exposure = scene.film.exposure;
+  const materials = layout.squares.flatMap((square) => {
+    const of = individualSeenIn(square.cell);
+    const material = of && cache.drawable(of);
+    return material ? [{ ...square, material }] : [];
+  });
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.disable(gl.SCISSOR_TEST);
+  gl.clearColor(0, 0, 0, 0);
+  gl.clear(gl.COLOR_BUFFER_BIT);
+  for (const { cell, corner, material } of materials) {
+    const surface = cell === "centre" ? large : small;
+    const where = {
+      corner,
+      gain: exposure === "auto" ? material.gain / strength : 2 ** exposure,
+      marks: pageStore.clippingShown.value,
+    };
+    drawMaterial(gl, material, dark, { surface, lights }, where);
+  }
+  const cells = new Set(materials.map(({ cell }) => cell));
+  showLive(cells);
+  publishLight(scene, geometry.extent, degrees);
+  if (makingMaterials || learning || liveStore.lightMoving.value) schedule();
+}
+
+/** Draws whenever something visible has changed. */
+export function watchLive() {
+  effect(() => {
+    if (lineageStore.readyId.value !== null) setTimeout(openOnce);
+  });
+  effect(() => {
+    // Subscribes to all that a drawing depends on; the loop reads it again.
+    void [
+      lineageStore.generation.value,
+      sceneStore.editedScene.value,
+      sceneStore.draggedScene.value,
+      sceneStore.draggedPose.value,
+      liveStore.lightMoving.value,
+      liveStore.restAngle.value,
+      liveStore.supported.value,
+      pageStore.clippingShown.value,
+      compareStore.pinned.value,
+      compareStore.flipped.value,
+      compareStore.targetInCentre.value,
+    ];
+    schedule();
+  });
+  document.addEventListener("visibilitychange", schedule);
+}

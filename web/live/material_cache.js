@@ -1,0 +1,145 @@
+/**
+ * Cache of compiled materials by genome hash. Fetches their code, and compiles a few at a time.
+ *
+ * @import { Individual } from "../model.js"
+ * @import { Look, Material, Meter } from "./material.js"
+ */
+import { getText, problemOf } from "../api/request.js";
+import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+
+/** Number of materials kept: three broods, so that going back and forth compiles nothing. */
+const KEPT = 64;
+/** Requests at a time; browsers allow six connections to a server, and pictures come first. */
+const FETCHES = 2;
+/** Delay before a request is repeated that the server could not answer. */
+const AGAIN_MS = 5000;
+
+/**
+ * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean,
+ *   failed: boolean, used: number}} Entry `failed`: the server refused the request or could not be
+ *   reached a moment ago.
+ */
+
+export class MaterialCache {
+  /** @type {Map<string, Entry>} */
+  #entries = new Map();
+  #fetching = 0;
+  #clock = 0;
+  #changed;
+
+  /** @param {() => void} changed is called when something has arrived */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  /** The material of an individual if it can be drawn, else null. @param {Individual} of */
+  drawable(of) {
+    const material = this.#entries.get(of.hash)?.material;
+    return material?.drawable ? material : null;
+  }
+
+  /**
+   * Prepares wanted materials in order, few at a time, so that the page stays responsive.
+   * @param {WebGL2RenderingContext} gl
+   * @param {Individual[]} wanted
+   * @param {{meter: Meter, look: Look, within: number, together: number}} scene `look`: where
+   *   exposure is measured; `within`: bound on the object's texture coordinates; `together`: number
+   *   of shaders compiled at a time
+   * @returns {boolean} true if there is more to do
+   */
+  work(gl, wanted, scene) {
+    this.#clock += 1;
+    let busy = 0;
+    const lights = scene.look.lights.length / METER_ANGLES;
+    for (const of of wanted) {
+      const entry = this.#entry(of.hash);
+      entry.used = this.#clock;
+      const outgrown = entry.within < scene.within && !entry.fetching;
+      if (entry.material && (outgrown || entry.material.lights !== lights)) {
+        dropMaterial(gl, entry.material);
+        entry.material = null;
+      }
+      if (outgrown) entry.source = null;
+      if (entry.failed || entry.material?.state === "refused" || entry.material?.state === "ready")
+        continue;
+      if (entry.source === null) {
+        if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene.within);
+        continue;
+      }
+      if (busy === scene.together) continue;
+      busy += 1;
+      if (entry.material) advance(gl, entry.material, scene);
+      else entry.material = makeMaterial(gl, entry.source, lights);
+    }
+    this.#forget(gl);
+    return busy > 0;
+  }
+
+  /**
+   * Measures all exposures again after object or lights have changed.
+   * @param {WebGL2RenderingContext} gl
+   */
+  remeter(gl) {
+    for (const { material } of this.#entries.values()) if (material) remeter(gl, material);
+  }
+
+  /** Drops the materials of a lost context, but not their code. */
+  lose() {
+    for (const entry of this.#entries.values()) entry.material = null;
+  }
+
+  /** @param {string} hash @returns {Entry} */
+  #entry(hash) {
+    const known = this.#entries.get(hash);
+    if (known) return known;
+    /** @type {Entry} */
+    const entry = {
+      source: null,
+      within: 0,
+      material: null,
+      fetching: false,
+      failed: false,
+      used: 0,
+    };
+    this.#entries.set(hash, entry);
+    return entry;
+  }
+
+  /** @param {Individual} of @param {Entry} entry @param {number} within */
+  async #fetch(of, entry, within) {
+    entry.fetching = true;
+    entry.within = within;
+    this.#fetching += 1;
+    try {
+      entry.source = await getText(
+        `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`,
+      );
+    } catch (error) {
+      // The server's picture stays, as without a GPU.
+      entry.failed = true;
+      const { status } = problemOf(error);
+      if (status === 0 || status >= 500) {
+        setTimeout(() => {
+          entry.failed = false;
+          this.#changed();
+        }, AGAIN_MS);
+      }
+    }
+    entry.fetching = false;
+    this.#fetching -= 1;
+    this.#changed();
+  }
+
+  /** @param {WebGL2RenderingContext} gl */
+  #forget(gl) {
+    if (this.#entries.size <= KEPT) return;
+    const old = [...this.#entries].filter(
+      ([, entry]) => entry.used < this.#clock && !entry.fetching,
+    );
+    old.sort(([, a], [, b]) => a.used - b.used);
+    for (const [hash, entry] of old.slice(0, this.#entries.size - KEPT)) {
+      if (entry.material) dropMaterial(gl, entry.material);
+      this.#entries.delete(hash);
+    }
+  }
+}

@@ -1,0 +1,49 @@
+/**
+ * Store of live drawing: which frames are drawn in the browser, and the light on its circle.
+ *
+ * @import { Cell, Vec3 } from "../model.js"
+ * @import { Signal } from "../vendor/signals-core.js"
+ * @import { Still } from "./stills.js"
+ */
+import { computed, signal } from "../vendor/signals-core.js";
+import { loadSetting } from "../page/memory.js";
+import { sceneStore } from "../scene/store.js";
+import { isDrawable } from "./camera.js";
+
+/** Default speed of the light, degrees a second. */
+const SPEED = 40;
+
+class LiveStore {
+  /** Frames that are drawn in the browser. @type {Signal<Set<Cell>>} */
+  liveCells = signal(new Set());
+  /** True if this browser can draw live; null until it was tried. @type {Signal<boolean|null>} */
+  supported = signal(null);
+  /** True while the light circles. @type {Signal<boolean>} */
+  lightMoving = signal(false);
+  /** Degrees a second. @type {Signal<number>} */
+  lightSpeed = signal(loadSetting("light-speed", SPEED));
+  /**
+   * Degrees from the light's place in the scene at which it rests; while it moves, where it was set
+   * last.
+   * @type {Signal<number>}
+   */
+  restAngle = signal(0);
+  /**
+   * Light of the server's pictures that follow it; null while it is at its place in the scene.
+   * @type {Signal<Still|null>}
+   */
+  still = signal(null);
+  /**
+   * Present angle of the light and its direction from the centre as the camera sees it (null
+   * without a light). Changes with every drawing, so no component may depend on it.
+   * @type {Signal<{degrees: number, direction: Vec3|null}|null>}
+   */
+  drawnLight = signal(null);
+
+  /** True if the scene is one that can be drawn live. @type {Signal<boolean>} */
+  sceneDrawable = computed(
+    () => sceneStore.editedScene.value === null || isDrawable(sceneStore.editedScene.value),
+  );
+}
+
+export const liveStore = new LiveStore();

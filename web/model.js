@@ -1,0 +1,116 @@
+/**
+ * Types of the page: the server's from `types.d.ts`, refined where the API's description leaves a
+ * field open, and the page's own. Contains no code.
+ *
+ * @import * as api from "./types.js"
+ *
+ * The server's types:
+ *
+ * @typedef {api.Individual} Individual
+ *
+ * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null}} Generation
+ *
+ * @typedef {Omit<api.ListedLineage, "dialect"> & {dialect: Dialect}} Lineage
+ *
+ * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,
+ *   isotropic?: boolean, homogeneous?: boolean}} Dialect
+ *
+ * @typedef {"r"|"g"|"b"} Channel
+ *
+ * @typedef {{layer: number, name: string}} ParameterLock
+ *
+ * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[],
+ *   parameters: ParameterLock[]}} Locks
+ *
+ * @typedef {[number, number, number]} Vec3
+ *
+ * @typedef {{orbit_deg?: [number, number]|null, distance?: number|null, fov_y_deg?: number|null,
+ *   eye?: Vec3, target?: Vec3, up?: Vec3, orthographic?: number}} Camera
+ *   One of the API's cameras, with the fields of all.
+ *
+ * @typedef {api.Tone} Tone
+ *
+ * @typedef {api.Film} Film
+ *
+ * @typedef {NonNullable<api.Light["kind"]>} LightKind
+ *
+ * @typedef {number|Vec3|null} Channels one number for all channels, or one each
+ *
+ * @typedef {{kind?: LightKind, position?: Vec3|null, intensity?: Channels,
+ *   irradiance_w_m2?: Channels, radiance_w_m2_sr?: Channels, scale?: Channels, profile?: string,
+ *   image?: string, samples?: number}} Light
+ *   One of the API's lights, with the fields that the page uses; others are sent back unchanged.
+ *
+ * @typedef {Omit<Partial<api.SceneAnswer>, "camera"|"lights"|"rotation_deg"> & {mesh: string,
+ *   rotation_deg: Vec3, scale: number, camera: Camera, film: Film, lights?: Light[]}} Scene
+ *
+ * @typedef {api.MeshAnswer} MeshAnswer
+ *
+ * @typedef {api.SystemAnswer} SystemAnswer
+ *
+ * @typedef {Partial<api.Problem> & {title: string, status: number, detail: string}} Problem
+ *
+ * @typedef {Omit<api.PresetAnswer, "dialect"> & {dialect: Dialect}} Preset
+ *
+ * @typedef {api.ExportFormat} ExportFormat
+ *
+ * @typedef {api.Energy} Energy
+ *
+ * @typedef {api.Curve} Curve
+ *
+ * @typedef {api.Plane} Plane
+ *
+ * @typedef {api.Inspection} Inspection
+ *
+ * @typedef {api.Compared} Compared
+ *
+ * @typedef {api.Comparison} Comparison
+ *
+ * @typedef {"samples"|"slice"|"merl"|"rgl"|"cornell"|"image"} TargetKind
+ *
+ * @typedef {api.TargetPixels} PixelCounts
+ *
+ * @typedef {Omit<api.TargetView, "scene"> & {scene: Scene}} TargetView
+ *
+ * @typedef {Omit<api.Target, "kind"|"views"> & {kind: TargetKind, views?: TargetView[]}} Target
+ *
+ * @typedef {api.SearchState} JobState
+ *
+ * @typedef {api.FoundMaterial} Found a result of a search, which is an individual of its lineage
+ *
+ * @typedef {{seconds?: number, generations?: number, evaluations?: number}} Budget one of the three
+ *
+ * @typedef {Omit<api.SearchAnswer, "budget"> & {budget: Budget}} Job
+ *
+ * @typedef {api.SearchLine} LogLine
+ *
+ * The page's own types:
+ *
+ * @typedef {{name: string, value: number[]|string}} Parameter one number, three, or a word
+ *
+ * @typedef {{model: string, parameters: Parameter[]}} Layer
+ *
+ * @typedef {{instructions: number, machine: string, layers: Layer[]}} Genome
+ *   Content of a genome's text; `machine`: dialect of its program.
+ *
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|
+ *   "light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"|"activeTarget"|
+ *   "searches"|"target"|"search"|"job"|"found"} Place
+ *   Place on the page where a problem is shown.
+ *
+ * @typedef {{problem: Problem, retry?: () => void}} ShownProblem
+ *
+ * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
+ *   saturation: number, energy_limit: boolean}} Knobs
+ *
+ * @typedef {{past: string[], future: string[]}} Trail
+ *   Generations visited before the one shown, and those that undo has left; nearest last.
+ *
+ * @typedef {number|"centre"} Cell slot 0 to 19 of the frames, or the centre
+ *
+ * @typedef {{rotation: number[], scale: number, kind: "rotate"|"scale"}} DraggedPose
+ *   Pose of an object while it is dragged: rotation as a row-major 3 x 3 matrix, and scale.
+ *
+ * @typedef {{name: string, answer: MeshAnswer}} UploadedMesh
+ */
+export {};

@@ -1,0 +1,53 @@
+/**
+ * Problems shown at the place on the page where they happened.
+ *
+ * @import { Place, ShownProblem } from "../model.js"
+ */
+import { problemOf } from "../api/request.js";
+import { pageStore } from "./store.js";
+
+/**
+ * @param {Place} place
+ * @param {ShownProblem} problem
+ */
+export function showProblem(place, problem) {
+  pageStore.problems.value = { ...pageStore.problems.value, [place]: problem };
+}
+
+/** @param {Place[]} places */
+export function clearProblems(...places) {
+  if (!places.some((place) => pageStore.problems.value[place])) return;
+  const next = { ...pageStore.problems.value };
+  for (const place of places) delete next[place];
+  pageStore.problems.value = next;
+}
+
+/**
+ * Runs work, and shows its failure at a place with a way to try again.
+ * @param {Place} place
+ * @param {() => Promise<void>} work
+ */
+export async function guarded(place, work) {
+  try {
+    clearProblems(place);
+    await work();
+  } catch (error) {
+    showProblem(place, { problem: problemOf(error), retry: () => void guarded(place, work) });
+  }
+}
+
+/** Places whose exclusive work is running. @type {Set<Place>} */
+const running = new Set();
+
+/**
+ * The same for work that must not run twice at a time, such as creating a lineage: calls during a
+ * run are dropped.
+ * @param {Place} place
+ * @param {() => Promise<void>} work
+ */
+export async function runExclusive(place, work) {
+  if (running.has(place)) return;
+  running.add(place);
+  await guarded(place, work);
+  running.delete(place);
+}

@@ -1,0 +1,242 @@
+/**
+ * Changes of the scene: object, rotation, scale, lights, film, and uploads of OBJ files. Sends one
+ * change at a time and loses none.
+ *
+ * @import { Light, Place, Scene } from "../model.js"
+ */
+import { batch, effect } from "../vendor/signals-core.js";
+import { problemOf } from "../api/request.js";
+import * as api from "../api/routes.js";
+import { refreshShown } from "../lineage/generations.js";
+import { clearReady, startClock } from "../lineage/pictures.js";
+import { lineageStore } from "../lineage/store.js";
+import { loadSetting, saveSetting } from "../page/memory.js";
+import { clearProblems, guarded, showProblem } from "../page/problem.js";
+import { pageStore } from "../page/store.js";
+import { extentOf } from "./extents.js";
+import { sceneStore } from "./store.js";
+
+/** Meshes that the server generates. */
+export const BUILT_IN = ["sphere", "torus", "cube", "knob"];
+
+/** Largest OBJ file that the server accepts. */
+const OBJ_BYTES = 32 * 1024 * 1024;
+
+/** @type {Promise<unknown>} */
+let queue = Promise.resolve();
+let waiting = 0;
+/**
+ * The next change in the queue; further changes for the same place are merged into it.
+ * @type {{of: string, place: Place, changes: Partial<Scene>, work: Promise<void>}|null}
+ */
+let next = null;
+
+/** Resolves when no change of the scene is on its way. */
+export const sceneSettled = () => queue;
+
+/**
+ * Changes the scene of the open lineage.
+ * @param {Place} place where a refusal is shown
+ * @param {(present: Scene) => Partial<Scene>} change
+ * @returns {Promise<void>}
+ */
+export function changeScene(place, change) {
+  const left = sceneStore.editedScene.value;
+  const of = lineageStore.lineage.value;
+  if (!left || !of) return Promise.resolve();
+  const changes = change(left);
+  sceneStore.pendingScene.value = { ...sceneStore.pendingScene.value, ...changes };
+  sceneStore.busy.value = true;
+  clearReady();
+  startClock();
+  if (next?.of === of.id && next.place === place) {
+    Object.assign(next.changes, changes);
+    return next.work;
+  }
+  waiting += 1;
+  const mine = { of: of.id, place, changes, work: Promise.resolve() };
+  next = mine;
+  mine.work = queue.then(() => {
+    if (next === mine) next = null;
+    return guarded(place, () => apply(of.id, mine.changes));
+  });
+  queue = mine.work.finally(() => {
+    waiting -= 1;
+    if (waiting > 0) return;
+    sceneStore.pendingScene.value = null;
+    sceneStore.busy.value = false;
+  });
+  return mine.work;
+}
+
+/** Number of attempts to apply a change on top of concurrent changes by other clients. */
+const TRIES = 4;
+
+/** @param {string} lineageId @param {Partial<Scene>} changes */
+async function apply(lineageId, changes) {
+  for (let tried = 1; ; tried += 1) {
+    const of = lineageStore.lineage.value;
+    const present = sceneStore.scene.value;
+    if (!of || !present || of.id !== lineageId) return;
+    const wanted = await api.createScene({ ...present, ...changes });
+    // After a retry the scene may be right already, and only the pictures missing.
+    if (!wanted.id || wanted.id === present.id) return refreshShown();
+    try {
+      const changed = await api.putScene(of, wanted.id);
+      if (lineageStore.lineage.value?.id !== lineageId) return;
+      storeConfirmed(changed, wanted);
+      return refreshShown();
+    } catch (error) {
+      if (problemOf(error).status !== 412 || tried === TRIES) throw error;
+      const theirs = await api.getLineage(lineageId);
+      const scene = await api.getScene(theirs.scene);
+      if (lineageStore.lineage.value?.id === lineageId) storeConfirmed(theirs, scene);
+    }
+  }
+}
+
+/** @param {import("../model.js").Lineage} of @param {Scene} scene */
+function storeConfirmed(of, scene) {
+  batch(() => {
+    lineageStore.lineage.value = of;
+    sceneStore.scene.value = scene;
+  });
+}
+
+/**
+ * Adapts lights to another object: a light with a strength but no position stays at the same
+ * distance in radii, so its strength must grow with the square of the radius.
+ * @param {Light[]} lights
+ * @param {string} from
+ * @param {string} to
+ * @returns {Promise<Light[]>}
+ */
+async function lightsOn(lights, from, to) {
+  if (!lights.some((light) => light.intensity && !light.position)) return lights;
+  const [before, after] = await Promise.all([extentOf(from), extentOf(to)]);
+  /** @param {Light} light @param {number} factor @returns {Light} */
+  const times = (light, factor) => {
+    const intensity =
+      typeof light.intensity === "number"
+        ? /** @type {const} */ ([light.intensity, light.intensity, light.intensity])
+        : light.intensity;
+    return {
+      ...light,
+      intensity: intensity && [intensity[0] * factor, intensity[1] * factor, intensity[2] * factor],
+    };
+  };
+  return lights.map((light) =>
+    light.position ? light : times(light, (after.radius / before.radius) ** 2),
+  );
+}
+
+/** @param {string} mesh */
+export async function chooseObject(mesh) {
+  const present = sceneStore.editedScene.value;
+  if (!present || mesh === present.mesh) return;
+  await guarded("object", async () => {
+    const lights = await lightsOn(present.lights ?? [], present.mesh, mesh);
+    await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights }));
+  });
+}
+
+/** Kinds of light that need a file. */
+const FILES = { ies: api.createProfile, environment: api.createEnvironment };
+/**
+ * Samples of light from all around: fewer than the server's default, so that a brood is rendered in
+ * seconds.
+ */
+const SKY_SAMPLES = 16;
+/** Kinds of light that have a position. */
+const PLACED = ["point", "spot", "ies", "sphere", "disk", "rectangle"];
+
+/**
+ * Replaces the first light. Keeps its position, and takes the default strength of the new kind.
+ * @param {import("../model.js").LightKind} kind
+ * @param {Partial<Light>} [more]
+ */
+const setLight = (kind, more) =>
+  changeScene("light", ({ lights: [first, ...others] = [] }) => {
+    const position = PLACED.includes(kind) && first?.position ? { position: first.position } : {};
+    return { lights: [{ kind, ...position, ...more }, ...others] };
+  });
+
+/** @param {import("../model.js").LightKind} kind one that needs no file */
+export const chooseLight = (kind) =>
+  setLight(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
+
+/**
+ * Uploads an IES profile or an environment picture, and lights the object with it.
+ * @param {"ies"|"environment"} kind
+ * @param {File} file
+ */
+export function lightByFile(kind, file) {
+  clearProblems("light");
+  pageStore.announcement.value = `Reading ${file.name}.`;
+  return guarded("light", async () => {
+    const { id } = await FILES[kind](file);
+    await setLight(kind, kind === "ies" ? { profile: id } : { image: id, samples: SKY_SAMPLES });
+  });
+}
+
+/** @param {boolean} shadows */
+export const setShadows = (shadows) => changeScene("light", () => ({ shadows }));
+
+/** @param {import("../model.js").Tone} tone */
+export const setTone = (tone) =>
+  changeScene("film", (present) => ({ film: { ...present.film, tone } }));
+
+/** @param {"auto"|number} exposure */
+export const setExposure = (exposure) =>
+  changeScene("film", (present) => ({ film: { ...present.film, exposure } }));
+
+/**
+ * Uploads an OBJ file, shows its warnings, and makes it the object of the lineage.
+ * @param {File} file
+ */
+export async function uploadObj(file) {
+  clearProblems("object");
+  pageStore.knobsOpen.value = true;
+  if (file.size > OBJ_BYTES) {
+    showProblem("object", {
+      problem: {
+        title: "The file is too large",
+        status: 413,
+        detail: `An OBJ file may have 32 MiB; ${file.name} has ${(file.size / 2 ** 20).toFixed(1)} MiB.`,
+      },
+    });
+    return;
+  }
+  pageStore.announcement.value = `Reading ${file.name}.`;
+  await guarded("object", async () => {
+    const answer = await api.createMesh(file);
+    sceneStore.meshes.value = [
+      ...sceneStore.meshes.value.filter((one) => one.answer.id !== answer.id),
+      { name: file.name, answer },
+    ].slice(-20);
+    saveSetting("meshes", sceneStore.meshes.value);
+    pageStore.announcement.value = `${file.name}: ${answer.triangles} triangles, ${answer.warnings.length} warnings.`;
+    await chooseObject(answer.id);
+  });
+}
+
+export function loadMeshes() {
+  const kept = loadSetting("meshes", sceneStore.meshes.value);
+  if (Array.isArray(kept)) sceneStore.meshes.value = kept;
+}
+
+/** Reads the warnings of an object that another client uploaded. */
+export function watchMeshes() {
+  effect(() => {
+    const id = sceneStore.scene.value?.mesh;
+    const isKnown = () => sceneStore.meshes.peek().some((one) => one.answer.id === id);
+    if (!id || BUILT_IN.includes(id) || isKnown()) return;
+    void guarded("object", async () => {
+      const answer = await api.getMesh(id);
+      if (!isKnown())
+        sceneStore.meshes.value = [...sceneStore.meshes.peek(), { name: "uploaded", answer }].slice(
+          -20,
+        );
+    });
+  });
+}

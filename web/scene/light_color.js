@@ -1,0 +1,138 @@
+/**
+ * Colour and strength of a light as the controls set them, and as its radiant intensity in the
+ * scene. Linear light in the scene, sRGB in the controls.
+ *
+ * The two controls are independent: the colour is scaled so that its strongest channel is 1, and
+ * the strength counts stops from the scene's default light (irradiance pi at the centre of the
+ * object).
+ *
+ * @import { Extent } from "../live/camera.js"
+ * @import { Channels, Light, Vec3 } from "../model.js"
+ */
+
+/** Distance in radii of a light without a position. */
+const PLACED_RADII = 4;
+
+/** @typedef {{color: string, ev: number}} LightSetting `color` as `#rrggbb` */
+
+/** Setting of the default light. @type {LightSetting} */
+export const NEUTRAL = { color: "#ffffff", ev: 0 };
+
+/** @param {number} code 0 to 255 @returns {number} */
+function linear(code) {
+  const c = code / 255;
+  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+}
+
+/** @param {number} x 0 to 1 @returns {number} 0 to 255 */
+const encoded = (x) =>
+  Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
+
+/**
+ * The brightest colour of the same hue, in linear light. Black counts as white.
+ * @param {string} color
+ * @returns {Vec3}
+ */
+export function hueOf(color) {
+  const [r, g, b] = [1, 3, 5].map((at) => linear(Number.parseInt(color.slice(at, at + 2), 16)));
+  const strongest = Math.max(r, g, b);
+  return strongest > 0 ? [r / strongest, g / strongest, b / strongest] : [1, 1, 1];
+}
+
+/** Fields that may hold the strength of a light. */
+const STRENGTHS = [
+  "intensity",
+  "intensity_cd",
+  "flux_w",
+  "flux_lm",
+  "irradiance_w_m2",
+  "illuminance_lx",
+  "radiance_w_m2_sr",
+  "luminance_nit",
+  "scale",
+];
+
+/**
+ * Field that the controls adjust, by kind. Lights with an area are not adjusted, because their
+ * strength depends on their size.
+ */
+const ADJUSTED = /** @type {const} */ ({
+  point: "intensity",
+  spot: "intensity",
+  ies: "intensity",
+  directional: "irradiance_w_m2",
+  ambient: "radiance_w_m2_sr",
+  environment: "scale",
+  sphere: null,
+  disk: null,
+  rectangle: null,
+});
+
+/**
+ * Field that the controls adjust; null if there is none or the scene gives the strength in another
+ * field.
+ * @param {Light} light
+ */
+export function strengthField(light) {
+  const field = ADJUSTED[light.kind ?? "point"];
+  const given = Object.entries(light).filter(
+    ([name, value]) => value !== null && STRENGTHS.includes(name),
+  );
+  return given.every(([name]) => name === field) ? field : null;
+}
+
+/**
+ * Default strength of a light: irradiance pi at the centre of the object; for an environment the
+ * picture's own.
+ * @param {Light} light
+ * @param {Extent} extent of the unturned object
+ */
+export function neutralStrength(light, extent) {
+  const field = strengthField(light);
+  if (field === "irradiance_w_m2") return Math.PI;
+  return field === "intensity" ? neutralIntensity(light, extent) : 1;
+}
+
+/**
+ * Intensity that gives irradiance pi at the centre of the object.
+ * @param {Light} light
+ * @param {Extent} extent of the unturned object
+ */
+export function neutralIntensity({ position }, { centre, radius }) {
+  const distance = position
+    ? Math.hypot(position[0] - centre[0], position[1] - centre[1], position[2] - centre[2])
+    : PLACED_RADII * radius;
+  return Math.PI * distance ** 2;
+}
+
+/**
+ * @param {LightSetting} lamp
+ * @param {number} plain strength at 0 EV
+ * @returns {Vec3|null} null for the default light
+ */
+export function intensityOf({ color, ev }, plain) {
+  const [r, g, b] = hueOf(color);
+  if (ev === 0 && r === 1 && g === 1 && b === 1) return null;
+  const strength = 2 ** ev * plain;
+  return [r * strength, g * strength, b * strength];
+}
+
+/**
+ * @param {Channels|undefined} strength
+ * @param {number} plain strength at 0 EV
+ * @returns {LightSetting|null} null if the light is dark
+ */
+export function settingOf(strength, plain) {
+  if (strength === null || strength === undefined) return NEUTRAL;
+  const intensity = typeof strength === "number" ? [strength, strength, strength] : strength;
+  const strongest = Math.max(...intensity);
+  if (!(strongest > 0 && plain > 0)) return null;
+  const color = intensity
+    .map((channel) =>
+      encoded(channel / strongest)
+        .toString(16)
+        .padStart(2, "0"),
+    )
+    .join("");
+  return { color: `#${color}`, ev: Math.round(100 * Math.log2(strongest / plain)) / 100 };
+}

@@ -1,0 +1,150 @@
+/**
+ * The right pane: facts and note of the centre, exports, comparison, favourites.
+ *
+ * @import { Generation, Individual } from "../../model.js"
+ */
+import { effect } from "../../vendor/signals-core.js";
+import { pin } from "../../compare/ab.js";
+import { nameOf, setNote } from "../../lineage/breed.js";
+import { visit } from "../../lineage/generations.js";
+import { inspect } from "../../lineage/inspections.js";
+import { openInspector } from "../../lineage/inspector.js";
+import { isLayered } from "../../lineage/layers.js";
+import { lineageStore } from "../../lineage/store.js";
+import { albedoInWords, madeBy, reflectsInWords } from "../../page/format.js";
+import { guarded } from "../../page/problem.js";
+import { pageStore } from "../../page/store.js";
+import { centreAsStart, searchFrom } from "../../search/draft.js";
+import { Compare, Pin } from "../compare/ab.js";
+import { Fact } from "../control.js";
+import { html } from "../html.js";
+import { isPlain } from "../keys.js";
+import { ProblemBox } from "../problem.js";
+import { TargetSection } from "../search/active_target.js";
+import { Exports, listFormats } from "./exports.js";
+import { Layers } from "./layers.js";
+
+/**
+ * Delay before the centre is inspected, so that a user who breeds on at once causes no inspections.
+ */
+const INSPECT_DELAY_MS = 400;
+
+/** Inspects the centre, for its largest albedo, once its pictures are loaded. */
+function inspectCentre() {
+  const of = lineageStore.centre.value;
+  const isDue = pageStore.detailsOpen.value && lineageStore.readyId.value !== null;
+  if (!of || !isDue || lineageStore.inspections.peek().has(of.hash)) return;
+  const look = async () => {
+    await inspect(of);
+  };
+  const timer = setTimeout(() => void guarded("centre", look), INSPECT_DELAY_MS);
+  return () => clearTimeout(timer);
+}
+
+/** Opens the form of a search that starts from the centre. */
+function fromCentre() {
+  const start = centreAsStart();
+  if (start) searchFrom(start.of, start.name);
+}
+
+/** Text of a note that is not saved yet. @type {{of: Individual, text: string}|null} */
+let note = null;
+
+/** Pause in writing after which a note is saved. */
+const SAVE_DELAY_MS = 1500;
+/** @type {ReturnType<typeof setTimeout>|undefined} */
+let saveTimer;
+
+/** @param {Individual} of @param {string} text */
+function writeNote(of, text) {
+  note = { of, text };
+  clearTimeout(saveTimer);
+  saveTimer = setTimeout(saveNote, SAVE_DELAY_MS);
+}
+
+function saveNote() {
+  const left = note;
+  note = null;
+  if (left) void setNote(left.of, left.text);
+}
+
+export function watchDetails() {
+  effect(() => {
+    if (pageStore.detailsOpen.value && lineageStore.generation.value) listFormats("centre");
+  });
+  effect(inspectCentre);
+  effect(() => {
+    // A note of the centre before is saved, even in the middle of a word.
+    const id = lineageStore.centre.value?.id;
+    if (note && note.of.id !== id) saveNote();
+  });
+  addEventListener("pagehide", saveNote);
+}
+
+function Centre() {
+  const of = lineageStore.centre.value;
+  const within = lineageStore.generation.value;
+  if (!of || !within) return null;
+  const energy = lineageStore.inspections.value.get(of.hash)?.energy;
+  const layers = isLayered(of) ? lineageStore.genomes.value.get(of.hash)?.layers : undefined;
+  return html`
+    <section aria-labelledby="centre-title">
+      <h2 id="centre-title">Centre</h2>
+      <dl>
+        ${(of.live_instructions > 0 || !isLayered(of)) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
+        <${Fact} name="largest albedo" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />
+        <${Fact} name="made by" value=${madeBy(of)} />
+        <${Fact} name="parents" value=${of.parents.length || "none"} />
+        <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
+        <${Fact} name="brood's seed" value=${within.seed} />
+      </dl>
+      ${layers && html`<${Layers} of=${layers} lockable=${true} />`}
+      <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
+      <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
+      <${Exports} of=${of} within=${within} place="centre" />
+      <label class="note">Note
+        <textarea rows="2" maxlength="10000" data-testid="note" defaultValue=${of.note} key=${of.id}
+          onInput=${(/** @type {Event} */ event) => writeNote(of, /** @type {HTMLTextAreaElement} */ (event.target).value)} onChange=${saveNote}></textarea>
+      </label>
+      <${ProblemBox} place="centre" />
+    </section>
+  `;
+}
+
+/** @param {Generation} born @param {Individual} of */
+async function showFavourite(born, of) {
+  await visit(born.id);
+  pageStore.focusedCell.value = of.slot < 20 ? of.slot : "centre";
+}
+
+/** @param {Individual} of @param {Generation} born */
+const pinFavourite = (of, born) => pin(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
+
+/** @param {Individual} of @param {Generation} born */
+const keyB = (of, born) => (/** @type {KeyboardEvent} */ event) => {
+  if (isPlain(event, "b")) pinFavourite(of, born);
+};
+
+function Favourites() {
+  const found = lineageStore.ordered.value.flatMap((born) => born.individuals.filter((one) => one.favourite).map((of) => ({ born, of })));
+  return html`
+    <section aria-labelledby="favourites">
+      <h2 id="favourites">Favourites</h2>
+      ${found.length === 0
+        ? html`<p class="small">None yet. Mark one with the star on a frame, or F.</p>`
+        : html`<ul class="gallery">${found.map(({ born, of }) => html`
+            <li key=${of.id} onKeyDown=${keyB(of, born)}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
+              <img src=${of.thumbnail} alt="" loading="lazy" />
+            </button><${Pin} name=${`favourite ${of.slot + 1} of generation ${born.index}`} onClick=${() => pinFavourite(of, born)} /></li>`)}</ul>`}
+    </section>
+  `;
+}
+
+export function Details() {
+  return html`
+    <aside class="pane right" aria-label="Details">
+      <button type="button" class="close" aria-label="Close the details" onClick=${() => (pageStore.detailsOpen.value = false)}>×</button>
+      <${Centre} /><${TargetSection} /><${Compare} /><${Favourites} />
+    </aside>
+  `;
+}
