@@ -4,32 +4,32 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description Body of `POST /v1/lineages/{id}/adoptions`; 1 to 256 genomes and presets together. */
+        /** @description Body of `POST /v1/lineages/{id}/adoptions`: 1 to 256 genomes and presets together. */
         Adopt: {
             /**
-             * @description Hashes of genomes that were saved or bred. Shorter ones than the lineage's dialect says are padded with instructions
-             *     that change nothing.
+             * @description Hashes of stored genomes. A genome shorter than the dialect's length is padded with
+             *     instructions that change nothing.
              */
             genomes?: string[];
             /** @description Names of presets. */
             presets?: string[];
         };
-        /** @description Answer of `GET /v1/jobs/{id}`: a search, or the job that renders a brood's pictures. */
+        /** @description Response of `GET /v1/jobs/{id}`: a search or a render job. */
         AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["JobAnswer"];
         /**
-         * @description Which evaluator is wanted.
+         * @description Requested evaluator.
          * @enum {string}
          */
         Backend: "auto" | "cpu" | "gpu" | "reference";
-        /** @description Which evaluator runs, and why. */
+        /** @description Evaluator that a worker uses. */
         BackendReport: {
-            /** @description The adapter or instruction set it runs on. */
+            /** @description Name of the GPU adapter, or instruction set of the CPU. */
             adapter: string;
-            /** @description Whether it passed the exactness probe. */
+            /** @description True if the evaluator passed the bit-exactness check. */
             exact: boolean;
-            /** @description `cpu`, `gpu` or `reference`. */
+            /** @description Kind of evaluator: `cpu`, `gpu` or `reference`. */
             name: string;
-            /** @description Why it was chosen. */
+            /** @description Reason for this choice. */
             reason: string;
         };
         /** @description Body of `POST /v1/lineages/{id}/generations`. */
@@ -37,54 +37,62 @@ export interface components {
             constraints?: components["schemas"]["DialectConstraints"] | null;
             /**
              * Format: int32
-             * @description 1 to 256.
+             * @description Number of children, 1 to 256. Default: 20.
              */
             count?: number;
-            /** @description How much is done for variety. */
+            /** @description Effort for variety. Default: `distinct`. */
             curation?: components["schemas"]["Curation"];
-            /** @description Whether the children are under the energy limit; absent: as the first parent is, or the lineage's default. */
+            /**
+             * @description True to put the children under the energy limit. Default: as the first parent, or the
+             *     lineage's default.
+             */
             energy_limit?: boolean | null;
             /**
-             * @description Parts of the first parent that its children keep: `instructions` by position, `constants` by number, `channels` of
-             *     `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and `name`.
+             * @description Parts of the first parent that its children keep: `instructions` by position, `constants` by
+             *     number, `channels` of `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and
+             *     `name`.
              */
             locks?: Record<string, never> | null;
             /**
              * Format: float
-             * @description 0 to 1.
+             * @description Mutation amount, 0 to 1. Default: 0.3.
              */
             mutation?: number;
-            /** @description None: a random start. One: mutation. Two: recombination, then mutation; the first is the centre. */
+            /**
+             * @description Parents, at most 2. None: random children. One: mutation. Two: recombination, then mutation;
+             *     the first parent is the centre.
+             */
             parents?: components["schemas"]["ParentRef"][];
             /**
              * Format: float
-             * @description 0 to 1: expected share of the second parent.
+             * @description Expected share of the second parent's blocks, 0 to 1. Default: 0.5.
              */
             recombination?: number;
             /**
              * Format: float
-             * @description Colour matrix of the children, 0 grey to 1 as evolved; absent: the first parent's, or the lineage's default.
+             * @description Colour saturation of the children, from 0 (grey) to 1 (unchanged). Default: that of the
+             *     first parent, or the lineage's default.
              */
             saturation?: number | null;
             seed?: components["schemas"]["Seed"] | null;
         };
-        /** @description What ends a search. */
+        /** @description Budget of a search. */
         Budget: {
             /**
              * Format: double
-             * @description So much time, not counting pauses and restarts.
+             * @description Time in seconds, without pauses and restarts.
              */
             seconds: number;
         } | {
             /**
              * Format: int32
-             * @description So many generations.
+             * @description Number of generations.
              */
             generations: number;
         } | {
             /**
              * Format: int64
-             * @description The generation in which so many materials have been held against samples.
+             * @description Number of evaluated candidates. The search ends after the generation that reaches it.
              */
             evaluations: number;
         };
@@ -102,7 +110,7 @@ export interface components {
              */
             fov_y_deg: number | null;
             /**
-             * @description Azimuth (0 looks from +z, 90 from +x) and elevation, degrees.
+             * @description Azimuth (0 is +z, 90 is +x) and elevation, degrees.
              * @default [
              *       30,
              *       20
@@ -119,7 +127,7 @@ export interface components {
              */
             fov_y_deg: number | null;
             /**
-             * @description The point in the middle of the picture.
+             * @description Point in the middle of the picture.
              * @default [
              *       0,
              *       0,
@@ -128,7 +136,7 @@ export interface components {
              */
             target: number[] | null;
             /**
-             * @description A direction that is upwards in the picture.
+             * @description Up direction of the picture.
              * @default [
              *       0,
              *       1,
@@ -139,122 +147,134 @@ export interface components {
         } | {
             /**
              * Format: double
-             * @description Half the height of what is seen.
+             * @description Half the height of the view.
              */
             orthographic: number;
         };
-        /** @description One of them. */
+        /** @description RequestedMaterial compared material. */
         Compared: {
-            /** @description Directional albedo and the mirror direction over the angle of incidence. */
+            /** @description Directional albedo and mirror reflection over the angle of incidence. */
             curves: components["schemas"]["CurvePoint"][];
             difference?: components["schemas"]["Difference"] | null;
-            /** @description Content hash of its genome. */
+            /** @description Content hash of the genome. */
             hash: string;
-            /** @description Names of its models. */
+            /** @description Names of the genome's models. */
             layers: string[];
-            /** @description As it was asked for. */
+            /** @description Individual id or genome hash, as requested. */
             material: components["schemas"]["ParentRef"];
-            /** @description Where its picture under another light is. */
+            /** @description URL of the picture under the other light. */
             other_light: string;
-            /** @description In numbers. */
+            /** @description Summary values of the optical behaviour. */
             phenomena: components["schemas"]["Phenomena"];
-            /** @description Where its picture is. */
+            /** @description URL of the picture. */
             picture: string;
         };
-        /** @description Materials side by side. */
+        /** @description Comparison of materials. */
         Comparison: {
             /**
              * Format: double
-             * @description One exposure for all: the scene's, or the automatic one of the first material.
+             * @description Exposure of all pictures in EV: the scene's, or the automatic exposure of the first
+             *     material.
              */
             exposure_ev: number;
-            /** @description In the order asked for. */
+            /** @description Materials in the order requested. */
             materials: components["schemas"]["Compared"][];
             /**
              * Format: double
-             * @description How much further along its circle the other light is, in degrees.
+             * @description Angle in degrees by which the other light is further along its circle.
              */
             other_light_deg: number;
-            /** @description The scene of the pictures: the one asked for, with the exposure fixed. */
+            /** @description Scene of the pictures: the requested one with a fixed exposure. */
             scene: components["schemas"]["SceneId"];
             /**
              * Format: int32
-             * @description Side of the pictures.
+             * @description Side of the pictures in pixels.
              */
             size_px: number;
         };
         /** @description Body of `POST /v1/lineages`. */
         CreateLineage: {
-            /** @description What genomes of the lineage may use. */
+            /** @description Dialect: restricts the programs of all genomes in the lineage. */
             dialect?: Record<string, never>;
-            /** @description Whether random children are under the energy limit. */
+            /** @description True to put random children under the energy limit. Default: false. */
             energy_limit?: boolean;
-            /** @description Shown to people; 1 to 200 characters. */
+            /** @description Display name, 1 to 200 characters. */
             name: string;
-            /** @description Free text, up to 10,000 characters. */
+            /** @description Notes, up to 10,000 characters. Default: empty. */
             notes?: string;
             /**
              * Format: float
-             * @description Colour matrix of random children: 0 grey to 1 as evolved.
+             * @description Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
              */
             saturation?: number;
             scene?: components["schemas"]["SceneId"] | null;
             /**
              * Format: int32
-             * @description 16 to 1024.
+             * @description Side of the thumbnails in pixels, 16 to 1024. Default: 256.
              */
             thumbnail_px?: number;
         };
-        /** @description Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` is given. */
+        /**
+         * @description Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` must be
+         *     given.
+         */
         CreateSearch: {
             /**
              * Format: int64
-             * @description Ends with the generation in which so many materials have been held against samples: the same result on every machine.
+             * @description Number of evaluated candidates, 1 to 10^12. The search ends after the generation that
+             *     reaches it. The result is the same on every machine.
              */
             evaluations?: number | null;
             /**
              * Format: int64
-             * @description Ends after so many generations: the same result on every machine.
+             * @description Number of generations, 1 to 100,000. The result is the same on every machine.
              */
             generations?: number | null;
-            /** @description `fit`. */
+            /** @description Must be `fit`. */
             kind: components["schemas"]["FitKind"];
             lineage?: components["schemas"]["LineageId"] | null;
-            /** @description The material is its own mirror image, so that the fit need not tell left from right. */
+            /**
+             * @description True if the material is mirror symmetric, so that the fit need not distinguish left from
+             *     right. Default: false.
+             */
             mirrored?: boolean;
-            /** @description What people call it; the target's name unless said. */
+            /** @description Display name, 1 to 200 characters. Default: the name of the target. */
             name?: string | null;
             /**
              * Format: double
-             * @description Ends after so much time.
+             * @description Time budget in seconds, above 0 and at most 604,800 (7 days).
              */
             seconds?: number | null;
             seed?: components["schemas"]["Seed"] | null;
-            /** @description Individuals to start from, by the strategies that can. */
+            /** @description Individuals to start from, at most 64. Not every strategy can use every individual. */
             start?: components["schemas"]["IndividualId"][];
-            /** @description How to search. */
+            /**
+             * @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `hybrid`, or `gp` if no
+             *     other strategy can start from the given individuals.
+             */
             strategy?: string | null;
-            /** @description What is to be matched. */
+            /** @description Id of the target to match. */
             target: components["schemas"]["TargetId"];
             /**
              * Format: double
-             * @description Ends before its budget is used up where the error on samples held back from the fit is no more than this.
+             * @description Error at which the search ends before its budget is used up: E_log on the validation
+             *     samples, above 0. Default: none.
              */
             target_error?: number | null;
             /**
              * Format: int64
-             * @description Threads to use; all of the worker's unless said. They change no result.
+             * @description Number of threads, 1 to 256. Default: all threads of the worker. Does not affect the result.
              */
             threads?: number | null;
         };
         /**
-         * @description How much the server does for the variety of a brood.
+         * @description Effort that the server makes for the variety of a brood.
          * @enum {string}
          */
         Curation: "off" | "distinct" | "diverse";
         /** @description f for one incident direction. */
         Curve: {
-            /** @description Red, green and blue; in each one value for each outgoing angle. */
+            /** @description Red, green and blue, each with one value per outgoing angle. */
             f: number[][];
             /**
              * Format: double
@@ -262,91 +282,94 @@ export interface components {
              */
             theta_i_deg: number;
         };
-        /** @description Both curves at one angle of incidence. */
+        /** @description Values of both curves at one angle of incidence. */
         CurvePoint: {
-            /** @description Directional albedo of red, green and blue: the share of light from that direction that is sent back in all. */
+            /**
+             * @description Directional albedo of red, green and blue: share of light from that direction that is
+             *     reflected.
+             */
             albedo: number[];
             /**
              * Format: double
-             * @description What the eye makes of the three.
+             * @description Luminance of the albedo.
              */
             luminance: number;
             /**
              * Format: double
-             * @description f towards the mirror direction times cos_i cos_o, over the same at normal incidence: for facets of one shape F G over
-             *     that of the normal. 0 where nothing is reflected at the normal.
+             * @description f cos_i cos_o in the mirror direction relative to normal incidence; for microfacets F G
+             *     relative to normal incidence. 0 if nothing is reflected at normal incidence.
              */
             mirror: number;
             /**
              * Format: double
-             * @description The angle, degrees from the normal.
+             * @description Angle of incidence, in degrees from the normal.
              */
             theta_deg: number;
         };
-        /** @description Overrides of the lineage's switches; the child's genome carries the result. */
+        /** @description Overrides of the lineage's dialect. The genomes of the children contain the result. */
         DialectConstraints: {
-            /** @description u and v read as 0. */
+            /** @description True: programs read 0 for u and v, so materials are homogeneous. */
             homogeneous?: boolean | null;
-            /** @description p5 and p6 read as 0. */
+            /** @description True: programs read 0 for the inputs p5 and p6, so materials are isotropic. */
             isotropic?: boolean | null;
         };
-        /** @description How far a picture is from the first. */
+        /** @description Distance of a picture from the first one. */
         Difference: {
             /**
              * Format: double
              * @description Mean FLIP error of the developed pictures.
              */
             flip: number;
-            /** @description Where the absolute difference of linear values as exposed is shown. */
+            /** @description URL of the picture of absolute differences of exposed linear values. */
             picture: string;
             /**
              * Format: double
-             * @description Root mean square of the same.
+             * @description Root mean square of the differences.
              */
             rmse: number;
         };
-        /** @description The largest share of the light from one direction that is reflected. */
+        /** @description Largest directional albedo: the share of light from one direction that is reflected. */
         Energy: {
             /**
              * Format: double
-             * @description What f is divided by: 1 without the limit.
+             * @description Divisor of f; 1 without the limit.
              */
             divisor: number;
             /**
              * Format: double
-             * @description Relative error bound of both, estimated (docs/maths/energy.md).
+             * @description Estimated relative error bound of both albedos (docs/maths/energy.md).
              */
             error_bound: number;
-            /** @description Whether the genome asks for the limit. */
+            /** @description True if the genome has the energy limit. */
             limited: boolean;
             /**
              * Format: double
-             * @description The largest directional albedo over incident directions, channels and, where they are read, texture positions of
-             *     [0, 1]^2, as the genome is seen: under the energy limit where it asks for that.
+             * @description Largest directional albedo over incident directions, channels and, if the program reads
+             *     them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
              */
             max_albedo: number;
-            /** @description Reflectances that this took. */
+            /** @description Number of reflectances evaluated. */
             samples: number;
             /**
              * Format: double
-             * @description Where it is largest: degrees from the normal.
+             * @description Angle of incidence of the largest albedo, in degrees from the normal.
              */
             theta_deg: number;
             /**
              * Format: double
-             * @description The same without the limit.
+             * @description Largest directional albedo before the energy limit.
              */
             unlimited_albedo: number;
         };
-        /** @description A format that there is. */
+        /** @description Export format. */
         ExportFormat: {
-            /** @description Ending of a file's name. */
+            /** @description File name extension. */
             extension: string;
-            /** @description What it is. */
+            /** @description Name for people. */
             label: string;
-            /** @description Its media type. */
+            /** @description Media type of the file. */
             media_type: string;
-            /** @description As addresses name it. */
+            /** @description Name used in URLs. */
             name: string;
         };
         /** @description Measured from the picture, or a fixed number of EV. */
@@ -354,356 +377,372 @@ export interface components {
         /** @description One brood. */
         FileGeneration: {
             centre?: components["schemas"]["IndividualId"] | null;
-            /** @description Overrides as asked for. */
+            /** @description Constraints as requested. */
             constraints?: components["schemas"]["DialectConstraints"];
             /**
              * Format: int64
-             * @description When it was made, milliseconds since 1970.
+             * @description Time of creation, milliseconds since 1970.
              */
             created_ms: number;
-            /** @description How much was done for variety. */
+            /** @description Curation of the brood. */
             curation: components["schemas"]["Curation"];
-            /** @description Energy limit as asked for. */
+            /** @description Energy limit as requested. */
             energy_limit?: boolean | null;
-            /** @description The children by slot. */
+            /** @description Children by slot. */
             individuals: components["schemas"]["FileIndividual"][];
-            /** @description Parts of the first parent that were kept. */
+            /** @description Parts of the first parent that the children kept. */
             locks?: Record<string, never> | null;
             /**
              * Format: float
-             * @description Amount of mutation.
+             * @description Amount of mutation, 0 to 1.
              */
             mutation: number;
-            /** @description Individuals of earlier generations of the file, or genomes by hash. */
+            /** @description Individuals of earlier generations in the file, or genomes by hash. */
             parents: components["schemas"]["ParentRef"][];
             /**
              * Format: float
-             * @description Expected share of the second parent.
+             * @description Expected share of the second parent, 0 to 1.
              */
             recombination: number;
             /**
              * Format: float
-             * @description Colour matrix as asked for.
+             * @description Saturation as requested.
              */
             saturation?: number | null;
-            /** @description The seed that was used. */
+            /** @description Seed of the brood. */
             seed: components["schemas"]["Seed"];
         };
         /** @description One child. */
         FileIndividual: {
             /**
              * Format: int32
-             * @description Draws it took.
+             * @description Number of draws for this slot.
              */
             attempts: number;
-            /** @description Marked by a person. */
+            /** @description True if a user marked it as a favourite. */
             favourite?: boolean;
-            /** @description Content hash of its genome. */
+            /** @description Content hash of the genome. */
             hash: string;
-            /** @description Its id in the file; it gets a new one when it is taken in. */
+            /** @description Id in the file; replaced by a new id on import. */
             id: components["schemas"]["IndividualId"];
-            /** @description A person's words. */
+            /** @description Note of a user. */
             note?: string;
-            /** @description `random`, `mutate` or `recombine`. */
+            /** @description Operator: `random`, `mutate`, `recombine`, `adopt` or `fit`. */
             operator: string;
             /**
              * Format: int32
-             * @description Place in its brood.
+             * @description Place in the brood, from 0.
              */
             slot: number;
-            /** @description Whether it is a twin all the same. */
+            /** @description True if the child is a twin. */
             twin?: boolean;
         };
-        /** @description A file that a light of the scene refers to. */
+        /** @description File of one of the scene's lights. */
         FileLightAsset: {
-            /** @description As it was uploaded, base64. */
+            /** @description Contents as uploaded, base64. */
             bytes: string;
-            /** @description What it is. */
+            /** @description Kind of the file. */
             kind: components["schemas"]["LightAssetKind"];
         };
         /** @description Exposure and tone curve. */
         Film: {
             /**
-             * @description "auto" or a fixed number of EV.
+             * @description "auto" or a fixed exposure in EV.
              * @default auto
              */
             exposure: components["schemas"]["Exposure"];
             /**
-             * @description The tone curve.
+             * @description Tone curve.
              * @default none
              */
             tone: components["schemas"]["Tone"];
         };
         /**
-         * @description The word of searches.
+         * @description `kind` of a search.
          * @enum {string}
          */
         FitKind: "fit";
-        /** @description A material that a search has found and made an individual of its lineage. */
+        /** @description Material that a search has found and added to its lineage as an individual. */
         FoundMaterial: {
             /**
              * Format: double
-             * @description By what the energy limit divides.
+             * @description Divisor that the energy limit applies to f; 1 or more.
              */
             divisor: number;
             /**
              * Format: double
-             * @description E_cbrt on the samples held out.
+             * @description E_cbrt on the held-out samples: root mean square difference of the cube root of f cos_i.
              */
             e_cbrt: number;
             /**
              * Format: double
-             * @description E_log on the samples held out.
+             * @description E_log on the held-out samples: root mean square difference of ln(1 + f cos_i).
              */
             e_log: number;
             /**
              * Format: double
-             * @description E_log on the samples it was fitted to.
+             * @description E_log on the fitted samples.
              */
             e_log_fitted: number;
             /**
              * Format: int32
-             * @description The generation of the search in which it was found.
+             * @description Generation of the search in which the material was found, from 1.
              */
             generation: number;
-            /** @description Hash of its genome. */
+            /** @description Content hash of the genome. */
             hash: string;
-            /** @description The individual. */
+            /** @description Id of the individual. */
             individual: components["schemas"]["IndividualId"];
             /**
              * Format: int32
-             * @description Numbers that were fitted.
+             * @description Number of fitted parameters.
              */
             numbers: number;
             /**
              * Format: int32
-             * @description Scalar operations a sample, under the energy limit.
+             * @description Scalar operations per sample, including the energy limit.
              */
             operations: number;
             /**
              * Format: double
-             * @description Relative L2 difference on the samples held out.
+             * @description Relative L2 difference of f cos_i on the held-out samples.
              */
             relative_l2: number;
-            /** @description Where its picture is. */
+            /** @description Path of the thumbnail. */
             thumbnail?: string | null;
-            /** @description How far it is from each picture of the target, in their order; null where the target is no pictures. */
+            /**
+             * @description Difference from each image of the target, in the target's order; null unless the target is
+             *     an image.
+             */
             views?: components["schemas"]["FoundView"][] | null;
         };
-        /** @description How far a material that was found is from a picture. */
+        /** @description Difference of a found material's picture from an image of the target. */
         FoundView: {
             /**
              * Format: double
-             * @description Mean FLIP error of both pictures at one exposure.
+             * @description Mean FLIP error at equal exposure, 0 to 1.
              */
             flip: number;
             /**
              * Format: double
-             * @description What the material's picture was multiplied by: 1 unless brightness is not known.
+             * @description Factor applied to the material's picture before the comparison; 1 unless the brightness of
+             *     the image is unknown.
              */
             gain: number;
-            /** @description Whether nothing was fitted to the picture. */
+            /** @description True if the image was held out: it was not fitted. */
             held_out: boolean;
             /**
              * Format: double
-             * @description Root mean square difference of linear radiance, over all pixels that are neither masked nor clipped.
+             * @description Root mean square difference of linear radiance over all pixels that are neither masked nor
+             *     clipped.
              */
             rmse: number;
         };
-        /** @description Answer of `GET /v1/jobs/{id}/front`. */
+        /** @description Response of `GET /v1/jobs/{id}/front`. */
         Front: {
-            /** @description The best first, then by length; empty until the search has ended. */
+            /**
+             * @description Materials of the front: the best first, then by decreasing length. Empty until the search
+             *     has ended.
+             */
             items: components["schemas"]["FoundMaterial"][];
         };
-        /** @description One brood. */
+        /** @description Generation: one brood, with everything needed to breed it again. */
         Generation: {
             centre?: components["schemas"]["Individual"] | null;
-            /** @description Overrides as asked for. */
+            /** @description Overrides of the dialect, as requested. */
             constraints: components["schemas"]["DialectConstraints"];
             /**
              * Format: int64
-             * @description When it was made, milliseconds since 1970.
+             * @description Creation time, in milliseconds since 1970-01-01 UTC.
              */
             created_ms: number;
-            /** @description How much was done for variety. */
+            /** @description Curation that was used. */
             curation: components["schemas"]["Curation"];
-            /** @description Energy limit as asked for. */
+            /** @description Energy limit, as requested. */
             energy_limit?: boolean | null;
-            /** @description Its id. */
+            /** @description Id of the generation. */
             id: components["schemas"]["GenerationId"];
             /**
              * Format: int64
              * @description Position in the lineage, from 0.
              */
             index: number;
-            /** @description The children by slot. */
+            /** @description Children, by slot. */
             individuals: components["schemas"]["Individual"][];
-            /** @description Its lineage. */
+            /** @description Id of its lineage. */
             lineage: components["schemas"]["LineageId"];
-            /** @description Parts of the first parent that were kept. */
+            /** @description Locked parts of the first parent. */
             locks?: Record<string, never> | null;
             /**
              * Format: float
-             * @description Amount of mutation.
+             * @description Mutation amount, 0 to 1.
              */
             mutation: number;
-            /** @description The parents as asked for. */
+            /** @description Parents, as requested. */
             parents: components["schemas"]["ParentRef"][];
             /**
              * Format: float
-             * @description Expected share of the second parent.
+             * @description Expected share of the second parent's blocks, 0 to 1.
              */
             recombination: number;
             /**
              * Format: float
-             * @description Colour matrix as asked for.
+             * @description Colour saturation, 0 to 1, as requested.
              */
             saturation?: number | null;
-            /** @description The seed that was used; the same seed gives the same children. */
+            /** @description Seed that was used. The same request with this seed gives the same children. */
             seed: components["schemas"]["Seed"];
         };
         /**
          * Format: uuid
-         * @description One brood.
+         * @description Id of a generation.
          */
         GenerationId: string;
-        /** @description The hash of a genome that was saved. */
+        /** @description Hash of a stored genome. */
         GenomeAnswer: {
             /** @description Content hash, 64 hexadecimal digits. */
             hash: string;
         };
-        /** @description One material that was born. */
+        /** @description Individual: a genome in its place in a brood. */
         Individual: {
-            /** @description Marked by a person. */
+            /** @description True if a user marked the individual as a favourite. */
             favourite: boolean;
-            /** @description Content hash of its genome, 64 hexadecimal digits. */
+            /** @description Content hash of the genome: 64 hexadecimal digits. */
             hash: string;
-            /** @description Its id. */
+            /** @description Id of the individual. */
             id: components["schemas"]["IndividualId"];
-            /** @description Names of the models that it has besides its program, lowest first; absent where there are none. */
+            /**
+             * @description Names of the genome's layers (analytic models added to the program), lowest first. Absent if
+             *     there are none.
+             */
             layers?: string[];
             /**
              * Format: int32
-             * @description Instructions that can change the result.
+             * @description Number of live instructions, those that can change the result.
              */
             live_instructions: number;
-            /** @description A person's words. */
+            /** @description Note of a user. */
             note: string;
-            /** @description `random`, `mutate` or `recombine`. */
+            /** @description Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`. */
             operator: string;
-            /** @description Its parents. */
+            /** @description Parents, as they were given in the request. */
             parents: components["schemas"]["ParentRef"][];
             /**
              * Format: int32
-             * @description Place in its brood.
+             * @description Slot in the brood, from 0.
              */
             slot: number;
-            /** @description Where its picture is. */
+            /** @description Path of the thumbnail. */
             thumbnail: string;
-            /** @description True where no draw gave a program unlike its parents' and siblings'. */
+            /** @description True if no draw gave a program that differs from those of its parents and siblings. */
             twin?: boolean;
             /**
              * Format: int64
-             * @description Counted up by each change; the ETag.
+             * @description Number of changes; also the ETag.
              */
             version: number;
         };
-        /** @description An individual with its place in the world. */
+        /** @description Individual with its lineage and generation. */
         IndividualDetail: components["schemas"]["Individual"] & {
             /**
              * Format: double
-             * @description Automatic exposure over the whole light circle of its lineage's scene, in EV; where one individual is asked for.
+             * @description Automatic exposure over the whole light circle of the lineage's scene, in EV. Present only
+             *     in `GET /v1/individuals/{id}`.
              */
             exposure_ev?: number | null;
-            /** @description Its generation. */
+            /** @description Id of its generation. */
             generation: components["schemas"]["GenerationId"];
-            /** @description Its lineage. */
+            /** @description Id of its lineage. */
             lineage: components["schemas"]["LineageId"];
         };
         /**
          * Format: uuid
-         * @description One material that was born.
+         * @description Id of an individual.
          */
         IndividualId: string;
-        /** @description What a genome is, what of it lives, and whether it is physical. */
+        /** @description Code, live parts, physical checks and reflectance of a genome. */
         Inspection: {
-            /** @description For each instruction the channels that depend on it: some of `rgb`. */
+            /** @description Per instruction: the channels that depend on it, a subset of `rgb`. */
             channels: string[];
-            /** @description The scalar operations that are executed, one a line. */
+            /** @description Scalar operations executed, one per line. */
             code: string;
-            /** @description How much there is, and how much of it is executed. */
+            /** @description Sizes before and after lowering. */
             counts: components["schemas"]["OperationCounts"];
-            /** @description The dialect's words. */
+            /** @description Dialect in its text form. */
             dialect: string;
-            /** @description How much it reflects. */
+            /** @description Largest directional albedo. */
             energy: components["schemas"]["Energy"];
             /** @description Content hash of the genome. */
             hash: string;
-            /** @description Names of the inputs that are read. */
+            /** @description Names of the inputs the program reads. */
             inputs: string[];
-            /** @description For each instruction whether it can change the result. */
+            /** @description Per instruction: true if it can change the result. */
             live: boolean[];
             /** @description Sign, finiteness, reciprocity. */
             physics: components["schemas"]["Physics"];
             /** @description Reflectance over planes of incidence. */
             planes: components["schemas"]["Plane"][];
-            /** @description Identity of what it is seen as. */
+            /** @description Hash of the expressed program. */
             program_hash: string;
-            /** @description The genome's text; instructions are its last lines. */
+            /** @description Genome text; the last lines are the instructions. */
             source: string;
         };
-        /** @description Answer of `GET /v1/jobs/{id}`. Render jobs that are done are remembered for a while, and not over a restart. */
+        /**
+         * @description Render job. Completed render jobs are kept in memory for a limited time and are lost when the
+         *     server restarts.
+         */
         JobAnswer: {
-            /** @description Its id. */
+            /** @description Id of the job. */
             id: components["schemas"]["JobId"];
-            /** @description `render`. */
+            /** @description Always `render`. */
             kind: components["schemas"]["RenderKind"];
-            /** @description Why it failed. */
+            /** @description Reason of a failure. */
             reason?: string | null;
-            /** @description Where it stands. */
+            /** @description State of the job. */
             state: components["schemas"]["JobStatus"];
             times?: components["schemas"]["JobTimes"] | null;
             work?: components["schemas"]["Work"] | null;
         };
         /**
          * Format: uuid
-         * @description A unit of work: pictures to be rendered, or a search.
+         * @description Id of a job: a render job or a search.
          */
         JobId: string;
         /**
-         * @description Where a job stands.
+         * @description State of a render job.
          * @enum {string}
          */
         JobStatus: "queued" | "running" | "succeeded" | "failed";
-        /** @description How long a job took. */
+        /** @description Durations of a job. */
         JobTimes: {
             /**
              * Format: int64
-             * @description From the lease to the results, in microseconds: rendering, and the way to the worker and back.
+             * @description Time from the lease to the results, in microseconds: rendering and the transfers in both
+             *     directions.
              */
             leased_us: number;
             /**
              * Format: int64
-             * @description From being made to a worker's lease, in microseconds.
+             * @description Time in the queue, from creation to the lease, in microseconds.
              */
             queued_us: number;
         };
-        /** @description Where most is reflected. */
+        /** @description Largest directional albedo of a measurement. */
         LargestAlbedo: {
             /**
              * Format: double
-             * @description Of the channel that reflects most.
+             * @description Albedo of the channel that reflects most.
              */
             albedo: number;
             /**
              * Format: double
-             * @description Of the light, from the normal.
+             * @description Angle of the light from the normal, in degrees.
              */
             theta_deg: number;
         };
         /**
          * Format: uuid
-         * @description A worker's hold on a job.
+         * @description Id of a render job's lease.
          */
         LeaseId: string;
         /** @description A light; the kind tells which fields it has. Lengths are metres. */
@@ -721,7 +760,7 @@ export interface components {
             /** @description Position; null places it relative to the mesh. */
             position?: number[] | null;
         } | {
-            /** @description Where the light goes; null is from where a point light without a position would be. */
+            /** @description Direction of travel; null comes from the default position of a point light. */
             direction?: number[] | null;
             /** @description Illuminance at normal incidence, lx. */
             illuminance_lx?: (number | number[]) | null;
@@ -730,11 +769,11 @@ export interface components {
             /** @enum {string} */
             kind: "directional";
         } | {
-            /** @description Where it shines; null is towards the centre of the mesh. */
+            /** @description Axis of the cone; null points at the centre of the mesh. */
             axis?: number[] | null;
             /**
              * Format: double
-             * @description Half angle of the cone out of which nothing shines, degrees.
+             * @description Half angle of the outer cone, degrees; the intensity falls linearly in the cosine.
              * @default 15
              */
             falloff_deg: number | null;
@@ -748,7 +787,10 @@ export interface components {
              * @default 10
              */
             hotspot_deg: number | null;
-            /** @description Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the centre of the mesh. */
+            /**
+             * @description Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the mesh's
+             *     centre.
+             */
             intensity?: (number | number[]) | null;
             /** @description Luminous intensity on the axis, cd. */
             intensity_cd?: (number | number[]) | null;
@@ -757,23 +799,23 @@ export interface components {
             /** @description Position; null places it relative to the mesh. */
             position?: number[] | null;
         } | {
-            /** @description Where its straight down points, or where it is aimed; null is towards the centre of the mesh. */
+            /** @description Direction of the profile's nadir or aim; null points at the centre of the mesh. */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
             flux_lm?: (number | number[]) | null;
             /** @description Radiant flux, W. */
             flux_w?: (number | number[]) | null;
-            /** @description Radiant intensity where it is brightest, W/sr; null is what the file says. */
+            /** @description Peak radiant intensity, W/sr; null uses the file's values. */
             intensity?: (number | number[]) | null;
-            /** @description Luminous intensity where it is brightest, cd. */
+            /** @description Peak luminous intensity, cd. */
             intensity_cd?: (number | number[]) | null;
             /** @enum {string} */
             kind: "ies";
             /** @description Position; null places it relative to the mesh. */
             position?: number[] | null;
-            /** @description Name of the profile. */
+            /** @description Id of the uploaded profile. */
             profile: string;
-            /** @description Towards which side its 90 degrees are, or its upwards. */
+            /** @description Direction of the profile's 90 degrees (type C) or up (types A and B). */
             up?: number[] | null;
         } | {
             /** @description Luminous flux, lm. */
@@ -784,23 +826,23 @@ export interface components {
             kind: "sphere";
             /** @description Luminance, cd/m2. */
             luminance_nit?: (number | number[]) | null;
-            /** @description The centre; null places it relative to the mesh. */
+            /** @description Centre; null places it relative to the mesh. */
             position?: number[] | null;
             /** @description Radiance, W/(m2 sr); null gives irradiance pi at the centre of the mesh. */
             radiance_w_m2_sr?: (number | number[]) | null;
             /**
              * Format: double
-             * @description Null is half the radius of the mesh.
+             * @description Radius; null is half the radius of the mesh.
              */
             radius?: number | null;
             /**
              * Format: int32
-             * @description Samples at each place.
+             * @description Samples per shading point.
              * @default 16
              */
             samples: number | null;
         } | {
-            /** @description Where it faces; null is towards the centre of the mesh. */
+            /** @description Emission axis; null points at the centre of the mesh. */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
             flux_lm?: (number | number[]) | null;
@@ -810,23 +852,26 @@ export interface components {
             kind: "disk";
             /** @description Luminance, cd/m2. */
             luminance_nit?: (number | number[]) | null;
-            /** @description The middle; null places it relative to the mesh. */
+            /** @description Centre; null places it relative to the mesh. */
             position?: number[] | null;
-            /** @description Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh. */
+            /**
+             * @description Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
+             *     centre.
+             */
             radiance_w_m2_sr?: (number | number[]) | null;
             /**
              * Format: double
-             * @description Null is half the radius of the mesh.
+             * @description Radius; null is half the radius of the mesh.
              */
             radius?: number | null;
             /**
              * Format: int32
-             * @description Samples at each place.
+             * @description Samples per shading point.
              * @default 16
              */
             samples: number | null;
         } | {
-            /** @description Where it faces; null is towards the centre of the mesh. */
+            /** @description Emission axis; null points at the centre of the mesh. */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
             flux_lm?: (number | number[]) | null;
@@ -834,32 +879,35 @@ export interface components {
             flux_w?: (number | number[]) | null;
             /**
              * Format: double
-             * @description Null is the radius of the mesh.
+             * @description Height; null is the radius of the mesh.
              */
             height?: number | null;
             /** @enum {string} */
             kind: "rectangle";
             /** @description Luminance, cd/m2. */
             luminance_nit?: (number | number[]) | null;
-            /** @description The middle; null places it relative to the mesh. */
+            /** @description Centre; null places it relative to the mesh. */
             position?: number[] | null;
-            /** @description Radiance, W/(m2 sr); null gives irradiance pi straight ahead at the distance of the centre of the mesh. */
+            /**
+             * @description Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
+             *     centre.
+             */
             radiance_w_m2_sr?: (number | number[]) | null;
             /**
              * Format: int32
-             * @description Samples at each place.
+             * @description Samples per shading point.
              * @default 16
              */
             samples: number | null;
-            /** @description Towards which side its height goes. */
+            /** @description Direction of the height. */
             up?: number[] | null;
             /**
              * Format: double
-             * @description Null is the radius of the mesh.
+             * @description Width; null is the radius of the mesh.
              */
             width?: number | null;
         } | {
-            /** @description Name of the picture: equirectangular, its middle towards -z. */
+            /** @description Id of the uploaded picture: equirectangular, its middle towards -z. */
             image: string;
             /** @enum {string} */
             kind: "environment";
@@ -871,11 +919,11 @@ export interface components {
             rotation_deg: number | null;
             /**
              * Format: int32
-             * @description Samples at each place.
+             * @description Samples per shading point.
              * @default 64
              */
             samples: number | null;
-            /** @description From the picture's numbers to radiance, W/(m2 sr); 1 where nothing is said. */
+            /** @description Factor from pixel values to radiance, W/(m2 sr); default 1. */
             scale?: (number | number[]) | null;
         } | {
             /** @enum {string} */
@@ -886,63 +934,63 @@ export interface components {
             radiance_w_m2_sr?: (number | number[]) | null;
             /**
              * Format: int32
-             * @description Samples at each place.
+             * @description Samples per shading point.
              * @default 64
              */
             samples: number | null;
         };
-        /** @description A profile or an environment that was uploaded. */
+        /** @description Uploaded profile or environment map. */
         LightAssetAnswer: {
-            /** @description Its id, to be put into a light's `profile` or `image`: the hash of the file. */
+            /** @description Id, to be used as a light's `profile` or `image`: the hash of the file. */
             id: string;
-            /** @description What it is. */
+            /** @description Kind of the asset. */
             kind: components["schemas"]["LightAssetKind"];
             /**
              * Format: double
-             * @description Luminous flux of a profile, integrated over its candelas, lm.
+             * @description Luminous flux of a profile, integrated over its candela values, in lumens.
              */
             lumens?: number | null;
-            /** @description Mean radiance of an environment over all directions. */
+            /** @description Mean radiance of an environment map over all directions: red, green, blue. */
             mean_radiance?: number[] | null;
             /**
              * Format: double
-             * @description Largest luminous intensity of a profile, cd.
+             * @description Largest luminous intensity of a profile, in candela.
              */
             peak_candela?: number | null;
         };
         /**
-         * @description What a light can refer to.
+         * @description Kind of a light asset.
          * @enum {string}
          */
         LightAssetKind: "profile" | "environment";
-        /** @description A lineage. */
+        /** @description Lineage: a tree of generations with one dialect and scene. */
         Lineage: {
             /**
              * Format: int64
-             * @description When it was made, milliseconds since 1970.
+             * @description Creation time, in milliseconds since 1970-01-01 UTC.
              */
             created_ms: number;
-            /** @description What its genomes may use. */
+            /** @description Dialect of its genomes. */
             dialect: Record<string, never>;
-            /** @description Whether random children are under the energy limit. */
+            /** @description True if random children are under the energy limit. */
             energy_limit: boolean;
             /**
              * Format: int64
-             * @description How many generations it has.
+             * @description Number of generations.
              */
             generations: number;
-            /** @description Its id. */
+            /** @description Id of the lineage. */
             id: components["schemas"]["LineageId"];
-            /** @description Its name. */
+            /** @description Display name. */
             name: string;
-            /** @description Free text. */
+            /** @description Notes. */
             notes: string;
             /**
              * Format: float
-             * @description Colour matrix of random children.
+             * @description Colour saturation of random children, 0 to 1.
              */
             saturation: number;
-            /** @description The scene its thumbnails show. */
+            /** @description Id of the scene of its thumbnails. */
             scene: components["schemas"]["SceneId"];
             /**
              * Format: int32
@@ -951,7 +999,7 @@ export interface components {
             thumbnail_px: number;
             /**
              * Format: int64
-             * @description Counted up by each change; the ETag.
+             * @description Number of changes; also the ETag.
              */
             version: number;
         };
@@ -959,389 +1007,399 @@ export interface components {
         LineageFile: {
             /**
              * Format: int32
-             * @description Version of the form: 1.
+             * @description Version of the format: 1.
              */
             brood_lineage: number;
-            /** @description What its genomes may use. */
+            /** @description Dialect of the genomes. */
             dialect: Record<string, never>;
-            /** @description Whether random children are under the energy limit. */
+            /** @description True if random children are under the energy limit. */
             energy_limit?: boolean;
-            /** @description Its generations, oldest first. */
+            /** @description Generations, oldest first. */
             generations: components["schemas"]["FileGeneration"][];
             /** @description Texts of all genomes by content hash. */
             genomes: {
                 [key: string]: string;
             };
-            /** @description The files that the scene's lights refer to. */
+            /** @description Files of the scene's lights. */
             light_assets?: components["schemas"]["FileLightAsset"][];
-            /** @description The scene's mesh where it was uploaded: binary, base64. */
+            /** @description Mesh of the scene if it was uploaded: binary, base64. */
             mesh?: string | null;
-            /** @description Its name. */
+            /** @description Name of the lineage. */
             name: string;
             /** @description Free text. */
             notes?: string;
             /**
              * Format: float
-             * @description Colour matrix of random children.
+             * @description Saturation of random children, 0 to 1.
              */
             saturation: number;
-            /** @description The scene its thumbnails show. */
+            /** @description Scene of the thumbnails. */
             scene: components["schemas"]["Scene"];
             /**
              * Format: int32
-             * @description Side of its thumbnails in pixels.
+             * @description Side of the thumbnails in pixels.
              */
             thumbnail_px: number;
         };
         /**
          * Format: uuid
-         * @description A lineage: a history of generations under one dialect and scene.
+         * @description Id of a lineage.
          */
         LineageId: string;
-        /** @description A lineage as one of a list. */
+        /** @description Lineage with its cover, as in lists. */
         ListedLineage: components["schemas"]["Lineage"] & {
-            /** @description Where the picture is that stands for it: of its newest favourite, else of the newest generation's centre or first child. */
+            /**
+             * @description Path of the cover picture: of the newest favourite, else of the newest generation's centre
+             *     or first child.
+             */
             cover?: string | null;
         };
-        /** @description A mesh that was uploaded. */
+        /** @description Uploaded mesh. */
         MeshAnswer: {
-            /** @description Whether the file had texture coordinates. */
+            /** @description True if the file has texture coordinates. */
             has_uv: boolean;
-            /** @description Its id, to be put into a scene's `mesh`. */
+            /** @description Id of the mesh, to be used as a scene's `mesh`. */
             id: components["schemas"]["MeshId"];
             /**
              * Format: int64
-             * @description Triangles.
+             * @description Number of triangles.
              */
             triangles: number;
             /**
              * Format: int64
-             * @description Vertices after joining equal corners.
+             * @description Number of vertices after merging equal corners.
              */
             vertices: number;
-            /** @description What was odd. */
+            /** @description Warnings of the parser. */
             warnings: components["schemas"]["MeshWarning"][];
         };
         /**
          * Format: uuid
-         * @description An uploaded mesh.
+         * @description Id of an uploaded mesh.
          */
         MeshId: string;
         /** @description "sphere", "torus", "cube", "knob" or the id of an uploaded mesh */
         MeshRef: string;
-        /** @description Something odd in an OBJ file that did not stop it from being read. */
+        /** @description Warning of the OBJ parser: the file was read nevertheless. */
         MeshWarning: {
             /**
              * Format: int32
              * @description Line of the file, from 1.
              */
             line: number;
-            /** @description What was odd. */
+            /** @description Description of the problem. */
             text: string;
         };
         /**
-         * @description What the normals of a mesh's corners tell of. It matters where triangles are large: near silhouettes and where light
-         *     grazes.
+         * @description Meaning of vertex normals. It matters for large triangles near silhouettes and at grazing light.
          * @enum {string}
          */
         Normals: "curved" | "plain";
-        /** @description Counts before and after each step of lowering. */
+        /** @description Sizes before and after each step of lowering. */
         OperationCounts: {
-            /** @description Inputs that there are. */
+            /** @description Number of inputs in the catalogue. */
             inputs_known: number;
-            /** @description Inputs that are read. */
+            /** @description Number of inputs the program reads. */
             inputs_read: number;
             /**
              * Format: int32
-             * @description Instructions of the genome.
+             * @description Number of instructions of the genome.
              */
             instructions: number;
             /**
              * Format: int32
-             * @description Instructions that can change the result.
+             * @description Number of instructions that can change the result.
              */
             live_instructions: number;
             /**
              * Format: int32
-             * @description After per-component dead-code removal.
+             * @description Number after per-component dead-code removal.
              */
             live_scalar_operations: number;
             /**
              * Format: int32
-             * @description After value numbering.
+             * @description Number after value numbering.
              */
             numbered_operations: number;
             /**
              * Format: int32
-             * @description After folding: what runs for each sample.
+             * @description Number after constant folding, executed per sample.
              */
             operations: number;
-            /** @description Values that are kept at once. */
+            /** @description Number of values live at once. */
             registers: number;
             /**
              * Format: int32
-             * @description Scalar operations of all components written.
+             * @description Number of scalar operations for all components written.
              */
             scalar_operations: number;
         };
         /** @description One page of a list. */
         Page_Generation: {
-            /** @description The items. */
+            /** @description Items of this page. */
             items: {
                 centre?: components["schemas"]["Individual"] | null;
-                /** @description Overrides as asked for. */
+                /** @description Overrides of the dialect, as requested. */
                 constraints: components["schemas"]["DialectConstraints"];
                 /**
                  * Format: int64
-                 * @description When it was made, milliseconds since 1970.
+                 * @description Creation time, in milliseconds since 1970-01-01 UTC.
                  */
                 created_ms: number;
-                /** @description How much was done for variety. */
+                /** @description Curation that was used. */
                 curation: components["schemas"]["Curation"];
-                /** @description Energy limit as asked for. */
+                /** @description Energy limit, as requested. */
                 energy_limit?: boolean | null;
-                /** @description Its id. */
+                /** @description Id of the generation. */
                 id: components["schemas"]["GenerationId"];
                 /**
                  * Format: int64
                  * @description Position in the lineage, from 0.
                  */
                 index: number;
-                /** @description The children by slot. */
+                /** @description Children, by slot. */
                 individuals: components["schemas"]["Individual"][];
-                /** @description Its lineage. */
+                /** @description Id of its lineage. */
                 lineage: components["schemas"]["LineageId"];
-                /** @description Parts of the first parent that were kept. */
+                /** @description Locked parts of the first parent. */
                 locks?: Record<string, never> | null;
                 /**
                  * Format: float
-                 * @description Amount of mutation.
+                 * @description Mutation amount, 0 to 1.
                  */
                 mutation: number;
-                /** @description The parents as asked for. */
+                /** @description Parents, as requested. */
                 parents: components["schemas"]["ParentRef"][];
                 /**
                  * Format: float
-                 * @description Expected share of the second parent.
+                 * @description Expected share of the second parent's blocks, 0 to 1.
                  */
                 recombination: number;
                 /**
                  * Format: float
-                 * @description Colour matrix as asked for.
+                 * @description Colour saturation, 0 to 1, as requested.
                  */
                 saturation?: number | null;
-                /** @description The seed that was used; the same seed gives the same children. */
+                /** @description Seed that was used. The same request with this seed gives the same children. */
                 seed: components["schemas"]["Seed"];
             }[];
-            /** @description What to send as `cursor` for the next page; null at the end. */
+            /** @description Cursor of the next page: send it as `cursor`. Null on the last page. */
             next?: string | null;
         };
         /** @description One page of a list. */
         Page_IndividualDetail: {
-            /** @description The items. */
+            /** @description Items of this page. */
             items: (components["schemas"]["Individual"] & {
                 /**
                  * Format: double
-                 * @description Automatic exposure over the whole light circle of its lineage's scene, in EV; where one individual is asked for.
+                 * @description Automatic exposure over the whole light circle of the lineage's scene, in EV. Present only
+                 *     in `GET /v1/individuals/{id}`.
                  */
                 exposure_ev?: number | null;
-                /** @description Its generation. */
+                /** @description Id of its generation. */
                 generation: components["schemas"]["GenerationId"];
-                /** @description Its lineage. */
+                /** @description Id of its lineage. */
                 lineage: components["schemas"]["LineageId"];
             })[];
-            /** @description What to send as `cursor` for the next page; null at the end. */
+            /** @description Cursor of the next page: send it as `cursor`. Null on the last page. */
             next?: string | null;
         };
         /** @description One page of a list. */
         Page_ListedLineage: {
-            /** @description The items. */
+            /** @description Items of this page. */
             items: (components["schemas"]["Lineage"] & {
-                /** @description Where the picture is that stands for it: of its newest favourite, else of the newest generation's centre or first child. */
+                /**
+                 * @description Path of the cover picture: of the newest favourite, else of the newest generation's centre
+                 *     or first child.
+                 */
                 cover?: string | null;
             })[];
-            /** @description What to send as `cursor` for the next page; null at the end. */
+            /** @description Cursor of the next page: send it as `cursor`. Null on the last page. */
             next?: string | null;
         };
         /** @description One page of a list. */
         Page_SearchAnswer: {
-            /** @description The items. */
+            /** @description Items of this page. */
             items: (components["schemas"]["SearchOptions"] & {
                 best?: components["schemas"]["FoundMaterial"] | null;
                 /**
                  * Format: int64
-                 * @description When it was asked for, milliseconds since 1970.
+                 * @description Creation time, in milliseconds since 1970-01-01 UTC.
                  */
                 created_ms: number;
                 /**
                  * Format: int64
-                 * @description When it ended.
+                 * @description Time of the end, in milliseconds since 1970-01-01 UTC.
                  */
                 ended_ms?: number | null;
                 /**
                  * Format: int64
-                 * @description How often a material has been held against samples.
+                 * @description Number of evaluated candidates so far.
                  */
                 evaluations: number;
                 /**
                  * Format: double
-                 * @description E_log of the best on the samples it is fitted to.
+                 * @description E_log of the best candidate on the samples it is fitted to.
                  */
                 fitted?: number | null;
                 /**
                  * Format: int32
-                 * @description Generations so far.
+                 * @description Number of generations so far.
                  */
                 generation: number;
                 /**
                  * Format: double
-                 * @description On those of them that are held back from the fit, to choose by.
+                 * @description E_log of the best candidate on the validation samples: samples not used by the fit, but used
+                 *     to choose between fits.
                  */
                 held?: number | null;
-                /** @description Its id. */
+                /** @description Id of the search. */
                 id: components["schemas"]["JobId"];
-                /** @description `fit`. */
+                /** @description Always `fit`. */
                 kind: components["schemas"]["FitKind"];
-                /** @description Where its results are born. */
+                /** @description Lineage of the results. */
                 lineage: components["schemas"]["LineageId"];
                 /**
-                 * @description Hash of the state that it would go on from: the same for the same samples, options and generation, whatever happened
-                 *     in between.
+                 * @description Hash of the search state. It depends on the samples, the options and the generation alone,
+                 *     so it is unchanged by pauses and restarts.
                  */
                 population?: string | null;
                 /**
                  * Format: double
-                 * @description How much of the budget is used up, 0 to 1.
+                 * @description Share of the budget that is used up, 0 to 1.
                  */
                 progress: number;
-                /** @description Why it failed; `worker_lost` where workers died over it. */
+                /** @description Reason of a failure. `worker_lost`: its workers died repeatedly. */
                 reason?: string | null;
                 /**
                  * Format: double
-                 * @description Time searched, across pauses and restarts.
+                 * @description Search time in seconds, without pauses and restarts.
                  */
                 seconds: number;
                 /**
                  * Format: int64
-                 * @description When a worker first had it.
+                 * @description Time of the first lease, in milliseconds since 1970-01-01 UTC.
                  */
                 started_ms?: number | null;
-                /** @description Where it stands. */
+                /** @description State of the search. */
                 state: components["schemas"]["SearchState"];
-                /** @description What is to be matched. */
+                /** @description Id of the target. */
                 target: components["schemas"]["TargetId"];
             })[];
-            /** @description What to send as `cursor` for the next page; null at the end. */
+            /** @description Cursor of the next page: send it as `cursor`. Null on the last page. */
             next?: string | null;
         };
         /** @description One page of a list. */
         Page_Target: {
-            /** @description The items. */
+            /** @description Items of this page. */
             items: {
                 /**
                  * Format: int64
-                 * @description Bytes of the same.
+                 * @description Size of the same, in bytes.
                  */
                 bytes: number;
                 /**
                  * Format: int64
-                 * @description When it was taken in, milliseconds since 1970.
+                 * @description Creation time, in milliseconds since 1970-01-01 UTC.
                  */
                 created_ms: number;
                 /**
                  * Format: int64
-                 * @description Samples that a search fits.
+                 * @description Number of samples that searches fit.
                  */
                 fitted_samples: number;
-                /** @description Hash of the file; of pictures, of all that was stored of them. */
+                /** @description Content hash: of the file, or of the bundle of all images. */
                 hash: string;
                 /**
                  * Format: int64
-                 * @description Samples that are held out, to measure by.
+                 * @description Number of held-out samples, which searches do not see: reported errors are measured on them.
                  */
                 held_out_samples: number;
-                /** @description Its id. */
+                /** @description Id of the target. */
                 id: components["schemas"]["TargetId"];
-                /** @description `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`. */
+                /** @description Kind of the file: `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`. */
                 kind: string;
                 largest_albedo?: components["schemas"]["LargestAlbedo"] | null;
                 /**
                  * Format: double
-                 * @description The largest reflectance that is fitted.
+                 * @description Largest fitted reflectance f, per steradian.
                  */
                 largest_f: number;
-                /** @description What people call it. */
+                /** @description Display name. */
                 name: string;
                 /**
                  * Format: double
-                 * @description E_log below which no reciprocal material comes; null where only one of a pair and its exchange was measured.
+                 * @description Lowest E_log that a reciprocal material can reach; null unless both orders of direction
+                 *     pairs were measured.
                  */
                 reciprocal_floor?: number | null;
                 /**
                  * Format: int64
-                 * @description Samples that are fitted or held out, in all.
+                 * @description Number of samples: fitted and held out.
                  */
                 samples: number;
                 /**
                  * Format: int64
-                 * @description Samples of the file that are not above the surface; 0 where it is known everywhere.
+                 * @description Number of samples in the file that were skipped because a direction is below the surface; 0
+                 *     for measurements that cover all directions.
                  */
                 skipped_samples: number;
-                /** @description The pictures, in the order of the upload; none of what was measured at directions. */
+                /** @description Images, in the order of the upload; empty for other kinds. */
                 views?: components["schemas"]["TargetView"][];
             }[];
-            /** @description What to send as `cursor` for the next page; null at the end. */
+            /** @description Cursor of the next page: send it as `cursor`. Null on the last page. */
             next?: string | null;
         };
         ParentRef: string;
-        /** @description Body of `PATCH /v1/individuals/{id}`: what is absent stays. */
+        /** @description Body of `PATCH /v1/individuals/{id}`. Absent fields keep their values. */
         PatchIndividual: {
-            /** @description Mark or unmark. */
+            /** @description Sets or clears the favourite mark. */
             favourite?: boolean | null;
             /** @description New note, up to 10,000 characters. */
             note?: string | null;
         };
-        /** @description Body of `PATCH /v1/lineages/{id}`: what is absent stays. */
+        /** @description Body of `PATCH /v1/lineages/{id}`. Absent fields keep their values. */
         PatchLineage: {
-            /** @description Whether random children are under the energy limit from now on. */
+            /** @description New default for the energy limit of random children. */
             energy_limit?: boolean | null;
-            /** @description New name. */
+            /** @description New name, 1 to 200 characters. */
             name?: string | null;
-            /** @description New notes. */
+            /** @description New notes, up to 10,000 characters. */
             notes?: string | null;
             /**
              * Format: float
-             * @description New colour matrix of random children.
+             * @description New colour saturation of random children, 0 to 1.
              */
             saturation?: number | null;
             scene?: components["schemas"]["SceneId"] | null;
         };
-        /** @description Numbers of one material. */
+        /** @description Numbers for one material. */
         Phenomena: {
-            /** @description f at 45 degrees from the light and away from the mirror direction, largest channel 1. */
+            /** @description Colour of f at 45 degrees incidence away from the mirror direction, largest channel 1. */
             body: number[];
             /**
              * Format: double
-             * @description The albedo at 30 degrees over the widths of the highlight, least over largest: 1 where energy is kept. None where the
-             *     material has no model with such a parameter.
+             * @description Smallest over largest albedo at 30 degrees as the highlight widens; 1 if energy is
+             *     conserved. `None` without a model that has a width parameter.
              */
             energy_kept?: number | null;
-            /** @description Least and largest automatic exposure around the light circle. */
+            /** @description Smallest and largest automatic exposure over the light orbit, in EV. */
             exposures_ev: number[];
             /**
              * Format: double
-             * @description The mirror direction at 80 degrees over that at the normal; 1 where nothing changes.
+             * @description Brightness of the mirror direction at 80 degrees relative to normal incidence; 1 if
+             *     constant.
              */
             fresnel_rise: number;
-            /** @description What the highlight adds at 45 degrees, largest channel 1; black where it adds nothing. */
+            /** @description Colour of the highlight at 45 degrees, largest channel 1; black without a highlight. */
             highlight: number[];
             /**
              * Format: double
-             * @description Largest directional albedo of any channel and angle: above 1 energy is made.
+             * @description Largest directional albedo over channels and angles; above 1 the material creates energy.
              */
             largest_albedo: number;
         };
-        /** @description What was found. */
+        /** @description Results of the checks. */
         Physics: {
             /**
              * Format: float
@@ -1353,79 +1411,85 @@ export interface components {
              * @description Smallest f.
              */
             min_f: number;
-            /** @description Values that are NaN or infinite. */
+            /** @description Number of NaN or infinite values. */
             non_finite: number;
-            /** @description Of these, those whose bits differ. */
+            /** @description Number of swapped pairs whose bits differ. */
             not_reciprocal: number;
-            /** @description Reflectances looked at, three a sample. */
+            /** @description Number of reflectances checked, three per sample. */
             samples: number;
-            /** @description Pairs evaluated both ways round. */
+            /** @description Number of pairs also evaluated with swapped directions. */
             swapped_pairs: number;
         };
-        /** @description Samples in every pixel: as many as it takes, or a number. */
+        /** @description Samples per pixel: `adaptive`, or the same number in every pixel. */
         PixelSamples: "adaptive" | number;
-        /** @description f where light and eye are in one plane with the normal, at texture position (1/2, 1/2). */
+        /** @description f with light, eye and normal in one plane, at texture position (1/2, 1/2). */
         Plane: {
             /**
              * Format: double
              * @description Azimuth of the plane from the direction of texture u, in degrees.
              */
             azimuth_deg: number;
-            /** @description One for each incident angle. */
+            /** @description One curve per incident angle. */
             curves: components["schemas"]["Curve"][];
-            /** @description Outgoing angles from the normal in degrees, negative on the side of the light; f mirrors at the opposite of its angle. */
+            /**
+             * @description Outgoing angles from the normal in degrees, negative on the side of the light. The mirror
+             *     direction has the light's angle with the opposite sign.
+             */
             theta_o_deg: number[];
         };
-        /** @description A hand-written material to start from. */
+        /** @description Hand-written material to start from. */
         PresetAnswer: {
-            /** @description The dialect of a lineage that can breed it. */
+            /** @description Dialect of a lineage that can breed it. */
             dialect: Record<string, never>;
-            /** @description As requests name it. */
+            /** @description Name used in requests. */
             name: string;
-            /** @description The genome as it was written, with comments. */
+            /** @description Source text of the genome, with comments. */
             text: string;
-            /** @description As people do. */
+            /** @description Name for people. */
             title: string;
-            /** @description What it looks like. */
+            /** @description Description of its appearance. */
             words: string;
         };
-        /** @description What went wrong, in words for people and fields for programs. */
+        /** @description Problem details of an error, as RFC 9457 defines them. */
         Problem: {
             /**
              * Format: int32
-             * @description Column of a text body.
+             * @description Column of the error in a text body, from 1.
              */
             column?: number | null;
-            /** @description This case in words. */
+            /** @description Explanation of this occurrence. */
             detail: string;
             /**
              * Format: int32
-             * @description Line of a text body.
+             * @description Line of the error in a text body, from 1.
              */
             line?: number | null;
-            /** @description JSON pointer into the body, where the problem is there. */
+            /** @description JSON pointer to the offending value in the request body, if there is one. */
             pointer?: string | null;
-            /** @description The request in the server's log. */
+            /** @description Id of the request, as in the server's log. */
             request_id?: string | null;
             /**
              * Format: int32
-             * @description The HTTP status.
+             * @description HTTP status code.
              */
             status: number;
-            /** @description The kind in words. */
+            /** @description Short title of the kind of problem. */
             title: string;
-            /** @description A stable name of the kind of problem, as a relative reference such as `/problems/unknown-id`. */
+            /**
+             * @description Stable identifier of the kind of problem: a relative reference such as
+             *     `/problems/unknown-id`.
+             */
             type: string;
         };
         /**
-         * @description The word of jobs that render.
+         * @description `kind` of a render job.
          * @enum {string}
          */
         RenderKind: "render";
-        /** @description What is rendered: a mesh, a camera, lights and a film. World right-handed, y up. */
+        /** @description Mesh, camera, lights and film of a picture. The world is right-handed with y up. */
         Scene: {
             /**
-             * @description Where it is seen from.
+             * @description Camera.
              * @default {
              *       "distance": null,
              *       "fov_y_deg": 30,
@@ -1437,7 +1501,7 @@ export interface components {
              */
             camera: components["schemas"]["Camera"];
             /**
-             * @description What becomes of radiance.
+             * @description Exposure and tone curve.
              * @default {
              *       "exposure": "auto",
              *       "tone": "none"
@@ -1446,13 +1510,13 @@ export interface components {
             film: components["schemas"]["Film"];
             /**
              * Format: double
-             * @description Position on the light circle, in degrees: every light is turned by this angle about the vertical axis
-             *     through the centre of the mesh, from +z towards +x. 0 leaves the lights where they are said to be.
+             * @description Position on the light orbit, in degrees: all lights are rotated by this angle about the
+             *     vertical axis through the centre of the mesh, from +z towards +x.
              * @default 0
              */
             light_deg: number;
             /**
-             * @description What it is lit by.
+             * @description Lights, at most 16.
              * @default [
              *       {
              *         "intensity": null,
@@ -1463,17 +1527,17 @@ export interface components {
              */
             lights: components["schemas"]["Light"][];
             /**
-             * @description The mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded one.
+             * @description Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
             /**
-             * @description What the normals of the mesh's corners tell of.
+             * @description Meaning of the vertex normals.
              * @default curved
              */
             normals: components["schemas"]["Normals"];
             /**
-             * @description Rotation of the mesh about its centre, in degrees: about x, then y, then z.
+             * @description Rotation of the mesh about its centre: about x, then y, then z, in degrees.
              * @default [
              *       0,
              *       0,
@@ -1483,12 +1547,12 @@ export interface components {
             rotation_deg: number[];
             /**
              * Format: double
-             * @description Size of the mesh, scaled about its centre; the camera keeps framing the size 1.
+             * @description Scale of the mesh about its centre. The default camera frames scale 1.
              * @default 1
              */
             scale: number;
             /**
-             * @description Whether what is between a light and a place keeps its light off.
+             * @description True if the mesh casts shadows.
              * @default false
              */
             shadows: boolean;
@@ -1496,7 +1560,7 @@ export interface components {
         /** @description A stored scene, every field present. */
         SceneAnswer: {
             /**
-             * @description Where it is seen from.
+             * @description Camera.
              * @default {
              *       "distance": null,
              *       "fov_y_deg": 30,
@@ -1508,7 +1572,7 @@ export interface components {
              */
             camera: components["schemas"]["Camera"];
             /**
-             * @description What becomes of radiance.
+             * @description Exposure and tone curve.
              * @default {
              *       "exposure": "auto",
              *       "tone": "none"
@@ -1518,13 +1582,13 @@ export interface components {
             id: components["schemas"]["SceneId"];
             /**
              * Format: double
-             * @description Position on the light circle, in degrees: every light is turned by this angle about the vertical axis
-             *     through the centre of the mesh, from +z towards +x. 0 leaves the lights where they are said to be.
+             * @description Position on the light orbit, in degrees: all lights are rotated by this angle about the
+             *     vertical axis through the centre of the mesh, from +z towards +x.
              * @default 0
              */
             light_deg: number;
             /**
-             * @description What it is lit by.
+             * @description Lights, at most 16.
              * @default [
              *       {
              *         "intensity": null,
@@ -1535,17 +1599,17 @@ export interface components {
              */
             lights: components["schemas"]["Light"][];
             /**
-             * @description The mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded one.
+             * @description Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
             /**
-             * @description What the normals of the mesh's corners tell of.
+             * @description Meaning of the vertex normals.
              * @default curved
              */
             normals: components["schemas"]["Normals"];
             /**
-             * @description Rotation of the mesh about its centre, in degrees: about x, then y, then z.
+             * @description Rotation of the mesh about its centre: about x, then y, then z, in degrees.
              * @default [
              *       0,
              *       0,
@@ -1555,373 +1619,388 @@ export interface components {
             rotation_deg: number[];
             /**
              * Format: double
-             * @description Size of the mesh, scaled about its centre; the camera keeps framing the size 1.
+             * @description Scale of the mesh about its centre. The default camera frames scale 1.
              * @default 1
              */
             scale: number;
             /**
-             * @description Whether what is between a light and a place keeps its light off.
+             * @description True if the mesh casts shadows.
              * @default false
              */
             shadows: boolean;
         };
         /**
          * Format: uuid
-         * @description A stored scene.
+         * @description Id of a stored scene.
          */
         SceneId: string;
-        /** @description A scene, or the id of a stored one. */
+        /** @description Scene, or the id of a stored scene. */
         SceneOrId: components["schemas"]["Scene"] | components["schemas"]["SceneId"];
-        /** @description A search as it is answered. */
+        /** @description Search. */
         SearchAnswer: components["schemas"]["SearchOptions"] & {
             best?: components["schemas"]["FoundMaterial"] | null;
             /**
              * Format: int64
-             * @description When it was asked for, milliseconds since 1970.
+             * @description Creation time, in milliseconds since 1970-01-01 UTC.
              */
             created_ms: number;
             /**
              * Format: int64
-             * @description When it ended.
+             * @description Time of the end, in milliseconds since 1970-01-01 UTC.
              */
             ended_ms?: number | null;
             /**
              * Format: int64
-             * @description How often a material has been held against samples.
+             * @description Number of evaluated candidates so far.
              */
             evaluations: number;
             /**
              * Format: double
-             * @description E_log of the best on the samples it is fitted to.
+             * @description E_log of the best candidate on the samples it is fitted to.
              */
             fitted?: number | null;
             /**
              * Format: int32
-             * @description Generations so far.
+             * @description Number of generations so far.
              */
             generation: number;
             /**
              * Format: double
-             * @description On those of them that are held back from the fit, to choose by.
+             * @description E_log of the best candidate on the validation samples: samples not used by the fit, but used
+             *     to choose between fits.
              */
             held?: number | null;
-            /** @description Its id. */
+            /** @description Id of the search. */
             id: components["schemas"]["JobId"];
-            /** @description `fit`. */
+            /** @description Always `fit`. */
             kind: components["schemas"]["FitKind"];
-            /** @description Where its results are born. */
+            /** @description Lineage of the results. */
             lineage: components["schemas"]["LineageId"];
             /**
-             * @description Hash of the state that it would go on from: the same for the same samples, options and generation, whatever happened
-             *     in between.
+             * @description Hash of the search state. It depends on the samples, the options and the generation alone,
+             *     so it is unchanged by pauses and restarts.
              */
             population?: string | null;
             /**
              * Format: double
-             * @description How much of the budget is used up, 0 to 1.
+             * @description Share of the budget that is used up, 0 to 1.
              */
             progress: number;
-            /** @description Why it failed; `worker_lost` where workers died over it. */
+            /** @description Reason of a failure. `worker_lost`: its workers died repeatedly. */
             reason?: string | null;
             /**
              * Format: double
-             * @description Time searched, across pauses and restarts.
+             * @description Search time in seconds, without pauses and restarts.
              */
             seconds: number;
             /**
              * Format: int64
-             * @description When a worker first had it.
+             * @description Time of the first lease, in milliseconds since 1970-01-01 UTC.
              */
             started_ms?: number | null;
-            /** @description Where it stands. */
+            /** @description State of the search. */
             state: components["schemas"]["SearchState"];
-            /** @description What is to be matched. */
+            /** @description Id of the target. */
             target: components["schemas"]["TargetId"];
         };
-        /** @description A line of `GET /v1/jobs/{id}/log`. */
+        /** @description Line of `GET /v1/jobs/{id}/log`: one generation of a search. */
         SearchLine: {
-            /** @description The best individual so far. */
+            /** @description Genome hash of the best individual so far. */
             best?: string | null;
             /**
              * Format: double
-             * @description Share of the population that differs in more than its numbers, 0 to 1; null where it was not told.
+             * @description Share of the population that differs in more than its parameters, 0 to 1; null if not
+             *     reported.
              */
             diversity?: number | null;
             /**
              * Format: int64
-             * @description How often a material has been held against samples.
+             * @description Number of evaluated candidates so far.
              */
             evaluations: number;
             /**
              * Format: double
-             * @description E_log of the best on the samples it is fitted to.
+             * @description E_log of the best candidate on the samples it is fitted to.
              */
             fitted?: number | null;
             /**
              * Format: int32
-             * @description Counted from 1.
+             * @description Generation, from 1.
              */
             generation: number;
             /**
              * Format: double
-             * @description On those of them that are held back from the fit.
+             * @description E_log of the best candidate on the validation samples.
              */
             held?: number | null;
             /**
              * Format: double
-             * @description E_log of the middle one of the population on the samples it is fitted to; null where it was not told.
+             * @description Median E_log of the population on the samples it is fitted to; null if not reported.
              */
             median?: number | null;
             /**
              * Format: int64
-             * @description Candidates in all that were not evaluated, because the same program had been; null where it was not told.
+             * @description Total number of candidates that were skipped because an equal program had been evaluated;
+             *     null if not reported.
              */
             repeats?: number | null;
             /**
              * Format: double
-             * @description Time searched.
+             * @description Search time so far, in seconds.
              */
             seconds: number;
         };
-        /** @description How a search goes about it, as it was asked for. */
+        /** @description Options of a search, as requested. */
         SearchOptions: {
-            /** @description What ends it. */
+            /** @description Budget. */
             budget: components["schemas"]["Budget"];
-            /** @description Whether left and right are taken for the same. */
+            /** @description True if the material is fitted as mirror symmetric. */
             mirrored: boolean;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
-            /** @description What it draws from. */
+            /** @description Seed of the search. */
             seed: components["schemas"]["Seed"];
-            /** @description What it started from. */
+            /** @description Individuals that the search starts from. */
             start: components["schemas"]["IndividualId"][];
-            /** @description How it searches. */
+            /** @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. */
             strategy: string;
             /**
              * Format: double
-             * @description The error that ends it before.
+             * @description Error at which the search ends early: E_log on the validation samples; null if not given.
              */
             target_error?: number | null;
             /**
              * Format: int32
-             * @description Threads that it uses; null where it takes what its worker has.
+             * @description Number of threads; null for all threads of the worker.
              */
             threads?: number | null;
         };
         /**
-         * @description Where a search stands.
+         * @description State of a search.
          * @enum {string}
          */
         SearchState: "queued" | "running" | "paused" | "succeeded" | "failed" | "cancelled";
         /**
          * Format: int64
-         * @description The seed of a brood.
+         * @description Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as a
+         *     decimal string.
          */
         Seed: number;
-        /** @description A token. */
+        /** @description Sign-in request. */
         SignIn: {
-            /** @description As `brood token add` printed it. */
+            /** @description Token as printed by `brood token add`. */
             token: string;
         };
-        /** @description Body of `GET /v1/system`. */
+        /** @description Response of `GET /v1/system`. */
         SystemAnswer: {
             backend?: components["schemas"]["BackendReport"] | null;
-            /** @description Limits by name, in the unit that the name ends in. */
+            /** @description Limits of the server by name. The last word of a name is its unit. */
             limits: {
                 [key: string]: number;
             };
             /**
              * Format: int32
-             * @description Version of the renderer: part of every picture key.
+             * @description Version of the renderer. It is part of every picture key.
              */
             renderer_version: number;
-            /** @description Version of the embedded database. */
+            /** @description Version of the embedded SQLite library. */
             sqlite_version: string;
-            /** @description Version of the program. */
+            /** @description Version of the server. */
             version: string;
-            /** @description Workers heard of in the last minute. */
+            /** @description Names of the workers that were active in the last minute. */
             workers: string[];
         };
-        /** @description A target that was taken in. */
+        /** @description Target of searches. */
         Target: {
             /**
              * Format: int64
-             * @description Bytes of the same.
+             * @description Size of the same, in bytes.
              */
             bytes: number;
             /**
              * Format: int64
-             * @description When it was taken in, milliseconds since 1970.
+             * @description Creation time, in milliseconds since 1970-01-01 UTC.
              */
             created_ms: number;
             /**
              * Format: int64
-             * @description Samples that a search fits.
+             * @description Number of samples that searches fit.
              */
             fitted_samples: number;
-            /** @description Hash of the file; of pictures, of all that was stored of them. */
+            /** @description Content hash: of the file, or of the bundle of all images. */
             hash: string;
             /**
              * Format: int64
-             * @description Samples that are held out, to measure by.
+             * @description Number of held-out samples, which searches do not see: reported errors are measured on them.
              */
             held_out_samples: number;
-            /** @description Its id. */
+            /** @description Id of the target. */
             id: components["schemas"]["TargetId"];
-            /** @description `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`. */
+            /** @description Kind of the file: `samples`, `slice`, `merl`, `rgl`, `cornell` or `image`. */
             kind: string;
             largest_albedo?: components["schemas"]["LargestAlbedo"] | null;
             /**
              * Format: double
-             * @description The largest reflectance that is fitted.
+             * @description Largest fitted reflectance f, per steradian.
              */
             largest_f: number;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /**
              * Format: double
-             * @description E_log below which no reciprocal material comes; null where only one of a pair and its exchange was measured.
+             * @description Lowest E_log that a reciprocal material can reach; null unless both orders of direction
+             *     pairs were measured.
              */
             reciprocal_floor?: number | null;
             /**
              * Format: int64
-             * @description Samples that are fitted or held out, in all.
+             * @description Number of samples: fitted and held out.
              */
             samples: number;
             /**
              * Format: int64
-             * @description Samples of the file that are not above the surface; 0 where it is known everywhere.
+             * @description Number of samples in the file that were skipped because a direction is below the surface; 0
+             *     for measurements that cover all directions.
              */
             skipped_samples: number;
-            /** @description The pictures, in the order of the upload; none of what was measured at directions. */
+            /** @description Images, in the order of the upload; empty for other kinds. */
             views?: components["schemas"]["TargetView"][];
         };
         /**
          * Format: uuid
-         * @description Something that searches are to match.
+         * @description Id of a search target.
          */
         TargetId: string;
-        /** @description How many pixels of a picture say something of the material, and why the others do not. */
+        /** @description Numbers of pixels by status: used as a sample, or the reason for not being used. */
         TargetPixels: {
             /**
              * Format: int64
-             * @description Nothing is there.
+             * @description Background: the mesh does not cover the pixel.
              */
             background: number;
             /**
              * Format: int64
-             * @description As bright as the picture can show.
+             * @description Clipped: as bright as the file format can show.
              */
             clipped: number;
             /**
              * Format: int64
-             * @description The edge of the object, or one within it.
+             * @description On a silhouette, or on a crease or depth edge within the object.
              */
             edge: number;
             /**
              * Format: int64
-             * @description Light or eye is at the horizon.
+             * @description Grazing: the cosine of the light or view direction is below 0.01.
              */
             grazing: number;
             /**
              * Format: int64
-             * @description The edge of light and shadow.
+             * @description At the edge of a shadow.
              */
             half_lit: number;
             /**
              * Format: int64
-             * @description Left out by the mask.
+             * @description Excluded by the mask.
              */
             masked: number;
             /**
              * Format: int64
-             * @description All of them.
+             * @description All pixels.
              */
             pixels: number;
             /**
              * Format: int64
-             * @description Light of several lamps arrives, which cannot be told apart.
+             * @description Lit by several lights, whose contributions cannot be separated.
              */
             several_lights: number;
             /**
              * Format: int64
-             * @description No light arrives.
+             * @description Unlit.
              */
             unlit: number;
             /**
              * Format: int64
-             * @description Those that are samples.
+             * @description Used as samples.
              */
             used: number;
         };
-        /** @description The part `spec` of an upload. */
+        /** @description Part `spec` of a target upload. */
         TargetSpec: {
-            /** @description Whether the brightness of a picture is not known, so that a gain is solved for. */
+            /** @description True if the brightness of an image is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean | null;
-            /** @description `samples` (CSV), `slice` (EXR), `merl`, `rgl`, `cornell` or `image` (EXR or HDR of linear radiance, PNG or JPEG as shown). */
+            /**
+             * @description Kind of the file: `samples` (CSV), `slice` (EXR), `merl`, `rgl`, `cornell`, or `image` (EXR
+             *     or HDR with linear radiance, PNG or JPEG as displayed).
+             */
             kind: string;
-            /** @description What people call it. */
+            /** @description Display name, up to 200 characters. Default: empty. */
             name?: string;
             samples?: components["schemas"]["PixelSamples"] | null;
             scene?: components["schemas"]["SceneOrId"] | null;
-            /** @description Several pictures, 1 to 16, each in a part of its own; then nothing is said for all of them. */
+            /**
+             * @description Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples` and
+             *     `gain`.
+             */
             views?: components["schemas"]["ViewSpec"][] | null;
         };
         /**
-         * @description An upload as it is sent: `multipart/form-data`. With `views` in the spec the parts have the names that stand there instead of `file`
-         *     and `mask`.
+         * @description Target upload: `multipart/form-data`. If the spec has `views`, the parts have the names given
+         *     there instead of `file` and `mask`.
          */
         TargetUpload: {
             /** Format: binary */
             file: string;
             /**
              * Format: binary
-             * @description Of a picture: white where it is looked at.
+             * @description Mask of an image: white where pixels are used.
              */
             mask?: string | null;
             spec: components["schemas"]["TargetSpec"];
         };
-        /** @description A picture of a target, as it was understood. */
+        /** @description Image of a target, as the server has interpreted it. */
         TargetView: {
-            /** @description Whether its brightness is not known, so that a gain is solved for. */
+            /** @description True if the brightness is unknown, so that a gain is solved for. */
             gain_solved: boolean;
-            /** @description Whether nothing is fitted to it. */
+            /** @description True if the image is held out: it is not fitted. */
             held_out: boolean;
-            /** @description What became of its pixels. */
+            /** @description Number of pixels by status. */
             pixels: components["schemas"]["TargetPixels"];
-            /** @description How its pixels were sampled: `adaptive` or a number. */
+            /** @description Sampling of the pixels: `adaptive` or a number of samples. */
             samples: components["schemas"]["PixelSamples"];
-            /** @description The full scene, every field present. */
+            /** @description The scene with every field present. */
             scene: components["schemas"]["Scene"];
             /**
              * Format: int32
-             * @description Its side.
+             * @description Side in pixels.
              */
             size_px: number;
         };
         /**
-         * @description The curve between exposed radiance and display.
+         * @description Tone curve from exposed radiance to display value.
          * @enum {string}
          */
         Tone: "none" | "reinhard" | "filmic";
-        /** @description One of several pictures. */
+        /** @description One of several images. */
         ViewSpec: {
-            /** @description Whether its brightness is not known. */
+            /** @description True if the brightness is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean;
-            /** @description Whether nothing is fitted to it: it is only compared with what was found. */
+            /**
+             * @description True to hold the image out: it is not fitted, only compared with the results. Default:
+             *     false.
+             */
             held_out?: boolean;
-            /** @description The part that its mask is in: a picture of the same size, white where it is looked at. */
+            /** @description Name of the part with the mask: an image of the same size, white where pixels are used. */
             mask?: string | null;
-            /** @description The part that the picture is in. */
+            /** @description Name of the part with the image. */
             picture: string;
             samples?: components["schemas"]["PixelSamples"] | null;
             scene?: components["schemas"]["SceneOrId"] | null;
         };
-        /** @description Counters of rendering. A renderer fills one for each call and adds them up; nothing here decides a pixel. */
+        /** @description Counters of rendering work, summed over pictures. They do not affect any pixel. */
         Work: {
             /**
              * Format: int64
-             * @description Time of jobs on the render thread, from programs to encoded pictures, in microseconds.
+             * @description Time on the render thread, from programs to encoded pictures, in microseconds.
              */
             busy_us: number;
             /**
@@ -1931,47 +2010,48 @@ export interface components {
             evaluation_us: number;
             /**
              * Format: int64
-             * @description Time for film and encoding, in microseconds.
+             * @description Time to develop and encode pictures, in microseconds.
              */
             film_us: number;
             /**
              * Format: int64
-             * @description Inputs that there are, counted for each picture.
+             * @description Number of available inputs, summed over pictures.
              */
             inputs_known: number;
             /**
              * Format: int64
-             * @description Inputs that the programs read.
+             * @description Number of inputs that the programs read, summed over pictures.
              */
             inputs_read: number;
             /**
              * Format: int64
-             * @description Scalar operations executed: those of the programs, times the samples shaded.
+             * @description Scalar operations executed: operations of the lowered programs, times the samples shaded.
              */
             operations_executed: number;
             /**
              * Format: int64
-             * @description Scalar operations of the genomes as written, times the rays of their pictures: what running everything costs.
+             * @description Scalar operations of the genomes as written, times the rays of their pictures: the cost
+             *     without dead code removal and without skipping unlit rays.
              */
             operations_written: number;
             /**
              * Format: int64
-             * @description Pictures made.
+             * @description Number of pictures rendered.
              */
             pictures: number;
             /**
              * Format: int64
-             * @description Rays shot for the pictures, counted for each picture also where a sample set is shared.
+             * @description Camera rays, summed over pictures, also where pictures share one sample set.
              */
             rays: number;
             /**
              * Format: int64
-             * @description Pixels that looked rough and were sampled again.
+             * @description Pixels that were supersampled because they differ from their neighbours.
              */
             rough_pixels: number;
             /**
              * Format: int64
-             * @description Samples shaded in them.
+             * @description Samples shaded in supersampled pixels.
              */
             rough_samples: number;
             /**
@@ -1981,32 +2061,32 @@ export interface components {
             samples_covered: number;
             /**
              * Format: int64
-             * @description Hits that light reaches and the camera sees the front of: only these are shaded.
+             * @description Hits that are lit and face the camera. Only these are shaded.
              */
             samples_lit: number;
             /**
              * Format: int64
-             * @description Sample sets made.
+             * @description Sample sets computed.
              */
             sets_made: number;
             /**
              * Format: int64
-             * @description Sample sets that were at hand.
+             * @description Sample sets taken from the cache.
              */
             sets_reused: number;
             /**
              * Format: int64
-             * @description Time to make or find sample sets, in microseconds.
+             * @description Time to compute or look up sample sets, in microseconds.
              */
             sets_us: number;
             /**
              * Format: int64
-             * @description Programs translated.
+             * @description Programs compiled.
              */
             translations_made: number;
             /**
              * Format: int64
-             * @description Programs whose translation was at hand.
+             * @description Compiled programs taken from the cache.
              */
             translations_reused: number;
         };

@@ -92,7 +92,7 @@ fn invalid_target_is_refused_with_a_reason() {
     let said = refused("black.csv", csv("0").as_bytes());
     assert!(said.contains("it reflects nothing at any of 160 samples"), "{said}");
     let said = refused("bright.csv", csv("1e30").as_bytes());
-    assert!(said.contains("no finite number up to"), "{said}");
+    assert!(said.contains("must be a finite number"), "{said}");
     let said = refused("short.binary", &[90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0, 1, 2, 3]);
     assert!(said.contains("short.binary"), "{said}");
     let said = refused("cut.bsdf", b"tensor_file\0");
