@@ -8,6 +8,7 @@
 mod angle;
 mod erfc;
 mod exponential;
+mod polynomial;
 #[cfg(test)]
 mod tests;
 
@@ -124,16 +125,4 @@ impl Elementary for Branchless {
     fn erf(x: f64) -> f64 {
         erfc::erf(x)
     }
-}
-
-/// Evaluates a polynomial by Horner's rule. Coefficients are in order of rising powers.
-#[inline(always)]
-fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
-    let mut sum = coefficients[N - 1];
-    let mut k = N - 1;
-    while k > 0 {
-        k -= 1;
-        sum = sum * x + coefficients[k];
-    }
-    sum
 }

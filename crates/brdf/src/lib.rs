@@ -5,8 +5,8 @@
 //! - [`Model`] is one of the classical and physical models ([`ModelKind`]) with values for its
 //!   parameters; [`PreparedModel`] is the form that is evaluated, pair by pair through [`Brdf`] or
 //!   in [`Block`]s of SIMD lanes.
-//! - [`Merl`], [`Rgl`], [`Neural`], [`ImageSlice`] and [`Scattered`] are measured materials, read from
-//!   bytes or from samples.
+//! - [`Merl`], [`Rgl`], [`Neural`], [`ImageSlice`] and [`Scattered`] are measured materials, read
+//!   from bytes or from samples.
 //!
 //! The crate does no I/O and does not depend on meshes, programs or images.
 //!
@@ -22,6 +22,7 @@
 //! ```
 
 mod block;
+mod brdf;
 mod direction;
 mod elementary;
 mod input;
@@ -30,6 +31,7 @@ mod model;
 mod swapped;
 
 pub use block::{Block, HORIZON, Loop, Machine, Plain};
+pub use brdf::{Brdf, Claims};
 pub use direction::{DirectionError, DirectionPair};
 pub use elementary::{Branchless, Elementary, Libm};
 pub use input::{Input, InputMask, Parametrisation};
@@ -38,10 +40,9 @@ pub use measured::{
     Neural, NeuralError, Rgl, RglError, SampleError, Scattered, TensorError,
 };
 pub use model::{
-    Brdf, Claims, ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants,
-    MetalConstants, Model, ModelConstants, ModelKind, ModelPreset, Parameter, ParameterError,
-    ParameterKind, ParameterScale, ParameterTextError, ParameterValuesError, PhongHighlight,
-    PreparedModel, PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm,
-    model_presets,
+    ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants, MetalConstants, Model,
+    ModelConstants, ModelKind, ModelPreset, Parameter, ParameterError, ParameterKind,
+    ParameterScale, ParameterTextError, ParameterValuesError, PhongHighlight, PreparedModel,
+    PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm, model_presets,
 };
 pub use swapped::Swapped;

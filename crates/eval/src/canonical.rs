@@ -18,10 +18,11 @@ use rayon::prelude::*;
 
 pub(crate) use block::{BoundCode, Span, Workspace};
 pub(crate) use code::Code;
-pub(crate) use kernel::BLOCK;
-pub(crate) use kernel::{LANES, Quarter};
 
-use crate::{EvalError, Evaluator, Level, layer};
+use crate::evaluator::{EvalError, Evaluator};
+use crate::lanes::{BLOCK, LANES, Quarter};
+use crate::layer;
+use crate::level::{Level, SimdKernel};
 
 /// Number of samples per task.
 const TASK: usize = 16 * BLOCK;
@@ -113,15 +114,6 @@ thread_local! {
 /// could run on this thread and borrow the workspace again.
 pub(crate) fn with_workspace<R>(f: impl FnOnce(&mut Workspace) -> R) -> R {
     WORKSPACE.with_borrow_mut(f)
-}
-
-/// A computation that is compiled once for each instruction set; see [`Level::run`].
-pub trait SimdKernel {
-    /// Result of the computation.
-    type Output;
-    /// Runs the computation. Implementations must be `#[inline(always)]`, so that they are compiled
-    /// with the instructions of the level.
-    fn run(self) -> Self::Output;
 }
 
 /// Computes the reflectance of the samples from `start` that `out` has room for; `out` already

@@ -5,6 +5,7 @@
 //! reverse mode, one adjoint per channel. Where a clamp acts, the derivative is 0. The result is
 //! the input of a damped Gauss-Newton step: J^T J and J^T r.
 
+mod equations;
 mod local;
 mod plan;
 mod sweep;
@@ -12,7 +13,9 @@ mod sweep;
 use brood_program::Program;
 use rayon::prelude::*;
 
-use crate::{FitnessTarget, Level};
+use crate::fitness::FitnessTarget;
+use crate::level::Level;
+pub use equations::NormalEquations;
 use plan::Plan;
 use sweep::{Sweep, SweepWorkspace, Walks};
 
@@ -35,36 +38,6 @@ impl Direction {
     #[must_use]
     pub fn faster(constants: usize) -> Self {
         if constants <= 8 { Self::Forward } else { Self::Reverse }
-    }
-}
-
-/// J^T J and J^T r over all residuals of a target.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NormalEquations {
-    /// Number of constants of the program, n.
-    pub constants: usize,
-    /// J^T J, n x n, symmetric, row by row.
-    pub matrix: Vec<f64>,
-    /// J^T r, of length n.
-    pub gradient: Vec<f64>,
-    /// r^T r.
-    pub sum: f64,
-}
-
-impl NormalEquations {
-    fn zero(constants: usize) -> Self {
-        let (matrix, gradient) = (vec![0.0; constants * constants], vec![0.0; constants]);
-        Self { constants, matrix, gradient, sum: 0.0 }
-    }
-
-    fn add(&mut self, other: &Self) {
-        for (sum, value) in self.matrix.iter_mut().zip(&other.matrix) {
-            *sum += value;
-        }
-        for (sum, value) in self.gradient.iter_mut().zip(&other.gradient) {
-            *sum += value;
-        }
-        self.sum += other.sum;
     }
 }
 

@@ -7,6 +7,7 @@
 //! quadrature of their own. Derivation: docs/maths/energy.md.
 
 mod hemisphere;
+mod limit;
 mod lobe;
 mod search;
 mod subject;
@@ -15,49 +16,17 @@ use std::sync::LazyLock;
 
 use brood_genome::Genome;
 use brood_program::{Child, Program};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 pub use hemisphere::{Quadrature, direction_at, direction_pair};
+pub use limit::{EnergyLimit, Incidence};
 pub use lobe::LobeRule;
 pub use search::{ALBEDO_ORDER, Effort, LimitSearch, is_anisotropic};
 
 use subject::Subject;
 
 static DEFAULT_SEARCH: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
-
-/// The largest directional albedo of a program and the divisor it requires.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnergyLimit {
-    /// Largest directional albedo of any channel.
-    pub albedo: f64,
-    /// Estimated relative error bound of the albedo.
-    pub error_bound: f64,
-    /// Divisor of f: max(1, albedo (1 + error bound)).
-    pub divisor: f64,
-    /// Angle of the largest albedo from the normal, in degrees.
-    pub theta_deg: f64,
-    /// Number of reflectances computed.
-    pub samples: usize,
-}
-
-/// An incident direction and a texture position.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Incidence {
-    theta_deg: f64,
-    turn: f64,
-    /// Texture position.
-    pub uv: DVec2,
-}
-
-impl Incidence {
-    /// Returns the incident direction.
-    #[must_use]
-    pub fn direction(&self) -> DVec3 {
-        let (sin, cos) = libm::sincos(self.theta_deg.to_radians());
-        direction_at(sin, cos, self.turn)
-    }
-}
 
 /// Expresses a genome: lowers its code and applies the energy limit if the genome asks for it.
 ///

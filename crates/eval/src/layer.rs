@@ -19,8 +19,9 @@ use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::Level;
-use crate::canonical::LANES;
+use crate::lanes::LANES;
+use crate::level::Level;
+use crate::rounding::round_to_f32;
 
 pub(crate) use shared::SharedBlocks;
 
@@ -168,7 +169,8 @@ impl<const N: usize> Loop for Rounded<'_, N> {
         let mut rounded = [[0.0; N]; 3];
         for (rounded, sum) in rounded.iter_mut().zip(self.sum) {
             for (rounded, sum) in rounded.iter_mut().zip(sum) {
-                *rounded = nearest(if *sum < LARGEST_SQUARE { *sum } else { LARGEST_SQUARE });
+                let bounded = if *sum < LARGEST_SQUARE { *sum } else { LARGEST_SQUARE };
+                *rounded = round_to_f32(bounded);
             }
         }
         rounded
@@ -186,10 +188,4 @@ impl LayerValues {
         let end = (start + LANES).min(self.0[0].len());
         [&self.0[0][start..end], &self.0[1][start..end], &self.0[2][start..end]]
     }
-}
-
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    value as f32
 }

@@ -6,7 +6,14 @@
 
 use brood_brdf::{Branchless, Loop, Machine};
 
-use crate::canonical::SimdKernel;
+/// A computation that is compiled once for each instruction set; see [`Level::run`].
+pub trait SimdKernel {
+    /// Result of the computation.
+    type Output;
+    /// Runs the computation. Implementations must be `#[inline(always)]`, so that they are compiled
+    /// with the instructions of the level.
+    fn run(self) -> Self::Output;
+}
 
 /// An instruction set of this machine's architecture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

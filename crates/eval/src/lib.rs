@@ -27,6 +27,7 @@ mod energy;
 mod evaluator;
 mod film;
 mod fitness;
+mod lanes;
 mod layer;
 mod level;
 mod model;
@@ -34,8 +35,9 @@ mod picture;
 mod preview;
 mod radiance;
 mod reference;
+mod rounding;
 
-pub use canonical::{CanonicalEvaluator, SimdKernel};
+pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
     ALBEDO_ORDER, Effort, EnergyLimit, Incidence, LimitSearch, LobeRule, Quadrature,
@@ -51,7 +53,7 @@ pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,
     Screening, Selected, TargetError, select_best,
 };
-pub use level::Level;
+pub use level::{Level, SimdKernel};
 pub use model::{model_error, model_reflectance};
 pub use picture::{
     EnvironmentFileError, LinearPicture, LinearPictureError, PictureError, SheetCell, centre_px,

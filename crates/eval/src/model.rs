@@ -4,8 +4,9 @@ use brood_brdf::{Block, Brdf, Model};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-use crate::Level;
-use crate::canonical::LANES;
+use crate::lanes::LANES;
+use crate::level::Level;
+use crate::rounding::round_to_f32;
 
 /// Number of samples per task.
 const TASK_SAMPLES: usize = 1024;
@@ -31,7 +32,8 @@ pub fn model_reflectance(brdf: &dyn Brdf, set: &SampleSet, out: &mut Vec<f32>) {
     parts.zip(blue.par_chunks_mut(TASK_SAMPLES)).enumerate().for_each(
         |(part, ((red, green), blue))| {
             for k in 0..red.len() {
-                let f = brdf.f(&set.pair(part * TASK_SAMPLES + k).0).to_array().map(nearest);
+                let f =
+                    brdf.f(&set.pair(part * TASK_SAMPLES + k).0).to_array().map(round_to_finite);
                 [red[k], green[k], blue[k]] = f;
             }
         },
@@ -64,9 +66,9 @@ pub fn model_error(model: &Model, set: &SampleSet, level: Level) -> f64 {
     worst
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    (value as f32).clamp(f32::MIN, f32::MAX)
+/// Returns the nearest finite f32.
+fn round_to_finite(value: f64) -> f32 {
+    round_to_f32(value).clamp(f32::MIN, f32::MAX)
 }
 
 #[cfg(test)]
@@ -91,7 +93,7 @@ mod tests {
         assert_eq!(out.len(), 9000);
         for (k, pair) in pairs.iter().enumerate() {
             let f = [out[k], out[3000 + k], out[6000 + k]];
-            assert_eq!(f, brdf.f(pair).to_array().map(nearest), "{k}");
+            assert_eq!(f, brdf.f(pair).to_array().map(round_to_finite), "{k}");
         }
     }
 }

@@ -5,8 +5,9 @@ use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::evaluator::{EvalError, Evaluator};
 use crate::layer::Layers;
-use crate::{EvalError, Evaluator};
+use crate::rounding::round_to_f32;
 
 /// Evaluates in f64 on the CPU, sample by sample.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,16 +58,11 @@ impl Evaluator for ReferenceEvaluator {
         for program in programs {
             let f = Self::reflectance(program, set);
             for channel in 0..3 {
-                out.extend(f.iter().map(|rgb| nearest(rgb[channel])));
+                out.extend(f.iter().map(|rgb| round_to_f32(rgb[channel])));
             }
         }
         Ok(())
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

@@ -88,8 +88,9 @@ fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
     let within = |argument: String, bounds: &str| {
         if range.clamps_argument { format!("clamp({argument}, {bounds})") } else { argument }
     };
+    let angle = |a: &str| within(a.to_owned(), "-BROOD_ANGLE_RANGE, BROOD_ANGLE_RANGE");
     let power = |argument: String| {
-        let value = format!("brood_ex2({})", within(argument, "-24.0, 16.0"));
+        let value = format!("brood_ex2({})", within(argument, "BROOD_EX2_LOW, BROOD_EX2_HIGH"));
         // 2^16 is above the largest number; all smaller integer powers are not.
         if range.clamps { format!("brood_limit({value})") } else { value }
     };
@@ -97,8 +98,8 @@ fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
         Operation::Add => format!("{rounded}({a} + {b})"),
         Operation::Sub => format!("{rounded}({a} - {b})"),
         Operation::Mul => format!("{rounded}({a} * {b})"),
-        Operation::Sin => format!("brood_sine({}, 0)", within(a.to_owned(), "-1024.0, 1024.0")),
-        Operation::Cos => format!("brood_sine({}, 1)", within(a.to_owned(), "-1024.0, 1024.0")),
+        Operation::Sin => format!("brood_sine({}, 0)", angle(a)),
+        Operation::Cos => format!("brood_sine({}, 1)", angle(a)),
         Operation::Ex2 => power(a.to_owned()),
         Operation::Ex2Neg => power(format!("-{a}")),
         Operation::Lg2 => format!("brood_lg2({a})"),

@@ -1,8 +1,8 @@
-Canonical functions in GLSL. CPU twin: brood-genome's functions.rs, with the same constants, order
-of operations and clamps, bit for bit; WGSL twin: functions.wgsl. `brood_hold` prevents compilers
-from contracting or reassociating. Built-in sin, exp2, mix, pow, sqrt and division are not used
-because drivers choose their errors. The text above the first mark is not exported; each mark begins
-a function that library.rs picks by name.
+Canonical functions in GLSL. CPU twin: brood-genome's functions.rs, with the same order of
+operations and clamps, bit for bit; WGSL twin: functions.wgsl. library.rs generates the constants
+from the CPU twin. `brood_hold` prevents compilers from contracting or reassociating. Built-in sin,
+exp2, mix, pow, sqrt and division are not used because drivers choose their errors. The text above
+the first mark is not exported; each mark begins a function that library.rs picks by name.
 // @base
 // Every product and sum must be rounded separately. brood_zero must be set to 0: because compilers
 // do not know its value, they cannot fuse operations across brood_hold.
@@ -17,7 +17,7 @@ float brood_product(float a, float b) {
 }
 
 float brood_limit(float a) {
-  return clamp(a, -65504.0, 65504.0);
+  return clamp(a, -BROOD_RANGE, BROOD_RANGE);
 }
 
 // a + b c, rounded twice.
@@ -29,15 +29,15 @@ float brood_step(float a, float b, float c) {
 // sin(t) if quarter is 0, cos(t) if it is 1; t in [-1024, 1024].
 float brood_sine(float t, int quarter) {
   // Adding 1.5 2^23 rounds to the nearest integer, ties to even, and leaves it in the low bits.
-  float m = brood_hold(brood_product(t, 0.63661975) + 12582912.0);
-  float k = brood_hold(m - 12582912.0);
-  float r = brood_hold(t - brood_product(k, 1.570556640625));
-  r = brood_hold(r - brood_product(k, 0.0002396702766418457));
-  r = brood_hold(r - brood_product(k, 1.5893254712295857e-8));
+  float m = brood_hold(brood_product(t, BROOD_TWO_OVER_PI) + BROOD_ROUNDING);
+  float k = brood_hold(m - BROOD_ROUNDING);
+  float r = brood_hold(t - brood_product(k, BROOD_HALF_PI_0));
+  r = brood_hold(r - brood_product(k, BROOD_HALF_PI_1));
+  r = brood_hold(r - brood_product(k, BROOD_HALF_PI_2));
   float z = brood_product(r, r);
-  float s = brood_step(-0.16666655, z, brood_step(0.008332179, z, -0.0001951727));
+  float s = brood_step(BROOD_SIN_0, z, brood_step(BROOD_SIN_1, z, BROOD_SIN_2));
   s = brood_hold(r + brood_product(brood_product(r, z), s));
-  float c = brood_step(0.041666646, z, brood_step(-0.0013887375, z, 2.443912e-5));
+  float c = brood_step(BROOD_COS_0, z, brood_step(BROOD_COS_1, z, BROOD_COS_2));
   c = brood_hold(brood_hold(1.0 - brood_product(0.5, z)) + brood_product(brood_product(z, z), c));
   uint quadrant = floatBitsToUint(m) + uint(quarter);
   float value = (quadrant & 1u) == 0u ? s : c;
@@ -48,10 +48,10 @@ float brood_sine(float t, int quarter) {
 // 2^t for t in [-24, 16].
 float brood_ex2(float t) {
   // As in the sine: rounds to the nearest integer and leaves it in the low bits.
-  float m = brood_hold(t + 12582912.0);
-  float f = brood_hold(t - brood_hold(m - 12582912.0));
-  float p = brood_step(0.009618006, f, brood_step(0.0013400249, f, 0.00015475875));
-  p = brood_step(0.6931472, f, brood_step(0.2402265, f, brood_step(0.05550328, f, p)));
+  float m = brood_hold(t + BROOD_ROUNDING);
+  float f = brood_hold(t - brood_hold(m - BROOD_ROUNDING));
+  float p = brood_step(BROOD_EX2_3, f, brood_step(BROOD_EX2_4, f, BROOD_EX2_5));
+  p = brood_step(BROOD_EX2_0, f, brood_step(BROOD_EX2_1, f, brood_step(BROOD_EX2_2, f, p)));
   p = brood_step(1.0, f, p);
   return p * uintBitsToFloat((floatBitsToUint(m) << 23) + 0x3f800000u);
 }
@@ -60,20 +60,20 @@ float brood_ex2(float t) {
 // log2 of a positive normal number.
 float brood_log2(float t) {
   uint bits = floatBitsToUint(t);
-  uint offset = (bits - 0x3f3504f3u) & 0xff800000u;
+  uint offset = (bits - BROOD_SQRT_HALF_BITS) & 0xff800000u;
   float exponent = float(int(offset) >> 23);
   float f = brood_hold(uintBitsToFloat(bits - offset) - 1.0);
-  float p = brood_step(-0.1906129, f, brood_step(0.1878259, f, -0.112973355));
-  p = brood_step(0.28858528, f, brood_step(-0.23963657, f, brood_step(0.20429617, f, p)));
-  p = brood_step(-0.72134733, f, brood_step(0.4808979, f, brood_step(-0.36069643, f, p)));
-  p = brood_product(f, brood_step(1.442695, f, p));
+  float p = brood_step(BROOD_LG2_7, f, brood_step(BROOD_LG2_8, f, BROOD_LG2_9));
+  p = brood_step(BROOD_LG2_4, f, brood_step(BROOD_LG2_5, f, brood_step(BROOD_LG2_6, f, p)));
+  p = brood_step(BROOD_LG2_1, f, brood_step(BROOD_LG2_2, f, brood_step(BROOD_LG2_3, f, p)));
+  p = brood_product(f, brood_step(BROOD_LG2_0, f, p));
   return brood_hold(exponent + p);
 }
 
 // @square
 // a^2 + 2^-24.
 float brood_square(float a) {
-  return brood_hold(brood_product(a, a) + 5.9604645e-8);
+  return brood_hold(brood_product(a, a) + BROOD_EPSILON);
 }
 
 // @lg2
@@ -86,7 +86,7 @@ float brood_lg2(float a) {
 // a / (a^2 + 2^-24).
 float brood_rcp(float a) {
   float t = brood_square(a);
-  float y = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(t));
+  float y = uintBitsToFloat(BROOD_RCP_SEED - floatBitsToUint(t));
   y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
   y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
   y = brood_product(y, brood_hold(2.0 - brood_product(t, y)));
@@ -99,7 +99,7 @@ float brood_rcp(float a) {
 float brood_rsq(float a) {
   float t = brood_square(a);
   float h = brood_product(0.5, t);
-  float y = uintBitsToFloat(0x5f375a86u - (floatBitsToUint(t) >> 1));
+  float y = uintBitsToFloat(BROOD_RSQ_SEED - (floatBitsToUint(t) >> 1));
   y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
   y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
   y = brood_product(y, brood_hold(1.5 - brood_product(brood_product(h, y), y)));
@@ -110,7 +110,7 @@ float brood_rsq(float a) {
 // @spl
 // log2(1 + 2^a).
 float brood_spl(float a) {
-  float rest = brood_log2(brood_hold(1.0 + brood_ex2(max(-abs(a), -24.0))));
+  float rest = brood_log2(brood_hold(1.0 + brood_ex2(max(-abs(a), BROOD_EX2_LOW))));
   return brood_limit((a > 0.0 ? a : 0.0) + rest);
 }
 

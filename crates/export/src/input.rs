@@ -133,8 +133,8 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
     };
     match input {
         Input::P1 => ("cos_o + cos_i", &[CosI, CosO]),
-        Input::U => ("clamp(uv.x, -65504.0, 65504.0)", &[]),
-        Input::V => ("clamp(uv.y, -65504.0, 65504.0)", &[]),
+        Input::U => ("clamp(uv.x, -BROOD_RANGE, BROOD_RANGE)", &[]),
+        Input::V => ("clamp(uv.y, -BROOD_RANGE, BROOD_RANGE)", &[]),
         Input::SmoothP3 => ("v.x * l.x + v.y * l.y", &[TangentI, TangentO]),
         Input::SmoothP5 => ("v.x * l.x - v.y * l.y", &[TangentI, TangentO]),
         Input::SmoothP6 => ("v.x * l.y + v.y * l.x", &[TangentI, TangentO]),

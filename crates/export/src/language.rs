@@ -65,6 +65,22 @@ impl Language {
         }
     }
 
+    /// Declaration of a constant with shortest digits, which read back to the same bits.
+    pub(crate) fn constant(self, name: &str, value: f32) -> String {
+        match self {
+            Self::Glsl => format!("const float {name} = {value:?};\n"),
+            Self::Wgsl => format!("const {name}: f32 = {value:?};\n"),
+        }
+    }
+
+    /// Declaration of a constant that is a bit pattern.
+    pub(crate) fn bit_constant(self, name: &str, bits: u32) -> String {
+        match self {
+            Self::Glsl => format!("const uint {name} = {bits:#010x}u;\n"),
+            Self::Wgsl => format!("const {name}: u32 = {bits:#010x}u;\n"),
+        }
+    }
+
     /// Literal that reads back to the same bits. Negative numbers are in parentheses, so that the
     /// literal can stand in any expression.
     ///

@@ -1,6 +1,8 @@
 //! Library functions in each language: hand-written texts, of which a module gets those that it
 //! calls and those that these call in turn.
 
+use brood_genome::Functions;
+
 use crate::language::Language;
 
 /// Library files of both languages; each calls only earlier ones.
@@ -18,6 +20,8 @@ const FILES: [(&str, &str); 8] = [
 const MARK: &str = "// @";
 /// Function that all others use; every module has it.
 const BASE: &str = "base";
+/// Prefix of the names of constants.
+const CONSTANT_PREFIX: &str = "BROOD_";
 
 /// A library function and its text.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +53,8 @@ fn marked(file: &'static str) -> impl Iterator<Item = Function> {
     })
 }
 
-/// Returns the functions that a text calls, and those that these call.
+/// Returns the functions that a text calls and those that these call, after the constants that
+/// they and the text name.
 pub(crate) fn functions(text: &str, language: Language) -> String {
     let mut called: Vec<Function> = Vec::new();
     for function in all(language).into_iter().rev() {
@@ -59,12 +64,101 @@ pub(crate) fn functions(text: &str, language: Language) -> String {
             called.push(function);
         }
     }
-    called.iter().rev().map(|function| function.text).collect()
+    let functions: String = called.iter().rev().map(|function| function.text).collect();
+    constants(language, |name| functions.contains(name) || text.contains(name)) + "\n" + &functions
+}
+
+/// Returns declarations of those constants of the elementary functions that are named.
+fn constants(language: Language, is_named: impl Fn(&str) -> bool) -> String {
+    let prefixed = |name: &str| format!("{CONSTANT_PREFIX}{name}");
+    let numbers = Functions::constants().into_iter().map(|(name, value)| {
+        let name = prefixed(&name);
+        (language.constant(&name, value), name)
+    });
+    let bits = Functions::BIT_CONSTANTS.into_iter().map(|(name, bits)| {
+        let name = prefixed(name);
+        (language.bit_constant(&name, bits), name)
+    });
+    numbers.chain(bits).filter(|(_, name)| is_named(name)).map(|(line, _)| line).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Returns the number literals of code, without comments.
+    fn literals(text: &str) -> impl Iterator<Item = &str> {
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let is_part = |c: char| c.is_alphanumeric() || c == '.' || c == '_';
+        let words = code.flat_map(move |line| line.split(move |c: char| !is_part(c)));
+        words.filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+    }
+
+    #[test]
+    fn hand_written_functions_contain_no_coefficient() {
+        const STRUCTURAL: &str =
+            "0 0u 0.0 0.5 1 1u 1.0 1.5 2u 2.0 23 23u 30 30u 0xff800000u 0x3f800000u";
+        let (glsl, wgsl) = FILES[0];
+        for function in [glsl, wgsl].into_iter().flat_map(marked) {
+            for literal in literals(function.text) {
+                let is_structural = STRUCTURAL.split(' ').any(|it| it == literal);
+                assert!(is_structural, "{literal} in {}", function.name);
+            }
+        }
+    }
+
+    #[test]
+    fn constants_read_back_to_the_bits_of_the_twin() {
+        for language in [Language::Glsl, Language::Wgsl] {
+            let text = constants(language, |_| true);
+            let mut values = text.lines().map(|line| {
+                line.split_once(" = ").and_then(|(_, value)| value.strip_suffix(';')).unwrap()
+            });
+            for (name, value) in Functions::constants() {
+                let digits = values.next().unwrap();
+                let bits = [digits.parse::<f32>().unwrap(), digits.parse::<f64>().unwrap() as f32];
+                assert_eq!(bits.map(f32::to_bits), [value.to_bits(); 2], "{name} {digits}");
+            }
+            for (name, bits) in Functions::BIT_CONSTANTS {
+                let digits = values.next().unwrap().strip_prefix("0x").unwrap();
+                let digits = digits.strip_suffix('u').unwrap();
+                assert_eq!(u32::from_str_radix(digits, 16), Ok(bits), "{name}");
+            }
+            assert_eq!(values.next(), None);
+        }
+    }
+
+    #[test]
+    fn constants_have_the_bits_of_the_twin_to_a_compiler() {
+        let module = naga::front::wgsl::parse_str(&constants(Language::Wgsl, |_| true)).unwrap();
+        let found = |name: &str| {
+            let name = format!("{CONSTANT_PREFIX}{name}");
+            let (_, constant) =
+                module.constants.iter().find(|(_, it)| it.name.as_ref() == Some(&name)).unwrap();
+            match module.global_expressions[constant.init] {
+                naga::Expression::Literal(naga::Literal::F32(value)) => value.to_bits(),
+                naga::Expression::Literal(naga::Literal::U32(bits)) => bits,
+                ref other => panic!("{name}: {other:?}"),
+            }
+        };
+        for (name, value) in Functions::constants() {
+            assert_eq!(found(&name), value.to_bits(), "{name}");
+        }
+        for (name, bits) in Functions::BIT_CONSTANTS {
+            assert_eq!(found(name), bits, "{name}");
+        }
+    }
+
+    #[test]
+    fn only_constants_that_a_module_names_are_declared() {
+        let text = functions("brood_lg2(a)", Language::Wgsl);
+        for (name, _) in Functions::constants() {
+            let name = format!("{CONSTANT_PREFIX}{name}");
+            let is_declared = text.contains(&format!("const {name}: f32 = "));
+            assert_eq!(is_declared, text.matches(&name).count() > 1, "{name}");
+        }
+        assert!(text.contains("BROOD_LG2_9") && !text.contains("BROOD_SIN_0"), "{text}");
+    }
 
     #[test]
     fn functions_exist_in_both_languages_and_call_only_earlier_ones() {

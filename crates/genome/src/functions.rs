@@ -2,10 +2,12 @@
 //! library's or a device's own functions.
 //!
 //! Every product and sum is rounded separately, in the order written, so any backend that neither
-//! contracts nor reassociates computes the same bits. `functions.wgsl` of the GPU crate is the twin
-//! of this file. All code is branch-free, so that loops over it vectorise.
+//! contracts nor reassociates computes the same bits. `functions.wgsl` of the GPU crate, and
+//! `functions.wgsl` and `functions.glsl` of the export crate, are the twins of this file; their
+//! constants are generated from [`Functions::constants`] and [`Functions::BIT_CONSTANTS`]. All code
+//! is branch-free, so that loops over it vectorise.
 
-use crate::arithmetic::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
+use crate::range::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
 
 /// Constants of the functions, as values that a caller may hide from the compiler.
 ///
@@ -34,6 +36,10 @@ pub struct Functions {
 
 /// Bits of sqrt(1/2): mantissas are reduced to [sqrt(1/2), sqrt(2)).
 const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+/// Minuend of the initial guess of 1 / sqrt(t), from which half of the bits of t are subtracted.
+const RSQ_SEED: u32 = 0x5f37_5a86;
+/// Minuend of the initial guess of 1 / t, from which the bits of t are subtracted.
+const RCP_SEED: u32 = 0x7ef3_11c7;
 
 /// Clamps to the machine's range. Arguments are never NaN.
 #[inline(always)]
@@ -102,6 +108,44 @@ impl Functions {
         three_halves: 1.5,
         two: 2.0,
     };
+
+    /// Largest magnitude of arguments of sine and cosine.
+    pub const ANGLE_RANGE: f32 = ANGLE_RANGE;
+    /// Range of arguments of the power of two.
+    pub const EX2_RANGE: (f32, f32) = EX2_RANGE;
+    /// 2^-24, added so that logarithm and reciprocals are finite everywhere.
+    pub const EPSILON: f32 = EPSILON;
+
+    /// Names and values of the constants that are bit patterns, for twins in shading languages.
+    pub const BIT_CONSTANTS: [(&'static str, u32); 3] =
+        [("SQRT_HALF_BITS", SQRT_HALF_BITS), ("RSQ_SEED", RSQ_SEED), ("RCP_SEED", RCP_SEED)];
+
+    /// Returns names and values of the constants that are numbers, for twins in shading languages.
+    #[must_use]
+    pub fn constants() -> Vec<(String, f32)> {
+        let known = Self::KNOWN;
+        let numbers = [
+            ("RANGE", known.range),
+            ("ANGLE_RANGE", known.angle_range),
+            ("EX2_LOW", known.ex2_range.0),
+            ("EX2_HIGH", known.ex2_range.1),
+            ("EPSILON", known.epsilon),
+            ("ROUNDING", known.rounding),
+            ("TWO_OVER_PI", known.two_over_pi),
+        ];
+        let rows: [(&str, &[f32]); 5] = [
+            ("HALF_PI", &known.half_pi),
+            ("SIN", &known.sin),
+            ("COS", &known.cos),
+            ("EX2", &known.ex2),
+            ("LG2", &known.lg2),
+        ];
+        let numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into_iter();
+        let in_rows = rows.into_iter().flat_map(|(name, row)| {
+            row.iter().enumerate().map(move |(index, value)| (format!("{name}_{index}"), *value))
+        });
+        numbers.chain(in_rows).collect()
+    }
 
     /// Returns x rounded to an integer, and bits whose lowest nine are those of that integer.
     #[inline(always)]
@@ -193,7 +237,7 @@ impl Functions {
     #[inline(always)]
     fn inverse_sqrt(&self, t: f32) -> f32 {
         let half = self.half * t;
-        let mut y = f32::from_bits(0x5f37_5a86_u32.wrapping_sub(t.to_bits() >> 1));
+        let mut y = f32::from_bits(RSQ_SEED.wrapping_sub(t.to_bits() >> 1));
         for _ in 0..4 {
             y *= self.three_halves - (half * y) * y;
         }
@@ -216,7 +260,7 @@ impl Functions {
     #[inline(always)]
     pub fn rcp(&self, x: f32) -> f32 {
         let t = x * x + self.epsilon;
-        let mut y = f32::from_bits(0x7ef3_11c7_u32.wrapping_sub(t.to_bits()));
+        let mut y = f32::from_bits(RCP_SEED.wrapping_sub(t.to_bits()));
         for _ in 0..4 {
             y *= self.two - t * y;
         }

@@ -1,8 +1,6 @@
 //! Interpreter of genomes as written: the test oracle for lowered programs.
 
-use crate::{
-    Arithmetic, Genome, InitialValue, Input, Instruction, Opcode, Operand, Output, Register,
-};
+use crate::{Arithmetic, Genome, InitialValue, Input, Instruction, Opcode, Operand, Register};
 
 /// Runs a genome for one sample and returns the reflectance of the three channels.
 ///
@@ -36,27 +34,6 @@ pub fn interpret<T: Arithmetic>(genome: &Genome, inputs: impl Fn(Input) -> T) ->
         _ => registers[0],
     };
     genome.output().apply([r.square(), g.square(), b.square()])
-}
-
-impl Output {
-    /// Maps the squares of the results to reflectance: f = scale (matrix g^2) + offset, with rows
-    /// summed from left to right.
-    #[inline(always)]
-    pub fn apply<T: Arithmetic>(&self, squares: [T; 3]) -> [T; 3] {
-        std::array::from_fn(|channel| self.channel(channel, squares))
-    }
-
-    /// [`Output::apply`] for channel 0, 1 or 2.
-    #[inline(always)]
-    pub fn channel<T: Arithmetic>(&self, channel: usize, [red, green, blue]: [T; 3]) -> T {
-        let row = self.matrix()[channel].map(T::from_f32);
-        let zero = T::from_f32(0.0);
-        let mixed = red.output_mul_add(row[0], zero);
-        let mixed = green.output_mul_add(row[1], mixed);
-        let mixed = blue.output_mul_add(row[2], mixed);
-        let scale = T::from_f32(self.scale()[channel]);
-        mixed.output_mul_add(scale, T::from_f32(self.offset()[channel]))
-    }
 }
 
 fn read<T: Arithmetic>(genome: &Genome, registers: &[[T; 4]; 16], operand: Operand) -> [T; 4] {

@@ -8,6 +8,7 @@
 //!   [`interpret`] runs a genome with it.
 //! - [`Variation`] has the genetic operators. Their randomness is a counter-based [`Stream`] for
 //!   each [`BirthKey`].
+//! - [`preset`] has hand-written genomes.
 //!
 //! The crate does not depend on the optimisation of programs, on images or on storage.
 //!
@@ -35,23 +36,28 @@ mod liveness;
 mod locks;
 mod opcode;
 mod operand;
+mod output;
+pub mod preset;
 mod random;
+mod range;
 mod text;
 mod variation;
 
-pub use arithmetic::{Arithmetic, RANGE};
+pub use arithmetic::Arithmetic;
 pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, InitialValue, OpcodeSet};
 pub use functions::Functions;
-pub use genome::{CONSTANTS, Genome, GenomeError, LAYERS_MAX, Output, OutputError};
+pub use genome::{Genome, GenomeError, LAYERS_MAX};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;
 pub use json::JsonError;
-pub use liveness::{Liveness, REGISTERS, channels_of_instructions, live_instructions};
+pub use liveness::{Liveness, channels_of_instructions, live_instructions};
 pub use locks::{Channel, Locks, LocksError, ParameterLock};
 pub use opcode::Opcode;
-pub use operand::{Operand, Register, Swizzle, WriteMask};
+pub use operand::{CONSTANTS, Operand, REGISTERS, Register, Swizzle, WriteMask};
+pub use output::{Output, OutputError};
 pub use random::{BirthKey, Operator, Stream, philox4x32};
+pub use range::RANGE;
 pub use text::TextError;
 pub use variation::{Constraints, Variation};
 

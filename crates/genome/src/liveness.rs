@@ -1,10 +1,7 @@
 //! Liveness analysis per component: the instructions, and their components, that can change the
 //! result of a genome.
 
-use crate::{Genome, Instruction, Opcode, Operand, Register, Swizzle};
-
-/// Largest number of temporary registers of a genome.
-pub const REGISTERS: usize = 16;
+use crate::{Genome, Instruction, Opcode, Operand, REGISTERS, Register, Swizzle};
 
 /// Mask of the components of R0 that are the result.
 pub(crate) const RESULT: u8 = 0b0111;

@@ -2,6 +2,12 @@
 
 use std::fmt;
 
+/// Largest number of temporary registers of a genome.
+pub const REGISTERS: usize = 16;
+
+/// Number of constant registers.
+pub const CONSTANTS: usize = 128;
+
 /// Names of the four components.
 pub(crate) const LETTERS: [char; 4] = ['x', 'y', 'z', 'w'];
 

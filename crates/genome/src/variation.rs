@@ -1,12 +1,14 @@
 //! Genetic operators: pure functions of a key and the parents that return one child.
 
+mod draft;
 mod layer;
 mod mutate;
 mod random;
 mod recombine;
 
 use crate::locks::ResolvedLocks;
-use crate::{BirthKey, CONSTANTS, Dialect, Genome, Instruction, Locks, Model, Output};
+use crate::{BirthKey, Dialect, Genome, Locks, Output};
+use draft::Draft;
 
 /// Overrides of the dialect's switches for a brood. The child's genome stores the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,16 +34,6 @@ enum Origin<'a> {
     Random(Dialect),
     Mutate { parent: &'a Genome, mutation: f32 },
     Recombine { first: &'a Genome, second: &'a Genome, recombination: f32, mutation: f32 },
-}
-
-/// Parts of a child; becomes a [`Genome`] through the validating constructor.
-struct Draft {
-    dialect: Dialect,
-    instructions: Vec<Instruction>,
-    constants: Box<[[f32; 4]; CONSTANTS]>,
-    output: Output,
-    limited: bool,
-    layers: Vec<Model>,
 }
 
 impl<'a> Variation<'a> {
@@ -225,19 +217,6 @@ impl<'a> Variation<'a> {
             output: None,
             limited: None,
             locks: None,
-        }
-    }
-}
-
-impl Draft {
-    fn copy(parent: &Genome) -> Self {
-        Self {
-            dialect: *parent.dialect(),
-            instructions: parent.instructions().to_vec(),
-            constants: Box::new(*parent.constants()),
-            output: *parent.output(),
-            limited: parent.is_limited(),
-            layers: parent.layers().to_vec(),
         }
     }
 }

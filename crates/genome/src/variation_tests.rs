@@ -2,7 +2,7 @@
 //! the amount.
 
 use super::*;
-use crate::OpcodeSet;
+use crate::{CONSTANTS, OpcodeSet};
 
 fn key(slot: u32) -> BirthKey {
     BirthKey { seed: 11, slot, attempt: 0 }

@@ -14,8 +14,8 @@ use brood_eval::{
 };
 use brood_genome::{BirthKey, Dialect, Variation};
 use brood_gpu::{
-    BatchTiming, Contraction, GpuEvaluator, GpuOptions, GpuPopulation, Guard, OwnPipelinePolicy,
-    Shape,
+    BatchTiming, Contraction, GpuEvaluator, GpuOptions, GpuPopulation, Guard, InterpreterLayout,
+    OwnPipelinePolicy,
 };
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -107,7 +107,7 @@ fn layouts(options: &GpuOptions, scale: Scale) -> Outcome<()> {
     println!("\n## Layouts of the interpreter: {count} programs, {samples} samples\n");
     println!("| layout | bit-exact | device ms | open ms |\n|---|---|---|---|");
     let (programs, set) = (brood(count), conformance::hard_samples(1, samples));
-    for shape in Shape::ALL {
+    for shape in InterpreterLayout::ALL {
         let started = Instant::now();
         let options = GpuOptions { shape: Some(shape), ..options.clone() };
         let gpu = GpuEvaluator::new(&options)?;

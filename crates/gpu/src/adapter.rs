@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::guard::{Guard, GuardReport};
-use crate::shape::Shape;
+use crate::interpreter_layout::InterpreterLayout;
 
 /// Options of a [`crate::GpuEvaluator`].
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +16,7 @@ pub struct GpuOptions {
     pub contraction: Contraction,
     /// Layout of the interpreter. `None` measures the fastest one on hardware and uses the default
     /// one on a software adapter.
-    pub shape: Option<Shape>,
+    pub shape: Option<InterpreterLayout>,
     /// Policy of compiling a pipeline for a single program.
     pub own_pipelines: OwnPipelinePolicy,
     /// Largest number of bytes of inputs that stay on the device for the next batch over the same
@@ -95,9 +95,9 @@ pub struct AdapterReport {
     /// Guard in use.
     pub guard: Guard,
     /// Layout in use.
-    pub shape: Shape,
+    pub shape: InterpreterLayout,
     /// Layouts and guards that were timed, with seconds per batch on the device, fastest first.
-    pub timed: Vec<(Shape, Guard, f64)>,
+    pub timed: Vec<(InterpreterLayout, Guard, f64)>,
     /// True if the adapter supports timestamps.
     pub has_timestamps: bool,
 }
@@ -132,7 +132,7 @@ pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterReport {
         detail: String::new(),
         guards: Vec::new(),
         guard: Guard::Plain,
-        shape: Shape::default(),
+        shape: InterpreterLayout::default(),
         timed: Vec::new(),
         has_timestamps: false,
     }

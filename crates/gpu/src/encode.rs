@@ -97,6 +97,11 @@ impl Encoded {
     }
 }
 
+/// Encodes the programs of a batch, given the inputs of the batch.
+pub(crate) fn encode(programs: &[&Program], mask: InputMask) -> Result<Vec<Encoded>, GpuError> {
+    programs.iter().map(|program| Encoded::new(program, mask)).collect()
+}
+
 /// Packs programs into the words of one batch.
 pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
     let mut words = vec![0; programs.len() * ENTRY_WORDS as usize];

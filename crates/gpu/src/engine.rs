@@ -3,25 +3,31 @@
 //!
 //! Independent of sample sets and evaluators; the owner of an engine handles failures.
 
+mod batch;
+mod dispatch;
+mod own;
+mod sums;
+
 use std::collections::HashMap;
 
-use brood_brdf::InputMask;
 use brood_program::Program;
 
 use crate::clock::Clock;
 use crate::device::Device;
-use crate::encode::{Encoded, pack};
+use crate::encode::{Encoded, encode, pack};
 use crate::guard::Guard;
 use crate::own::OwnPipelines;
 use crate::pass::Pass;
 use crate::pipeline::{Compiled, bind_group_layout, build_pipeline};
-use crate::plan::{Bounds, Grid, TileBudget, padded, reflectance_bytes};
+use crate::plan::{Bounds, TileBudget, count, grid, padded, reflectance_bytes};
 use crate::residency::{Residency, Rows};
 use crate::shader::{Kernel, REGISTER_FILES, Style, Variant, source};
 use crate::slot::Slot;
+use crate::straight;
 use crate::sums::ResidentTargets;
 use crate::timing::BatchTiming;
 use crate::{GpuError, GpuOptions};
+use batch::{Batch, BatchShader};
 
 #[derive(Debug)]
 pub(crate) struct Engine {
@@ -31,15 +37,15 @@ pub(crate) struct Engine {
     pub contracting: Vec<Guard>,
     /// Cost since it was last reset.
     pub timing: BatchTiming,
-    pub(crate) own: OwnPipelines,
+    own: OwnPipelines,
     pub(crate) residency: Residency,
-    pub(crate) resident_targets: Option<ResidentTargets>,
+    resident_targets: Option<ResidentTargets>,
     pub(crate) clock: Option<Clock>,
-    pub(crate) layouts: [wgpu::BindGroupLayout; 2],
-    pub(crate) tile: Slot,
-    pub(crate) words: Slot,
-    pub(crate) outputs: Slot,
-    pub(crate) staging: Slot,
+    layouts: [wgpu::BindGroupLayout; 2],
+    tile: Slot,
+    words: Slot,
+    outputs: Slot,
+    staging: Slot,
     pipelines: HashMap<Variant, Compiled>,
     submission_s: f64,
 }
@@ -190,7 +196,7 @@ impl Engine {
                     programs,
                     words: &match batch.shader {
                         BatchShader::Interpreter => pack(programs),
-                        BatchShader::Own(program) => crate::straight::words(program, mask),
+                        BatchShader::Own(program) => straight::words(program, mask),
                     },
                     inputs: &inputs,
                     targets: None,
@@ -216,41 +222,4 @@ impl Engine {
         }
         Ok(())
     }
-}
-
-/// Programs and inputs of one call.
-pub(crate) struct Batch<'a, 'r> {
-    pub shader: BatchShader<'a>,
-    pub encoded: &'a [Encoded],
-    pub rows: &'a Rows<'r>,
-    /// Rows on the device.
-    pub mask: InputMask,
-}
-
-/// Shader that the words of a batch are for.
-#[derive(Clone, Copy)]
-pub(crate) enum BatchShader<'a> {
-    /// The interpreter.
-    Interpreter,
-    /// Straight-line shader of one program.
-    Own(&'a Program),
-}
-
-pub(crate) fn encode(programs: &[&Program], mask: InputMask) -> Result<Vec<Encoded>, GpuError> {
-    programs.iter().map(|program| Encoded::new(program, mask)).collect()
-}
-
-/// Returns the samples of a slab as a kernel counts them.
-pub(crate) fn grid(samples: usize, style: Style, kernel: Kernel) -> Grid {
-    let lanes = style.shape.lanes();
-    let blocks = padded(samples) / u64::from(lanes);
-    Grid {
-        blocks: u32::try_from(blocks).expect("samples of a slab fit a buffer"),
-        lanes,
-        group: kernel.workgroup(lanes),
-    }
-}
-
-pub(crate) fn count(samples: usize) -> u32 {
-    u32::try_from(samples).expect("samples of a slab fit a buffer")
 }

@@ -11,10 +11,10 @@ use brood_scene::SampleSet;
 use crate::adapter::describe;
 use crate::engine::Engine;
 use crate::guard::{Guard, GuardSearch};
+use crate::interpreter_layout::InterpreterLayout;
 use crate::probe::probe;
 use crate::residency::Rows;
 use crate::shader::Style;
-use crate::shape::Shape;
 use crate::tune::tune;
 use crate::{AdapterReport, BatchTiming, Contraction, GpuError, GpuOptions};
 
@@ -64,7 +64,7 @@ impl GpuEvaluator {
         let (mut guard, mut shape) = (exact.first().copied().unwrap_or(guards[0]), shape);
         let mut finding = search.finding(guard).expect("the guard in use was probed").clone();
         let shapes = match options.shape {
-            None if !report.is_software => Shape::ALL.to_vec(),
+            None if !report.is_software => InterpreterLayout::ALL.to_vec(),
             Some(_) | None => vec![shape],
         };
         if finding.exact && (shapes.len() > 1 || exact.len() > 1) {

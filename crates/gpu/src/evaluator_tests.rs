@@ -65,7 +65,7 @@ fn gpu_evaluator_passes_the_conformance_suite_with_every_guard() {
 
 #[test]
 fn gpu_evaluator_passes_the_conformance_suite_with_every_layout() {
-    for shape in Shape::ALL {
+    for shape in InterpreterLayout::ALL {
         let options = GpuOptions { shape: Some(shape), ..GpuOptions::default() };
         let Some(evaluator) = evaluator(&options) else { return };
         assert_eq!(evaluator.adapter().shape, shape);

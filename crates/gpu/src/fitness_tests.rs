@@ -5,7 +5,7 @@ use brood_genome::{BirthKey, Operator, Stream};
 
 use super::*;
 use crate::evaluator::tests::evaluator;
-use crate::{GpuOptions, Shape};
+use crate::{GpuOptions, InterpreterLayout};
 
 fn target(len: usize, loss: Loss) -> FitnessTarget {
     let set = conformance::hard_samples(7, len);
@@ -22,7 +22,7 @@ fn target(len: usize, loss: Loss) -> FitnessTarget {
 fn sums_have_the_bits_of_the_cpu_with_every_layout() {
     let programs = conformance::programs(1);
     let batch: Vec<&Program> = programs.iter().collect();
-    for shape in Shape::ALL {
+    for shape in InterpreterLayout::ALL {
         let options = GpuOptions { shape: Some(shape), ..GpuOptions::default() };
         let Some(gpu) = evaluator(&options) else { return };
         for (len, loss) in [1, 255, 256, 257, 1500]

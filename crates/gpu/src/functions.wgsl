@@ -1,17 +1,10 @@
-// The canonical elementary functions. CPU twin: functions.rs of brood-genome; constants, order of
-// operations and clamps must match it bit for bit. Error: that of the twin; none against it if the
-// start-up probe passes.
+// The canonical elementary functions. CPU twin: functions.rs of brood-genome; order of operations
+// and clamps must match it bit for bit. shader.rs generates the constants from the twin. Error:
+// that of the twin; none against it if the start-up probe passes.
 //
 // `V` is one f32, or several that are evaluated together (`VI`, `VU`: the same number of i32, u32).
 // `hold` marks every place where contraction or reassociation would be possible. Built-in sin,
 // exp2, mix, pow, sqrt and division are never used, because drivers choose their errors.
-
-const TWO_OVER_PI: f32 = 0.63661977236758134308;
-const HALF_PI_0: f32 = 0x1.921p+0;
-const HALF_PI_1: f32 = 0x1.f6ap-13;
-const HALF_PI_2: f32 = 0x1.110b46p-26;
-const EPSILON: f32 = 0x1p-24;
-const SQRT_HALF_BITS: u32 = 0x3f3504f3u;
 
 // Comparisons as in the twin, so that zeros keep their sign.
 fn limit_to(x: V, low: f32, high: f32) -> V {
@@ -34,16 +27,16 @@ fn step(a: f32, b: V, c: V) -> V {
 
 // sin(x) if `quarter` is 0, cos(x) if it is 1: the quadrant is advanced by a quarter turn.
 fn sine(angle: V, quarter: i32) -> V {
-    let x = limit_to(angle, -1024.0, 1024.0);
+    let x = limit_to(angle, -ANGLE_RANGE, ANGLE_RANGE);
     // WGSL rounds halves to even, as adding and subtracting 1.5 * 2^23 does on the CPU.
     let k = round(product(x, V(TWO_OVER_PI)));
     var r = hold(x - product(k, V(HALF_PI_0)));
     r = hold(r - product(k, V(HALF_PI_1)));
     r = hold(r - product(k, V(HALF_PI_2)));
     let z = product(r, r);
-    let s_inner = step(-0.16666655, z, step(0.008332179, z, V(-0.0001951727)));
+    let s_inner = step(SIN_0, z, step(SIN_1, z, V(SIN_2)));
     let s = hold(r + product(product(r, z), s_inner));
-    let c_inner = step(0.041666646, z, step(-0.0013887375, z, V(2.443912e-5)));
+    let c_inner = step(COS_0, z, step(COS_1, z, V(COS_2)));
     let c_outer = hold(V(1.0) - product(V(0.5), z));
     let c = hold(c_outer + product(product(z, z), c_inner));
     let quadrant = VI(k) + VI(quarter);
@@ -52,11 +45,11 @@ fn sine(angle: V, quarter: i32) -> V {
 }
 
 fn ex2(exponent: V) -> V {
-    let x = limit_to(exponent, -24.0, 16.0);
+    let x = limit_to(exponent, EX2_LOW, EX2_HIGH);
     let k = round(x);
     let f = hold(x - k);
-    let high = step(0.009618006, f, step(0.0013400249, f, V(0.00015475875)));
-    let low = step(0.6931472, f, step(0.2402265, f, step(0.05550328, f, high)));
+    let high = step(EX2_3, f, step(EX2_4, f, V(EX2_5)));
+    let low = step(EX2_0, f, step(EX2_1, f, step(EX2_2, f, high)));
     let p = step(1.0, f, low);
     let scale = bitcast<V>(bitcast<VU>(VI(k) + VI(127)) << VU(23u));
     // 2^16 is beyond the range of the machine, so the result is clamped like every other.
@@ -69,10 +62,10 @@ fn log2_of(t: V) -> V {
     let offset = (bits - VU(SQRT_HALF_BITS)) & VU(0xff800000u);
     let exponent = V(bitcast<VI>(offset) >> VU(23u));
     let f = hold(bitcast<V>(bits - offset) - V(1.0));
-    var p = step(-0.1906129, f, step(0.1878259, f, V(-0.112973355)));
-    p = step(0.28858528, f, step(-0.23963657, f, step(0.20429617, f, p)));
-    p = step(-0.72134733, f, step(0.4808979, f, step(-0.36069643, f, p)));
-    p = product(f, step(1.442695, f, p));
+    var p = step(LG2_7, f, step(LG2_8, f, V(LG2_9)));
+    p = step(LG2_4, f, step(LG2_5, f, step(LG2_6, f, p)));
+    p = step(LG2_1, f, step(LG2_2, f, step(LG2_3, f, p)));
+    p = product(f, step(LG2_0, f, p));
     return hold(exponent + p);
 }
 
@@ -85,7 +78,7 @@ fn softened_square(x: V) -> V {
 fn rsq(x: V) -> V {
     let t = softened_square(x);
     let half = product(V(0.5), t);
-    var y = bitcast<V>(VU(0x5f375a86u) - (bitcast<VU>(t) >> VU(1u)));
+    var y = bitcast<V>(VU(RSQ_SEED) - (bitcast<VU>(t) >> VU(1u)));
     y = product(y, hold(V(1.5) - product(product(half, y), y)));
     y = product(y, hold(V(1.5) - product(product(half, y), y)));
     y = product(y, hold(V(1.5) - product(product(half, y), y)));
@@ -96,7 +89,7 @@ fn rsq(x: V) -> V {
 // x / (x^2 + 2^-24), clamped.
 fn rcp(x: V) -> V {
     let t = softened_square(x);
-    var y = bitcast<V>(VU(0x7ef311c7u) - bitcast<VU>(t));
+    var y = bitcast<V>(VU(RCP_SEED) - bitcast<VU>(t));
     y = product(y, hold(V(2.0) - product(t, y)));
     y = product(y, hold(V(2.0) - product(t, y)));
     y = product(y, hold(V(2.0) - product(t, y)));

@@ -2,7 +2,6 @@
 //! search for one that works when an adapter is opened.
 
 use crate::GpuError;
-use crate::probe::Finding;
 
 /// A means against contraction, the plainest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -30,6 +29,17 @@ impl Guard {
             Self::NoContraction => "code marked NoContraction",
         }
     }
+}
+
+/// Result of a probe, made by `probe.rs`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Finding {
+    /// True if all bits are equal, where zero also counts as equal to a subnormal number.
+    pub exact: bool,
+    /// True if the device returned zero for a subnormal number.
+    pub flushes_subnormals: bool,
+    /// For people: number of values compared, and the first difference.
+    pub detail: String,
 }
 
 /// Result of the probe with one guard.

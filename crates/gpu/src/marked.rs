@@ -119,13 +119,16 @@ fn is_arithmetic(opcode: u32) -> bool {
 mod tests {
     use super::*;
     use crate::guard::Guard;
+    use crate::interpreter_layout::InterpreterLayout;
     use crate::shader::{Kernel, Style, Variant, source};
-    use crate::shape::Shape;
 
     #[test]
     fn every_sum_and_product_is_marked_once_and_nothing_else_changes() {
-        let style =
-            Style { guard: Guard::NoContraction, shape: Shape::default(), contracts: false };
+        let style = Style {
+            guard: Guard::NoContraction,
+            shape: InterpreterLayout::default(),
+            contracts: false,
+        };
         for kernel in [Kernel::Reflectance, Kernel::Fitness] {
             let text = source(Variant { kernel, style, registers: 16 });
             let plain = translate(&text).unwrap();

@@ -1,14 +1,10 @@
-//! Pipelines of single programs: the decision to compile one, the cache of them, and the check that
-//! each gives the bits of the interpreter before it is used.
+//! Pipelines of single programs: the decision to compile one, and the cache of them.
 
-use std::time::Instant;
+use brood_program::ProgramHash;
 
-use brood_program::{Program, ProgramHash};
-
-use crate::engine::{Batch, Engine};
+use crate::OwnPipelinePolicy;
 use crate::pipeline::Compiled;
-use crate::straight::{MAX_STEPS, source};
-use crate::{GpuError, OwnPipelinePolicy};
+use crate::straight::MAX_STEPS;
 
 /// Number of programs whose cost is tracked.
 const TRACKED: usize = 256;
@@ -89,13 +85,15 @@ impl OwnPipelines {
         }
     }
 
-    fn reject(&mut self, hash: ProgramHash) {
+    /// Records that a program stays with the interpreter.
+    pub(crate) fn reject(&mut self, hash: ProgramHash) {
         if let Some(tracked) = self.track(hash) {
             tracked.state = State::Rejected;
         }
     }
 
-    fn note_compilation(&mut self, steps: usize, seconds: f64) {
+    /// Records the seconds that a compilation took.
+    pub(crate) fn note_compilation(&mut self, steps: usize, seconds: f64) {
         self.compile_s_per_step = seconds / steps.max(8) as f64;
     }
 
@@ -118,48 +116,6 @@ impl OwnPipelines {
         let tracked = &mut self.tracked[place];
         tracked.last_use = self.clock;
         Some(tracked)
-    }
-}
-
-impl Engine {
-    /// Compiles a pipeline for one program and stores it if it gives the bits that the interpreter
-    /// has just given.
-    pub(crate) fn compile_own(
-        &mut self,
-        program: &Program,
-        batch: &Batch<'_, '_>,
-        interpreted: &[f32],
-    ) -> Result<(), GpuError> {
-        let hash = program.hash();
-        let started = Instant::now();
-        let text = source(program, self.style);
-        let mut compiled = match self.compile(
-            crate::shader::Kernel::Reflectance,
-            &text,
-            self.style.guard,
-        ) {
-            Ok(compiled) => compiled,
-            Err(error @ GpuError::Rejected(_)) => {
-                tracing::warn!(%error, program = %hash, "the pipeline of the program was rejected");
-                self.own.reject(hash);
-                return Ok(());
-            }
-            Err(error) => return Err(error),
-        };
-        let mut out = vec![f32::NAN; interpreted.len()];
-        // Some drivers compile at first use.
-        self.reflectances(batch, self.style, &mut compiled, &mut out)?;
-        let seconds = started.elapsed().as_secs_f64();
-        self.own.note_compilation(program.steps().len(), seconds);
-        let is_equal = out.iter().zip(interpreted).all(|(a, b)| a.to_bits() == b.to_bits());
-        if is_equal {
-            tracing::debug!(program = %hash, seconds, "compiled a pipeline for the program");
-            self.own.store(hash, compiled);
-        } else {
-            tracing::warn!(program = %hash, "the pipeline of the program gives other bits; not used");
-            self.own.reject(hash);
-        }
-        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::encode::Encoded;
-use crate::shader::SUM_SAMPLES;
+use crate::shader::{Kernel, SUM_SAMPLES, Style};
 
 /// Largest number of workgroups along one axis of a dispatch that every device supports.
 const MAX_GROUPS: u64 = 65_535;
@@ -75,6 +75,22 @@ pub(crate) struct Grid {
     pub lanes: u32,
     /// Number of blocks of a workgroup.
     pub group: u32,
+}
+
+/// Returns the samples of a slab as a kernel counts them.
+pub(crate) fn grid(samples: usize, style: Style, kernel: Kernel) -> Grid {
+    let lanes = style.shape.lanes();
+    let blocks = padded(samples) / u64::from(lanes);
+    Grid {
+        blocks: u32::try_from(blocks).expect("samples of a slab fit a buffer"),
+        lanes,
+        group: kernel.workgroup(lanes),
+    }
+}
+
+/// Returns a number of samples or sums as a shader counts them.
+pub(crate) fn count(samples: usize) -> u32 {
+    u32::try_from(samples).expect("samples of a slab fit a buffer")
 }
 
 /// One dispatch.

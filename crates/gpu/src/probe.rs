@@ -13,22 +13,12 @@ use brood_program::{Program, execute};
 
 use crate::GpuError;
 use crate::engine::Engine;
+use crate::guard::Finding;
 use crate::residency::Rows;
 
 /// Not a multiple of any width in the shader, so that ends of rows are probed as well.
 const SAMPLES: usize = 1003;
 const RANDOM_PROGRAMS: u32 = 24;
-
-/// Result of a probe.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Finding {
-    /// True if all bits are equal, where zero also counts as equal to a subnormal number.
-    pub exact: bool,
-    /// True if the device returned zero for a subnormal number.
-    pub flushes_subnormals: bool,
-    /// For people: number of values compared, and the first difference.
-    pub detail: String,
-}
 
 /// Runs the probe on an engine with its current style.
 pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {

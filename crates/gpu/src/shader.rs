@@ -1,18 +1,17 @@
 //! Text of the shaders: the WGSL files after a generated head of the constants that Rust and WGSL
 //! share.
 //!
-//! Operation numbers come from [`Operation`], layouts from `encode`. Text from outside never enters
-//! a shader. The coefficients of the elementary functions are the exception to generation:
-//! functions.wgsl repeats them.
+//! Operation numbers come from [`Operation`], layouts from `encode`, constants of the elementary
+//! functions from [`Functions`]. Text from outside never enters a shader.
 
 use std::fmt::Write;
 
-use brood_genome::RANGE;
+use brood_genome::Functions;
 use brood_program::Operation;
 
 use crate::encode::{ENTRY_WORDS, INDEX_BITS, OperandKind};
 use crate::guard::Guard;
-use crate::shape::{RegisterFile, Shape};
+use crate::interpreter_layout::{InterpreterLayout, RegisterFile};
 
 /// Sizes of the register file that pipelines are compiled for; a batch uses the smallest that holds
 /// its programs.
@@ -66,7 +65,7 @@ pub(crate) struct Style {
     /// Guard against contraction.
     pub guard: Guard,
     /// Layout of the interpreter.
-    pub shape: Shape,
+    pub shape: InterpreterLayout,
     /// For tests: contracts as a driver might. Sums of a constant and a product round once.
     pub contracts: bool,
 }
@@ -143,7 +142,13 @@ pub(crate) fn head(style: Style, kernel: Kernel) -> String {
         }
     }
     let workgroup = kernel.workgroup(lanes);
-    line(&mut text, format_args!("const RANGE: f32 = {RANGE:?};"));
+    for (name, value) in Functions::constants() {
+        // Shortest digits that read back to the same bits.
+        line(&mut text, format_args!("const {name}: f32 = {value:?};"));
+    }
+    for (name, bits) in Functions::BIT_CONSTANTS {
+        line(&mut text, format_args!("const {name}: u32 = {bits:#010x}u;"));
+    }
     line(&mut text, format_args!("const LANES: u32 = {lanes}u;"));
     line(&mut text, format_args!("const WORKGROUP: u32 = {workgroup}u;"));
     let component = if lanes == 1 { "x" } else { "x[at]" };
@@ -214,6 +219,43 @@ mod tests {
     }
 
     #[test]
+    fn constants_have_the_bits_of_the_twin_to_the_compiler() {
+        use wgpu::naga;
+
+        let style =
+            Style { guard: Guard::Plain, shape: InterpreterLayout::default(), contracts: false };
+        let text = source(Variant { kernel: Kernel::Reflectance, style, registers: 16 });
+        let module = naga::front::wgsl::parse_str(&text).unwrap();
+        let found = |name: &str| {
+            let (_, constant) =
+                module.constants.iter().find(|(_, it)| it.name.as_deref() == Some(name)).unwrap();
+            match module.global_expressions[constant.init] {
+                naga::Expression::Literal(naga::Literal::F32(value)) => value.to_bits(),
+                naga::Expression::Literal(naga::Literal::U32(bits)) => bits,
+                ref other => panic!("{name}: {other:?}"),
+            }
+        };
+        for (name, value) in Functions::constants() {
+            assert_eq!(found(&name), value.to_bits(), "{name}");
+        }
+        for (name, bits) in Functions::BIT_CONSTANTS {
+            assert_eq!(found(name), bits, "{name}");
+        }
+    }
+
+    #[test]
+    fn hand_written_functions_contain_no_coefficient() {
+        const STRUCTURAL: &str = "0 0.0 0.5 1 1u 1.0 1.5 2u 2.0 23u 30u 127 0xff800000u";
+        let text = include_str!("functions.wgsl");
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let is_part = |c: char| c.is_alphanumeric() || c == '.' || c == '_';
+        for word in code.flat_map(|line| line.split(|c: char| !is_part(c))) {
+            let is_literal = word.starts_with(|c: char| c.is_ascii_digit());
+            assert!(!is_literal || STRUCTURAL.split(' ').any(|it| it == word), "{word}");
+        }
+    }
+
+    #[test]
     fn contracted_functions_differ_from_plain_ones() {
         assert_eq!(functions(false), include_str!("functions.wgsl"));
         assert!(functions(true).contains("return contracted(V(a), b, c);"));
@@ -221,7 +263,7 @@ mod tests {
 
     #[test]
     fn sums_are_wide_enough_for_the_invocations_that_add_them() {
-        for shape in Shape::ALL {
+        for shape in InterpreterLayout::ALL {
             assert!(Kernel::Fitness.workgroup(shape.lanes()) >= PARTIAL_SUMS);
         }
     }

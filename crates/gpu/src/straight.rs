@@ -105,14 +105,14 @@ fn call(operation: Operation, a: &str, b: &str) -> String {
 mod tests {
     use super::*;
     use crate::guard::Guard;
-    use crate::shape::Shape;
+    use crate::interpreter_layout::InterpreterLayout;
     use brood_eval::conformance;
 
     #[test]
     fn generated_code_is_valid_wgsl_for_every_program() {
         for program in conformance::programs(2) {
             for guard in Guard::ALL {
-                let style = Style { guard, shape: Shape::default(), contracts: false };
+                let style = Style { guard, shape: InterpreterLayout::default(), contracts: false };
                 let text = source(&program, style);
                 let parsed = wgpu::naga::front::wgsl::parse_str(&text);
                 assert!(parsed.is_ok(), "{}\n{text}", parsed.unwrap_err().emit_to_string(&text));

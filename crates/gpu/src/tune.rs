@@ -10,10 +10,10 @@ use brood_program::Program;
 use crate::GpuError;
 use crate::engine::Engine;
 use crate::guard::Guard;
+use crate::interpreter_layout::InterpreterLayout;
 use crate::probe::inputs;
 use crate::residency::Rows;
 use crate::shader::Style;
-use crate::shape::Shape;
 
 /// No further candidate is tried after this time, to bound the start-up time.
 const LIMIT: Duration = Duration::from_millis(1200);
@@ -25,9 +25,9 @@ const ROUNDS: u32 = 5;
 /// seconds of a brood of 20 over 65,536 samples.
 pub(crate) fn tune(
     engine: &mut Engine,
-    shapes: &[Shape],
+    shapes: &[InterpreterLayout],
     guards: &[Guard],
-) -> Result<Vec<(Shape, Guard, f64)>, GpuError> {
+) -> Result<Vec<(InterpreterLayout, Guard, f64)>, GpuError> {
     let random = Variation::random(Dialect::default());
     let birth = |slot| random.birth(BirthKey { seed: 17, slot, attempt: 0 });
     let programs: Vec<Program> = (0..PROGRAMS).map(|slot| Program::lower(&birth(slot))).collect();

@@ -30,23 +30,16 @@ pub fn execute_layered<T: Arithmetic>(
     layers: impl FnOnce([T; 3]) -> [T; 3],
 ) -> [T; 3] {
     let mut values: Vec<T> = Vec::with_capacity(program.steps().len());
+    let read = |values: &[T], operand| match operand {
+        Operand::Step(index) => values[usize::from(index)],
+        Operand::Input(input) => inputs(input),
+        Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
+    };
     for step in program.steps() {
-        let read = |operand| match operand {
-            Operand::Step(index) => values[usize::from(index)],
-            Operand::Input(input) => inputs(input),
-            Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
-        };
-        let (a, b) = (read(step.a), read(step.b));
+        let (a, b) = (read(&values, step.a), read(&values, step.b));
         values.push(step.operation.apply(a, b));
     }
-    let squares = program.results().map(|operand| {
-        match operand {
-            Operand::Step(index) => values[usize::from(index)],
-            Operand::Input(input) => inputs(input),
-            Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
-        }
-        .square()
-    });
+    let squares = program.results().map(|operand| read(&values, operand).square());
     program.output().apply(layers(squares))
 }
 

@@ -4,9 +4,21 @@
 //! Rounding to nearest is monotone, so the range of a rounded sum or product is spanned by the
 //! rounded ends; the ranges hold for every bit of canonical f32, not only up to an error.
 
-use brood_genome::{Arithmetic, Input, RANGE};
+use brood_genome::{Arithmetic, Functions, Input, RANGE};
 
 use crate::{Operand, Operation, Program};
+
+/// 1 / sqrt(e) of the e that keeps logarithm and reciprocals finite: the largest reciprocal root.
+const RSQ_MAX: f32 = 4096.0;
+const _: () = assert!(
+    (RSQ_MAX * RSQ_MAX * Functions::EPSILON).to_bits() == 1f32.to_bits(),
+    "the largest reciprocal root is that of EPSILON"
+);
+/// log2 of e, a power of two: its exponent.
+const LG2_MIN: f32 = (Functions::EPSILON.to_bits() >> 23) as f32 - 127.0;
+/// log2(x^2 + e) is less, because the range of the machine ends below 2^16.
+const LG2_MAX: f32 = 32.0;
+const _: () = assert!(RANGE < 65536.0, "the range ends below 2^16");
 
 /// All values from `low` to `high`, both finite and within the machine's range.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,14 +125,14 @@ impl StepRange {
                 // The polynomials may exceed 1 by a rounding.
                 result: Range { low: -1.0, high: 1.0 }.widened(),
                 clamps: false,
-                clamps_argument: !a.is_within(-1024.0, 1024.0),
+                clamps_argument: !a.is_within(-Functions::ANGLE_RANGE, Functions::ANGLE_RANGE),
             },
             Operation::Ex2 => power(a),
             Operation::Ex2Neg => power(a.negated()),
-            Operation::Lg2 => function(Range { low: -24.0, high: 32.0 }),
+            Operation::Lg2 => function(Range { low: LG2_MIN, high: LG2_MAX }),
             // |x| / (x^2 + e) has its largest value, 1 / (2 sqrt e), at sqrt e = 2^-12.
-            Operation::Rcp => function(Range { low: -2048.0, high: 2048.0 }),
-            Operation::Rsq => function(Range { low: 0.0, high: 4096.0 }),
+            Operation::Rcp => function(Range { low: -0.5 * RSQ_MAX, high: 0.5 * RSQ_MAX }),
+            Operation::Rsq => function(Range { low: 0.0, high: RSQ_MAX }),
             Operation::Spl | Operation::SplNeg => Self {
                 result: Range { low: 0.0, high: RANGE },
                 clamps: true,
@@ -164,7 +176,7 @@ fn power(argument: Range) -> StepRange {
         result,
         // 2^15.99 is below the end of the range, 2^16 is not.
         clamps: argument.high > 15.9,
-        clamps_argument: !argument.is_within(-24.0, 16.0),
+        clamps_argument: !argument.is_within(Functions::EX2_RANGE.0, Functions::EX2_RANGE.1),
     }
 }
 
@@ -236,7 +248,7 @@ mod tests {
                         prop_assert_eq!(unclamped(step.operation, a, b).to_bits(), value.to_bits());
                     }
                     if !range.clamps_argument && matches!(step.operation, Operation::Sin | Operation::Cos) {
-                        prop_assert!(a.abs() <= 1024.0);
+                        prop_assert!(a.abs() <= Functions::ANGLE_RANGE);
                     }
                 }
             }

@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::polynomial;
+use super::polynomial::polynomial;
 
 const NUMERATOR: [f64; 6] = [
     1.666_666_666_666_666_6e-1,

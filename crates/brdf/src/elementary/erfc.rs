@@ -6,7 +6,7 @@
 //! The variable t is that of Schonfelder 1978.
 
 use super::exponential::exp;
-use super::polynomial;
+use super::polynomial::polynomial;
 
 const SCALED: [f64; 19] = [
     0.321_585_416_454_317_5,

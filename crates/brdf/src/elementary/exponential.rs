@@ -5,7 +5,7 @@
 
 use std::f64::consts::LOG2_E;
 
-use super::polynomial;
+use super::polynomial::polynomial;
 
 /// 1.5 * 2^52: adding and subtracting it rounds to the nearest integer. The low bits of the sum are
 /// that integer.

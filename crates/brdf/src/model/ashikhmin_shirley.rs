@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::constants::ModelConstants;
 use super::formula::{Formula, colors};
+use super::fresnel;
 use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants, fresnel};
+use super::reflect::Reflect;
 use crate::block::{Half, smaller};
-use crate::{Block, Elementary, Machine};
+use crate::{Block, Claims, Elementary, Machine};
 
 const EXPONENTS: (f64, f64) = (0.5, 100_000.0);
 
@@ -35,15 +36,15 @@ pub(super) struct AshikhminShirley {
     height: f64,
 }
 
-pub(super) fn ashikhmin_shirley(values: Values<'_>) -> Prepared {
+pub(super) fn ashikhmin_shirley(values: Values<'_>) -> AshikhminShirley {
     let (diffuse, specular) = (values.color("diffuse"), values.color("specular"));
     let (u, v) = (values.scalar("exponent_u"), values.scalar("exponent_v"));
-    Prepared::AshikhminShirley(AshikhminShirley {
+    AshikhminShirley {
         base: diffuse * (DVec3::ONE - specular) * (28.0 / (23.0 * PI)),
         specular,
         exponents: (u, v),
         height: ((u + 1.0) * (v + 1.0)).sqrt() / (8.0 * PI),
-    })
+    }
 }
 
 impl Formula for &AshikhminShirley {

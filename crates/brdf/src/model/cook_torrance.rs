@@ -5,24 +5,19 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::diffuse::ALBEDO;
+use super::constants::{ModelConstants, Shadowing};
 use super::formula::{Formula, colors};
 use super::fresnel::{self, Conductor};
-use super::microfacet::{DISTRIBUTIONS, Distribution, SHADOWINGS, Shadowing};
-use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants};
+use super::microfacet::{DISTRIBUTIONS, Distribution, SHADOWINGS};
+use super::parameter::{ALBEDO, IOR, Parameter, ROUGHNESS, Values};
+use super::reflect::Reflect;
 use crate::block::Half;
-use crate::{Block, Elementary, Machine};
+use crate::{Block, Claims, Elementary, Machine};
 
 const DISTRIBUTION: Parameter =
     Parameter::choice("distribution", "D: how the facets' normals are distributed", DISTRIBUTIONS);
 const SHADOWING: Parameter =
     Parameter::choice("shadowing", "G: how facets hide each other", SHADOWINGS);
-/// Width of the highlight: alpha of GGX, m of Beckmann.
-pub(super) const ROUGHNESS: Parameter =
-    Parameter::scalar("roughness", "slope of the facets, alpha or m", 0.2, (1e-4, 1.0))
-        .logarithmic();
 const STRETCH: Parameter = Parameter::scalar(
     "stretch",
     "log2 of roughness along u over that along v; 0: the same all around",
@@ -35,8 +30,6 @@ const ETA: Parameter =
     Parameter::color("eta", "refractive index", [0.143, 0.375, 1.442], (0.02, 10.0)).logarithmic();
 const K: Parameter =
     Parameter::color("k", "extinction", [3.983, 2.386, 1.603], (1e-3, 20.0)).logarithmic();
-pub(super) const IOR: Parameter =
-    Parameter::scalar("ior", "refractive index of the coat", 1.5, (1.01, 3.0)).logarithmic();
 
 pub(super) const COOK_TORRANCE: &[Parameter] = &[
     Parameter::color("diffuse", "share of light that is scattered back", [0.0; 3], (0.0, 1.0)),
@@ -71,30 +64,30 @@ pub(super) struct Microfacet {
     shadowing: Shadowing,
 }
 
-pub(super) fn cook_torrance(values: Values<'_>) -> Prepared {
+pub(super) fn cook_torrance(values: Values<'_>) -> Microfacet {
     make(values, values.color("diffuse"), Boundary::Schlick(values.color("f0")))
 }
 
-pub(super) fn conductor(values: Values<'_>) -> Prepared {
+pub(super) fn conductor(values: Values<'_>) -> Microfacet {
     let (eta, k) = (values.color("eta"), values.color("k"));
     let metals = [0, 1, 2].map(|channel| Conductor::new(eta[channel], k[channel]));
     make(values, DVec3::ZERO, Boundary::Conductor(metals))
 }
 
-pub(super) fn coated(values: Values<'_>) -> Prepared {
+pub(super) fn coated(values: Values<'_>) -> Microfacet {
     make(values, values.color("albedo"), Boundary::Dielectric(values.scalar("ior")))
 }
 
-fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Prepared {
+fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Microfacet {
     let half_stretch = libm::exp2(0.5 * values.scalar("stretch"));
     let roughness = values.scalar("roughness");
     let alpha = DVec2::new(roughness * half_stretch, roughness / half_stretch);
-    Prepared::Microfacet(Microfacet {
+    Microfacet {
         diffuse: diffuse * FRAC_1_PI,
         boundary,
         distribution: Distribution::named(values.choice("distribution"), alpha),
         shadowing: Shadowing::named(values.choice("shadowing")),
-    })
+    }
 }
 
 /// A reflectance with `facets`, D G / (4 cos_i cos_o) of each lane.

@@ -4,16 +4,12 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::DVec3;
 
+use super::constants::ModelConstants;
 use super::formula::{Formula, colors};
-use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants};
+use super::parameter::{ALBEDO, Parameter, Values};
+use super::reflect::Reflect;
 use crate::block::{Half, larger};
-use crate::{Block, Elementary, Machine};
-
-/// Diffuse albedo, under the same name in all tables.
-pub(super) const ALBEDO: Parameter =
-    Parameter::color("albedo", "share of light that is scattered back", [0.5; 3], (0.0, 1.0));
+use crate::{Block, Claims, Elementary, Machine};
 
 /// f = rho / pi.
 ///
@@ -27,8 +23,8 @@ pub(super) struct Lambert {
 
 pub(super) const LAMBERT: &[Parameter] = &[ALBEDO];
 
-pub(super) fn lambert(values: Values<'_>) -> Prepared {
-    Prepared::Lambert(Lambert { f: values.color("albedo") * FRAC_1_PI })
+pub(super) fn lambert(values: Values<'_>) -> Lambert {
+    Lambert { f: values.color("albedo") * FRAC_1_PI }
 }
 
 impl Formula for &Lambert {
@@ -76,11 +72,11 @@ pub(super) const OREN_NAYAR: &[Parameter] = &[
         .in_unit("rad"),
 ];
 
-pub(super) fn oren_nayar(values: Values<'_>) -> Prepared {
+pub(super) fn oren_nayar(values: Values<'_>) -> OrenNayar {
     let sigma2 = values.scalar("sigma").powi(2);
     let a = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
     let b = 0.45 * sigma2 / (sigma2 + 0.09);
-    Prepared::OrenNayar(OrenNayar { albedo: values.color("albedo"), a, b })
+    OrenNayar { albedo: values.color("albedo"), a, b }
 }
 
 impl Formula for &OrenNayar {

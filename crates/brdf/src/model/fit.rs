@@ -5,13 +5,13 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::constants::SgdChannel;
+use super::constants::{ModelConstants, SgdChannel};
 use super::formula::{Formula, colors, scalars};
+use super::fresnel;
 use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants, fresnel};
+use super::reflect::Reflect;
 use crate::block::{Half, larger, smaller};
-use crate::{Block, Elementary, Machine};
+use crate::{Block, Claims, Elementary, Machine};
 
 pub(super) const ABC: &[Parameter] = &[
     Parameter::color("diffuse", "k_D", [0.1; 3], (0.0, 1.0)),
@@ -34,14 +34,14 @@ pub(super) struct Abc {
     ior: f64,
 }
 
-pub(super) fn abc(values: Values<'_>) -> Prepared {
-    Prepared::Abc(Abc {
+pub(super) fn abc(values: Values<'_>) -> Abc {
+    Abc {
         diffuse: values.color("diffuse"),
         a: values.color("a"),
         b: values.scalar("b"),
         c: values.scalar("c"),
         ior: values.scalar("ior"),
-    })
+    }
 }
 
 impl Formula for &Abc {
@@ -108,7 +108,7 @@ pub(super) struct Sgd {
     channels: [SgdChannel; 3],
 }
 
-pub(super) fn sgd(values: Values<'_>) -> Prepared {
+pub(super) fn sgd(values: Values<'_>) -> Sgd {
     let of = |channel: usize| {
         let value = |name| values.color(name)[channel];
         SgdChannel {
@@ -125,7 +125,7 @@ pub(super) fn sgd(values: Values<'_>) -> Prepared {
             theta0: value("theta0"),
         }
     };
-    Prepared::Sgd(Box::new(Sgd { channels: [of(0), of(1), of(2)] }))
+    Sgd { channels: [of(0), of(1), of(2)] }
 }
 
 /// Angle between one of the directions and the normal.

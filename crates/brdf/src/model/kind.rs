@@ -3,11 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::coat::{CoatTables, TableDetail};
 use super::parameter::{Parameter, Values};
-use super::prepared::Prepared;
+use super::prepared::{Prepared, PreparedModel};
 use super::{
     ashikhmin_shirley, cook_torrance, diffuse, fit, phong, principled, rough_plastic, ward,
 };
+use crate::{Libm, Plain};
 
 /// Kind of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -193,24 +195,38 @@ impl ModelKind {
         }
     }
 
-    pub(super) fn prepare(self, values: Values<'_>) -> Prepared {
-        match self {
-            Self::Lambert => diffuse::lambert(values),
-            Self::OrenNayar => diffuse::oren_nayar(values),
-            Self::Phong => phong::phong(values),
-            Self::BlinnPhong => phong::blinn_phong(values),
-            Self::ReflectedBlinnPhong => phong::reflected_blinn_phong(values),
-            Self::NormalisedBlinnPhong => phong::normalised_blinn_phong(values),
-            Self::CookTorrance => cook_torrance::cook_torrance(values),
-            Self::Conductor => cook_torrance::conductor(values),
-            Self::Coated => cook_torrance::coated(values),
-            Self::RoughPlastic => rough_plastic::rough_plastic(values),
-            Self::Principled => principled::principled(values),
-            Self::Ward => ward::ward(values),
-            Self::AshikhminShirley => ashikhmin_shirley::ashikhmin_shirley(values),
-            Self::Abc => fit::abc(values),
-            Self::Sgd => fit::sgd(values),
-        }
+    /// Computes everything that does not depend on directions. Rough plastic takes `tables` or,
+    /// if there are none, computes its own; other models ignore them.
+    pub(super) fn prepare(self, values: Values<'_>, tables: Option<&CoatTables>) -> PreparedModel {
+        PreparedModel(match self {
+            Self::Lambert => Prepared::Lambert(diffuse::lambert(values)),
+            Self::OrenNayar => Prepared::OrenNayar(diffuse::oren_nayar(values)),
+            Self::Phong => Prepared::Phong(phong::phong(values)),
+            Self::BlinnPhong => Prepared::Phong(phong::blinn_phong(values)),
+            Self::ReflectedBlinnPhong => Prepared::Phong(phong::reflected_blinn_phong(values)),
+            Self::NormalisedBlinnPhong => Prepared::Phong(phong::normalised_blinn_phong(values)),
+            Self::CookTorrance => Prepared::Microfacet(cook_torrance::cook_torrance(values)),
+            Self::Conductor => Prepared::Microfacet(cook_torrance::conductor(values)),
+            Self::Coated => Prepared::Microfacet(cook_torrance::coated(values)),
+            Self::RoughPlastic => {
+                let model = match tables {
+                    Some(tables) => rough_plastic::rough_plastic(values, tables),
+                    None => {
+                        let machine = Plain::<Libm>::new();
+                        let tables = CoatTables::new(machine, values, TableDetail::Full);
+                        rough_plastic::rough_plastic(values, &tables)
+                    }
+                };
+                Prepared::RoughPlastic(Box::new(model))
+            }
+            Self::Principled => Prepared::Principled(Box::new(principled::principled(values))),
+            Self::Ward => Prepared::Ward(ward::ward(values)),
+            Self::AshikhminShirley => {
+                Prepared::AshikhminShirley(ashikhmin_shirley::ashikhmin_shirley(values))
+            }
+            Self::Abc => Prepared::Abc(fit::abc(values)),
+            Self::Sgd => Prepared::Sgd(Box::new(fit::sgd(values))),
+        })
     }
 
     /// Returns a parameter and the index of its first value.

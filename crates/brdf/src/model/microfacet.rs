@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::constants::{DistributionConstants, FacetConstants};
+use super::constants::{DistributionConstants, FacetConstants, Shadowing};
 use super::formula::{Formula, scalars};
 use crate::block::{Half, larger, smaller};
 use crate::{Block, Elementary, Machine};
@@ -24,17 +24,6 @@ pub(super) enum Distribution {
     Gaussian(Gaussian),
     /// Blinn 1977, normalised.
     Blinn(Blinn),
-}
-
-/// Shadowing and masking of facets by each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shadowing {
-    /// V-shaped grooves. Cook and Torrance 1982.
-    Groove,
-    /// Smith 1967, independent for both directions.
-    Separable,
-    /// Smith with height correlation of both directions (Heitz 2014, equation 99).
-    Correlated,
 }
 
 /// Words of the parameter `distribution`, which [`Distribution::named`] accepts.

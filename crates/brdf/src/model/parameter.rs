@@ -164,6 +164,19 @@ impl Parameter {
     }
 }
 
+/// Diffuse albedo, under the same name in all tables.
+pub(super) const ALBEDO: Parameter =
+    Parameter::color("albedo", "share of light that is scattered back", [0.5; 3], (0.0, 1.0));
+
+/// Width of the highlight: alpha of GGX, m of Beckmann.
+pub(super) const ROUGHNESS: Parameter =
+    Parameter::scalar("roughness", "slope of the facets, alpha or m", 0.2, (1e-4, 1.0))
+        .logarithmic();
+
+/// Refractive index of a dielectric coat.
+pub(super) const IOR: Parameter =
+    Parameter::scalar("ior", "refractive index of the coat", 1.5, (1.01, 3.0)).logarithmic();
+
 /// Values of all parameters of a model, with their table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Values<'a> {

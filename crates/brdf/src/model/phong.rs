@@ -9,12 +9,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
+use super::constants::{ModelConstants, PhongHighlight};
 use super::formula::{Formula, colors};
 use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants};
+use super::reflect::Reflect;
 use crate::block::{Half, unit};
-use crate::{Block, Elementary, Machine};
+use crate::{Block, Claims, Elementary, Machine};
 
 const DIFFUSE: Parameter =
     Parameter::color("diffuse", "k_d: coefficient of scattered light", [0.4; 3], (0.0, 1.0));
@@ -26,20 +26,6 @@ const EXPONENT: Parameter =
 
 pub(super) const PHONG: &[Parameter] = &[DIFFUSE, SPECULAR, EXPONENT];
 
-/// Cosine that is raised to the power, and normalisation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PhongHighlight {
-    /// (r . wo)^n as reflected radiance; r is wi mirrored at the normal. Phong 1975.
-    Mirror,
-    /// (n . h)^n as reflected radiance. Blinn 1977.
-    Half,
-    /// As `Half`, scaled so that a narrow highlight at normal incidence reflects k_s.
-    NormalisedHalf,
-    /// BRDF (n . h)^n with an albedo of at most k_s. Akenine-Moller et al. 2008; normalisation
-    /// after Giesen 2009.
-    Brdf,
-}
-
 #[derive(Debug, Clone)]
 pub(super) struct Phong {
     lobe: Lobe,
@@ -48,23 +34,23 @@ pub(super) struct Phong {
     is_conserving: bool,
 }
 
-pub(super) fn phong(values: Values<'_>) -> Prepared {
+pub(super) fn phong(values: Values<'_>) -> Phong {
     make(values, PhongHighlight::Mirror)
 }
 
-pub(super) fn blinn_phong(values: Values<'_>) -> Prepared {
+pub(super) fn blinn_phong(values: Values<'_>) -> Phong {
     make(values, PhongHighlight::Half)
 }
 
-pub(super) fn reflected_blinn_phong(values: Values<'_>) -> Prepared {
+pub(super) fn reflected_blinn_phong(values: Values<'_>) -> Phong {
     make(values, PhongHighlight::NormalisedHalf)
 }
 
-pub(super) fn normalised_blinn_phong(values: Values<'_>) -> Prepared {
+pub(super) fn normalised_blinn_phong(values: Values<'_>) -> Phong {
     make(values, PhongHighlight::Brdf)
 }
 
-fn make(values: Values<'_>, highlight: PhongHighlight) -> Prepared {
+fn make(values: Values<'_>, highlight: PhongHighlight) -> Phong {
     let (diffuse, specular) = (values.color("diffuse"), values.color("specular"));
     let n = values.scalar("exponent");
     let narrow = libm::exp2(-0.5 * n);
@@ -75,7 +61,7 @@ fn make(values: Values<'_>, highlight: PhongHighlight) -> Prepared {
     };
     let is_conserving = (diffuse + specular).max_element() <= 1.0;
     let (diffuse, specular) = (diffuse * FRAC_1_PI, specular * height);
-    Prepared::Phong(Phong { lobe: Lobe { diffuse, specular, n }, highlight, is_conserving })
+    Phong { lobe: Lobe { diffuse, specular, n }, highlight, is_conserving }
 }
 
 /// diffuse + specular (m . wo)^n / cos_i, where m is wi mirrored at the normal.

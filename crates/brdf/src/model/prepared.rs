@@ -3,15 +3,16 @@
 use glam::DVec3;
 
 use super::ashikhmin_shirley::AshikhminShirley;
+use super::constants::ModelConstants;
 use super::cook_torrance::Microfacet;
 use super::diffuse::{Lambert, OrenNayar};
 use super::fit::{Abc, Sgd};
 use super::phong::Phong;
 use super::principled::Principled;
+use super::reflect::Reflect;
 use super::rough_plastic::RoughPlastic;
 use super::ward::Ward;
-use super::{Brdf, Claims, ModelConstants};
-use crate::{Block, DirectionPair, HORIZON, Libm, Machine, Plain};
+use crate::{Block, Brdf, Claims, DirectionPair, HORIZON, Libm, Machine, Plain};
 
 /// A prepared model. The same formulas serve single pairs in f64 with `libm`, which is the
 /// reference, and blocks of pairs.
@@ -30,18 +31,6 @@ pub(super) enum Prepared {
     AshikhminShirley(AshikhminShirley),
     Abc(Abc),
     Sgd(Box<Sgd>),
-}
-
-/// Evaluation of one model family.
-pub(super) trait Reflect {
-    /// Returns f of each lane, channel by channel.
-    fn block<M: Machine, const N: usize>(&self, machine: M, block: &Block<N>) -> [[f64; N]; 3];
-
-    /// Properties that hold with these parameters.
-    fn claims(&self) -> Claims;
-
-    /// Formula and constants, for exporters.
-    fn constants(&self) -> ModelConstants;
 }
 
 macro_rules! each {

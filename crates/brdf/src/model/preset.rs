@@ -1,6 +1,7 @@
 //! Named materials as parameters of models: reflectance of known substances at normal incidence.
 
-use super::{Model, ModelKind};
+use super::kind::ModelKind;
+use super::value::Model;
 
 /// A model with parameter values for a named material.
 #[derive(Debug, Clone, PartialEq)]

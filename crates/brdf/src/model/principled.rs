@@ -4,14 +4,14 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::constants::{ClearCoatConstants, PrincipledConstants};
+use super::constants::{ClearCoatConstants, ModelConstants, PrincipledConstants, Shadowing};
 use super::formula::{Formula, colors, scalars};
-use super::microfacet::{Distribution, Shadowing, square};
+use super::fresnel;
+use super::microfacet::{Distribution, square};
 use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants, fresnel};
+use super::reflect::Reflect;
 use crate::block::Half;
-use crate::{Block, Elementary, Machine};
+use crate::{Block, Claims, Elementary, Machine};
 
 const UNIT: (f64, f64) = (0.0, 1.0);
 
@@ -73,7 +73,7 @@ const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
 /// Reflectance of the clear coat at normal incidence.
 const COAT_F0: f64 = 0.04;
 
-pub(super) fn principled(values: Values<'_>) -> Prepared {
+pub(super) fn principled(values: Values<'_>) -> Principled {
     let base = values.color("base_color");
     let luminance = base.dot(LUMINANCE);
     let tint = if luminance > 0.0 { base / luminance } else { DVec3::ONE };
@@ -82,7 +82,7 @@ pub(super) fn principled(values: Values<'_>) -> Prepared {
     let alpha = |value: f64| (roughness * roughness * value).max(0.001);
     let eta = 2.0 / (1.0 - (0.08 * values.scalar("specular")).sqrt()) - 1.0;
     let white = DVec3::ONE;
-    Prepared::Principled(Box::new(Principled {
+    Principled {
         base,
         tinted_f0: tint * square((eta - 1.0) / (eta + 1.0)),
         roughness,
@@ -92,7 +92,7 @@ pub(super) fn principled(values: Values<'_>) -> Prepared {
         sheen: (white + (tint - white) * values.scalar("sheen_tint")) * values.scalar("sheen"),
         coat: coat(values),
         distribution: Distribution::ggx(DVec2::new(alpha(1.0 / aspect), alpha(aspect))),
-    }))
+    }
 }
 
 fn coat(values: Values<'_>) -> Option<Coat> {

@@ -5,16 +5,15 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::coat::{CoatTables, TABLE_SIZE, TableDetail};
-use super::cook_torrance::{IOR, ROUGHNESS};
-use super::diffuse::ALBEDO;
+use super::coat::{CoatTables, TABLE_SIZE};
+use super::constants::{ModelConstants, Shadowing};
 use super::formula::{Formula, colors};
-use super::microfacet::{Distribution, Shadowing};
-use super::parameter::{Parameter, Values};
-use super::prepared::{Prepared, Reflect};
-use super::{Claims, ModelConstants, fresnel};
+use super::fresnel;
+use super::microfacet::Distribution;
+use super::parameter::{ALBEDO, IOR, Parameter, ROUGHNESS, Values};
+use super::reflect::Reflect;
 use crate::block::{Half, larger, smaller, unit};
-use crate::{Block, Elementary, Libm, Machine, Plain};
+use crate::{Block, Claims, Elementary, Machine};
 
 pub(super) const ROUGH_PLASTIC: &[Parameter] = &[
     ALBEDO,
@@ -55,12 +54,7 @@ pub(super) struct RoughPlastic {
     transmittance: [f64; TABLE_SIZE],
 }
 
-pub(super) fn rough_plastic(values: Values<'_>) -> Prepared {
-    let tables = CoatTables::new(Plain::<Libm>::new(), values, TableDetail::Full);
-    rough_plastic_with(values, &tables)
-}
-
-pub(super) fn rough_plastic_with(values: Values<'_>, tables: &CoatTables) -> Prepared {
+pub(super) fn rough_plastic(values: Values<'_>, tables: &CoatTables) -> RoughPlastic {
     let eta = values.scalar("ior");
     let alpha = values.scalar("roughness");
     let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
@@ -77,12 +71,7 @@ pub(super) fn rough_plastic_with(values: Values<'_>, tables: &CoatTables) -> Pre
         _ => DVec3::splat(back),
     };
     let base = albedo * FRAC_1_PI / (eta * eta) / (DVec3::ONE - again);
-    Prepared::RoughPlastic(Box::new(RoughPlastic {
-        base,
-        eta,
-        distribution,
-        transmittance: tables.transmittance,
-    }))
+    RoughPlastic { base, eta, distribution, transmittance: tables.transmittance }
 }
 
 impl RoughPlastic {

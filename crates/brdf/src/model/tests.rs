@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::microfacet::{DISTRIBUTIONS, Distribution};
 use super::*;
 use crate::block::Half;
-use crate::{Block, Branchless, DirectionPair, HORIZON, Libm, Plain};
+use crate::{Block, Branchless, Brdf, DirectionPair, HORIZON, Libm, Plain};
 
 /// Deterministic random numbers in [0, 1): SplitMix64.
 struct Random(u64);

@@ -11,7 +11,8 @@
 
 use std::fmt;
 
-use super::{Model, ParameterError, ParameterKind};
+use super::parameter::ParameterKind;
+use super::value::{Model, ParameterError};
 
 /// Error of [`Model::with_text`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -33,7 +34,7 @@ impl Model {
     /// values.
     pub fn with_text(self, name: &str, values: &str) -> Result<Self, ParameterTextError> {
         let values = values.trim();
-        if let Some((parameter, _)) = self.kind.find(name)
+        if let Some((parameter, _)) = self.kind().find(name)
             && matches!(parameter.kind, ParameterKind::Choice { .. })
         {
             return Ok(self.choose(name, values)?);
@@ -49,7 +50,7 @@ impl Model {
 impl fmt::Display for Model {
     /// Writes the model's line, then each parameter on its own line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, ".model {}", self.kind)?;
+        writeln!(f, ".model {}", self.kind())?;
         for (parameter, values) in self.parameters() {
             write!(f, "{}", parameter.name)?;
             match parameter.word(values) {

@@ -5,7 +5,8 @@
 use std::marker::PhantomData;
 
 use super::code::{Code, Instruction};
-use super::kernel::{self, BLOCK, QUARTERS, Quarter, View};
+use super::kernel::View;
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
 
 /// Rows that the instructions of a block read and write.
 pub(crate) struct Workspace {
@@ -45,7 +46,7 @@ impl Results<'_> {
     /// # Panics
     /// If the block has no such quarter.
     #[inline(always)]
-    pub(crate) fn quarter(&self, index: usize) -> [&[f32; kernel::LANES]; 3] {
+    pub(crate) fn quarter(&self, index: usize) -> [&[f32; LANES]; 3] {
         assert!(index < self.quarters, "a block has {} quarters", self.quarters);
         let [red, green, blue] = self.views;
         // SAFETY: the views are rows of that many quarters, borrowed for the life of this.
@@ -79,7 +80,7 @@ impl<'w> BoundCode<'w> {
         let (constants, inputs) = (code.program().constants(), code.inputs.len());
         let needed = constants.len() + (code.registers + inputs) * QUARTERS;
         if rows.len() < needed {
-            rows.resize(needed, Quarter([0.0; kernel::LANES]));
+            rows.resize(needed, Quarter([0.0; LANES]));
         }
         let (constant_rows, rest) = rows.split_at_mut(constants.len());
         let (registers, rest) = rest.split_at_mut(code.registers * QUARTERS);
@@ -110,7 +111,7 @@ impl<'w> BoundCode<'w> {
                 _ => fill(row, values),
             });
         }
-        let quarters = span.length.div_ceil(kernel::LANES);
+        let quarters = span.length.div_ceil(LANES);
         for Instruction { pass, dst, operands: [a, b, c] } in &code.instructions {
             let operands = [views[usize::from(*a)], views[usize::from(*b)], views[usize::from(*c)]];
             // SAFETY: translation emits only existing registers, never a destination that the same

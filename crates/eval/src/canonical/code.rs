@@ -10,8 +10,8 @@ use brood_program::{Operand, Operation, Program, Range, StepRange};
 use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
-use crate::Level;
 use crate::layer::Layers;
+use crate::level::Level;
 
 /// First slot of inputs and constants until the number of registers is known.
 const FIRST_INPUT: u16 = 1 << 15;

@@ -13,22 +13,8 @@
 use brood_genome::{Arithmetic, Functions};
 use brood_program::Operation;
 
-use crate::Level;
-use crate::level::Kind;
-use bytemuck::{Pod, Zeroable};
-
-/// Number of lanes per iteration of the loops below.
-pub(crate) const LANES: usize = 64;
-/// Number of quarters in a block.
-pub(super) const QUARTERS: usize = 4;
-/// Number of samples in a block: long enough that decoding costs little, short enough that
-/// registers stay in the L1 cache.
-pub(crate) const BLOCK: usize = LANES * QUARTERS;
-
-/// The lanes of one iteration, aligned to a cache line: vectors that straddle two lines cost twice.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C, align(64))]
-pub(crate) struct Quarter(pub(crate) [f32; LANES]);
+use crate::lanes::{LANES, Quarter};
+use crate::level::{Kind, Level};
 
 /// The values of an operand in a block.
 #[derive(Debug, Clone, Copy)]

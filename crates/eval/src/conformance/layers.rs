@@ -4,7 +4,8 @@
 use brood_genome::{Genome, ModelKind};
 use brood_program::Program;
 
-use super::{check_bits, layered_programs, sample_sets, wild_model};
+use super::bits::check_bits;
+use super::cases::{layered_programs, sample_sets, wild_model};
 use crate::{EvalError, Evaluator, ReferenceEvaluator};
 
 /// Largest relative difference of the reflectance of a model from the f64 reference: half a unit in

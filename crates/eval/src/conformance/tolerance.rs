@@ -4,7 +4,8 @@ use brood_genome::{Genome, Opcode};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-use super::{canonical, sample_sets};
+use super::bits::canonical;
+use super::cases::sample_sets;
 use crate::Evaluator;
 
 /// Tolerance of an evaluator that is not exact after one opcode.

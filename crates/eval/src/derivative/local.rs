@@ -1,10 +1,9 @@
 //! Derivatives of each operation with respect to its operands.
 
-use brood_genome::{Arithmetic, RANGE};
+use brood_genome::{Arithmetic, Functions, RANGE};
 use brood_program::Operation;
 
-/// Constant that keeps logarithm and reciprocals of the machine finite at 0: 2^-24.
-const EPSILON: f32 = 1.0 / 16_777_216.0;
+const EPSILON: f32 = Functions::EPSILON;
 const LN_2: f32 = std::f32::consts::LN_2;
 
 /// Returns the derivatives of `value`, the result of an operation on `a` and `b`, with respect to
@@ -16,10 +15,10 @@ pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32
         Operation::Add => (free, free),
         Operation::Sub => (free, -free),
         Operation::Mul => (free * b, free * a),
-        Operation::Sin => (within(a, -1024.0, 1024.0) * a.cosine(), 0.0),
-        Operation::Cos => (-within(a, -1024.0, 1024.0) * a.sine(), 0.0),
-        Operation::Ex2 => (free * within(a, -24.0, 16.0) * LN_2 * value, 0.0),
-        Operation::Ex2Neg => (-free * within(-a, -24.0, 16.0) * LN_2 * value, 0.0),
+        Operation::Sin => (within_angles(a) * a.cosine(), 0.0),
+        Operation::Cos => (-within_angles(a) * a.sine(), 0.0),
+        Operation::Ex2 => (free * within_exponents(a) * LN_2 * value, 0.0),
+        Operation::Ex2Neg => (-free * within_exponents(-a) * LN_2 * value, 0.0),
         Operation::Lg2 => (2.0 * a / (LN_2 * (a * a + EPSILON)), 0.0),
         Operation::Rcp => {
             let t = a * a + EPSILON;
@@ -29,6 +28,18 @@ pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32
         Operation::Spl => (free * sigmoid(a), 0.0),
         Operation::SplNeg => (-free * sigmoid(-a), 0.0),
     }
+}
+
+/// Returns 1 where the clamp of the argument of sine and cosine does not act, else 0.
+#[inline(always)]
+fn within_angles(x: f32) -> f32 {
+    within(x, -Functions::ANGLE_RANGE, Functions::ANGLE_RANGE)
+}
+
+/// Returns 1 where the clamp of the argument of the power of two does not act, else 0.
+#[inline(always)]
+fn within_exponents(x: f32) -> f32 {
+    within(x, Functions::EX2_RANGE.0, Functions::EX2_RANGE.1)
 }
 
 #[inline(always)]

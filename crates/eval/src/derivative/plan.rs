@@ -5,8 +5,8 @@ use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
 use brood_scene::SampleSet;
 
-use crate::Level;
 use crate::layer::{LayerValues, Layers};
+use crate::level::Level;
 
 /// A program prepared for sweeps. Rows of values: constants, then the inputs read, then steps.
 pub(super) struct Plan<'a> {

@@ -5,16 +5,16 @@
 use brood_genome::Functions;
 use brood_program::Operation;
 
-use super::NormalEquations;
+use super::equations::NormalEquations;
 use super::local::partials;
 use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep};
-use crate::canonical::{BLOCK, LANES, Quarter, SimdKernel, reflectance};
-use crate::{FitnessTarget, Loss};
+use crate::canonical::reflectance;
+use crate::fitness::{FitnessTarget, Loss};
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
+use crate::level::SimdKernel;
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
 const ONE: Quarter = Quarter([1.0; LANES]);
-/// Number of quarters in a block.
-const QUARTERS: usize = BLOCK / LANES;
 /// Number of quarters of one constant in a block: one for each channel and quarter of the block.
 const COLUMN: usize = 3 * QUARTERS;
 /// Number of partial sums of a dot product, which take its terms in turn.

@@ -8,8 +8,7 @@
 use brood_brdf::DirectionPair;
 use glam::DVec3;
 
-use super::hemisphere::gauss_legendre;
-use super::{Quadrature, direction_at};
+use super::hemisphere::{Quadrature, direction_at, gauss_legendre};
 use crate::layer::Layers;
 
 /// Range of ln tan theta_h: from the narrowest lobe considered to where the uniform rule has almost

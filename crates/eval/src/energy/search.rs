@@ -7,8 +7,9 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use glam::DVec2;
 
+use super::hemisphere::Quadrature;
+use super::limit::{EnergyLimit, Incidence};
 use super::subject::{self, Subject};
-use super::{EnergyLimit, Incidence, Quadrature};
 
 /// Inputs that change when the surface turns about its normal; a program without them is isotropic.
 const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];

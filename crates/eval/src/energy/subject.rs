@@ -13,8 +13,9 @@ use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::hemisphere::{Quadrature, direction_pair};
+use super::limit::Incidence;
 use super::lobe::LobeRule;
-use super::{Incidence, Quadrature, direction_pair};
 use crate::layer::Layers;
 use crate::{CanonicalEvaluator, Evaluator};
 

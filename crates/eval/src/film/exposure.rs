@@ -4,6 +4,7 @@ use brood_program::Program;
 use brood_scene::{Exposure, Film, SampleSet, Tone};
 
 use crate::radiance::ReflectedLight;
+use crate::rounding::round_to_f32;
 use crate::{CanonicalEvaluator, Evaluator};
 
 /// Linear value that automatic exposure maps its percentile to.
@@ -50,7 +51,7 @@ impl Gain {
     /// Returns the gain of a given exposure.
     #[must_use]
     pub fn fixed(ev: f64) -> Self {
-        Self { factor: nearest(libm::exp2(ev)), ev, tone: Tone::None }
+        Self { factor: round_to_f32(libm::exp2(ev)), ev, tone: Tone::None }
     }
 
     /// Returns the same gain with a tone curve.
@@ -108,11 +109,6 @@ fn ranked(mut values: Vec<f32>, rank: usize) -> f32 {
     };
     let mut values = values;
     *values.select_nth_unstable_by(rank, f32::total_cmp).1
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

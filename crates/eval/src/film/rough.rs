@@ -10,9 +10,8 @@ use brood_brdf::InputMask;
 use brood_program::Program;
 use brood_scene::{PixelArea, SampleSet, Sampling};
 
-use super::Developed;
-use crate::Level;
-use crate::canonical::SimdKernel;
+use super::developed::Developed;
+use crate::level::{Level, SimdKernel};
 use crate::radiance::shade_each;
 
 /// Largest difference in codes of a pixel from the mean of two opposite neighbours, in any channel,

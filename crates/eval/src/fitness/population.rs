@@ -6,13 +6,16 @@ use brood_genome::Functions;
 use brood_program::Program;
 use rayon::prelude::*;
 
-use super::{Fitness, FitnessPopulation, FitnessTarget, Loss};
+use super::evaluator::{Fitness, FitnessEvaluator, FitnessPopulation};
+use super::loss::Loss;
+use super::target::FitnessTarget;
 use crate::canonical::{
-    BLOCK, BoundCode, Code, LANES, Quarter, SimdKernel, Span, Workspace, reflectance,
-    with_workspace,
+    BoundCode, CanonicalEvaluator, Code, Span, Workspace, reflectance, with_workspace,
 };
+use crate::evaluator::EvalError;
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
 use crate::layer::SharedBlocks;
-use crate::{EvalError, Level};
+use crate::level::{Level, SimdKernel};
 
 /// Number of partial sums of a block, which take its errors in turn.
 const PARTIAL_SUMS: usize = 16;
@@ -80,6 +83,16 @@ impl FitnessPopulation for CanonicalPopulation<'_> {
     }
 }
 
+impl FitnessEvaluator for CanonicalEvaluator {
+    fn population<'a>(
+        &'a self,
+        programs: &[&'a Program],
+        target: &'a FitnessTarget,
+    ) -> Box<dyn FitnessPopulation + 'a> {
+        Box::new(CanonicalPopulation::new(programs, target, self.level()))
+    }
+}
+
 /// Sums the blocks of one program until the bound is exceeded.
 struct Sum<'a> {
     code: &'a Code<'a>,
@@ -114,7 +127,7 @@ impl SimdKernel for Sum<'_> {
                 let layers = layers.map(|layers| layers.on_block(level, blocks.quarter(start)));
                 let layers = layers.as_ref().map(|rows| rows.each_ref().map(|row| &row[..]));
                 reflectance(code.program(), results.quarter(quarter), layers, &mut f);
-                let rows = target.quarter(block * (BLOCK / LANES) + quarter);
+                let rows = target.quarter(block * QUARTERS + quarter);
                 match target.loss() {
                     Loss::Logarithmic => add(&mut sums, &f, rows, |x| functions.log2(1.0 + x)),
                     Loss::Squared => add(&mut sums, &f, rows, |x| x),

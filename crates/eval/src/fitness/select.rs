@@ -2,8 +2,9 @@
 
 use brood_program::Program;
 
-use super::{Fitness, FitnessEvaluator, FitnessTarget};
-use crate::EvalError;
+use super::evaluator::{Fitness, FitnessEvaluator};
+use super::target::FitnessTarget;
+use crate::evaluator::EvalError;
 
 /// Evaluations that a selection skips.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,16 +4,9 @@ use brood_genome::{BirthKey, Operator, Stream};
 use brood_scene::SampleSet;
 
 use super::difficulty::difficulty;
-use crate::canonical::{BLOCK, LANES, Quarter};
-
-/// Loss of a reflectance against its target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Loss {
-    /// log2(1 + f w) - log2(1 + f* w): ln 2 times the root of its mean square is E_log.
-    Logarithmic,
-    /// f w - f* w.
-    Squared,
-}
+use super::loss::Loss;
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
+use crate::rounding::round_to_f32;
 
 /// Error of an invalid target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -110,8 +103,8 @@ impl FitnessTarget {
         let value = |channel: usize, k: usize| {
             let weighted = f64::from(reflectance[channel][k]) * f64::from(weight[channel][k]);
             match loss {
-                Loss::Logarithmic => nearest(libm::log2(1.0 + weighted)),
-                Loss::Squared => nearest(weighted),
+                Loss::Logarithmic => round_to_f32(libm::log2(1.0 + weighted)),
+                Loss::Squared => round_to_f32(weighted),
             }
         };
         let rows = std::array::from_fn(|row| match row {
@@ -131,7 +124,7 @@ impl FitnessTarget {
     #[must_use]
     pub fn hardest_first(self) -> Self {
         let fair = self.samples().min(self.fair_blocks() * BLOCK);
-        let difficulty = difficulty(&self);
+        let difficulty = difficulty(&self.set, self.values(), self.weights(), self.loss);
         let mut order: Vec<u32> = (0..).take(self.samples()).collect();
         order[fair..].sort_by(|a, b| {
             difficulty[*b as usize].total_cmp(&difficulty[*a as usize]).then(a.cmp(b))
@@ -228,16 +221,11 @@ fn shuffled(samples: usize, seed: u64) -> Vec<u32> {
 
 /// Returns the values in this order, padded with zeros to the end of the last block.
 fn blocks(order: &[u32], value: impl Fn(usize) -> f32) -> Vec<Quarter> {
-    let quarters = order.len().div_ceil(BLOCK) * (BLOCK / LANES);
+    let quarters = order.len().div_ceil(BLOCK) * QUARTERS;
     let mut rows = vec![Quarter([0.0; LANES]); quarters];
     let places: &mut [f32] = bytemuck::cast_slice_mut(&mut rows);
     for (place, index) in places.iter_mut().zip(order) {
         *place = value(*index as usize);
     }
     rows
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest f32")]
-fn nearest(value: f64) -> f32 {
-    value as f32
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::conformance::{hard_samples, layered_programs, programs};
-use crate::{Evaluator, Level};
+use crate::{CanonicalEvaluator, Evaluator, Level};
 
 /// Returns a target that one of the programs meets exactly.
 fn target(set: &SampleSet, source: &Program, loss: Loss) -> FitnessTarget {

@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 use brood_brdf::Block;
 use brood_scene::SampleSet;
 
-use crate::Level;
-use crate::canonical::LANES;
+use crate::lanes::LANES;
+use crate::level::Level;
 
 /// The quarters of a set, 88 bytes per sample of a computed quarter.
 #[derive(Debug)]

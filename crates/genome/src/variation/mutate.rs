@@ -3,7 +3,8 @@
 //! amount. Parts that cannot change the result mutate four times less often.
 //! docs/maths/variation.md has the table of rates.
 
-use super::{Draft, layer, random};
+use super::draft::Draft;
+use super::{layer, random};
 use crate::liveness::{RESULT, walk_backwards};
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};

@@ -1,7 +1,8 @@
 //! Random genomes: independent draws of every field of every instruction, or a random model if
 //! there is no program.
 
-use super::{Draft, layer};
+use super::draft::Draft;
+use super::layer;
 use crate::random::{Operator, Stream};
 use crate::{
     BirthKey, CONSTANTS, Dialect, Instruction, Opcode, OpcodeSet, Operand, Output, Register,

@@ -1,7 +1,8 @@
 //! Crossover of programs: blocks of the second parent replace those of the first at the same
 //! positions.
 
-use super::{Draft, layer};
+use super::draft::Draft;
+use super::layer;
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Dialect, Genome};

@@ -14,12 +14,12 @@ pub enum RegisterFile {
 
 /// A layout of the interpreter. All give the same bits; the fastest one depends on the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Shape {
+pub struct InterpreterLayout {
     file: RegisterFile,
     lanes: u32,
 }
 
-impl Default for Shape {
+impl Default for InterpreterLayout {
     /// Returns the layout that every device supports, which is the fastest one on a software
     /// adapter.
     fn default() -> Self {
@@ -27,7 +27,7 @@ impl Default for Shape {
     }
 }
 
-impl Shape {
+impl InterpreterLayout {
     /// All layouts.
     pub const ALL: [Self; 4] = [
         Self { file: RegisterFile::Private, lanes: 4 },
@@ -78,17 +78,20 @@ mod tests {
 
     #[test]
     fn private_registers_are_used_when_workgroup_registers_do_not_fit() {
-        let wide = Shape::ALL[3];
+        let wide = InterpreterLayout::ALL[3];
         assert_eq!(wide.fitting(16, 256, 16_384), wide);
         let private = wide.fitting(32, 256, 16_384);
         assert_eq!((private.file(), private.lanes()), (RegisterFile::Private, 4));
-        assert_eq!(Shape::default().fitting(128, 256, 0), Shape::default());
+        assert_eq!(InterpreterLayout::default().fitting(128, 256, 0), InterpreterLayout::default());
     }
 
     #[test]
     fn layouts_have_distinct_names() {
-        for shape in Shape::ALL {
-            assert_eq!(Shape::ALL.iter().filter(|other| other.name() == shape.name()).count(), 1);
+        for shape in InterpreterLayout::ALL {
+            assert_eq!(
+                InterpreterLayout::ALL.iter().filter(|other| other.name() == shape.name()).count(),
+                1
+            );
         }
     }
 }

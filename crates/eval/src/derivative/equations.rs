@@ -1,0 +1,31 @@
+//! Normal equations of a least squares step.
+
+/// J^T J and J^T r over all residuals of a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormalEquations {
+    /// Number of constants of the program, n.
+    pub constants: usize,
+    /// J^T J, n x n, symmetric, row by row.
+    pub matrix: Vec<f64>,
+    /// J^T r, of length n.
+    pub gradient: Vec<f64>,
+    /// r^T r.
+    pub sum: f64,
+}
+
+impl NormalEquations {
+    pub(super) fn zero(constants: usize) -> Self {
+        let (matrix, gradient) = (vec![0.0; constants * constants], vec![0.0; constants]);
+        Self { constants, matrix, gradient, sum: 0.0 }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        for (sum, value) in self.matrix.iter_mut().zip(&other.matrix) {
+            *sum += value;
+        }
+        for (sum, value) in self.gradient.iter_mut().zip(&other.gradient) {
+            *sum += value;
+        }
+        self.sum += other.sum;
+    }
+}

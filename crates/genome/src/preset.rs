@@ -1,0 +1,186 @@
+//! Presets: hand-written materials that serve as readable examples of genomes and as starting
+//! points for breeding. Programs come first, then models.
+//!
+//! The texts are in the folder `presets` of the crate, their order in [`PRESETS`]. How they look is
+//! checked by the pictures that the `preset` test renders.
+//!
+//! # Example
+//! ```
+//! use brood_genome::preset::{PRESETS, Preset};
+//!
+//! let gold = Preset::find("gold").unwrap();
+//! assert_eq!(gold.title, "Gold");
+//! assert_eq!(PRESETS[0].name, "matt-clay");
+//! println!("{}", gold.genome());
+//! ```
+
+use std::sync::LazyLock;
+
+use crate::{Dialect, Genome};
+
+/// A hand-written material.
+#[derive(Debug)]
+pub struct Preset {
+    /// Name in requests and on the command line.
+    pub name: &'static str,
+    /// Title on the page.
+    pub title: &'static str,
+    /// Description of its look, in one sentence.
+    pub words: &'static str,
+    /// Source text of the genome, with its comments.
+    pub text: &'static str,
+    genome: LazyLock<Genome>,
+}
+
+macro_rules! preset {
+    ($name:literal, $title:literal, $words:literal) => {{
+        const TEXT: &str = include_str!(concat!("../presets/", $name, ".brood"));
+        let genome = || TEXT.parse().expect("presets are genomes");
+        Preset {
+            name: $name,
+            title: $title,
+            words: $words,
+            text: TEXT,
+            genome: LazyLock::new(genome),
+        }
+    }};
+}
+
+/// All presets, the simplest first.
+pub static PRESETS: [Preset; 22] = [
+    preset!("matt-clay", "Matt clay", "Unglazed terracotta, nearly the same from everywhere."),
+    preset!(
+        "red-plastic",
+        "Red plastic",
+        "A glossy red body under a small, crisp, white highlight."
+    ),
+    preset!("velvet", "Velvet", "Deep crimson cloth with glowing edges."),
+    preset!(
+        "gold",
+        "Gold",
+        "Polished metal, from deep orange in the shade to pale yellow in the highlight."
+    ),
+    preset!(
+        "brushed-metal",
+        "Brushed metal",
+        "Steel brushed in one direction, its highlight drawn out into a streak."
+    ),
+    preset!(
+        "car-paint",
+        "Two-tone car paint",
+        "Turquoise in the light, violet towards the edges, under a hard clear coat."
+    ),
+    preset!("pearl", "Pearl", "Creamy white over which rose and sea green drift with the angle."),
+    preset!(
+        "satin",
+        "Satin",
+        "Blue cloth with a long, soft sheen and a rosy shimmer at the edges."
+    ),
+    preset!("soap-film", "Soap film", "Rings of interference colours on a dark bubble."),
+    preset!(
+        "checkered-ceramic",
+        "Checkered ceramic",
+        "Cobalt blue and ivory squares under a smooth glaze."
+    ),
+    preset!("marble", "Marble", "Polished white stone with wandering grey veins."),
+    preset!("moon-dust", "Moon dust", "Grey powder that looks as flat as the full moon."),
+    preset!(
+        "retro-vest",
+        "Retro-reflective vest",
+        "Lime cloth with silver bands that flare up when the light is behind the eye."
+    ),
+    preset!(
+        "rainbow-grooves",
+        "Rainbow grooves",
+        "Fine grooves that split white light into bands of pure colour."
+    ),
+    preset!(
+        "model-gold",
+        "Gold, by its constants",
+        "Real gold: a rough conductor with the metal's refractive index and extinction."
+    ),
+    preset!(
+        "model-copper",
+        "Copper, brushed",
+        "Copper by its reflectance at normal incidence, its highlight drawn out along u."
+    ),
+    preset!(
+        "model-plastic",
+        "Plastic, physical",
+        "A blue body under a coat that sends light back and forth."
+    ),
+    preset!(
+        "model-car-paint",
+        "Car paint, principled",
+        "A dark red metallic body under a clear coat."
+    ),
+    preset!(
+        "model-velvet",
+        "Cloth, principled",
+        "Green cloth with the principled model's sheen at its edges."
+    ),
+    preset!(
+        "model-clay",
+        "Clay, Oren-Nayar",
+        "Rough clay that is as bright at its edges as in the middle."
+    ),
+    preset!(
+        "model-two-layers",
+        "Varnished wood",
+        "A warm diffuse base and two highlights, one wide and one narrow: three models, added."
+    ),
+    preset!(
+        "model-phong",
+        "Phong, 1975",
+        "The first highlight of computer graphics, over a teal body."
+    ),
+];
+
+impl Preset {
+    /// Returns the preset of that name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// Genome as written, a few dozen instructions long.
+    #[must_use]
+    pub fn genome(&self) -> &Genome {
+        &self.genome
+    }
+
+    /// Dialect for a lineage that breeds it: its own dialect, with the default length of lineages
+    /// if it has a program.
+    #[must_use]
+    pub fn dialect(&self) -> Dialect {
+        let own = *self.genome.dialect();
+        let length = if own.length == 0 { 0 } else { Dialect::default().length };
+        Dialect { length, ..own }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_valid_genomes_with_unique_names() {
+        let mut names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        assert!(names.len() >= 12);
+        for preset in &PRESETS {
+            let genome = preset.genome();
+            assert!(
+                preset.text.starts_with("brood 1\n# "),
+                "{} begins with a comment",
+                preset.name
+            );
+            assert!(preset.words.ends_with('.') && !preset.title.is_empty());
+            let padded = genome.clone().padded(preset.dialect().length).unwrap();
+            assert_eq!(padded.dialect(), &preset.dialect());
+        }
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), PRESETS.len());
+        assert!(Preset::find("gold").is_some() && Preset::find("Gold").is_none());
+    }
+}

@@ -1,0 +1,27 @@
+//! Parts of a child while the operators change them.
+
+use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, Output};
+
+/// Parts of a child; becomes a [`Genome`] through the validating constructor.
+pub(super) struct Draft {
+    pub(super) dialect: Dialect,
+    pub(super) instructions: Vec<Instruction>,
+    pub(super) constants: Box<[[f32; 4]; CONSTANTS]>,
+    pub(super) output: Output,
+    pub(super) limited: bool,
+    pub(super) layers: Vec<Model>,
+}
+
+impl Draft {
+    /// Returns the parts of a genome.
+    pub(super) fn copy(parent: &Genome) -> Self {
+        Self {
+            dialect: *parent.dialect(),
+            instructions: parent.instructions().to_vec(),
+            constants: Box::new(*parent.constants()),
+            output: *parent.output(),
+            limited: parent.is_limited(),
+            layers: parent.layers().to_vec(),
+        }
+    }
+}

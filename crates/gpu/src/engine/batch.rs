@@ -1,0 +1,25 @@
+//! Programs and inputs of one call, and the shader that evaluates them.
+
+use brood_brdf::InputMask;
+use brood_program::Program;
+
+use crate::encode::Encoded;
+use crate::residency::Rows;
+
+/// Programs and inputs of one call.
+pub(crate) struct Batch<'a, 'r> {
+    pub shader: BatchShader<'a>,
+    pub encoded: &'a [Encoded],
+    pub rows: &'a Rows<'r>,
+    /// Rows on the device.
+    pub mask: InputMask,
+}
+
+/// Shader that the words of a batch are for.
+#[derive(Clone, Copy)]
+pub(crate) enum BatchShader<'a> {
+    /// The interpreter.
+    Interpreter,
+    /// Straight-line shader of one program.
+    Own(&'a Program),
+}
