@@ -4,11 +4,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use brood_bench::{logging, output};
 use brood_storage::Store;
 use clap::Args;
 use serde_json::json;
 
-use crate::{logging, output, place};
+use crate::place;
 
 /// Options of `brood backup`.
 #[derive(Debug, Args)]

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
+use brood_bench::{genome_file, logging, output};
 use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
 use brood_genome::{Constraints, Dialect, Genome, Output, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
@@ -15,7 +16,6 @@ use serde_json::json;
 use crate::dialect::DialectWords;
 use crate::frame::FrameArgs;
 use crate::lock::LockWords;
-use crate::{genome_file, logging, output};
 
 /// Gap between the pictures of a sheet.
 const GAP_PX: u32 = 4;

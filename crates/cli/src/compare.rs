@@ -11,11 +11,9 @@ mod subject;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use brood_bench::{logging, output};
 use brood_eval::{Developed, encode_png};
-use brood_inspect::{
-    COMPARED, CurvePoint, LightOrbit, LinearImage, OTHER_LIGHT_DEG, Phenomena, Picture, Shot,
-    curves,
-};
+use brood_inspect::{COMPARED, CurvePoint, LightOrbit, OTHER_LIGHT_DEG, Phenomena, Shot, curves};
 use brood_protocol::PictureFormat;
 use brood_scene::{Exposure, Scene};
 use brood_worker::Renderer;
@@ -23,7 +21,6 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::frame::FrameArgs;
-use crate::{logging, output};
 pub use subject::Subject;
 
 /// Options of `brood compare`.
@@ -90,7 +87,7 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
             Ok(file)
         };
         let picture = shot(&scene, subject);
-        let own = pixels(&picture, exposure_ev);
+        let own = picture.linear(exposure_ev);
         let difference = match &reference {
             None => {
                 reference = Some(own);
@@ -126,13 +123,6 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
     let page = page::html(&all, exposure_ev);
     output::write_file(&args.output.join("index.html"), page.as_bytes())?;
     if json { output::print_json(&report) } else { output::print(&table(&all, args)) }
-}
-
-/// Linear pixels after exposure, over black.
-fn pixels(picture: &Picture, exposure_ev: f64) -> LinearImage {
-    let radiance = &picture.radiance;
-    let linear = radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
-    LinearImage::new(radiance.width(), radiance.height(), linear).exposed(exposure_ev)
 }
 
 fn report(all: &[ComparedMaterial], exposure_ev: f64) -> Value {

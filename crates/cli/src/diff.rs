@@ -1,15 +1,14 @@
 //! `brood diff`: difference of two pictures in a named metric.
 
-pub mod itp;
 mod picture;
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use brood_bench::{logging, output};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use crate::{logging, output};
 pub use picture::read;
 
 /// Options of `brood diff`.
@@ -59,7 +58,7 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
         Metric::Rmse => a.rmse(&b),
         Metric::Ssim => a.ssim(&b).context("ssim needs pictures of at least 11 x 11 pixels")?,
         Metric::Flip => a.flip(&b),
-        Metric::Itp => itp::mean_difference(a.linear(), b.linear(), args.white),
+        Metric::Itp => a.itp(&b, args.white),
     };
     if json {
         let name = args.metric.to_possible_value();
@@ -67,30 +66,4 @@ pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
         return output::print_json(&json!({ "metric": name, "value": value }));
     }
     output::print(&format!("{value}\n"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use brood_inspect::LinearImage;
-
-    fn gradient(shift: f64) -> LinearImage {
-        let pixel = |i: u32| [f64::from(i % 32) / 32.0 + shift, f64::from(i / 32) / 32.0, 0.25];
-        LinearImage::new(32, 32, (0..1024).map(pixel).collect())
-    }
-
-    #[test]
-    fn equal_pictures_have_no_difference_in_any_metric() {
-        let (a, b) = (gradient(0.0), gradient(0.0));
-        assert_eq!(itp::mean_difference(a.linear(), b.linear(), 100.0), 0.0);
-        assert_eq!(a.ssim(&b), Some(1.0));
-    }
-
-    #[test]
-    fn difference_grows_with_the_shift() {
-        let (a, b, c) = (gradient(0.0), gradient(0.05), gradient(0.2));
-        let itp = |other: &LinearImage| itp::mean_difference(a.linear(), other.linear(), 100.0);
-        assert!(itp(&b) > 0.0 && itp(&c) > itp(&b));
-        assert!(a.ssim(&c).unwrap() < a.ssim(&b).unwrap());
-    }
 }

@@ -5,6 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use brood_bench::material_file::{self, MaterialFile};
+use brood_bench::{logging, output};
 use brood_brdf::Brdf;
 use brood_eval::energy_limit;
 use brood_program::Program;
@@ -14,9 +16,7 @@ use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
 
-use crate::material_file::{self, MaterialFile};
 use crate::pairs::{self, Row};
-use crate::{logging, output};
 
 const LIMIT_BYTES: u64 = 1 << 30;
 /// Rows evaluated at once, to bound memory.

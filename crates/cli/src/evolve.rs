@@ -7,6 +7,7 @@ use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use brood_bench::{genome_file, logging, output};
 use brood_genome::{Dialect, Genome};
 use brood_program::Program;
 use brood_search::{AskOptions, AskTell, DIALECT, Evaluated};
@@ -15,7 +16,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::dialect::DialectWords;
-use crate::{genome_file, logging, output};
+use crate::front;
 
 /// Largest length of an input line.
 const LINE_BYTES: u64 = 1 << 20;
@@ -163,15 +164,9 @@ fn write(folder: &Path, search: &AskTell) -> Result<()> {
     let best = search
         .best()
         .context("no genome got a finite error, so there is no best.brood to write")?;
-    let genomes = folder.join("front");
     output::make_dir(folder)?;
-    output::make_dir(&genomes)?;
     output::write_file(&folder.join("best.brood"), best.genome.to_string().as_bytes())?;
-    let mut text = String::from("genome,operations,error\n");
-    for (index, told) in search.front().iter().rev().enumerate() {
-        let name = format!("{index:02}.brood");
-        output::write_file(&genomes.join(&name), told.genome.to_string().as_bytes())?;
-        text += &format!("front/{name},{},{}\n", told.operations, told.error);
-    }
-    output::write_file(&folder.join("front.csv"), text.as_bytes())
+    let row =
+        |told: &Evaluated| [("operations", told.operations.into()), ("error", told.error.into())];
+    front::write(folder, search.front().iter().rev().map(|told| (&told.genome, row(told))))
 }

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use brood_bench::{genome_file, logging, output};
 use brood_eval::express;
 use brood_export::{Format, export};
 use clap::Args;
 use serde_json::json;
 
 use crate::breed::on_off;
-use crate::{genome_file, logging, output};
 
 /// Options of `brood export`.
 #[derive(Debug, Args)]

@@ -4,15 +4,17 @@
 //! Owns the options, the budget and the files. The errors and physical measures of the result are
 //! computed in `report`.
 
-pub mod budget;
 mod image;
 mod log;
 mod report;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
+use brood_bench::budget::{FitBudget, spend};
+use brood_bench::chart::Cell;
+use brood_bench::{logging, material_file, output};
 use brood_eval::encode_png;
 use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
@@ -24,8 +26,7 @@ use clap::Args;
 
 use crate::compare::Subject;
 use crate::frame::FrameArgs;
-use crate::{logging, material_file, output};
-use budget::{FitBudget, spend};
+use crate::front;
 use log::Log;
 use report::Report;
 
@@ -113,7 +114,8 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
     let best = &front[outcome.best];
-    write_front(&args.output, &front)?;
+    // From the longest to the shortest genome.
+    front::write(&args.output, front.iter().map(row))?;
     output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;
     let views = match &images {
         Some(images) => images.write(&args.output, &best.genome)?,
@@ -150,6 +152,17 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     ))
 }
 
+/// Genome and columns of front.csv.
+fn row(found: &Found) -> (&Genome, [(&'static str, Cell); 4]) {
+    let columns = [
+        ("operations", found.operations.into()),
+        ("numbers", found.parameters.into()),
+        ("e_log_fitted", found.fitted.into()),
+        ("e_log", found.e_log.into()),
+    ];
+    (&found.genome, columns)
+}
+
 /// Searches until the budget is spent; also returns the progress of the last generation.
 fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, Progress)> {
     let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
@@ -183,20 +196,6 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
     spinner.finish_and_clear();
     log.map_or(Ok(()), Log::finish)?;
     found.context("the search found nothing")
-}
-
-/// Writes the front as CSV and its genomes, from the longest to the shortest.
-fn write_front(folder: &Path, front: &[Found]) -> Result<()> {
-    let genomes = folder.join("front");
-    output::make_dir(&genomes)?;
-    let mut text = String::from("genome,operations,numbers,e_log_fitted,e_log\n");
-    for (index, found) in front.iter().enumerate() {
-        let name = format!("{index:02}.brood");
-        output::write_file(&genomes.join(&name), found.genome.to_string().as_bytes())?;
-        let Found { operations, parameters, fitted, e_log, .. } = found;
-        text += &format!("front/{name},{operations},{parameters},{fitted},{e_log}\n");
-    }
-    output::write_file(&folder.join("front.csv"), text.as_bytes())
 }
 
 /// Writes pictures of the target and of the best genome, at the exposure of the target.

@@ -5,6 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
+use brood_bench::output::read_file;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{
     BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Sampling, Scene, Tone, parse_obj,
@@ -13,7 +14,6 @@ use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
 use crate::light_file;
-use crate::output::read_file;
 
 const SCENE_LIMIT_BYTES: u64 = 256 << 10;
 /// Largest fixed number of samples per pixel.

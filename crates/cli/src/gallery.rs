@@ -10,6 +10,7 @@ mod page;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use brood_bench::{logging, output};
 use brood_eval::{CanonicalEvaluator, Developed, Evaluator, SheetCell, express, sheet};
 use brood_inspect::{Shade, Shot};
 use brood_program::Program;
@@ -19,7 +20,6 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::json;
 
-use crate::{logging, output};
 use exhibit::Exhibit;
 
 /// Side of a picture in pixels.

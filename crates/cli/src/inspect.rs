@@ -4,11 +4,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use brood_bench::{genome_file, logging, output};
 use brood_eval::{encode_png, express};
 use brood_inspect::{Inspection, image_slice, inspect, marked_source};
 use clap::Args;
-
-use crate::{genome_file, logging, output};
 
 /// Options of `brood inspect`.
 #[derive(Debug, Args)]

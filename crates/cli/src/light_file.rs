@@ -5,10 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use brood_bench::output::read_file;
 use brood_eval::decode_environment;
 use brood_scene::{AssetRef, IesProfile, Light, LightAssets, Scene};
-
-use crate::output::read_file;
 
 const PROFILE_BYTES: u64 = 16 << 20;
 const ENVIRONMENT_BYTES: u64 = 512 << 20;

@@ -4,9 +4,7 @@
 //! stderr, 2 bad usage. Each command is implemented in the module of its name.
 
 mod backup;
-mod bench;
 mod breed;
-mod chart;
 mod compare;
 mod dialect;
 mod diff;
@@ -15,16 +13,13 @@ mod evolve;
 mod export;
 mod fit;
 mod frame;
+mod front;
 mod gallery;
-mod genome_file;
 mod inspect;
 mod light_file;
 mod lock;
-mod logging;
-mod material_file;
 mod mesh;
 mod model;
-mod output;
 mod pairs;
 mod place;
 mod preset;
@@ -36,6 +31,7 @@ mod worker;
 
 use std::process::ExitCode;
 
+use brood_bench::BenchCommand;
 use clap::{Parser, Subcommand};
 
 /// Evolves materials by eye, by script and by search. Without a command it runs `serve`.
@@ -90,7 +86,7 @@ enum Command {
     Diff(diff::DiffArgs),
     /// Run benchmarks
     #[command(subcommand)]
-    Bench(bench::BenchCommand),
+    Bench(BenchCommand),
 }
 
 fn main() -> ExitCode {
@@ -113,7 +109,7 @@ fn main() -> ExitCode {
         Command::Model(command) => model::run(&command, cli.json),
         Command::Compare(args) => compare::run(&args, cli.json),
         Command::Diff(args) => diff::run(&args, cli.json),
-        Command::Bench(command) => bench::run(&command, cli.json),
+        Command::Bench(command) => brood_bench::run(&command, cli.json),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

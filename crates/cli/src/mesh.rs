@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use brood_bench::{logging, output};
 use brood_scene::{BuiltinMesh, Mesh};
 use clap::Args;
 use serde_json::json;
 
 use crate::frame::read_obj;
-use crate::{logging, output};
 
 /// Options of `brood mesh`.
 #[derive(Debug, Args)]

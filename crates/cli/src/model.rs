@@ -4,6 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use brood_bench::material_file::{self, MaterialFile};
+use brood_bench::output;
 use brood_brdf::{
     Brdf, Claims, Model, ModelKind, Parameter, ParameterKind, ParameterScale, model_presets,
 };
@@ -13,8 +15,6 @@ use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use crate::gallery::{self, GalleryArgs};
-use crate::material_file::{self, MaterialFile};
-use crate::output;
 
 /// Subcommands of `brood model`.
 #[derive(Debug, Subcommand)]

@@ -26,10 +26,7 @@ fn choose(xdg: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathBuf> {
 
 /// Creates the async runtime of a command.
 pub fn runtime() -> Result<tokio::runtime::Runtime> {
-    tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()
-        .context("start the async runtime")
+    tokio::runtime::Runtime::new().context("start the async runtime")
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! `brood preset`: lists the preset materials, or prints one.
 
 use anyhow::{Context, Result};
-use brood_preset::{PRESETS, Preset};
+use brood_bench::output;
+use brood_genome::preset::{PRESETS, Preset};
 use clap::Args;
 use serde_json::json;
-
-use crate::output;
 
 /// Options of `brood preset`.
 #[derive(Debug, Args)]

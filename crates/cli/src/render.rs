@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use brood_bench::material_file::{self, MaterialFile};
+use brood_bench::{logging, output};
 use brood_brdf::{Brdf, Swapped};
 use brood_eval::{encode_exr, encode_png, express};
 use brood_inspect::Shot;
@@ -14,8 +16,6 @@ use clap::Args;
 use serde_json::json;
 
 use crate::frame::FrameArgs;
-use crate::material_file::{self, MaterialFile};
-use crate::{logging, output};
 
 /// Options of `brood render`.
 #[derive(Debug, Args)]

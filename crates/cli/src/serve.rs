@@ -5,14 +5,15 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use brood_bench::{logging, output};
 use brood_protocol::Backend;
 use brood_server::{Server, ServerConfig};
 use clap::Args;
 use serde_json::json;
 use tokio_util::sync::CancellationToken;
 
+use crate::place;
 use crate::supervisor::{self, WorkerPlan};
-use crate::{logging, output, place};
 
 /// Options of `brood serve`.
 #[derive(Debug, Args)]

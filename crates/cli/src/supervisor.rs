@@ -10,15 +10,13 @@ use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use brood_protocol::Backend;
+use brood_protocol::{Backend, TOKEN_VARIABLE};
 use brood_server::WorkerReaper;
 use tokio::process::{Child, Command};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, timeout};
 use tokio_util::sync::CancellationToken;
 
-/// Environment variable with a worker's token.
-pub const TOKEN_VARIABLE: &str = "BROOD_TOKEN";
 /// Delay before the first restart; doubled after each early death.
 const INITIAL_BACKOFF: Duration = Duration::from_millis(200);
 const MAX_BACKOFF: Duration = Duration::from_secs(10);

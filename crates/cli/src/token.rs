@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use brood_bench::{logging, output};
 use brood_storage::{Scope, StorageError, Store};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 
-use crate::{logging, output, place};
+use crate::place;
 
 /// Subcommands of `brood token`.
 #[derive(Debug, Subcommand)]

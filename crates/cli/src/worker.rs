@@ -5,13 +5,13 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use brood_protocol::Backend;
+use brood_bench::logging;
+use brood_protocol::{Backend, TOKEN_VARIABLE};
 use brood_worker::{SearcherConfig, WorkerConfig};
 use clap::Args;
 use tokio_util::sync::CancellationToken;
 
-use crate::supervisor::TOKEN_VARIABLE;
-use crate::{logging, place, serve};
+use crate::{place, serve};
 
 /// Lowest scheduling priority.
 #[cfg(unix)]

@@ -4,12 +4,13 @@
 mod curve;
 mod difference;
 mod exposure;
+mod itp;
 mod phenomena;
 mod similarity;
 mod specimen;
 
 pub use curve::{CurvePoint, curves, luminance};
-pub use difference::{LinearImage, LinearImageError};
+pub use difference::{LinearImage, LinearImageError, flip};
 pub use exposure::LightOrbit;
 pub use phenomena::Phenomena;
 pub use specimen::Specimen;

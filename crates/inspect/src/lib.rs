@@ -26,7 +26,7 @@ mod slice;
 
 pub use compare::{
     COMPARED, CurvePoint, LightOrbit, LinearImage, LinearImageError, OTHER_LIGHT_DEG, Phenomena,
-    Specimen, curves, luminance,
+    Specimen, curves, flip, luminance,
 };
 pub use energy::Energy;
 pub use listing::{marked_source, scalar_code};

@@ -8,7 +8,7 @@ use brood_eval::{
 };
 use brood_scene::{LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene};
 
-use crate::Specimen;
+use crate::{LinearImage, Specimen};
 
 /// Reflectance of a sample set.
 pub trait Shade {
@@ -56,6 +56,16 @@ pub struct Picture {
     pub radiance: RadianceImage,
     /// Number of samples evaluated.
     pub samples: usize,
+}
+
+impl Picture {
+    /// Returns the radiance after exposure, over black.
+    #[must_use]
+    pub fn linear(&self, exposure_ev: f64) -> LinearImage {
+        let (width, height) = (self.radiance.width(), self.radiance.height());
+        let pixels = self.radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
+        LinearImage::new(width, height, pixels).exposed(exposure_ev)
+    }
 }
 
 impl Shot<'_> {

@@ -2,8 +2,8 @@
 //! parents.
 
 use brood_eval::express;
+use brood_genome::preset::Preset;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
-use brood_preset::Preset;
 use brood_program::Child;
 use brood_protocol::{Adopt, Breed, Curation, Generation, JobId, Lineage, Seed};
 

@@ -4,7 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
 use brood_genome::Dialect;
-use brood_preset::PRESETS;
+use brood_genome::preset::PRESETS;
 use brood_protocol::{Adopt, Generation, LineageId};
 
 use super::created;

@@ -1,40 +1,40 @@
-//! From what was printed to ratios: what is held against what, and against which goal.
+//! Computes ratios and goals from the printed results of brood and its peers.
 //!
-//! Pure: reads JSON values, starts nothing. Where a figure is missing there is no row. The best of all rounds counts on
-//! either side, since what disturbs a run only ever makes it slower.
+//! Pure: reads JSON values, starts nothing. A missing figure leaves out its row. The best of all
+//! rounds counts on either side, because other load can only make a run slower.
 
 use serde_json::{Value, json};
 
-use super::measure::{Findings, Work};
+use super::measure::{Findings, Measurement};
 
-/// Error up to which pictures of the Lambert sphere count as right.
+/// Largest RMSE at which a picture of the Lambert sphere counts as correct.
 const SPHERE_RMSE: f64 = 1.7e-4;
-/// Shares of functions that differ by less than this are the same mix.
+/// Shares of functions within this difference count as the same mix.
 const SAME_SHARE: f64 = 0.03;
 
-/// A peer and brood on the same work.
+/// A figure of a peer and of brood for the same work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// What was done.
+    /// Work done.
     pub work: &'static str,
-    /// What the peer's figure is.
+    /// Description of the peer's figure.
     pub peer: String,
     /// The peer's figure.
     pub peer_value: f64,
-    /// What brood's figure is.
+    /// Description of brood's figure.
     pub brood: String,
     /// brood's figure.
     pub brood_value: f64,
-    /// Of both figures.
+    /// Unit of both figures.
     pub unit: &'static str,
-    /// How many times faster brood is; none where the figures are no speeds.
+    /// Speed of brood over the peer's; `None` if the figures are not speeds.
     pub ratio: Option<f64>,
-    /// The ratio that was aimed at.
+    /// Intended ratio.
     pub goal: Option<f64>,
 }
 
 impl Row {
-    /// As it is written.
+    /// Row as it is written to the report.
     pub fn json(&self) -> Value {
         json!({
             "work": self.work,
@@ -49,7 +49,7 @@ impl Row {
     }
 }
 
-/// Every comparison that the findings allow.
+/// All comparisons with the available results.
 pub fn rows(findings: &Findings) -> Vec<Row> {
     let mut rows = Vec::new();
     rows.extend(operations(findings, "add, sub, mul", "add sub mul", "add sub mul", 6.0));
@@ -64,22 +64,20 @@ pub fn rows(findings: &Findings) -> Vec<Row> {
     rows
 }
 
-/// What was measured and still gives no row, in words.
+/// Results that were measured but give no row, as sentences.
 pub fn gaps(findings: &Findings) -> Vec<String> {
-    let gap = |work: Work| {
+    let gap = |work: Measurement| {
         let (rmse, _) = least(all_rows(findings, work).into_iter(), "rmse")?;
         let name = work.name();
         (rmse > SPHERE_RMSE).then(|| {
-            format!(
-                "{name}: the smallest RMSE is {rmse:.2e}, and at most {SPHERE_RMSE:.1e} is wanted"
-            )
+            format!("{name}: the smallest RMSE must be at most {SPHERE_RMSE:.1e}, got {rmse:.2e}")
         })
     };
-    [Work::BroodSphere, Work::MitsubaSphere].into_iter().filter_map(gap).collect()
+    [Measurement::BroodSphere, Measurement::MitsubaSphere].into_iter().filter_map(gap).collect()
 }
 
-/// All rows of all rounds of one piece of work, whether they stand alone or under `rows`.
-fn all_rows(findings: &Findings, work: Work) -> Vec<&Value> {
+/// All rows of all rounds of one measurement, whether the JSON is a list or has a list `rows`.
+fn all_rows(findings: &Findings, work: Measurement) -> Vec<&Value> {
     findings.of(work).iter().flat_map(rows_of_round).collect()
 }
 
@@ -88,19 +86,20 @@ fn rows_of_round(value: &Value) -> &[Value] {
     rows.map_or(&[], Vec::as_slice)
 }
 
-/// The row with the largest value under `key`.
+/// Row with the largest value under `key`.
 fn best<'a>(rows: impl Iterator<Item = &'a Value>, key: &str) -> Option<(f64, &'a Value)> {
     let valued = rows.filter_map(|row| Some((row[key].as_f64()?, row)));
     valued.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The row with the smallest value under `key`.
+/// Row with the smallest value under `key`.
 fn least<'a>(rows: impl Iterator<Item = &'a Value>, key: &str) -> Option<(f64, &'a Value)> {
     let valued = rows.filter_map(|row| Some((row[key].as_f64()?, row)));
     valued.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Twice: against operations as they are defined, and against all nodes, which counts a peer's leaves as work too.
+/// Two rows: against operations as defined, and against all nodes, which also counts the peer's
+/// leaves.
 fn operations(
     findings: &Findings,
     work: &'static str,
@@ -108,11 +107,11 @@ fn operations(
     brood_mix: &str,
     goal: f64,
 ) -> Vec<Row> {
-    let of_brood = all_rows(findings, Work::BroodOperations);
+    let of_brood = all_rows(findings, Measurement::BroodOperations);
     let of_brood = of_brood.into_iter().filter(|row| row["mix"] == brood_mix);
     let Some((brood_value, row)) = best(of_brood, "executed_per_second") else { return vec![] };
     let level = row["level"].as_str().unwrap_or("best level");
-    let peer_rows = all_rows(findings, Work::OperonOperations);
+    let peer_rows = all_rows(findings, Measurement::OperonOperations);
     let peer_rows: Vec<&Value> =
         peer_rows.into_iter().filter(|row| row["mix"] == peer_mix).collect();
     let peer_rows = of_share(peer_rows, row["function_share"].as_f64());
@@ -136,13 +135,13 @@ fn operations(
     };
     let rows = [
         make("operations_per_second", "non-leaf nodes", Some(goal)),
-        make("nodes_per_second", "all nodes, leaves included", None),
+        make("nodes_per_second", "all nodes including leaves", None),
     ];
     rows.into_iter().flatten().collect()
 }
 
-/// The peer's rows with about brood's share of functions; where that is not known, those with the fewest but some,
-/// which are the peer's fastest.
+/// The peer's rows with about brood's share of functions. Without a share, the rows with the
+/// smallest one, which are the peer's fastest.
 fn of_share(rows: Vec<&Value>, share: Option<f64>) -> Vec<&Value> {
     let share_of = |row: &Value| row["function_share"].as_f64().unwrap_or_default();
     let distance = |row: &Value| (share_of(row) - share.unwrap_or(0.0)).abs();
@@ -151,13 +150,13 @@ fn of_share(rows: Vec<&Value>, share: Option<f64>) -> Vec<&Value> {
 }
 
 fn finite(findings: &Findings) -> Vec<Row> {
-    let Some(stress) = findings.of(Work::BroodStress).first() else { return vec![] };
+    let Some(stress) = findings.of(Measurement::BroodStress).first() else { return vec![] };
     let (Some(bad), Some(evaluations)) =
         (stress["not_finite"].as_f64(), stress["evaluations_per_level"].as_f64())
     else {
         return vec![];
     };
-    let peers = findings.of(Work::OperonOperations).first();
+    let peers = findings.of(Measurement::OperonOperations).first();
     let peers = peers.and_then(|value| value["finite"].as_array()).map_or(&[][..], Vec::as_slice);
     let row = |peer: &Value| {
         let (mix, sizes) = (peer["mix"].as_str()?, peer["coefficients"].as_str()?);
@@ -177,12 +176,15 @@ fn finite(findings: &Findings) -> Vec<Row> {
     peers.iter().filter_map(row).collect()
 }
 
-/// Twice: with the sample set at hand, as in breeding, and with the time of making it added.
+/// Two rows: with the sample set precomputed, as in breeding, and including the time to build it.
 fn sphere(findings: &Findings) -> Vec<Row> {
     let exact = |row: &&Value| row["rmse"].as_f64().is_some_and(|rmse| rmse <= SPHERE_RMSE);
-    let peers = all_rows(findings, Work::MitsubaSphere).into_iter().filter(exact);
-    let own: Vec<Value> =
-        all_rows(findings, Work::BroodSphere).into_iter().filter(exact).map(with_set).collect();
+    let peers = all_rows(findings, Measurement::MitsubaSphere).into_iter().filter(exact);
+    let own: Vec<Value> = all_rows(findings, Measurement::BroodSphere)
+        .into_iter()
+        .filter(exact)
+        .map(with_set)
+        .collect();
     let Some((peer_value, peer)) = least(peers, "ms") else { return vec![] };
     let error = |row: &Value| row["rmse"].as_f64().unwrap_or(f64::NAN);
     let make = |key: &str, what: &str, goal| {
@@ -204,13 +206,13 @@ fn sphere(findings: &Findings) -> Vec<Row> {
         })
     };
     let rows = [
-        make("picture_ms_one_thread", "sample set at hand", Some(30.0)),
-        make("cold_ms", "sample set made anew", None),
+        make("picture_ms_one_thread", "sample set precomputed", Some(30.0)),
+        make("cold_ms", "sample set built", None),
     ];
     rows.into_iter().flatten().collect()
 }
 
-/// The row with the time of a picture whose sample set has to be made first.
+/// Adds the time of a picture including its sample set.
 fn with_set(row: &Value) -> Value {
     let mut row = row.clone();
     let time = |key: &str| row[key].as_f64();
@@ -220,7 +222,7 @@ fn with_set(row: &Value) -> Value {
     row
 }
 
-/// The smallest time of any round for brood's thumbnails, in memory and over HTTP.
+/// Smallest time over all rounds of brood's thumbnails, in memory and over HTTP.
 fn brood_thumbnails(findings: &Findings) -> Vec<(&'static str, f64)> {
     let smallest = |work, pointers: &[&str]| {
         let values = findings.of(work).iter().filter_map(|value| {
@@ -229,9 +231,10 @@ fn brood_thumbnails(findings: &Findings) -> Vec<(&'static str, f64)> {
         });
         values.reduce(f64::min)
     };
-    // The fastest of a run where it is told, as the peer's is; else what stands there.
-    let frame = smallest(Work::BroodFrame, &["/total_ms/min_ms", "/total_ms/min", "/total_ms"]);
-    let breed = smallest(Work::BroodBreed, &["/total/median_ms"]);
+    // The minimum of a run if it is reported, as for the peer; otherwise the reported total.
+    let frame =
+        smallest(Measurement::BroodFrame, &["/total_ms/min_ms", "/total_ms/min", "/total_ms"]);
+    let breed = smallest(Measurement::BroodBreed, &["/total/median_ms"]);
     let memory =
         frame.map(|ms| ("20 new programs lowered, shaded and encoded in memory, 2 threads", ms));
     let http = breed.map(|ms| ("breed over HTTP to the last byte of 21 PNGs, median", ms));
@@ -239,7 +242,7 @@ fn brood_thumbnails(findings: &Findings) -> Vec<(&'static str, f64)> {
 }
 
 fn new_materials(findings: &Findings) -> Vec<Row> {
-    let peers = all_rows(findings, Work::MitsubaNew);
+    let peers = all_rows(findings, Measurement::MitsubaNew);
     let kinds = ["expressions", "nested built-in materials"];
     let peers = kinds.into_iter().filter_map(|kind| {
         let of_kind = peers.iter().copied().filter(|row| row["kind"] == kind);
@@ -265,12 +268,13 @@ fn new_materials(findings: &Findings) -> Vec<Row> {
     brood_thumbnails(findings).into_iter().flat_map(pair).collect()
 }
 
-/// Other parameters only: the peer has compiled its kernel, brood lowers programs as always.
+/// Materials with changed parameters: the peer reuses its compiled kernel, brood lowers the
+/// programs again.
 fn known_materials(findings: &Findings) -> Vec<Row> {
     let Some((brood, brood_value)) = brood_thumbnails(findings).into_iter().next() else {
         return vec![];
     };
-    let peers = all_rows(findings, Work::MitsubaKnown);
+    let peers = all_rows(findings, Measurement::MitsubaKnown);
     let row = |material: &str| {
         let of_material = peers.iter().copied().filter(|row| row["material"] == material);
         let (peer_value, _) = least(of_material, "total_ms")?;
@@ -291,10 +295,10 @@ fn known_materials(findings: &Findings) -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::{gaps, of_share, rows};
-    use crate::bench::measure::{Findings, Work};
+    use crate::bench::measure::{Findings, Measurement};
     use serde_json::{Value, json};
 
-    fn findings(results: &[(Work, Value)]) -> Findings {
+    fn findings(results: &[(Measurement, Value)]) -> Findings {
         let mut findings = Findings::with_missing(vec![]);
         for (work, value) in results {
             findings.add(*work, value.clone());
@@ -310,10 +314,10 @@ mod tests {
         };
         let own = |level: &str, rate: f64| json!({"mix": "add sub mul", "level": level, "executed_per_second": rate});
         let found = rows(&findings(&[
-            (Work::OperonOperations, peer(1e9)),
-            (Work::OperonOperations, peer(2e9)),
-            (Work::BroodOperations, json!([own("sse2", 9e9), own("avx2", 16e9)])),
-            (Work::BroodOperations, json!({"rows": [own("avx2", 14e9)]})),
+            (Measurement::OperonOperations, peer(1e9)),
+            (Measurement::OperonOperations, peer(2e9)),
+            (Measurement::BroodOperations, json!([own("sse2", 9e9), own("avx2", 16e9)])),
+            (Measurement::BroodOperations, json!({"rows": [own("avx2", 14e9)]})),
         ]));
         assert_eq!(found.len(), 2, "{found:?}");
         assert_eq!((found[0].ratio, found[0].goal), (Some(8.0), Some(6.0)));
@@ -322,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn mix_is_the_peers_with_the_nearest_share_of_functions() {
+    fn peer_mix_has_the_nearest_share_of_functions() {
         let values: Vec<Value> =
             [0.1, 0.15, 0.16, 0.4].map(|share| json!({"function_share": share})).to_vec();
         let near = |share| of_share(values.iter().collect(), share).len();
@@ -337,22 +341,24 @@ mod tests {
             {"spp": 128, "rmse": 1.2e-4, "ms": 60.0}]});
         let own = json!({"rows": [{"mode": "1", "rmse": 1e-3, "picture_ms_one_thread": 0.1},
             {"mode": "adaptive", "rmse": 1e-4, "picture_ms_one_thread": 0.5, "set_ms_one_thread": 5.5}]});
-        let found =
-            rows(&findings(&[(Work::MitsubaSphere, peer.clone()), (Work::BroodSphere, own)]));
+        let found = rows(&findings(&[
+            (Measurement::MitsubaSphere, peer.clone()),
+            (Measurement::BroodSphere, own),
+        ]));
         let ratios: Vec<_> = found.iter().map(|row| row.ratio).collect();
         assert_eq!(ratios, [Some(120.0), Some(10.0)]);
         assert!(found[0].peer.contains("128 samples"));
-        assert_eq!(rows(&findings(&[(Work::MitsubaSphere, peer)])), vec![]);
+        assert_eq!(rows(&findings(&[(Measurement::MitsubaSphere, peer)])), vec![]);
     }
 
     #[test]
-    fn gap_is_named_when_no_picture_is_exact_enough() {
+    fn gap_is_reported_when_no_picture_is_exact_enough() {
         let own = json!({"rows": [{"rmse": 1e-3}, {"rmse": 1.9e-4}]});
-        let found = gaps(&findings(&[(Work::BroodSphere, own)]));
+        let found = gaps(&findings(&[(Measurement::BroodSphere, own)]));
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].contains("1.90e-4"), "{found:?}");
         let own = json!({"rows": [{"rmse": 1e-3}, {"rmse": 1.7e-4}]});
-        assert_eq!(gaps(&findings(&[(Work::BroodSphere, own)])), Vec::<String>::new());
+        assert_eq!(gaps(&findings(&[(Measurement::BroodSphere, own)])), Vec::<String>::new());
     }
 
     #[test]
@@ -362,16 +368,16 @@ mod tests {
         let frame = json!({"size_px": 128, "total_ms": {"median_ms": 4.0, "min_ms": 2.0}});
         let breed = json!({"total": {"median_ms": 20.0}});
         let found = rows(&findings(&[
-            (Work::MitsubaNew, peer),
-            (Work::BroodFrame, frame),
-            (Work::BroodBreed, breed),
+            (Measurement::MitsubaNew, peer),
+            (Measurement::BroodFrame, frame),
+            (Measurement::BroodBreed, breed),
         ]));
         let ratios: Vec<_> = found.iter().map(|row| row.ratio).collect();
         assert_eq!(ratios, [Some(1000.0), Some(100.0)]);
     }
 
     #[test]
-    fn there_is_no_row_when_nothing_was_found() {
+    fn no_row_is_made_without_results() {
         assert_eq!(rows(&findings(&[])), vec![]);
     }
 }

@@ -1,7 +1,9 @@
-//! What a comparison with peers needs: brood itself, a Python environment with the peers, and a libLLVM for one of them.
+//! Environment of a comparison with peers: brood itself, a Python environment with the peers, and a
+//! libLLVM for Mitsuba.
 //!
-//! Owns versions and places. Everything goes below the target folder, but for the Debian package of libLLVM. Exact
-//! versions of all Python packages stand in xtask/peer/*.txt, a file for each peer, so that one can fail alone.
+//! Owns versions and paths. Everything is installed below the target folder, except the Debian
+//! package of libLLVM. The exact versions of all Python packages are in xtask/peer/*.txt, one file
+//! per peer, so that one can fail alone.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,31 +14,31 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::{prerequisite, shell, suite};
 
-/// Versions of libLLVM that Mitsuba's compiler works with, and that Debian has in one release or another.
+/// Debian packages of the libLLVM versions that Mitsuba's compiler supports.
 const LLVM_PACKAGES: [&str; 3] = ["libllvm19", "libllvm20", "libllvm21"];
-/// The oldest that works.
+/// Oldest supported version.
 const LLVM_OLDEST: u32 = 19;
-/// Tells Mitsuba where libLLVM lies.
+/// Environment variable with the path of libLLVM for Mitsuba.
 const LLVM_VARIABLE: &str = "DRJIT_LIBLLVM_PATH";
 
-/// A program that brood is compared with.
+/// Program that brood is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Peer {
     /// Symbolic regression in C++.
     Operon,
-    /// A renderer that compiles materials.
+    /// Renderer that compiles materials.
     Mitsuba,
-    /// An evolution strategy.
+    /// Evolution strategy.
     Cma,
-    /// Metrics of pictures.
+    /// Picture metrics.
     Metrics,
 }
 
 impl Peer {
-    /// Those whose speed is compared.
+    /// Peers of the speed comparison.
     pub const FAST: [Self; 2] = [Self::Operon, Self::Mitsuba];
 
-    /// The name of the package, and of its list of versions.
+    /// Name of the package and of its version list.
     pub fn package(self) -> &'static str {
         match self {
             Self::Operon => "pyoperon",
@@ -46,7 +48,7 @@ impl Peer {
         }
     }
 
-    /// What is imported of it.
+    /// Name of the Python module.
     fn module(self) -> &'static str {
         match self {
             Self::Operon | Self::Mitsuba | Self::Cma => self.package(),
@@ -55,21 +57,22 @@ impl Peer {
     }
 }
 
-/// Everything that is there, and what is not.
+/// Installed programs, and reasons for missing ones.
 pub struct Environment {
     brood: PathBuf,
     profile: &'static str,
     python: PathBuf,
-    /// Below the target folder: compiled kernels of a peer must not be found again by a later run.
+    /// Home directory of the peers, below the target folder, so that kernels compiled elsewhere are
+    /// not reused.
     home: PathBuf,
     llvm: Option<PathBuf>,
     installed: Vec<(Peer, String)>,
-    /// Why a peer is not there.
+    /// Reasons why peers are missing.
     pub missing: Vec<String>,
 }
 
 impl Environment {
-    /// Builds brood and installs the peers; only the first is a failure.
+    /// Builds brood and installs the peers; a peer that fails is only recorded as missing.
     pub(super) fn prepare(options: &Options, peers: &[Peer]) -> Result<Self> {
         let target = suite::target_directory()?;
         let (brood, profile) = brood(options, &target)?;
@@ -83,7 +86,7 @@ impl Environment {
             installed: Vec::new(),
             missing: Vec::new(),
         };
-        std::fs::create_dir_all(&environment.home).context("make a folder for the peers")?;
+        std::fs::create_dir_all(&environment.home).context("create the folder of the peers")?;
         if !peers.is_empty() {
             environment.install(&place.join("venv"), peers);
         }
@@ -98,7 +101,7 @@ impl Environment {
         }
         for &peer in peers {
             if let Err(error) = self.install_peer(peer) {
-                eprintln!("{} is left out: {error:#}", peer.package());
+                eprintln!("skipping {}: {error:#}", peer.package());
                 self.missing.push(format!("{}: {error:#}", peer.package()));
             }
         }
@@ -106,7 +109,7 @@ impl Environment {
 
     fn install_peer(&mut self, peer: Peer) -> Result<()> {
         let list = script(&format!("{}.txt", peer.package()));
-        // Wheels only: building such a package from source would take an hour, and is not what people use.
+        // Wheels only: building such a package from source takes an hour, and users do not do it.
         let mut pip = shell::command(&self.python);
         pip.args(["-m", "pip", "install", "--quiet", "--no-input", "--disable-pip-version-check"]);
         pip.args(["--only-binary", ":all:", "--requirement"]).arg(list);
@@ -124,12 +127,12 @@ impl Environment {
         Ok(())
     }
 
-    /// Whether a peer can be run.
+    /// True if the peer is installed.
     pub fn has(&self, peer: Peer) -> bool {
         self.installed.iter().any(|(installed, _)| *installed == peer)
     }
 
-    /// A script beside the lists of versions, run by the environment's Python.
+    /// Command that runs a script of xtask/peer with the environment's Python.
     pub fn script(&self, name: &str) -> Command {
         let mut command = self.python();
         command.arg(script(name));
@@ -145,27 +148,27 @@ impl Environment {
         command
     }
 
-    /// Removes kernels that an earlier run compiled and kept.
-    pub fn forget_kernels(&self) -> Result<()> {
+    /// Removes the peer's cache of compiled kernels.
+    pub fn clear_kernel_cache(&self) -> Result<()> {
         match std::fs::remove_dir_all(self.home.join(".drjit")) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(error).context("remove the peer's cache of kernels")
+                Err(error).context("remove the peer's kernel cache")
             }
             _ => Ok(()),
         }
     }
 
-    /// The brood that is measured.
+    /// Command that runs the measured brood.
     pub fn brood(&self) -> Command {
         shell::command(&self.brood)
     }
 
-    /// Where that brood lies, for scripts that start it.
+    /// Path of the measured brood, for scripts that start it.
     pub fn brood_file(&self) -> &Path {
         &self.brood
     }
 
-    /// What the figures depend on.
+    /// Description of the machine and all versions.
     pub fn machine(&self) -> Value {
         let cores = std::thread::available_parallelism().map_or(0, usize::from);
         let versions: serde_json::Map<String, Value> = self
@@ -186,7 +189,7 @@ impl Environment {
     }
 }
 
-/// The brood that is measured, built where none was named, and the profile it was built with.
+/// Path and profile of the measured brood, built unless one is given.
 fn brood(options: &Options, target: &Path) -> Result<(PathBuf, &'static str)> {
     if let Some(file) = &options.brood {
         return Ok((file.clone(), "of a given binary"));
@@ -233,7 +236,7 @@ fn find_or_install_llvm() -> Result<PathBuf> {
     })
 }
 
-/// The newest libLLVM that is new enough, in the folders where Debian's packages put it.
+/// Newest supported libLLVM in the folders of Debian's packages.
 fn find_llvm() -> Option<PathBuf> {
     let of_architecture = format!("/usr/lib/{}-linux-gnu", std::env::consts::ARCH);
     let own = std::fs::read_dir("/usr/lib").into_iter().flatten().filter_map(|entry| {
@@ -253,7 +256,7 @@ fn find_llvm() -> Option<PathBuf> {
         .map(|(_, path)| path)
 }
 
-/// The main version in names such as `libLLVM-19.so`, `libLLVM-19.so.1` and `libLLVM.so.19.1`.
+/// Major version in names such as `libLLVM-19.so`, `libLLVM-19.so.1` and `libLLVM.so.19.1`.
 fn llvm_version(name: &str) -> Option<u32> {
     let rest = name.strip_prefix("libLLVM")?;
     if !rest.contains(".so") {
@@ -280,25 +283,25 @@ fn one_line(command: &mut Command) -> Option<String> {
     }
 }
 
-/// Runs a command and reads each line that it prints as JSON.
+/// Runs a command and parses each printed line as JSON.
 pub fn json_lines(command: &mut Command) -> Result<Vec<Value>> {
     let text = shell::output(command)?;
     let lines: Vec<Value> = text
         .lines()
-        .map(|line| serde_json::from_str(line).context("read a line of its answer as JSON"))
+        .map(|line| serde_json::from_str(line).context("parse a printed line as JSON"))
         .collect::<Result<_>>()?;
     if lines.is_empty() {
-        bail!("its answer is empty");
+        bail!("the command printed nothing");
     }
     Ok(lines)
 }
 
-/// Runs a command and reads what it prints as JSON.
+/// Runs a command and parses its output as JSON.
 pub fn json_of(command: &mut Command) -> Result<Value> {
     let text = shell::output(command)?;
-    let value = serde_json::from_str(&text).context("read its answer as JSON")?;
+    let value = serde_json::from_str(&text).context("parse the output as JSON")?;
     if value == Value::Null {
-        bail!("its answer is empty");
+        bail!("the command printed null");
     }
     Ok(value)
 }

@@ -1,38 +1,39 @@
-//! `cargo xtask bench fit`: fits of measured materials by brood and by symbolic regression, from the same samples, measured on the
-//! same others, one after the other on the same machine.
+//! `cargo xtask bench fit`: fits of measured materials by brood and by symbolic regression
+//! (pyoperon), from the same samples, measured on the same held-out samples, one after the other on
+//! the same machine.
 //!
-//! Owns the order of the work and the table. What a fit is, and what it is told of, is brood's own benchmark's business.
+//! Owns the order of the work and the table; `brood bench fit` defines the fits and their samples.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::environment::{Environment, Peer};
-use super::{Options, Task, write_report};
+use super::{Options, Task, paragraphs, require_all, write_report};
 use crate::{shell, suite};
 
-/// What each channel of the peer gets, in seconds, and brood's longest budget for all three.
+/// Seconds per channel for the peer, and brood's longest budget for all three channels.
 const SECONDS: &str = "25";
-/// Other fits of the same materials: the column of brood's table, and the name.
+/// Other fits of the same materials: column of brood's table, and name.
 const OTHERS: [(&str, &str); 4] = [
     ("e_log_sgd", "SGD"),
     ("e_log_abc", "ABC"),
     ("e_log_ward", "Ward"),
     ("e_log_ggx2", "two lobes of microfacets"),
 ];
-/// Threads of both.
+/// Threads of both programs.
 const THREADS: &str = "2";
 
 /// Runs the comparison.
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Fit, words)?;
-    let data = options.data.as_ref().context("--data is missing")?;
-    let data = data.canonicalize().context("find the data")?;
-    let wanted: &[Peer] = if options.recorded.is_some() { &[] } else { &[Peer::Operon] };
-    let mut environment = Environment::prepare(&options, wanted)?;
+    let data = options.data.as_ref().context("bench fit needs --data DIR")?;
+    let data = data.canonicalize().context("resolve --data")?;
+    let peers_to_install: &[Peer] = if options.recorded.is_some() { &[] } else { &[Peer::Operon] };
+    let mut environment = Environment::prepare(&options, peers_to_install)?;
     let mut missing = std::mem::take(&mut environment.missing);
     let folder = suite::target_directory()?.join("peers/fit");
     if folder.exists() {
@@ -52,7 +53,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     };
     if let Some(file) = &options.recorded {
         missing.push(format!(
-            "pyoperon in this run: its figures are those of {}, from the same samples",
+            "pyoperon in this run: its figures are from {}, on the same samples",
             file.display()
         ));
     }
@@ -70,10 +71,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     });
     write_report(&options.out, "fit", &report, &text)?;
     copy_chart(&folder, &options.out)?;
-    if options.require && !missing.is_empty() {
-        bail!("not everything could be compared: {}", missing.join("; "));
-    }
-    Ok(())
+    require_all(options.require, &missing)
 }
 
 fn copy_chart(folder: &Path, out: &Path) -> Result<()> {
@@ -82,18 +80,23 @@ fn copy_chart(folder: &Path, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The peer's figures of an earlier run. Samples depend on the material alone, so they are of the same ones.
+/// The peer's results of an earlier run. Samples depend only on the material, so they are the same.
 fn recorded(file: &Path) -> Result<BTreeMap<String, Value>> {
     let text = std::fs::read(file).with_context(|| file.display().to_string())?;
-    let mut report: Value = serde_json::from_slice(&text).context("read an earlier run")?;
-    serde_json::from_value(report["pyoperon"].take()).context("the earlier run has no pyoperon")
+    let mut report: Value =
+        serde_json::from_slice(&text).context("parse the report of an earlier run")?;
+    serde_json::from_value(report["pyoperon"].take())
+        .context("the report of the earlier run needs a key pyoperon")
 }
 
-/// The peer's lines by their materials.
+/// The peer's printed lines, by material.
 fn by_material(text: &str) -> Result<BTreeMap<String, Value>> {
     let line = |line: &str| {
-        let value: Value = serde_json::from_str(line).context("read the peer's answer")?;
-        let name = value["material"].as_str().context("a line names its material")?.to_owned();
+        let value: Value = serde_json::from_str(line).context("parse the peer's output")?;
+        let name = value["material"]
+            .as_str()
+            .context("a line of the peer's output must name its material")?
+            .to_owned();
         Ok((name, value))
     };
     text.lines().filter(|line| line.starts_with('{')).map(line).collect()
@@ -103,7 +106,7 @@ fn number(value: &Value) -> Option<f64> {
     value.as_f64().filter(|number| number.is_finite())
 }
 
-/// The middle one; of an even count the mean of the two in the middle.
+/// Median; for an even count the mean of the two middle values.
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -120,7 +123,7 @@ fn markdown(
     machine: &Value,
     missing: &[String],
 ) -> Result<String> {
-    ensure!(!own.is_empty(), "brood fitted nothing");
+    ensure!(!own.is_empty(), "brood bench fit returned no rows");
     let mut budgets: Vec<f64> =
         own.iter().filter_map(|row| number(&row["budget_seconds"])).collect();
     budgets.sort_by(f64::total_cmp);
@@ -152,18 +155,18 @@ fn markdown(
     for material in &materials {
         write!(text, "| {material} |")?;
         for budget in &budgets {
-            let row = of(material, *budget).context("every material has every budget")?;
+            let row = of(material, *budget).context("every material must have every budget")?;
             write!(text, " {} | {} |", shown(number(&row["e_log"])), row["operations"])?;
         }
         let peer = peers.get(*material).and_then(|peer| number(&peer["e_log"]));
         write!(text, " {} |", shown(peer))?;
-        let row = of(material, budgets[0]).context("every material has every budget")?;
+        let row = of(material, budgets[0]).context("every material must have every budget")?;
         for (column, _) in OTHERS {
             write!(text, " {} |", shown(number(&row[column])))?;
         }
         text.push('\n');
     }
-    text += "\nMedian of the ratios of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |";
+    text += "\nMedian ratio of E_log, brood over the other:\n\n| budget | pyoperon | better of SGD and ABC |";
     text += " two lobes of microfacets | seconds | generations |\n|---|---|---|---|---|---|\n";
     for budget in &budgets {
         let ratios = |other: &dyn Fn(&Value) -> Option<f64>| {
@@ -195,20 +198,17 @@ fn markdown(
     if let Some(budget) = budgets.last() {
         let rows: Vec<&Value> =
             materials.iter().filter_map(|material| of(material, *budget)).collect();
-        text += &looks(&rows, *budget)?;
+        text += &quality(&rows, *budget)?;
     }
-    for reason in missing {
-        write!(text, "\nMissing: {reason}\n")?;
-    }
-    Ok(text)
+    Ok(text + &paragraphs(missing))
 }
 
-/// What physics and eyes say of the fits of one budget.
-fn looks(rows: &[&Value], budget: f64) -> Result<String> {
+/// Table of picture errors and physical measures of the fits of one budget.
+fn quality(rows: &[&Value], budget: f64) -> Result<String> {
     let mut text = format!(
-        "\nAfter {budget} s, on a knob under two lights that no sample is of: mean Delta E_ITP (linear 1 is 100 cd/m2) and mean FLIP of the pixels that it \
-         covers. Largest f is over the target's own at 65536 pairs close to the mirror direction and at grazing angles, reciprocal the pairs of them that are not the \
-         same when swapped, albedo the largest of any channel.\n\n\
+        "\nAfter {budget} s, on a knob under two lights not in the samples: mean Delta E_ITP (linear 1 is 100 cd/m2) and mean FLIP of the pixels that it \
+         covers. Largest f is relative to the target's, over 65536 pairs near the mirror direction and at grazing angles; not reciprocal counts pairs that differ \
+         when swapped; albedo is the largest of any channel.\n\n\
          | material | Delta E_ITP | FLIP | largest f | least f | not reciprocal | albedo |\n|---|---|---|---|---|---|---|\n"
     );
     for row in rows {
@@ -216,7 +216,7 @@ fn looks(rows: &[&Value], budget: f64) -> Result<String> {
         writeln!(
             text,
             "| {} | {:.2} | {:.4} | {:.2} | {:.2e} | {} | {:.3} |",
-            row["material"].as_str().context("a row names its material")?,
+            row["material"].as_str().context("a row must name its material")?,
             of("unseen_itp"),
             of("unseen_flip"),
             of("largest_over_target"),

@@ -1,22 +1,24 @@
-//! `cargo xtask bench inverse`: known kinds of material recovered from one picture, by brood, by Mitsuba's derivatives with Adam
-//! and by pycma on Mitsuba's pictures, one after the other on the same machine.
+//! `cargo xtask bench inverse`: recovery of known kinds of material from one picture, by brood, by
+//! Mitsuba's derivatives with Adam and by pycma on Mitsuba's pictures, one after the other on the
+//! same machine.
 //!
-//! Owns the order of the work and the table. What is recovered, and when that is success, each side's script says.
+//! Owns the order of the work and the table; each side's script defines the materials and the
+//! criterion of success.
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::environment::{Environment, Peer, json_of};
-use super::{Options, Task, write_report};
+use super::{Options, Task, paragraphs, require_all, write_report};
 
-/// Random starts of each material, of every side.
+/// Random starts of each material on every side.
 const STARTS: u32 = 50;
 const THREADS: &str = "2";
-/// Most starts of pycma, which takes thousands of pictures for each.
+/// Largest number of starts of pycma, which needs thousands of pictures for each.
 const EVOLVED_STARTS: u32 = 10;
-/// Starts that choose Adam's learning rate for a material, and do not count.
+/// Number of uncounted starts that choose Adam's learning rate for a material.
 const TUNING: &str = "3";
 
 /// Runs the comparison.
@@ -28,7 +30,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     let mut missing = std::mem::take(&mut environment.missing);
     let mut brood = environment.brood();
     brood.args(["bench", "inverse", "--json", "--starts", &starts]);
-    let own = json_of(&mut brood).context("brood's own side")?;
+    let own = json_of(&mut brood).context("run brood bench inverse")?;
     let mut peers = Vec::new();
     let methods = [(Peer::Mitsuba, "adam", &starts), (Peer::Cma, "cma", &evolved)];
     for (peer, method, starts) in methods {
@@ -48,13 +50,10 @@ pub fn run(words: &[&str]) -> Result<()> {
         "machine": environment.machine(), "brood": own, "peers": peers, "missing": missing,
     });
     write_report(&options.out, "inverse", &report, &text)?;
-    if options.require && !missing.is_empty() {
-        bail!("not everything could be compared: {}", missing.join("; "));
-    }
-    Ok(())
+    require_all(options.require, &missing)
 }
 
-/// Seconds in the mean over all starts, and how many of them were successes.
+/// Mean seconds over all starts, and number of successes.
 fn figures(row: &Value) -> Option<(f64, u64)> {
     let seconds = row["seconds"]["mean"].as_f64();
     let seconds = seconds.or_else(|| Some(1e-3 * row["ms"]["mean"].as_f64()?))?;
@@ -66,13 +65,14 @@ fn markdown(own: &Value, peers: &[Value], machine: &Value, missing: &[String]) -
     let mut text = String::from(
         "# One picture, 128 x 128: materials recovered from random starts\n\n\
          Success is a root mean square error of linear radiance of at most 1e-4 over the whole picture. brood runs on one thread, \
-         Mitsuba on two; each recovers its own picture, free of noise. Adam's first learning rate is the one of four that serves the material best. A success costs the time of all starts over the number of \
+         Mitsuba on two; each recovers its own noise-free picture. Adam's first learning rate is the best of four for the material. Seconds per success are the time of all starts over the number of \
          successes.\n\n\
-         | material | by | unknowns | successes | seconds a start | RMSE in the median | seconds a success | times brood's |\n\
+         | material | by | unknowns | successes | seconds per start | median RMSE | seconds per success | times brood's |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
     for row in rows(own) {
-        let (seconds, successes) = figures(&row).context("brood's row has figures")?;
+        let (seconds, successes) =
+            figures(&row).context("a row of brood must have times and successes")?;
         let cost = |seconds: f64, row: &Value, successes: u64| {
             row["starts"].as_f64().unwrap_or(f64::NAN) * seconds / successes as f64
         };
@@ -96,12 +96,13 @@ fn markdown(own: &Value, peers: &[Value], machine: &Value, missing: &[String]) -
                 Some("adam") => "Mitsuba + Adam",
                 _ => "Mitsuba + pycma",
             };
-            line(by, &other, figures(&other).context("the peer's row has figures")?)?;
+            line(
+                by,
+                &other,
+                figures(&other).context("a row of the peer must have times and successes")?,
+            )?;
         }
     }
-    for reason in missing {
-        writeln!(text, "\nMissing: {reason}")?;
-    }
-    writeln!(text, "\nMachine: {machine}")?;
+    write!(text, "{}\nMachine: {machine}\n", paragraphs(missing))?;
     Ok(text)
 }

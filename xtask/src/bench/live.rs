@@ -1,7 +1,7 @@
-//! `cargo xtask bench live`: what the page draws live in a browser, by each driver of graphics there is, and how many
-//! exported programs keep their bits there.
+//! `cargo xtask bench live`: frame rate of the page in a browser with each available graphics
+//! driver, and exactness of exported programs there.
 //!
-//! Owns which drivers are tried and the tables; the script `tests/browser/rate.mjs` owns how it is measured.
+//! Owns the choice of drivers and the tables; the script `tests/browser/rate.mjs` measures.
 
 use std::fmt::Write;
 
@@ -9,32 +9,33 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use super::environment::{Environment, json_lines};
-use super::{Options, Task, write_report};
+use super::{Options, Task, paragraphs, require_all, write_report};
 use crate::{prerequisite, shell};
 
-/// What the browser's own software is called on the command line.
+/// Name of the browser's own software renderer on the command line.
 const BUILT_IN: &str = "software";
-/// What a system has: OpenGL that needs no screen.
-const OF_THE_SYSTEM: &str = "gl-egl";
+/// ANGLE backend for the system's driver: OpenGL without a screen.
+const SYSTEM_DRIVER: &str = "gl-egl";
 const OBJECTS: &str = "sphere,knob";
 const SEEDS: &str = "7,8,9";
 const PROGRAMS: &str = "200";
-/// Of the display's frames, so many have to be drawn.
-const AT_THE_DISPLAYS_RATE: f64 = 0.95;
+/// Least share of the display's frames that counts as full rate.
+const FULL_RATE_SHARE: f64 = 0.95;
 
-/// Runs it.
+/// Runs the benchmark.
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Live, words)?;
     let environment = Environment::prepare(&options, &[])?;
     prerequisite::install_browser_driver()?;
-    let found = prerequisite::Prerequisites::look();
+    let found = prerequisite::Prerequisites::find();
     if found.chromium.is_none() {
-        bail!("no browser: install chromium, or name one in $CHROMIUM");
+        bail!("no browser found: install chromium, or set $CHROMIUM to its path");
     }
-    let usual = if options.hardware { vec![OF_THE_SYSTEM] } else { vec![BUILT_IN, OF_THE_SYSTEM] };
+    let default =
+        if options.hardware { vec![SYSTEM_DRIVER] } else { vec![BUILT_IN, SYSTEM_DRIVER] };
     let drivers = match &options.angle {
         Some(names) => names.split(',').collect(),
-        None => usual,
+        None => default,
     };
     let mut tried = Vec::new();
     let mut missing = Vec::new();
@@ -60,23 +61,20 @@ pub fn run(words: &[&str]) -> Result<()> {
     let text = markdown(&tried, &machine, &missing)?;
     let report = json!({ "machine": machine, "drivers": tried, "missing": missing });
     write_report(&options.out, "live", &report, &text)?;
-    // Who asks for hardware asks whether it draws.
-    if (options.require || options.hardware) && !missing.is_empty() {
-        bail!("not everything could be measured: {}", missing.join("; "));
-    }
-    Ok(())
+    // With --hardware a driver that cannot draw is a failure.
+    require_all(options.require || options.hardware, &missing)
 }
 
 fn markdown(tried: &[Value], machine: &Value, missing: &[String]) -> Result<String> {
     let mut text = String::from(
         "# The live page\n\n\
          21 random materials of 100 instructions under the circling light, drawing buffer 640 x 640, headless Chromium. *Display*: frames a second \
-         while nothing is drawn; *whole*: in the whole buffer; *chosen*: in the buffer that the page chooses, which the last column tells.\n",
+         while nothing is drawn; *whole*: in the whole buffer; *chosen*: in the buffer size chosen by the page (column buffer).\n",
     );
     for driver in tried {
-        let lines = driver["found"].as_array().context("a driver has findings")?;
+        let lines = driver["found"].as_array().context("a driver must have results")?;
         let renderer = lines.first().and_then(|line| line["renderer"].as_str());
-        write!(text, "\n## {}\n\n", renderer.unwrap_or("no renderer"))?;
+        write!(text, "\n## {}\n\n", renderer.unwrap_or("unknown renderer"))?;
         text.push_str(
             "| object | seed | display | whole | at the display's rate | 95th percentile | chosen | buffer | all drawn after |\n\
              |---|---|---|---|---|---|---|---|---|\n",
@@ -85,13 +83,13 @@ fn markdown(tried: &[Value], machine: &Value, missing: &[String]) -> Result<Stri
             let number = |pointer: &str| line.pointer(pointer).and_then(Value::as_f64);
             let number = |pointer: &str| number(pointer).with_context(|| format!("find {pointer}"));
             let (display, whole) = (number("/display_fps")?, number("/whole/fps")?);
-            let kept_up = whole >= AT_THE_DISPLAYS_RATE * display;
+            let is_full_rate = whole >= FULL_RATE_SHARE * display;
             writeln!(
                 text,
                 "| {} | {} | {display:.1} | {whole:.1} | {} | {:.1} ms | {:.1} | {} x {} | {:.1} s |",
                 line["object"].as_str().unwrap_or_default(),
                 line["seed"].as_str().unwrap_or_default(),
-                if kept_up { "yes" } else { "no" },
+                if is_full_rate { "yes" } else { "no" },
                 number("/whole/p95_ms")?,
                 number("/paced/fps")?,
                 number("/paced/buffer/0")?,
@@ -102,8 +100,8 @@ fn markdown(tried: &[Value], machine: &Value, missing: &[String]) -> Result<Stri
         for exports in lines.iter().map(|line| &line["exports"]).filter(|it| it.is_object()) {
             writeln!(
                 text,
-                "\nExported programs with the bits they must have: {} of {} ({} of {} values differ), {} of {} in the shorter text that the page \
-                 draws with; {} refused by the compiler. Kinds of models within their bounds: {} of {}.",
+                "\nExported programs with exact bits: {} of {} ({} of {} values differ), {} of {} in the shorter export that the page \
+                 draws with; {} rejected by the compiler. Kinds of model within their bounds: {} of {}.",
                 exports["exact"],
                 exports["programs"],
                 exports["differing"],
@@ -116,10 +114,7 @@ fn markdown(tried: &[Value], machine: &Value, missing: &[String]) -> Result<Stri
             )?;
         }
     }
-    for reason in missing {
-        writeln!(text, "\nMissing: {reason}")?;
-    }
-    writeln!(text, "\nMachine: {machine}")?;
+    write!(text, "{}\nMachine: {machine}\n", paragraphs(missing))?;
     Ok(text)
 }
 
@@ -138,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_the_display_waits_for_are_told() {
+    fn frame_rates_below_the_displays_are_marked() {
         let exports = json!({ "renderer": "R", "exports": { "programs": 200, "exact": 199 } });
         let tried = [json!({ "driver": "gl", "found": [line(59.5), line(41.0), exports] })];
         let text = markdown(&tried, &json!("m"), &["metal: no WebGL 2".to_owned()]).unwrap();

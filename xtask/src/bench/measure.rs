@@ -1,7 +1,7 @@
-//! Runs the peers and brood in turn and keeps what they print.
+//! Runs the peers and brood alternately and stores their output.
 //!
-//! Owns which commands are run. Refuses to know what the figures mean: each is kept as the JSON it came in, one for
-//! each round, and read by the comparison.
+//! Owns the list of commands. Independent of the meaning of the figures: the JSON of each round is
+//! stored as it is, for the comparison.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -11,22 +11,22 @@ use serde_json::{Value, json};
 
 use super::environment::{Environment, Peer, json_of};
 
-/// A piece of work by one program; the name is the key of the raw results.
+/// A measurement of one program; its name is the key of the raw results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Work {
-    /// Scalar operations a second.
+pub enum Measurement {
+    /// Scalar operations per second of the peer.
     OperonOperations,
-    /// The same of brood.
+    /// Scalar operations per second of brood.
     BroodOperations,
-    /// Values that are not finite.
+    /// Non-finite values.
     BroodStress,
-    /// The Lambert sphere.
+    /// Lambert sphere by brood.
     BroodSphere,
-    /// The same of the peer.
+    /// Lambert sphere by the peer.
     MitsubaSphere,
-    /// Materials whose kernels are warm.
+    /// Materials with compiled kernels.
     MitsubaKnown,
-    /// Materials of new structure.
+    /// Materials with a new structure.
     MitsubaNew,
     /// New programs in memory.
     BroodFrame,
@@ -34,8 +34,8 @@ pub enum Work {
     BroodBreed,
 }
 
-impl Work {
-    /// In the order in which a round does them: what is held against each other runs one after the other.
+impl Measurement {
+    /// In the order of a round: compared measurements follow each other.
     const ALL: [Self; 9] = [
         Self::OperonOperations,
         Self::BroodOperations,
@@ -48,7 +48,7 @@ impl Work {
         Self::BroodBreed,
     ];
 
-    /// The key in the raw results.
+    /// Key in the raw results.
     pub fn name(self) -> &'static str {
         match self {
             Self::OperonOperations => "pyoperon operations",
@@ -63,7 +63,7 @@ impl Work {
         }
     }
 
-    /// The peer that does it; none is brood.
+    /// Peer that runs it; `None` for brood.
     fn peer(self) -> Option<Peer> {
         match self {
             Self::OperonOperations => Some(Peer::Operon),
@@ -77,39 +77,39 @@ impl Work {
     }
 }
 
-/// What was printed, and what could not be had.
+/// Collected results, and reasons for missing ones.
 pub struct Findings {
-    results: BTreeMap<Work, Vec<Value>>,
-    failed: BTreeSet<Work>,
+    results: BTreeMap<Measurement, Vec<Value>>,
+    failed: BTreeSet<Measurement>,
     rounds: u32,
-    /// In words, each once.
+    /// Reasons for missing results, each once.
     pub missing: Vec<String>,
 }
 
 impl Findings {
-    /// Nothing yet, but for the peers that are not there.
+    /// No results yet; starts with the peers missing from the environment.
     pub fn new(environment: &Environment) -> Self {
         Self::with_missing(environment.missing.clone())
     }
 
-    /// Nothing yet but a list of what is not there.
+    /// No results yet; starts with the given reasons.
     pub fn with_missing(missing: Vec<String>) -> Self {
         Self { results: BTreeMap::new(), failed: BTreeSet::new(), rounds: 0, missing }
     }
 
-    /// Does every piece of work once. One that failed is not tried again.
+    /// Runs every measurement once. A failed one is not tried again.
     pub fn round(&mut self, environment: &Environment) {
         self.rounds += 1;
-        for work in Work::ALL {
-            let there = work.peer().is_none_or(|peer| environment.has(peer));
-            if !there || self.failed.contains(&work) {
+        for work in Measurement::ALL {
+            let is_available = work.peer().is_none_or(|peer| environment.has(peer));
+            if !is_available || self.failed.contains(&work) {
                 continue;
             }
             println!("{}", work.name());
             match self.measure(work, environment) {
                 Ok(value) => self.add(work, value),
                 Err(error) => {
-                    eprintln!("{} is left out: {error:#}", work.name());
+                    eprintln!("skipping {}: {error:#}", work.name());
                     self.missing.push(format!("{}: {error:#}", work.name()));
                     self.failed.insert(work);
                 }
@@ -117,24 +117,24 @@ impl Findings {
         }
     }
 
-    /// Keeps one result.
-    pub fn add(&mut self, work: Work, value: Value) {
+    /// Stores one result.
+    pub fn add(&mut self, work: Measurement, value: Value) {
         self.results.entry(work).or_default().push(value);
     }
 
-    /// All results of one kind, one for each round.
-    pub fn of(&self, work: Work) -> &[Value] {
+    /// Results of one measurement, one per round.
+    pub fn of(&self, work: Measurement) -> &[Value] {
         self.results.get(&work).map_or(&[], Vec::as_slice)
     }
 
-    /// Everything as it was printed.
+    /// All results as printed.
     pub fn raw(&self) -> Value {
         let named =
             self.results.iter().map(|(work, values)| (work.name().to_owned(), json!(values)));
         Value::Object(named.collect())
     }
 
-    fn measure(&self, work: Work, environment: &Environment) -> Result<Value> {
+    fn measure(&self, work: Measurement, environment: &Environment) -> Result<Value> {
         let script = |name: &str, words: &[&str]| {
             let mut command = environment.script(name);
             command.args(words);
@@ -145,27 +145,27 @@ impl Findings {
             command.arg("bench").args(words).arg("--json");
             command
         };
-        // Another seed each round, so that no structure is one that was compiled before.
+        // Another seed each round, so that no kernel of an earlier round fits.
         let seed = self.rounds.to_string();
         let mut command = match work {
-            Work::OperonOperations => script("operon.py", &[]),
-            Work::BroodOperations => bench(&["ops", "--passes", "15"]),
-            Work::BroodStress => bench(&["stress", "--evaluations", "2000000"]),
-            Work::BroodSphere => bench(&["pareto", "--scene", "lambert-sphere"]),
-            Work::MitsubaSphere => {
-                // The same picture: errors grow with the albedo.
+            Measurement::OperonOperations => script("operon.py", &[]),
+            Measurement::BroodOperations => bench(&["ops", "--passes", "15"]),
+            Measurement::BroodStress => bench(&["stress", "--evaluations", "2000000"]),
+            Measurement::BroodSphere => bench(&["pareto", "--scene", "lambert-sphere"]),
+            Measurement::MitsubaSphere => {
+                // The albedo of brood's picture, because errors grow with it.
                 let albedo =
-                    self.of(Work::BroodSphere).first().and_then(|it| it["albedo"].as_f64());
+                    self.of(Measurement::BroodSphere).first().and_then(|it| it["albedo"].as_f64());
                 let albedo = albedo.unwrap_or(1.0).to_string();
                 script("mitsuba_pictures.py", &["sphere", "--albedo", &albedo])
             }
-            Work::MitsubaKnown => script("mitsuba_pictures.py", &["known", "--seed", &seed]),
-            Work::MitsubaNew => {
-                environment.forget_kernels()?;
+            Measurement::MitsubaKnown => script("mitsuba_pictures.py", &["known", "--seed", &seed]),
+            Measurement::MitsubaNew => {
+                environment.clear_kernel_cache()?;
                 script("mitsuba_pictures.py", &["new", "--seed", &seed])
             }
-            Work::BroodFrame => bench(&["frame", "--size", "128", "--samples", "adaptive"]),
-            Work::BroodBreed => bench(&["breed", "--size", "128", "--count", "50"]),
+            Measurement::BroodFrame => bench(&["frame", "--size", "128", "--samples", "adaptive"]),
+            Measurement::BroodBreed => bench(&["breed", "--size", "128", "--count", "50"]),
         };
         json_of(&mut command)
     }

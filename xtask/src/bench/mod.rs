@@ -1,9 +1,10 @@
-//! `cargo xtask bench`: other programs and brood on the same work: in turn, in one run (`peers`), picture by picture
-//! (`pictures`), material by material (`fit`), and from pictures back to materials (`inverse`); and the page in a browser (`live`).
+//! `cargo xtask bench`: other programs and brood on the same work: speed (`peers`), pictures
+//! (`pictures`), fits of measured materials (`fit`) and recovery of materials from pictures
+//! (`inverse`); and the frame rate of the page in a browser (`live`).
 //!
-//! Owns the options and the order of the work. A peer that cannot be installed is named and left out; the run fails for
-//! that only when asked to. How peers come here is the environment's business, what they are held against the
-//! comparison's.
+//! Owns the options and the order of the work. A peer that cannot be installed is reported and
+//! skipped; with --require the run then fails. `environment` installs the peers, `compare` computes
+//! the ratios.
 
 mod compare;
 mod environment;
@@ -17,7 +18,7 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 
 use crate::shell;
@@ -27,12 +28,12 @@ pub use fit::run as fit;
 pub use inverse::run as inverse;
 pub use live::run as live;
 pub use metric::run as metrics;
-pub use picture::run as pictures;
+pub use picture::{material, run as pictures};
 
-/// What is compared.
+/// Subcommand of `cargo xtask bench`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
-    /// Speed.
+    /// Speed of peers.
     Peers,
     /// Pictures.
     Pictures,
@@ -40,12 +41,12 @@ enum Task {
     Fit,
     /// Materials recovered from pictures.
     Inverse,
-    /// Frames a second of the page.
+    /// Frames per second of the page.
     Live,
 }
 
 impl Task {
-    /// The word of the command line.
+    /// Name on the command line.
     fn name(self) -> &'static str {
         match self {
             Self::Peers => "peers",
@@ -57,30 +58,30 @@ impl Task {
     }
 }
 
-/// What the command line says.
+/// Options of the command line.
 #[derive(Debug, PartialEq)]
 struct Options {
-    /// Where results are written.
+    /// Folder for the results.
     out: PathBuf,
-    /// Whether a missing peer is a failure.
+    /// True if a missing peer is a failure.
     require: bool,
-    /// Whether brood is built as it is shipped, instead of with the profile of the tests.
+    /// True if brood is built with the release profile instead of the profile of the tests.
     release: bool,
-    /// A brood that is there already, instead of one that is built.
+    /// Existing brood binary to use instead of building one.
     brood: Option<PathBuf>,
-    /// How often everything is run; the best of each counts. Of speed.
+    /// Number of runs, of which the best counts; for peers.
     rounds: u32,
-    /// Where meshes, recorded pictures and measured materials are. Of pictures and fits.
+    /// Folder of meshes, recorded pictures and measured materials; for pictures and fit.
     data: Option<PathBuf>,
-    /// The peer's figures of an earlier run, which are taken instead of running it again. Of fits.
+    /// Report of an earlier run whose peer results are reused; for fit.
     recorded: Option<PathBuf>,
-    /// Names of materials with commas between them. Of fits.
+    /// Comma-separated names of materials; for fit.
     materials: Option<String>,
-    /// Random starts. Of recovering.
+    /// Number of random starts; for inverse.
     starts: Option<u32>,
-    /// Drivers of graphics with commas between them. Of the page.
+    /// Comma-separated graphics drivers; for live.
     angle: Option<String>,
-    /// Whether software that draws is a failure. Of the page.
+    /// True if software rendering is a failure; for live.
     hardware: bool,
 }
 
@@ -107,7 +108,7 @@ impl Options {
                 "--out" => options.out = words.next().context("--out needs a folder")?.into(),
                 "--brood" => {
                     let file = words.next().context("--brood needs a file")?;
-                    options.brood = Some(std::path::absolute(file).context("find brood")?);
+                    options.brood = Some(std::path::absolute(file).context("resolve --brood")?);
                 }
                 "--starts" if task == Task::Inverse => {
                     let count = words.next().and_then(|word| word.parse().ok());
@@ -163,16 +164,34 @@ pub fn peers(words: &[&str]) -> Result<()> {
         "raw": findings.raw(),
     });
     write_report(&options.out, "peers", &report, &text)?;
-    if options.require && !findings.missing.is_empty() {
-        bail!("not everything could be compared: {}", findings.missing.join("; "));
-    }
+    require_all(options.require, &findings.missing)
+}
+
+/// Error if anything is missing although everything is required.
+fn require_all(is_required: bool, missing: &[String]) -> Result<()> {
+    let is_complete = !is_required || missing.is_empty();
+    ensure!(is_complete, "not everything could be measured: {}", missing.join("; "));
     Ok(())
 }
 
-/// Writes what was found as JSON and as a page, and shows the page.
+/// One paragraph for each reason.
+fn paragraphs(missing: &[String]) -> String {
+    missing.iter().map(|reason| format!("\nMissing: {reason}\n")).collect()
+}
+
+/// List of the missing comparisons; empty if there are none.
+fn not_compared(missing: &[String]) -> String {
+    if missing.is_empty() {
+        return String::new();
+    }
+    let lines: String = missing.iter().map(|missing| format!("- {missing}\n")).collect();
+    format!("\nNot compared:\n{lines}")
+}
+
+/// Writes the report as JSON and Markdown, and prints the Markdown.
 fn write_report(out: &Path, name: &str, report: &Value, text: &str) -> Result<()> {
     let folder = shell::root().join(out);
-    std::fs::create_dir_all(&folder).with_context(|| format!("make {}", folder.display()))?;
+    std::fs::create_dir_all(&folder).with_context(|| format!("create {}", folder.display()))?;
     let write = |name: String, text: &str| {
         std::fs::write(folder.join(&name), text).with_context(|| format!("write {name}"))
     };
@@ -187,7 +206,7 @@ mod tests {
     use super::{Options, Task};
 
     #[test]
-    fn options_are_refused_when_a_word_is_unknown_or_a_value_is_missing() {
+    fn options_are_rejected_when_a_word_is_unknown_or_a_value_is_missing() {
         for words in
             [&["--fast"][..], &["--out"], &["--brood"], &["--rounds", "0"], &["--rounds", "many"]]
         {

@@ -1,26 +1,28 @@
-//! `cargo xtask bench pictures`: brood's models against the same materials in another renderer, by pictures.
+//! `cargo xtask bench pictures`: brood's models compared with the same materials in Mitsuba, by
+//! pictures.
 //!
-//! Owns the order of the work: forms of a mesh, brood's pictures, the peer's pictures and how far apart they are. What is
-//! rendered are the cases'; the yardstick is the peer's own noise, which is its business to measure.
+//! Owns the order of the work: mesh variants, brood's pictures, the peer's pictures and their
+//! differences. `case` lists what is rendered; differences are judged against the peer's own noise,
+//! which its script measures.
 
 mod case;
-mod material;
+pub mod material;
 mod page;
 mod recorded;
 mod row;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use self::case::{Case, Material};
 use self::row::Row;
 use super::environment::{Environment, Peer, json_of};
-use super::{Options, Task, write_report};
+use super::{Options, Task, require_all, write_report};
 use crate::{shell, suite};
 
-/// What is in the way of meshes and recorded pictures.
+/// Reason why meshes and recorded pictures are missing.
 const NO_DATA: &str = "spot and recorded pictures: they need --data";
 
 /// Runs the comparison.
@@ -35,7 +37,7 @@ pub fn run(words: &[&str]) -> Result<()> {
         match &options.data {
             None => missing.push(NO_DATA.to_owned()),
             Some(data) => {
-                let data = data.canonicalize().context("find the data")?;
+                let data = data.canonicalize().context("resolve --data")?;
                 folder.make_meshes(&environment, &data)?;
                 cases.extend(recorded::cases(&data));
             }
@@ -50,28 +52,25 @@ pub fn run(words: &[&str]) -> Result<()> {
         "missing": missing,
     });
     write_report(&options.out, "pictures", &report, &text)?;
-    if options.require && !missing.is_empty() {
-        bail!("not everything could be compared: {}", missing.join("; "));
-    }
-    Ok(())
+    require_all(options.require, &missing)
 }
 
-/// Where everything lies that goes from one program to the other.
+/// Folder of the files passed between the programs.
 struct Folder(PathBuf);
 
 impl Folder {
     fn make(path: PathBuf) -> Result<Self> {
-        std::fs::create_dir_all(&path).context("make a folder for pictures")?;
+        std::fs::create_dir_all(&path).context("create the folder for pictures")?;
         Ok(Self(path))
     }
 
     fn make_meshes(&self, environment: &Environment, data: &Path) -> Result<()> {
         let mesh = data.join("meshes/spot_triangulated.obj");
-        ensure!(mesh.is_file(), "no {}", mesh.display());
+        ensure!(mesh.is_file(), "{} is missing", mesh.display());
         shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&self.0))
     }
 
-    /// Renders all cases by both programs. What brood cannot render is left out.
+    /// Renders all cases with both programs; cases that brood cannot render are skipped.
     fn compare(
         &self,
         environment: &Environment,
@@ -91,12 +90,12 @@ impl Folder {
         std::fs::write(&jobs, json!(list).to_string()).context("write the cases")?;
         let mut script = environment.script("mitsuba_against.py");
         let answer = json_of(script.arg(&jobs).arg("--pictures").arg(&self.0))?;
-        let found = answer["rows"].as_array().context("find rows in the answer")?;
-        ensure!(found.len() == rendered.len(), "{} rows are answered", found.len());
+        let found = answer["rows"].as_array().context("the peer's output must have rows")?;
+        ensure!(found.len() == rendered.len(), "expected one row per case, got {}", found.len());
         rendered.iter().zip(found).map(|((case, _), found)| Row::new(case, found)).collect()
     }
 
-    /// brood's picture of a case, and what the peer has to know of it.
+    /// Renders a case with brood; returns the job description for the peer.
     fn render(&self, environment: &Environment, case: &Case) -> Result<Value> {
         let name = case.file_name();
         let scene = self.0.join(format!("{name}.json"));
@@ -110,8 +109,8 @@ impl Folder {
                 std::fs::write(&file, text).context("write the material")?;
                 command.arg(file)
             }
-            // The peer follows light from the eye and takes the eye's direction for that of the measurement's light, and
-            // keeps values below 0.
+            // The peer traces from the eye, uses the eye's direction as the measurement's light
+            // direction, and keeps values below 0.
             Material::Measured(file) => command.arg(file).args(["--swap", "--keep-negative"]),
         };
         let mesh = case.mesh.map(|mesh| self.0.join(format!("{mesh}.obj")));

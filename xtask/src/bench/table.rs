@@ -1,4 +1,4 @@
-//! The comparison as a page of markdown: what was measured, how it was counted, and what differs.
+//! Comparison with peers as a Markdown page: results, method and differences.
 
 use std::fmt::Write as _;
 
@@ -7,44 +7,40 @@ use serde_json::Value;
 use super::compare::Row;
 use super::environment::Environment;
 use super::measure::Findings;
+use super::not_compared;
 
-/// What a reader has to know to judge the ratios.
+/// Notes on the method, for readers of the ratios.
 const NOTES: &str = "\
-An operation is one non-leaf scalar primitive on one sample; brood's are those that run after lowering. 4096 samples of \
-32-bit floats, one thread, the fastest pass of all. What differs:
-- brood clamps every sum and product to +-65504 and never gives what is not finite; pyoperon does not clamp. brood's \
-sin and 2^x are exact to 2 units of the last place; pyoperon's exponential is e^x, its functions are those of its own \
+An operation is one non-leaf scalar primitive on one sample; brood's are counted after lowering. 4096 samples of \
+32-bit floats, one thread, the fastest pass. Differences:
+- brood clamps every sum and product to +-65504 and never returns non-finite values; pyoperon does not clamp. brood's \
+sin and 2^x are accurate to 2 units in the last place; pyoperon's exponential is e^x, its functions come from its own \
 vector library.
-- A variable leaf of pyoperon carries a coefficient, one product more that the count of non-leaf nodes leaves out: the \
-row with all nodes counts it, and constants as well.
-- pyoperon's trees are its balanced creator's; the frequency of sin and exp is chosen so that their share is that of \
-brood's programs. Translation is included on both sides, and so is output: one value of a sample for pyoperon, three for brood.
-- Mitsuba draws an analytic sphere with a box filter, emitter sampling only, into 32-bit floats in numpy. Times are \
-the smallest of many, kernels warm, but for new materials, where Dr.Jit has to compile. Loading the scene counts for \
-those, as lowering does for brood. brood's thumbnails are antialiased, developed and encoded as PNG; Mitsuba's are not.
-- Each picture of the Lambert sphere is held against a reference of 4096 samples a pixel of the same program. With a \
-light that is a delta nothing but the border of the sphere, the border of its lit side and the curvature within a pixel \
-makes an error. brood keeps the sample set of a mesh, camera, size and light, so the first row is what another material \
-costs; Mitsuba traces its rays each time, which the second row grants it by adding the making of the set.
+- A variable leaf of pyoperon has a coefficient, a product that the count of non-leaf nodes leaves out; the \
+row with all nodes includes it, and constants as well.
+- pyoperon's trees come from its balanced creator; the frequency of sin and exp is chosen so that their share is that of \
+brood's programs. Translation is included on both sides, and so is output: one value per sample for pyoperon, three for brood.
+- Mitsuba renders an analytic sphere with a box filter, emitter sampling only, into 32-bit floats in numpy. Times are \
+the smallest of many with kernels warm, except for new materials, which Dr.Jit has to compile. Loading the scene is included for \
+those, as lowering is for brood. brood's thumbnails are antialiased, developed and encoded as PNG; Mitsuba's are not.
+- Each picture of the Lambert sphere is compared with a reference of 4096 samples per pixel of the same program. With a \
+delta light only the edge of the sphere, the edge of its lit side and the curvature within a pixel \
+cause errors. brood caches the sample set of a mesh, camera, size and light, so the first row is the cost of another material; \
+Mitsuba traces its rays each time, so the second row adds the time to build the set.
 ";
 
-/// The page.
+/// Renders the page.
 pub fn markdown(rows: &[Row], findings: &Findings, environment: &Environment) -> String {
     let machine = environment.machine();
     let mut page = String::from("# brood and its peers\n\n");
     page.push_str(&heading(&machine));
     page.push_str(&table(rows));
-    if !findings.missing.is_empty() {
-        page.push_str("\nNot compared:\n");
-        for missing in &findings.missing {
-            let _ = writeln!(page, "- {missing}");
-        }
-    }
+    page.push_str(&not_compared(&findings.missing));
     let _ = write!(page, "\n{NOTES}");
     page
 }
 
-/// What the figures depend on, in a line.
+/// Machine and versions in one line.
 pub fn heading(machine: &Value) -> String {
     let field = |key: &str| machine[key].as_str().unwrap_or("not known").to_owned();
     let peers = machine["peers"].as_object().into_iter().flatten();
@@ -52,7 +48,7 @@ pub fn heading(machine: &Value) -> String {
         .map(|(name, version)| format!("{name} {}", version.as_str().unwrap_or("?")))
         .collect();
     format!(
-        "{}, {} cores; {}, profile {}, {}; {}; {}. One run, in turn.\n\n",
+        "{}, {} cores; {}, profile {}, {}; {}; {}. One run, programs alternating.\n\n",
         field("processor"),
         machine["cores"],
         field("brood_version"),
@@ -85,7 +81,7 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-/// A figure with its unit, to three digits or so.
+/// A figure with its unit, to about three digits.
 fn figure(value: f64, unit: &str) -> String {
     match unit {
         "1/s" => format!("{:.2} G/s", value / 1e9),

@@ -1,6 +1,8 @@
-//! Which crate may use which: the arrows of ARCHITECTURE.md, and who alone may touch a heavy dependency.
+//! Rule for dependencies between crates: the table of ARCHITECTURE.md, and the heavy dependencies
+//! that only one crate may use.
 //!
-//! Owns the table. A new arrow is a change of the architecture: it is added here and in ARCHITECTURE.md together.
+//! A new dependency is a change of the architecture: it is added here and in ARCHITECTURE.md
+//! together.
 
 use anyhow::{Context, Result};
 use serde_json::Value;
@@ -10,7 +12,8 @@ use crate::shell;
 /// Package, and the packages of this workspace that it may use directly.
 const ARROWS: [(&str, &[&str]); 16] = [
     ("brood-brdf", &[]),
-    // The catalogue of inputs that programs read is direction maths, so the machine's words for it are brdf's.
+    // The catalogue of inputs that programs read is direction maths, so the machine's words for it
+    // are brdf's.
     ("brood-genome", &["brood-brdf"]),
     ("brood-program", &["brood-genome", "brood-brdf"]),
     ("brood-scene", &["brood-brdf"]),
@@ -33,7 +36,6 @@ const ARROWS: [(&str, &[&str]); 16] = [
         &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
     ),
     ("brood-search", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
-    ("brood-preset", &["brood-genome"]),
     ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
     ("brood-storage", &["brood-protocol", "brood-genome"]),
     (
@@ -48,7 +50,6 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-eval",
             "brood-export",
             "brood-inspect",
-            "brood-preset",
             "brood-search",
         ],
     ),
@@ -64,6 +65,21 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-gpu",
             "brood-inspect",
             "brood-search",
+        ],
+    ),
+    (
+        "brood-bench",
+        &[
+            "brood-protocol",
+            "brood-genome",
+            "brood-program",
+            "brood-brdf",
+            "brood-scene",
+            "brood-eval",
+            "brood-export",
+            "brood-inspect",
+            "brood-search",
+            "brood-worker",
         ],
     ),
     // Drives the binary from outside, over HTTP and the command line.

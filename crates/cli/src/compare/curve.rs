@@ -3,22 +3,29 @@
 use std::path::Path;
 
 use anyhow::Result;
+use brood_bench::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
+use brood_bench::output;
 use brood_inspect::CurvePoint;
 
 use super::ComparedMaterial;
-use crate::chart::{Axis, Plot, Point, Scale, Series};
-use crate::output;
 
 /// Writes the curves of all materials as CSV and as two charts.
 pub fn write(all: &[ComparedMaterial], dir: &Path) -> Result<()> {
-    let mut csv = String::from("material,theta_deg,albedo_r,albedo_g,albedo_b,mirror\n");
+    let mut table = ResultTable::default();
     for found in all {
         for CurvePoint { theta_deg, albedo: [r, g, b], mirror, .. } in &found.curves {
-            let name = quoted(&found.name);
-            csv += &format!("{name},{theta_deg},{r:.6},{g:.6},{b:.6},{mirror:.6}\n");
+            let rounded = |value: &f64| format!("{value:.6}").into();
+            table.push([
+                ("material", found.name.as_str().into()),
+                ("theta_deg", (*theta_deg).into()),
+                ("albedo_r", rounded(r)),
+                ("albedo_g", rounded(g)),
+                ("albedo_b", rounded(b)),
+                ("mirror", rounded(mirror)),
+            ]);
         }
     }
-    output::write_file(&dir.join("curves.csv"), csv.as_bytes())?;
+    output::write_file(&dir.join("curves.csv"), table.csv().as_bytes())?;
     let albedo = chart(
         all,
         ("Directional albedo", "share of the light from one direction that is reflected"),
@@ -56,14 +63,5 @@ fn chart(
         x: Axis { title: "angle of incidence, degrees", scale: Scale::Linear },
         y: Axis { title: y, scale: Scale::Linear },
         series: all.iter().map(series).collect(),
-    }
-}
-
-/// Escapes a name for CSV.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
     }
 }

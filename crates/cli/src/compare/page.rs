@@ -1,6 +1,8 @@
 //! HTML page of a comparison: pictures in rows, curves, numbers. It refers only to files in the
 //! same folder.
 
+use brood_bench::chart::escape;
+
 use super::{ComparedMaterial, ReferenceDifference};
 
 const STYLE: &str = "\
@@ -19,15 +21,15 @@ tr + tr.numbers td { border-top: 1px solid #333; }
 pub fn html(all: &[ComparedMaterial], exposure_ev: f64) -> String {
     let mut text = String::from("<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n");
     text += "<meta name=\"viewport\" content=\"width=device-width\">\n";
-    let names: Vec<String> = all.iter().map(|found| escaped(&found.name)).collect();
+    let names: Vec<String> = all.iter().map(|found| escape(&found.name)).collect();
     text += &format!("<title>{}</title>\n<style>\n{STYLE}</style>\n", names.join(" · "));
     text += &format!(
         "<h1>{}</h1>\n<p>One scene, one exposure ({exposure_ev:.3} EV). Differences are absolute, from the first material, of linear values after exposure.</p>\n<table>\n",
         names.join(" · ")
     );
-    row(&mut text, "", all, |found| format!("<th scope=\"col\">{}</th>", escaped(&found.name)));
+    row(&mut text, "", all, |found| format!("<th scope=\"col\">{}</th>", escape(&found.name)));
     let picture = |file: &str, what: &str, found: &ComparedMaterial| {
-        format!("<td><img src=\"{file}\" alt=\"{}, {what}\"></td>", escaped(&found.name))
+        format!("<td><img src=\"{file}\" alt=\"{}, {what}\"></td>", escape(&found.name))
     };
     row(&mut text, "picture", all, |found| picture(&found.picture, "picture", found));
     row(&mut text, "under another light", all, |found| {
@@ -89,8 +91,4 @@ fn patch(rgb: [f64; 3]) -> String {
     format!(
         "<td><span class=\"patch\" style=\"background: rgb({r} {g} {b})\"></span> {x:.2} {y:.2} {z:.2}</td>"
     )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

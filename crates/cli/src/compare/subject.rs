@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use brood_bench::material_file::{self, MaterialFile};
 use brood_brdf::Brdf;
 use brood_eval::express;
 use brood_genome::Genome;
 use brood_inspect::{Shade, Specimen};
 use brood_program::Program;
 use brood_scene::SampleSet;
-
-use crate::material_file::{self, MaterialFile};
 
 /// Named material.
 pub struct Subject {

@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use brood_bench::output::read_file;
 use brood_inspect::LinearImage;
 use image::{DynamicImage, ImageFormat, ImageReader};
-
-use crate::output::read_file;
 
 const LIMIT_BYTES: u64 = 256 << 20;
 

@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use brood_bench::output;
 use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_inspect::LinearImage;
@@ -23,7 +24,7 @@ use serde_json::{Value, json};
 use super::FitArgs;
 use crate::compare::Subject;
 use crate::frame::read_obj;
-use crate::{light_file, output};
+use crate::light_file;
 
 const PICTURE_BYTES: u64 = 256 << 20;
 const JSON_BYTES: u64 = 4 << 20;

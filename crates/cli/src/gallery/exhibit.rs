@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, ensure};
 use brood_brdf::{Model, ModelKind, model_presets};
 use brood_genome::Genome;
-use brood_preset::PRESETS;
+use brood_genome::preset::PRESETS;
 use brood_scene::{EnvironmentMap, IesProfile, LightAssets, Scene};
 use serde_json::{Value, json};
 

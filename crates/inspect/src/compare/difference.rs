@@ -2,6 +2,7 @@
 
 use image::{DynamicImage, ImageFormat};
 
+use super::itp;
 use super::similarity::ssim;
 
 /// Linear RGB of a picture, composed over black.
@@ -110,12 +111,32 @@ impl LinearImage {
     /// Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020.
     #[must_use]
     pub fn flip(&self, other: &Self) -> f64 {
-        let image = |picture: &Self| {
-            nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, &picture.encoded())
-        };
-        let map = nv_flip::flip(image(self), image(other), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
-        f64::from(nv_flip::FlipPool::from_image(&map).mean())
+        flip(self.size(), &self.encoded(), &other.encoded())
     }
+
+    /// Returns the mean Delta E_ITP against a picture of the same size; 1 is about a just
+    /// noticeable difference in the most critical adaptation.
+    ///
+    /// # Units
+    /// Linear RGB has the primaries of BT.709, and 1 is `white` cd/m2. Negative values count as 0.
+    ///
+    /// # Source
+    /// ITU-R BT.2124-0 (2019), with BT.2087 and BT.2100 for the conversion from BT.709 to ICtCp.
+    #[must_use]
+    pub fn itp(&self, other: &Self, white: f64) -> f64 {
+        let pairs = self.linear.iter().zip(&other.linear);
+        let sum: f64 = pairs.map(|(a, b)| itp::difference(*a, *b, white)).sum();
+        sum / self.linear.len().max(1) as f64
+    }
+}
+
+/// Returns the mean FLIP error between two pictures of 8-bit sRGB with red, green and blue
+/// interleaved.
+#[must_use]
+pub fn flip((width, height): (u32, u32), a: &[u8], b: &[u8]) -> f64 {
+    let image = |rgb| nv_flip::FlipImageRgb8::with_data(width, height, rgb);
+    let map = nv_flip::flip(image(a), image(b), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    f64::from(nv_flip::FlipPool::from_image(&map).mean())
 }
 
 #[cfg(test)]
@@ -130,7 +151,8 @@ mod tests {
     #[test]
     fn difference_is_zero_when_pictures_are_equal() {
         let (a, b) = (gradient(0.0), gradient(0.0));
-        assert_eq!((a.rmse(&b), a.flip(&b)), (0.0, 0.0));
+        assert_eq!((a.rmse(&b), a.flip(&b), a.itp(&b, 100.0)), (0.0, 0.0, 0.0));
+        assert_eq!(a.ssim(&b), Some(1.0));
         assert!(a.absolute_difference(&b).linear().iter().flatten().all(|value| *value == 0.0));
     }
 
@@ -139,6 +161,8 @@ mod tests {
         let (a, b, c) = (gradient(0.0), gradient(0.05), gradient(0.2));
         assert!((a.rmse(&b) - 0.05 / 3f64.sqrt()).abs() < 1e-12);
         assert!(a.flip(&b) > 0.0 && a.flip(&c) > a.flip(&b));
+        assert!(a.itp(&b, 100.0) > 0.0 && a.itp(&c, 100.0) > a.itp(&b, 100.0));
+        assert!(a.ssim(&c).unwrap() < a.ssim(&b).unwrap());
         let apart = b.absolute_difference(&a);
         assert!((apart.linear()[0][0] - 0.05).abs() < 1e-12 && apart.linear()[0][1] == 0.0);
     }

@@ -1,6 +1,7 @@
-//! What is rendered by both programs: a material on an object in the light of one lamp.
+//! Cases rendered by both programs: a material on an object under one light.
 //!
-//! Owns objects, cameras and lights. Scenes are brood's; the peer's script puts them into the peer's words.
+//! Owns objects, cameras and lights. Scenes are in brood's format; the peer's script translates
+//! them.
 
 use std::path::PathBuf;
 
@@ -8,16 +9,16 @@ use serde_json::{Value, json};
 
 use super::material;
 
-/// Samples a pixel of all pictures that are held against each other anew.
+/// Samples per pixel of the pictures rendered in this run.
 const SAMPLES: u32 = 256;
 
-/// One picture of either program.
+/// One picture to render with either program.
 pub struct Case {
-    /// What is seen.
+    /// Name of the object.
     pub object: &'static str,
-    /// What it is lit by.
+    /// Name of the light.
     pub light: &'static str,
-    /// What the material is called.
+    /// Name of the material.
     pub material_name: String,
     /// brood's material.
     pub material: Material,
@@ -25,48 +26,49 @@ pub struct Case {
     pub bsdf: Value,
     /// brood's scene.
     pub scene: Value,
-    /// Which form of the mesh; none is a sphere.
+    /// Variant of the mesh; `None` for a sphere.
     pub mesh: Option<&'static str>,
-    /// Side of the picture.
+    /// Side of the picture in pixels.
     pub size_px: u32,
-    /// Samples a pixel of brood's picture.
+    /// Samples per pixel of brood's picture.
     pub samples: u32,
-    /// Samples a pixel of the peer's pictures.
+    /// Samples per pixel of the peer's pictures.
     pub peer_samples: u32,
-    /// How the peer chooses them.
+    /// Sampler of the peer.
     pub peer_sampler: &'static str,
-    /// A picture that the peer made earlier: it is what brood is held against, and pictures made anew only tell the noise.
+    /// Earlier picture of the peer that brood is compared with; new pictures of the peer then only
+    /// measure its noise.
     pub recorded: Option<PathBuf>,
 }
 
-/// What brood renders with.
+/// Material of brood's picture.
 pub enum Material {
-    /// The name of a model, and its parameters.
+    /// Name and parameters of a model.
     Model(&'static str),
-    /// A file of what was measured.
+    /// File of a measured material.
     Measured(PathBuf),
 }
 
 impl Case {
-    /// In words.
+    /// Name for people.
     pub fn name(&self) -> String {
-        let when = if self.recorded.is_some() { ", recorded" } else { "" };
-        format!("{}, {} light, {}{when}", self.object, self.light, self.material_name)
+        let suffix = if self.recorded.is_some() { ", recorded" } else { "" };
+        format!("{}, {} light, {}{suffix}", self.object, self.light, self.material_name)
     }
 
-    /// The same for files.
+    /// Name for files.
     pub fn file_name(&self) -> String {
         self.name().replace(", ", "-").replace(' ', "-").to_lowercase()
     }
 }
 
-/// An object and how it is seen.
+/// Object with its camera and lights.
 struct Object {
     name: &'static str,
     mesh: Option<&'static str>,
     size_px: u32,
     camera: fn() -> Value,
-    /// One light each.
+    /// Two lights, used one at a time.
     lights: fn() -> [(&'static str, Value); 2],
 }
 
@@ -78,7 +80,7 @@ const OBJECTS: [Object; 4] = [
         camera: sphere_camera,
         lights: sphere_lights,
     },
-    // Flat: what normals tell of is what is there.
+    // Flat facets: normals equal those of the triangles.
     Object {
         name: "spot in facets",
         mesh: Some("facets"),
@@ -86,7 +88,7 @@ const OBJECTS: [Object; 4] = [
         camera: spot_camera,
         lights: spot_lights,
     },
-    // Round: nearly so.
+    // Smooth normals on a finely subdivided surface, so they nearly equal the true normals.
     Object {
         name: "spot refined",
         mesh: Some("refined"),
@@ -94,7 +96,7 @@ const OBJECTS: [Object; 4] = [
         camera: spot_camera,
         lights: spot_lights,
     },
-    // Round normals on large triangles.
+    // Smooth normals on large triangles.
     Object {
         name: "spot",
         mesh: Some("smooth"),
@@ -104,12 +106,12 @@ const OBJECTS: [Object; 4] = [
     },
 ];
 
-/// Every material on every object in every light.
+/// Every material on every object under every light.
 pub fn fresh(with_meshes: bool) -> Vec<Case> {
     let mut cases = Vec::new();
     for object in OBJECTS.iter().filter(|object| with_meshes || object.mesh.is_none()) {
-        for (light, lamp) in (object.lights)() {
-            let scene = scene((object.camera)(), lamp);
+        for (light, light_json) in (object.lights)() {
+            let scene = scene((object.camera)(), light_json);
             cases.extend(material::all().into_iter().map(|pair| Case {
                 object: object.name,
                 light,
@@ -129,12 +131,12 @@ pub fn fresh(with_meshes: bool) -> Vec<Case> {
     cases
 }
 
-/// With shadows, which the peer always has, and with normals taken as the peer takes them.
+/// Scene with shadows, which the peer always has, and with the peer's treatment of normals.
 pub fn scene(camera: Value, light: Value) -> Value {
     json!({"camera": camera, "lights": [light], "shadows": true, "normals": "plain"})
 }
 
-/// All of a unit sphere and a little more.
+/// Orthographic camera that shows a unit sphere with a margin.
 pub fn sphere_camera() -> Value {
     json!({"orthographic": 1.05})
 }
@@ -152,7 +154,7 @@ pub fn distant(direction: [f64; 3]) -> Value {
     json!({"kind": "directional", "direction": direction, "irradiance_w_m2": std::f64::consts::PI})
 }
 
-/// From before and above, at the face.
+/// Camera in front of and above the face.
 pub fn spot_camera() -> Value {
     json!({
         "eye": [-2.04846, 1.24647, -3.22406],
@@ -161,7 +163,7 @@ pub fn spot_camera() -> Value {
     })
 }
 
-/// Above the camera: the head's shadow falls on the body.
+/// Light above the camera; the head's shadow falls on the body.
 pub fn spot_lamp() -> Value {
     json!({"kind": "point", "position": [-2.58809, 3.99057, -2.39804], "intensity": 89.433})
 }
@@ -176,7 +178,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn cases_have_names_of_their_own() {
+    fn case_file_names_are_unique() {
         let cases = fresh(true);
         let names: BTreeSet<String> = cases.iter().map(super::Case::file_name).collect();
         assert_eq!(names.len(), cases.len());
@@ -187,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_sphere_is_left_when_there_are_no_meshes() {
+    fn only_the_sphere_is_rendered_without_meshes() {
         assert!(fresh(false).iter().all(|case| case.object == "sphere"));
         assert!(!fresh(false).is_empty());
     }

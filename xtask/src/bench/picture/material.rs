@@ -1,10 +1,10 @@
-//! Materials in both programs' words.
+//! Materials in the formats of both programs.
 
 use serde_json::{Value, json};
 
-/// A material of two programs.
+/// One material for both programs.
 pub struct Pair {
-    /// What it is called in tables.
+    /// Name in tables.
     pub name: &'static str,
     /// brood's model and its parameters.
     pub model: &'static str,
@@ -16,7 +16,7 @@ fn pair(name: &'static str, model: &'static str, bsdf: Value) -> Pair {
     Pair { name, model, bsdf }
 }
 
-/// All of them. Where the peer has no plugin, `xtask/peer/mitsuba_models.py` has one.
+/// All materials. `xtask/peer/mitsuba_models.py` implements models that the peer has no plugin for.
 pub fn all() -> Vec<Pair> {
     let mut pairs = vec![lambert()];
     pairs.extend(metals());
@@ -31,7 +31,7 @@ pub fn lambert() -> Pair {
     pair("Lambert", "lambert\nalbedo 0.5 0.3 0.2", bsdf)
 }
 
-/// Aluminium, roughly, with the facets of either distribution.
+/// Approximate aluminium, with either microfacet distribution.
 fn metals() -> [Pair; 2] {
     let bsdf = |distribution: &str| {
         json!({
@@ -53,14 +53,14 @@ fn metals() -> [Pair; 2] {
     ]
 }
 
-/// By the optical constants that each program has for gold.
+/// Gold by each program's own optical constants.
 pub fn gold() -> Pair {
     let bsdf =
         json!({"type": "roughconductor", "material": "Au", "distribution": "ggx", "alpha": 0.2});
     pair("gold", "conductor\nroughness 0.2", bsdf)
 }
 
-/// The peer has indices of inside and outside, brood their quotient.
+/// The peer takes the indices inside and outside, brood their quotient.
 pub fn rough_plastic() -> Pair {
     let model =
         "rough-plastic\nalbedo 0.1 0.27 0.36\nior 1.489587\nroughness 0.1\ninternal mitsuba";

@@ -1,7 +1,7 @@
-//! Pictures that the peer made earlier, which lie in the data from outside.
+//! Pictures that the peer rendered earlier, from the external data folder.
 //!
-//! Owns which of them there are and what they show. The peer makes them anew to tell their noise, and that its scene is
-//! the one that was recorded.
+//! Owns the list of these pictures and their scenes. The peer renders them again to measure their
+//! noise and to check that its scene is the recorded one.
 
 use std::path::Path;
 
@@ -10,24 +10,24 @@ use serde_json::{Value, json};
 use super::case::{self, Case, Material};
 use super::material::{self, Pair};
 
-/// Samples a pixel of all recorded pictures, and how they were chosen: spread evenly, with a half to a fiftieth of the noise
-/// of independent ones.
+/// Samples per pixel of all recorded pictures. Their stratified sampler has a half to a fiftieth of
+/// the noise of independent samples.
 const RECORDED_SAMPLES: u32 = 64;
 const RECORDED_SAMPLER: &str = "multijitter";
-/// brood's samples a pixel: so many that pictures with so little noise can be met.
+/// brood's samples per pixel; many, because the recorded pictures have so little noise.
 const SAMPLES: u32 = 1024;
-/// The same in ambient light, of which each takes as many samples again.
+/// brood's samples per pixel in ambient light, each with the same number of light samples.
 const AMBIENT_SAMPLES: u32 = 64;
-/// Measured materials of which there are pictures.
+/// Measured materials with recorded pictures.
 const MEASURED: [&str; 4] = ["paper_white", "cg_sunflower", "colodur_napoli_4f", "cc_ibiza_sunset"];
-/// Materials of which there is one with spot.
+/// Materials with a recorded picture of spot.
 const ON_SPOT: [&str; 3] = ["ggx_gold_a0.2", "rgl_cg_sunflower", "rgl_colodur_napoli_4f"];
 
-/// How a recorded picture came about.
+/// Scene of a group of recorded pictures.
 struct View {
     object: &'static str,
     light: &'static str,
-    /// How names of its files begin.
+    /// Prefix of the file names.
     prefix: &'static str,
     mesh: &'static str,
     samples: u32,
@@ -35,18 +35,17 @@ struct View {
     scene: Value,
 }
 
-/// All of them, whether or not their files are there.
+/// All recorded pictures, whether or not their files exist.
 pub fn cases(data: &Path) -> Vec<Case> {
-    let all_around =
-        json!({"kind": "ambient", "radiance_w_m2_sr": 1.0, "samples": AMBIENT_SAMPLES});
-    let sphere = |light, prefix, samples, lamp| View {
+    let ambient = json!({"kind": "ambient", "radiance_w_m2_sr": 1.0, "samples": AMBIENT_SAMPLES});
+    let sphere = |light, prefix, samples, light_json| View {
         object: "sphere",
         light,
         prefix,
         mesh: "sphere",
         samples,
         size_px: 128,
-        scene: case::scene(case::sphere_camera(), lamp),
+        scene: case::scene(case::sphere_camera(), light_json),
     };
     let views = [
         sphere(
@@ -55,12 +54,13 @@ pub fn cases(data: &Path) -> Vec<Case> {
             SAMPLES,
             case::distant([-1.0, -1.0, -std::f64::consts::SQRT_2]),
         ),
-        sphere("ambient", "sphere_const", AMBIENT_SAMPLES, all_around),
+        sphere("ambient", "sphere_const", AMBIENT_SAMPLES, ambient),
         View {
             object: "spot",
             light: "point",
             prefix: "spot_point",
-            // They were made from the file without normals, which the peer gives creases along the seams of the texture.
+            // Rendered from the file without normals, which the peer computes with creases along
+            // the texture's seams.
             mesh: "seams",
             samples: SAMPLES,
             size_px: 192,
@@ -92,7 +92,7 @@ pub fn cases(data: &Path) -> Vec<Case> {
     cases
 }
 
-/// What files call it, what tables call it, and the material itself.
+/// File name, table name, brood's material and the peer's material.
 fn materials(data: &Path) -> Vec<(String, String, Material, Value)> {
     let named = |file: &str, pair: Pair| {
         (file.to_owned(), pair.name.to_owned(), Material::Model(pair.model), pair.bsdf)

@@ -1,43 +1,47 @@
-//! One comparison: what was measured, and what follows from it.
+//! One comparison of a picture of brood with the peer's.
 //!
-//! Pure. The goal is one for all: no farther from the peer than two of its own pictures may well be from each other.
+//! Pure. One goal holds for all rows: brood may differ from the peer by little more than two of the
+//! peer's own pictures do.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::case::Case;
 
-/// How many times the peer's noise brood may be off.
+/// Largest RMSE, as a multiple of the peer's noise.
 pub const GOAL: f64 = 2.0;
 
 /// brood's picture against the peer's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// What is seen.
+    /// Name of the object.
     pub object: String,
-    /// What it is lit by.
+    /// Name of the light.
     pub light: String,
-    /// What it is made of.
+    /// Name of the material.
     pub material: String,
-    /// Whether the peer's picture is one that was recorded earlier; else it is the mean of some made now.
+    /// True if the peer's picture was recorded earlier; else it is the mean of several new ones.
     pub recorded: bool,
     /// RMSE between brood's picture and the peer's.
     pub rmse: f64,
     /// RMSE between two of the peer's pictures over sqrt 2.
     pub noise: f64,
-    /// How many of the peer's pictures are in what brood is held against.
+    /// Number of the peer's pictures averaged in the one that brood is compared with.
     pub averaged: u32,
-    /// RMSE between the recorded picture and the mean of those made now.
+    /// RMSE between the recorded picture and the mean of the new ones.
     pub recorded_rmse: Option<f64>,
-    /// The largest value.
+    /// Largest value of the picture.
     pub brightest: f64,
 }
 
 impl Row {
-    /// From what the peer's script says of a case.
+    /// Combines a case with the peer's results.
     pub fn new(case: &Case, found: &Value) -> Result<Self> {
-        let number =
-            |key: &str| found[key].as_f64().with_context(|| format!("{}: no {key}", case.name()));
+        let number = |key: &str| {
+            found[key]
+                .as_f64()
+                .with_context(|| format!("{}: the peer's row must have {key}", case.name()))
+        };
         let averaged = found["averaged"].as_u64().and_then(|count| u32::try_from(count).ok());
         Ok(Self {
             object: case.object.to_owned(),
@@ -46,29 +50,30 @@ impl Row {
             recorded: case.recorded.is_some(),
             rmse: number("rmse")?,
             noise: number("noise")?,
-            averaged: averaged.with_context(|| format!("{}: no averaged", case.name()))?,
+            averaged: averaged
+                .with_context(|| format!("{}: the peer's row must have averaged", case.name()))?,
             recorded_rmse: found["recorded_rmse"].as_f64(),
             brightest: number("brightest")?,
         })
     }
 
-    /// How many times the peer's noise it is off.
+    /// RMSE as a multiple of the peer's noise.
     pub fn times(&self) -> f64 {
         self.rmse / self.noise
     }
 
-    /// What of the RMSE is not the noise of what brood is held against.
+    /// RMSE without the noise of the picture that brood is compared with.
     pub fn beyond_noise(&self) -> f64 {
         let noise2 = self.noise * self.noise / f64::from(self.averaged);
         (self.rmse * self.rmse - noise2).max(0.0).sqrt()
     }
 
-    /// Whether it is off by less than the goal.
+    /// True if the RMSE is below the goal.
     pub fn holds(&self) -> bool {
         self.times() < GOAL
     }
 
-    /// As it is written.
+    /// Row as it is written to the report.
     pub fn json(&self) -> Value {
         json!({
             "object": self.object,
@@ -106,7 +111,7 @@ pub mod tests {
     }
 
     #[test]
-    fn row_holds_when_it_is_off_by_less_than_twice_the_noise() {
+    fn row_holds_when_its_rmse_is_below_twice_the_noise() {
         assert!(row(1.9e-3, 1e-3).holds());
         assert!(!row(2e-3, 1e-3).holds());
         assert!(!row(1e-3, 0.0).holds());
@@ -114,7 +119,7 @@ pub mod tests {
     }
 
     #[test]
-    fn noise_of_the_mean_is_taken_off() {
+    fn noise_of_the_mean_is_subtracted() {
         // The mean of four has half the noise.
         assert!(row(0.5e-3, 1e-3).beyond_noise() < 1e-12);
         assert!((row(1.3e-3, 1e-3).beyond_noise() - 1.2e-3).abs() < 1e-12);

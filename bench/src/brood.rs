@@ -1,0 +1,161 @@
+//! `brood bench brood`: counts the useful pictures of broods under each kind of curation.
+//!
+//! A picture is useful if it is not black and differs visibly, by FLIP, from the parent and from
+//! every sibling. All kinds of curation breed from the same parents: a chain in which each brood's
+//! parent is a child of the previous one.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use brood_eval::{Preview, diverse_brood};
+use brood_genome::{Genome, Variation};
+use brood_program::{BroodRequest, Child, Program, make_brood};
+use brood_protocol::Curation;
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::flip::PictureSet;
+use super::measure::{is_visible, quantile, visible_genomes};
+use crate::{logging, output};
+
+/// Options of `brood bench brood`.
+#[derive(Debug, Args)]
+pub struct BenchBroodArgs {
+    /// Number of broods
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    count: u32,
+    /// Amount of mutation, 0 to 1
+    #[arg(long, value_name = "X", default_value_t = 0.3)]
+    mutation: f32,
+    /// Side of the compared pictures in pixels
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
+    size: u32,
+    /// Seed of the first parent and of the broods
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Number of children of a brood.
+const CHILDREN: u32 = 20;
+/// Mean FLIP over the object above which two pictures differ visibly.
+const VISIBLE: f64 = 0.05;
+
+/// Results of all broods under one kind of curation.
+#[derive(Debug, Serialize)]
+struct Figures {
+    curation: Curation,
+    /// Share of the pictures that are useful.
+    useful: f64,
+    /// Share of the broods with at least 19 useful pictures.
+    broods_with_19: f64,
+    /// Number of black pictures.
+    black: usize,
+    /// Mean number of draws per brood.
+    draws: f64,
+    median_ms: f64,
+    p99_ms: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let parents = parents(args)?;
+    let bar = output::bar(3 * u64::from(args.count), "breeding and comparing");
+    let mut all = Vec::new();
+    for curation in [Curation::Off, Curation::Distinct, Curation::Diverse] {
+        let mut useful = Vec::new();
+        let (mut black, mut draws, mut times) = (0, 0, Vec::new());
+        for (number, parent) in (0..).zip(&parents) {
+            let request = request(args, parent, number);
+            let started = Instant::now();
+            let brood = breed(&request, curation);
+            times.push(started.elapsed().as_secs_f64() * 1e3);
+            draws += brood.iter().map(|child| child.attempts).sum::<u32>();
+            let (seen, dark) = judged(args.size, parent, &brood)?;
+            useful.push(seen);
+            black += dark;
+            bar.inc(1);
+        }
+        let broods = f64::from(args.count);
+        all.push(Figures {
+            curation,
+            useful: useful.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
+            broods_with_19: useful.iter().filter(|count| **count >= 19).count() as f64 / broods,
+            black,
+            draws: f64::from(draws) / broods,
+            median_ms: quantile(&times, 0.5),
+            p99_ms: quantile(&times, 0.99),
+        });
+    }
+    bar.finish_and_clear();
+    if json {
+        return output::print_json(&all);
+    }
+    let mut text = format!(
+        "{} broods of {CHILDREN}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
+         from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 or more  black frames  \
+         draws / brood  births ms median    p99\n",
+        args.count, args.mutation
+    );
+    for f in &all {
+        text += &format!(
+            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}\n",
+            format!("{:?}", f.curation).to_lowercase(),
+            100.0 * f.useful,
+            100.0 * f.broods_with_19,
+            f.black,
+            f.draws,
+            f.median_ms,
+            f.p99_ms
+        );
+    }
+    output::print(&text)
+}
+
+fn request<'a>(args: &BenchBroodArgs, parent: &'a Genome, number: u64) -> BroodRequest<'a> {
+    let variation = Variation::mutate(parent, args.mutation);
+    BroodRequest { variation, count: CHILDREN, seed: args.seed + number, distinct: true }
+}
+
+fn breed(request: &BroodRequest<'_>, curation: Curation) -> Vec<Child> {
+    match curation {
+        Curation::Off => make_brood(&BroodRequest { distinct: false, ..*request }),
+        Curation::Distinct => make_brood(request),
+        Curation::Diverse => diverse_brood(request),
+    }
+}
+
+/// Chain of parents, none of them black, as a person would choose them.
+fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
+    let mut parents: Vec<Genome> = visible_genomes(args.seed)?.take(1).collect();
+    for number in 0..u64::from(args.count) - 1 {
+        let last = parents.last().expect("the first was drawn");
+        let brood = make_brood(&request(args, last, number));
+        let pick = number as usize % brood.len();
+        let turned = brood[pick..].iter().chain(&brood[..pick]);
+        let next = turned.map(|child| &child.genome).find(|genome| is_visible(genome));
+        let next = next.unwrap_or(last).clone();
+        parents.push(next);
+    }
+    Ok(parents)
+}
+
+/// Numbers of useful and of black children.
+fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usize)> {
+    let parent = Program::lower(parent);
+    let programs: Vec<&Program> =
+        std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
+    let pictures = PictureSet::of(&programs, size_px)?;
+    let black: Vec<bool> = programs.iter().map(|program| Preview::of(program).is_black()).collect();
+    let pairs: Vec<(usize, usize)> =
+        (0..pictures.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
+    let alike: Vec<(usize, usize)> = pairs
+        .into_par_iter()
+        .filter(|(one, other)| pictures.flip(*one, *other) <= VISIBLE)
+        .collect();
+    // If two pictures look alike, neither is useful.
+    let useful = (1..pictures.len())
+        .filter(|one| !black[*one] && !alike.iter().any(|(a, b)| a == one || b == one));
+    Ok((useful.count(), black[1..].iter().filter(|black| **black).count()))
+}

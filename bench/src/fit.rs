@@ -1,0 +1,245 @@
+//! `brood bench fit`: error of fits of measured materials within time budgets, compared with
+//! published fits of the same materials on the same held-out samples. Also writes the samples as
+//! CSV for other programs.
+
+mod material;
+mod published;
+mod unseen;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use brood_brdf::ModelKind;
+use brood_eval::{energy_limit, express};
+use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs};
+use clap::Args;
+
+use super::record::Folder;
+use super::target::samples_csv;
+use crate::budget::{FitBudget, spend};
+use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, Scale};
+use crate::{logging, output};
+use material::{FitMaterial, MaterialFolder};
+use published::Published;
+use unseen::{Studio, ViewDifference};
+
+/// Seconds for the fit of two lobes; it has few parameters and longer runs change nothing.
+const TWO_LOBES_SECONDS: f64 = 5.0;
+/// Number of direction pairs searched for spikes.
+const NARROW: usize = 1 << 16;
+
+/// Options of `brood bench fit`.
+#[derive(Debug, Args)]
+pub struct BenchFitArgs {
+    /// Folder with nbrdf/merl.json, tables/ and any named measurement files
+    data: PathBuf,
+    /// Materials by name in nbrdf/merl.json, or measurement files in the folder, comma-separated;
+    /// `all` for every material of merl.json; by default the 20 reported ones
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    materials: Vec<String>,
+    /// Time budgets in seconds, comma-separated, each fitted from scratch
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1.0, 5.0, 25.0])]
+    seconds: Vec<f64>,
+    /// Number of threads
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// Seed of the fits; the samples are the same for every seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for fit.json, fit.csv and fit.svg, and the samples of each material
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Results of one material.
+struct Row {
+    material: String,
+    /// Lower bound of E_log for reciprocal fits.
+    floor: f64,
+    /// One for each budget.
+    runs: Vec<Run>,
+    published: Vec<(&'static str, Option<f64>)>,
+    /// E_log of two microfacet lobes over a diffuse part.
+    two_lobes: f64,
+}
+
+struct Run {
+    budget: f64,
+    seconds: f64,
+    e_log: f64,
+    operations: usize,
+    generations: u32,
+    /// Largest f over that of the target, among pairs where samples are sparse.
+    spike: f64,
+    not_reciprocal: usize,
+    /// Smallest f among these pairs.
+    least_f: f64,
+    max_albedo: f64,
+    unseen: ViewDifference,
+    /// `None` if the material is known only at its samples.
+    picture: Option<Vec<u8>>,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let budget = |seconds: &f64| (0.01..=1e5).contains(seconds);
+    ensure!(args.seconds.iter().all(budget), "--seconds must be from 0.01 to 100000");
+    let source = MaterialFolder::open(&args.data)?;
+    let published = Published::read(&args.data.join("tables"))?;
+    let folder = Folder::make(args.out.as_deref())?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
+    let pool = pool.context("start the threads of the fits")?;
+    let (studio, mut rows) = (Studio::new(), Vec::new());
+    for name in source.names(&args.materials)? {
+        let measured = source.read(&name)?;
+        let FitMaterial { name, target, .. } = &measured;
+        if let Some(out) = &args.out {
+            write_samples(out, name, target)?;
+        }
+        let run =
+            |seconds: &f64| pool.install(|| fit_once(&measured, &studio, *seconds, args.seed));
+        let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
+        let picture = runs.last().and_then(|run| run.picture.as_ref());
+        if let (Some(out), Some(picture)) = (&args.out, picture) {
+            let pictures = out.join("pictures");
+            output::make_dir(&pictures)?;
+            output::write_file(&pictures.join(format!("{name}.png")), picture)?;
+        }
+        let published = published.e_log(name, &target.held)?;
+        let two_lobes = pool.install(|| two_lobes(target, args.seed))?;
+        let floor = target.floor.unwrap_or(0.0);
+        let row = Row { material: name.clone(), floor, runs, published, two_lobes };
+        eprintln!("{}", line(&row));
+        rows.push(row);
+    }
+    let table = table(&rows);
+    folder.finish_table("fit", ("", &table), &chart(&rows, args).svg(), json)
+}
+
+fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
+    let FitMaterial { target, brdf, .. } = measured;
+    let begun = Instant::now();
+    let (strategy, start) = (Strategy::Lobes, Vec::new());
+    let options = Options { strategy, seed, is_mirrored: false, start };
+    let mut search = Search::new(&target.fitted, &options);
+    let (outcome, progress) = spend(&mut search, FitBudget::Seconds(budget), |_, _, _| {})
+        .context("the fit found nothing")?;
+    let generations = progress.generation;
+    let seconds = begun.elapsed().as_secs_f64();
+    let genome = &outcome.front[outcome.best].genome;
+    let program = express(genome);
+    let found = Samples::of_program(&program, target.held.pairs().to_vec())?;
+    let narrow = narrow_pairs(NARROW, 3);
+    let swapped = narrow.iter().map(|pair| pair.swapped()).collect();
+    let (here, there) =
+        (Samples::of_program(&program, narrow.clone())?, Samples::of_program(&program, swapped)?);
+    let bits = here.values().iter().zip(there.values());
+    let (unseen, picture) = match brdf {
+        Some(brdf) => studio.compare(&**brdf, genome).map(|(unseen, png)| (unseen, Some(png)))?,
+        None => (ViewDifference::UNKNOWN, None),
+    };
+    let wanted_largest = match brdf {
+        Some(brdf) => Samples::of(&**brdf, narrow).largest(),
+        None => target.fitted.largest(),
+    };
+    let values = || here.values().iter().chain(there.values()).flatten();
+    ensure!(values().all(|f| f.is_finite()), "a fit returned a non-finite f");
+    Ok(Run {
+        budget,
+        seconds,
+        e_log: metric::e_log(&target.held.weighted(), &found.weighted()),
+        operations: program.steps().len(),
+        generations,
+        spike: here.largest() / wanted_largest,
+        not_reciprocal: bits.filter(|(a, b)| a != b).count(),
+        least_f: values().copied().fold(f64::INFINITY, f64::min),
+        max_albedo: energy_limit(&program).albedo,
+        unseen,
+        picture,
+    })
+}
+
+/// E_log of the usual fit: one or two microfacet lobes, each over a diffuse part, without the
+/// energy limit.
+fn two_lobes(target: &MeasuredTarget, seed: u64) -> Result<f64> {
+    let (strategy, start) = (Strategy::Analytic, Vec::new());
+    let options = Options { strategy, seed, is_mirrored: false, start };
+    let mut search = Search::with_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
+    let (outcome, _) = spend(&mut search, FitBudget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
+        .context("the fit of microfacet lobes found nothing")?;
+    let genome = outcome.front[outcome.best].genome.clone().with_limit(false);
+    let found = Samples::of_program(&express(&genome), target.held.pairs().to_vec())?;
+    Ok(metric::e_log(&target.held.weighted(), &found.weighted()))
+}
+
+/// Writes the fitted and the held-out samples as CSV.
+fn write_samples(out: &Path, name: &str, target: &MeasuredTarget) -> Result<()> {
+    let folder = out.join("samples");
+    output::make_dir(&folder)?;
+    for (part, samples) in [("fitted", &target.fitted), ("held", &target.held)] {
+        let text = samples_csv(samples.pairs().iter().zip(samples.values().iter().copied()));
+        output::write_file(&folder.join(format!("{name}-{part}.csv")), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn line(row: &Row) -> String {
+    let runs = row.runs.iter().map(|run| format!("{:.5} after {:.1} s", run.e_log, run.seconds));
+    let published = row.published.iter().map(|(name, e_log)| match e_log {
+        Some(e_log) => format!("{name} {e_log:.5}"),
+        None => format!("no {name}"),
+    });
+    let two_lobes = format!("two lobes of microfacets {:.5}", row.two_lobes);
+    let all: Vec<String> = runs.chain(published).chain([two_lobes]).collect();
+    format!("{}: {}", row.material, all.join(", "))
+}
+
+fn table(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::default();
+    for row in rows {
+        for run in &row.runs {
+            let cells: [(&str, Cell); 13] = [
+                ("material", row.material.as_str().into()),
+                ("budget_seconds", run.budget.into()),
+                ("e_log", run.e_log.into()),
+                ("seconds", run.seconds.into()),
+                ("generations", run.generations.into()),
+                ("operations", run.operations.into()),
+                ("largest_over_target", run.spike.into()),
+                ("not_reciprocal", run.not_reciprocal.into()),
+                ("least_f", run.least_f.into()),
+                ("max_albedo", run.max_albedo.into()),
+                ("unseen_itp", run.unseen.itp.into()),
+                ("unseen_flip", run.unseen.flip.into()),
+                ("reciprocal_floor", row.floor.into()),
+            ];
+            // Materials without a published fit.
+            let published = row.published.iter().map(|(_, e_log)| e_log.unwrap_or(f64::NAN).into());
+            let published = ["e_log_sgd", "e_log_abc", "e_log_ward"].into_iter().zip(published);
+            let last = ("e_log_ggx2", row.two_lobes.into());
+            table.push(cells.into_iter().chain(published).chain([last]));
+        }
+    }
+    table
+}
+
+fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
+    let group = |row: &Row| {
+        let own = row.runs.last().map(|run| run.e_log);
+        let all = own.into_iter().chain(row.published.iter().filter_map(|(_, e_log)| *e_log));
+        let bar =
+            |(series, value): (usize, f64)| Bar { series, value, label: format!("{value:.4}") };
+        Group { name: row.material.clone(), bars: all.enumerate().map(bar).collect() }
+    };
+    BarChart {
+        title: "Fits of measured materials, E_log on held-out samples".to_owned(),
+        subtitle: format!(
+            "from top: brood fit on {} threads after its longest budget, published fits of SGD, ABC and Ward",
+            args.threads
+        ),
+        axis: Axis { title: "E_log", scale: Scale::Log },
+        groups: rows.iter().map(group).collect(),
+    }
+}

@@ -1,0 +1,59 @@
+//! Visible difference between pictures of one object: mean FLIP over the object.
+
+use anyhow::Result;
+use brood_eval::Developed;
+use brood_program::Program;
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_worker::Renderer;
+
+/// Pictures of programs on the sphere of the default scene, ready for comparison.
+pub struct PictureSet {
+    /// 8-bit RGB over black, because FLIP compares opaque pictures.
+    images: Vec<Vec<u8>>,
+    size_px: u32,
+    /// Share of the picture covered by the object.
+    covered: f64,
+}
+
+impl PictureSet {
+    /// Renders the programs at `size_px` pixels a side and automatic exposure.
+    ///
+    /// # Errors
+    /// Returns the errors of the renderer.
+    pub fn of(programs: &[&Program], size_px: u32) -> Result<Self> {
+        let renderer = Renderer::new(Backend::Cpu);
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let scene = Scene::default();
+        let frame = Frame::new(&scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how);
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        let pictures = renderer.develop(&frame, &mesh, programs)?;
+        let covered = pictures
+            .first()
+            .map_or(0, |picture| picture.rgba.chunks(4).filter(|pixel| pixel[3] > 0).count());
+        Ok(Self {
+            images: pictures.iter().map(over_black).collect(),
+            size_px,
+            covered: covered as f64 / f64::from(size_px * size_px),
+        })
+    }
+
+    /// Number of pictures.
+    pub fn len(&self) -> usize {
+        self.images.len()
+    }
+
+    /// Mean FLIP over the object between two pictures, 0 to 1.
+    pub fn flip(&self, one: usize, other: usize) -> f64 {
+        let size = (self.size_px, self.size_px);
+        brood_inspect::flip(size, &self.images[one], &self.images[other]) / self.covered
+    }
+}
+
+fn over_black(picture: &Developed) -> Vec<u8> {
+    let over = |pixel: &[u8]| {
+        let alpha = u16::from(pixel[3]);
+        [0, 1, 2].map(|channel| (u16::from(pixel[channel]) * alpha / 255) as u8)
+    };
+    picture.rgba.chunks(4).flat_map(over).collect()
+}

@@ -1,0 +1,134 @@
+//! `brood bench frame`: times new materials on a known scene, in memory, with all the steps of a
+//! worker: lowering, evaluation, shading, film and PNG.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use brood_program::Program;
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_worker::Renderer;
+use clap::Args;
+use serde::Serialize;
+
+use super::measure::{genomes, median, quantile};
+use super::record::Folder;
+use crate::{logging, output};
+
+/// Options of `brood bench frame`.
+#[derive(Debug, Args)]
+pub struct BenchFrameArgs {
+    /// Number of materials, one picture each
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    programs: u32,
+    /// Side of a picture in pixels; 128 and 256 by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1024))]
+    size: Option<u32>,
+    /// Number of runs, each with other materials
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    repeats: u32,
+    /// Samples per pixel: `adaptive` or a number; both `adaptive` and 1 by default
+    #[arg(long, value_name = "N")]
+    samples: Option<Sampling>,
+    /// Seed of the first materials; later runs use the numbers after it
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for frame.json
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    size_px: u32,
+    samples: Sampling,
+    programs: u32,
+    threads: usize,
+    total_ms: Figures,
+    /// Part of the total spent on lowering.
+    lower_ms: Figures,
+}
+
+#[derive(Debug, Serialize)]
+struct Figures {
+    min: f64,
+    median: f64,
+    p99: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let renderer = Renderer::new(Backend::Cpu);
+    let sizes = args.size.map_or(vec![128, 256], |size| vec![size]);
+    let both = vec![Sampling::Adaptive, Sampling::Fixed(1)];
+    let samplings = args.samples.map_or(both, |samples| vec![samples]);
+    let mut rows = Vec::new();
+    for size_px in sizes {
+        for samples in &samplings {
+            rows.push(measure(args, &renderer, size_px, *samples)?);
+        }
+    }
+    folder.add_json("frame", &rows)?;
+    if json {
+        // A single row is printed as an object instead of a list, for scripts that ask for one.
+        return match &rows[..] {
+            [row] => output::print_json(&serde_json::to_value(row)?),
+            rows => output::print_json(&serde_json::to_value(rows)?),
+        };
+    }
+    let line = |row: &Row| {
+        let Figures { min, median, p99 } = &row.total_ms;
+        format!(
+            "{} new materials at {} px, samples {:<8}, {} threads: min {min:.2} ms  median {median:.2} ms  p99 {p99:.2} ms  \
+             (lowering {:.2} ms)\n",
+            row.programs,
+            row.size_px,
+            row.samples.to_string(),
+            row.threads,
+            row.lower_ms.median
+        )
+    };
+    output::print(&rows.iter().map(line).collect::<String>())
+}
+
+fn measure(
+    args: &BenchFrameArgs,
+    renderer: &Renderer,
+    size_px: u32,
+    samples: Sampling,
+) -> Result<Row> {
+    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let how = (PictureFormat::Png, Backend::Cpu);
+    let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, samples, how);
+    let (mut total, mut lowering) = (Vec::new(), Vec::new());
+    // The first round builds the sample set and is not counted.
+    for round in 0..=args.repeats {
+        let genomes = genomes(args.seed.wrapping_add(round.into()), args.programs);
+        let start = Instant::now();
+        let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
+        let lowered = start.elapsed().as_secs_f64() * 1e3;
+        let all: Vec<&Program> = programs.iter().collect();
+        let pictures = renderer.render(&frame, &mesh, &all).context("render")?;
+        let elapsed = start.elapsed().as_secs_f64() * 1e3;
+        ensure!(pictures.len() == all.len(), "expected one picture per material");
+        if round > 0 {
+            total.push(elapsed);
+            lowering.push(lowered);
+        }
+    }
+    Ok(Row {
+        size_px,
+        samples,
+        programs: args.programs,
+        threads: rayon::current_num_threads(),
+        total_ms: figures(&total),
+        lower_ms: figures(&lowering),
+    })
+}
+
+fn figures(ms: &[f64]) -> Figures {
+    Figures { min: quantile(ms, 0.0), median: median(ms), p99: quantile(ms, 0.99) }
+}

@@ -1,0 +1,165 @@
+//! `brood bench ops`: scalar operations per second on one core, for random programs on 4096 random
+//! direction pairs, translation and output included.
+//!
+//! A GP operation is one scalar operation of a program on one sample. *Executed* counts the
+//! operations left after lowering, *equivalent* those of the genome as written.
+
+use std::path::PathBuf;
+
+use super::measure::{fastest_and_slowest_pass, one_thread};
+use super::record::Folder;
+use super::target::random_pairs;
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
+use crate::logging;
+use anyhow::Result;
+use brood_eval::{CanonicalEvaluator, Level};
+use brood_genome::{BirthKey, Dialect, Genome, Opcode, Output, Variation};
+use brood_program::{Counts, Operation, Program};
+use brood_scene::SampleSet;
+use clap::Args;
+
+/// Number of samples of a set, as in the benchmarks compared with.
+const SAMPLES: usize = 4096;
+
+/// Options of `brood bench ops`.
+#[derive(Debug, Args)]
+pub struct BenchOpsArgs {
+    /// Number of random programs of each mix
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    programs: u32,
+    /// Number of passes over all programs; the fastest counts, the slowest is printed as well
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    passes: u32,
+    /// Seed of the programs
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for ops.json, ops.csv and ops.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug)]
+struct Row {
+    mix: &'static str,
+    level: &'static str,
+    executed_per_second: f64,
+    slowest_executed_per_second: f64,
+    equivalent_per_second: f64,
+    operations_per_program: f64,
+    /// Share of the executed operations that are not sums, differences or products.
+    function_share: f64,
+    programs_per_second: f64,
+}
+
+struct Mix {
+    name: &'static str,
+    opcodes: &'static [Opcode],
+}
+
+const MIXES: [Mix; 3] = [
+    Mix { name: "add sub mul", opcodes: &[Opcode::Add, Opcode::Sub, Opcode::Mul] },
+    Mix {
+        name: "add sub mul sin ex2",
+        opcodes: &[Opcode::Add, Opcode::Sub, Opcode::Mul, Opcode::Sin, Opcode::Ex2],
+    },
+    Mix { name: "paper's opcodes", opcodes: Opcode::ALL.split_at(Opcode::PAPER).0 },
+];
+
+/// Runs the command.
+pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
+    let pool = one_thread()?;
+    let mut rows = Vec::new();
+    for mix in MIXES {
+        let genomes: Vec<Genome> =
+            (0..args.programs).map(|slot| genome(&mix, args.seed, slot)).collect();
+        for level in Level::available() {
+            rows.push(pool.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
+        }
+    }
+    let table = table(&rows);
+    let head = format!("one thread, {SAMPLES} samples, {} programs of each mix\n", args.programs);
+    folder.finish_table("ops", (&head, &table), &chart(&rows, args.programs).svg(), json)
+}
+
+fn table(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::default();
+    for row in rows {
+        table.push([
+            ("mix", row.mix.into()),
+            ("level", row.level.into()),
+            ("executed_per_second", row.executed_per_second.into()),
+            ("slowest_executed_per_second", row.slowest_executed_per_second.into()),
+            ("equivalent_per_second", row.equivalent_per_second.into()),
+            ("operations_per_program", row.operations_per_program.into()),
+            ("function_share", row.function_share.into()),
+            ("programs_per_second", row.programs_per_second.into()),
+        ]);
+    }
+    table
+}
+
+fn chart(rows: &[Row], programs: u32) -> BarChart {
+    let levels = Level::available();
+    let bar = |row: &Row| Bar {
+        series: levels.iter().position(|level| level.name() == row.level).unwrap_or(0),
+        value: row.executed_per_second / 1e9,
+        label: format!("{:.2} G/s, {}", row.executed_per_second / 1e9, row.level),
+    };
+    let group = |mix: &Mix| Group {
+        name: mix.name.to_owned(),
+        bars: rows.iter().filter(|row| row.mix == mix.name).map(bar).collect(),
+    };
+    BarChart {
+        title: "Scalar operations per second on one core".to_owned(),
+        subtitle: format!(
+            "{programs} random programs of each mix on {SAMPLES} samples, executed operations, translation and output included"
+        ),
+        axis: Axis { title: "10^9 operations per second", scale: Scale::Linear },
+        groups: MIXES.iter().map(group).collect(),
+    }
+}
+
+/// Random genome of 100 instructions of the mix.
+fn genome(mix: &Mix, seed: u64, slot: u32) -> Genome {
+    let long = Dialect { length: 1024, ..Dialect::default() };
+    let drawn = Variation::random(long).birth(BirthKey { seed, slot, attempt: 0 });
+    let of_mix = drawn.instructions().iter().filter(|i| mix.opcodes.contains(&i.opcode()));
+    let instructions: Vec<_> = of_mix.take(100).copied().collect();
+    let length = u16::try_from(instructions.len()).expect("at most 100");
+    let dialect = Dialect { length, ..Dialect::default() };
+    let constants = Box::new(*drawn.constants());
+    Genome::new(dialect, instructions, constants, Output::IDENTITY)
+        .expect("instructions come from a genome of the same dialect")
+}
+
+fn measure(
+    mix: &Mix,
+    level: Level,
+    genomes: &[Genome],
+    set: &SampleSet,
+    passes: u32,
+) -> Result<Row> {
+    let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
+    let executed: usize = programs.iter().map(Program::operations).sum();
+    let plain = [Operation::Add, Operation::Sub, Operation::Mul];
+    let steps = programs.iter().flat_map(Program::steps);
+    let functions = steps.filter(|step| !plain.contains(&step.operation)).count();
+    let equivalent: u32 = genomes.iter().map(|genome| Counts::of(genome).scalar_operations).sum();
+    let evaluator = CanonicalEvaluator::with_level(level);
+    let all: Vec<&Program> = programs.iter().collect();
+    let (fastest, slowest) = fastest_and_slowest_pass(&evaluator, &all, set, passes)?;
+    let per_second = |operations: f64, seconds: f64| operations * set.len() as f64 / seconds;
+    Ok(Row {
+        mix: mix.name,
+        level: level.name(),
+        executed_per_second: per_second(executed as f64, fastest),
+        slowest_executed_per_second: per_second(executed as f64, slowest),
+        equivalent_per_second: per_second(f64::from(equivalent), fastest),
+        operations_per_program: executed as f64 / programs.len() as f64,
+        function_share: functions as f64 / executed.max(1) as f64,
+        programs_per_second: programs.len() as f64 / fastest,
+    })
+}

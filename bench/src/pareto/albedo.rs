@@ -1,0 +1,190 @@
+//! Sweep of the quadrature order of the directional albedo, which the energy limit uses.
+//!
+//! For each genome, the search of the energy limit finds the incident direction with the largest
+//! albedo. There the integral is computed at growing orders and compared with a high order in f64.
+
+use anyhow::Result;
+use brood_eval::{
+    Effort, Incidence, LimitSearch, Quadrature, ReferenceEvaluator, direction_pair,
+    directional_albedo,
+};
+use brood_program::Program;
+use brood_scene::SampleSet;
+
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::measure::{fastest_ms, median, one_thread, programs, quantile};
+use crate::output;
+use crate::record::Finding;
+
+/// Relative error allowed for rounding in canonical f32, on top of the bound of the quadrature.
+const ROUNDING: f64 = 1e-6;
+
+struct Workload {
+    genomes: u32,
+    orders: &'static [usize],
+    reference_order: usize,
+    repeats: u32,
+}
+
+/// Results of one order for all genomes.
+struct OrderResult {
+    order: usize,
+    ms: Vec<f64>,
+    errors: Vec<f64>,
+}
+
+struct Limits {
+    ms: Vec<f64>,
+    /// Relative error at the found place.
+    errors: Vec<f64>,
+    /// Error bound that the limit reports.
+    bounds: Vec<f64>,
+}
+
+/// Measures the finding.
+pub fn measure(short: bool, seed: u64) -> Result<Finding> {
+    let workload = if short {
+        Workload { genomes: 2, orders: &[4, 16, 64], reference_order: 128, repeats: 1 }
+    } else {
+        Workload {
+            genomes: 50,
+            orders: &[4, 8, 16, 32, 64, 128, 256],
+            reference_order: 1024,
+            repeats: 3,
+        }
+    };
+    let search = LimitSearch::new(Effort::USUAL);
+    let pool = one_thread()?;
+    let result = |order: &usize| OrderResult { order: *order, ms: Vec::new(), errors: Vec::new() };
+    let mut orders: Vec<OrderResult> = workload.orders.iter().map(result).collect();
+    let mut limits = Limits { ms: Vec::new(), errors: Vec::new(), bounds: Vec::new() };
+    let mut reference_error = Vec::new();
+    let bar = output::bar(workload.genomes.into(), "albedo");
+    for program in programs(seed, workload.genomes) {
+        let (ms, (limit, place)) =
+            pool.install(|| fastest_ms(workload.repeats, || Ok(search.run(&program))))?;
+        let exact = reference(&program, &place, workload.reference_order);
+        let coarser = reference(&program, &place, workload.reference_order / 2);
+        bar.inc(1);
+        if exact <= 0.0 {
+            // Black: every order is exact.
+            continue;
+        }
+        reference_error.push((coarser / exact - 1.0).abs());
+        limits.ms.push(ms);
+        limits.errors.push((limit.albedo / exact - 1.0).abs());
+        limits.bounds.push(limit.error_bound);
+        for result in &mut orders {
+            let run = || Ok(directional_albedo(&program, &place, result.order));
+            let (ms, albedo) = pool.install(|| fastest_ms(workload.repeats, run))?;
+            result.ms.push(ms);
+            result.errors.push((albedo / exact - 1.0).abs());
+        }
+    }
+    bar.finish_and_clear();
+    let both = limits.errors.iter().zip(&limits.bounds);
+    let within = both.filter(|(error, bound)| **error <= **bound + ROUNDING).count();
+    let floor = median(&reference_error);
+    Ok(Finding {
+        name: "albedo",
+        note: format!(
+            "{} random genomes, each at the incident direction where the search of the energy limit found the largest \
+             albedo; order n is n rings times 2n azimuths; relative to order {} in f64, which differs from half that order by \
+             {floor:.1e} (median); one thread, including inputs. The whole search takes {:.0} ms (median), and its bound, \
+             with {ROUNDING:e} allowed for rounding, holds for {within} of {}",
+            limits.ms.len(),
+            workload.reference_order,
+            median(&limits.ms),
+            limits.ms.len(),
+        ),
+        table: table(&orders),
+        raw: Some(raw(&orders, &limits)),
+        chart: chart(&orders, &workload).svg(),
+    })
+}
+
+/// Largest albedo over the channels at a place, in f64 except for the inputs.
+fn reference(program: &Program, place: &Incidence, order: usize) -> f64 {
+    let wi = place.direction();
+    let rule = Quadrature::new(order);
+    let pairs: Vec<_> = rule.directions().iter().map(|wo| direction_pair(wi, *wo)).collect();
+    let set = SampleSet::from_pairs(&pairs, &vec![place.uv; pairs.len()]);
+    let f = ReferenceEvaluator::reflectance(program, &set);
+    (0..3).map(|channel| rule.integrate(f.iter().map(|f| f[channel]))).fold(0.0, f64::max)
+}
+
+fn is_default(order: usize) -> bool {
+    order == brood_eval::ALBEDO_ORDER
+}
+
+fn table(orders: &[OrderResult]) -> ResultTable {
+    let mut table = ResultTable::default();
+    for result in orders {
+        let error = |share| quantile(&result.errors, share);
+        table.push([
+            ("knob", "albedo quadrature order".into()),
+            ("value", result.order.into()),
+            ("time_ms", median(&result.ms).into()),
+            ("error", error(0.5).into()),
+            ("error_metric", "median relative error".into()),
+            ("error_p90", error(0.9).into()),
+            ("error_worst", error(1.0).into()),
+            ("default", Cell::yes_if(is_default(result.order))),
+        ]);
+    }
+    table
+}
+
+fn raw(orders: &[OrderResult], limits: &Limits) -> ResultTable {
+    let mut table = ResultTable::default();
+    for result in orders {
+        for (genome, (ms, error)) in result.ms.iter().zip(&result.errors).enumerate() {
+            let bound = f64::NAN.into();
+            table.push([
+                ("genome", genome.into()),
+                ("order", result.order.to_string().into()),
+                ("ms", (*ms).into()),
+                ("relative_error", (*error).into()),
+                ("reported_bound", bound),
+            ]);
+        }
+    }
+    for (genome, (ms, error)) in limits.ms.iter().zip(&limits.errors).enumerate() {
+        let bound = limits.bounds[genome].into();
+        table.push([
+            ("genome", genome.into()),
+            ("order", "search".into()),
+            ("ms", (*ms).into()),
+            ("relative_error", (*error).into()),
+            ("reported_bound", bound),
+        ]);
+    }
+    table
+}
+
+fn chart(orders: &[OrderResult], workload: &Workload) -> Plot {
+    let series = |name: &str, share: f64| {
+        let point = |result: &OrderResult| Point {
+            x: median(&result.ms),
+            y: quantile(&result.errors, share),
+            label: result.order.to_string(),
+            is_default: is_default(result.order),
+            is_detached: false,
+        };
+        Series::dotted(name, orders.iter().map(point))
+    };
+    Plot {
+        title: "Order of the albedo quadrature".to_owned(),
+        subtitle: format!(
+            "{} random genomes at the incident direction of the largest albedo, one thread; against order {} in f64",
+            workload.genomes, workload.reference_order
+        ),
+        x: Axis { title: "time of one integral, ms", scale: Scale::Log },
+        y: Axis { title: "relative error of the albedo", scale: Scale::Log },
+        series: vec![
+            series("median genome", 0.5),
+            series("90th percentile", 0.9).unlabelled(),
+            series("worst genome", 1.0).unlabelled(),
+        ],
+    }
+}

@@ -1,0 +1,144 @@
+//! `brood bench skip`: saving of each optimisation that skips work: the same work with it and
+//! without it, in one run.
+//!
+//! Counts show the amount of work saved, times the effect. Pictures that are served from a cache
+//! over HTTP are covered by `bench breed`.
+
+mod fitness;
+mod input;
+mod kept;
+mod lowering;
+mod twin;
+mod unlit;
+mod unlowered;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::measure::one_thread;
+use super::record::{Finding, Folder};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale, number};
+use crate::{logging, output};
+
+/// Options of `brood bench skip`.
+#[derive(Debug, Args)]
+pub struct BenchSkipArgs {
+    /// Folder for skip.json, skip.csv and skip.svg
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Small, quick run that only shows that everything works
+    #[arg(long)]
+    short: bool,
+    /// Seed of the genomes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Amount of work of the benchmark.
+#[derive(Debug, Clone, Copy)]
+struct Workload {
+    seed: u64,
+    genomes: u32,
+    size_px: u32,
+    repeats: u32,
+}
+
+/// Measures one or more optimisations.
+type Measurement = fn(&Workload) -> Result<Vec<Saving>>;
+
+/// Result of one optimisation.
+#[derive(Debug)]
+struct Saving {
+    /// Work that is skipped.
+    name: String,
+    /// Unit of the counts.
+    counted: &'static str,
+    without: u64,
+    with: u64,
+    /// Work that is timed.
+    timed: &'static str,
+    without_ms: f64,
+    with_ms: f64,
+}
+
+impl Saving {
+    fn times_faster(&self) -> f64 {
+        self.without_ms / self.with_ms
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let folder = Folder::make(args.out.as_deref())?;
+    let workload = if args.short {
+        Workload { seed: args.seed, genomes: 10, size_px: 32, repeats: 1 }
+    } else {
+        Workload { seed: args.seed, genomes: 200, size_px: 256, repeats: 15 }
+    };
+    let parts: [Measurement; 6] = [
+        lowering::measure,
+        input::measure,
+        unlit::measure,
+        kept::measure,
+        fitness::measure,
+        twin::measure,
+    ];
+    let bar = output::bar(parts.len() as u64, "skipping");
+    let pool = one_thread()?;
+    let mut savings = Vec::new();
+    for part in parts {
+        savings.extend(pool.install(|| part(&workload))?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let finding = Finding {
+        name: "skip",
+        note: format!(
+            "one thread, random genomes of the default dialect, pictures of {size} x {size}; with and without alternating, \
+             the fastest of {repeats}",
+            size = workload.size_px,
+            repeats = workload.repeats
+        ),
+        table: table(&savings),
+        raw: None,
+        chart: chart(&savings).svg(),
+    };
+    folder.finish(finding, json)
+}
+
+fn table(savings: &[Saving]) -> ResultTable {
+    let mut table = ResultTable::default();
+    for saving in savings {
+        table.push([
+            ("skipped", saving.name.as_str().into()),
+            ("counted", saving.counted.into()),
+            ("without", saving.without.into()),
+            ("with", saving.with.into()),
+            ("timed", saving.timed.into()),
+            ("without_ms", saving.without_ms.into()),
+            ("with_ms", saving.with_ms.into()),
+            ("times_faster", saving.times_faster().into()),
+        ]);
+    }
+    table
+}
+
+fn chart(savings: &[Saving]) -> BarChart {
+    let group = |saving: &Saving| {
+        let share = 100.0 * saving.with as f64 / saving.without.max(1) as f64;
+        let label = format!("{} x, {} % left", number(saving.times_faster()), number(share));
+        let bar = Bar { series: 0, value: saving.times_faster(), label };
+        Group { name: saving.name.clone(), bars: vec![bar] }
+    };
+    BarChart {
+        title: "Speed-up by skipping work".to_owned(),
+        subtitle:
+            "time without over time with it, same run, one thread; labels give the share of work left"
+                .to_owned(),
+        axis: Axis { title: "times faster", scale: Scale::Log },
+        groups: savings.iter().map(group).collect(),
+    }
+}
