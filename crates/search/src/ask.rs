@@ -11,6 +11,7 @@ use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream};
 use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
+use crate::front::offer;
 use crate::gp::breed::{child_of, random, start_mutant};
 use crate::{Population, Probe, Progress, SearchError};
 
@@ -190,7 +191,7 @@ impl AskTell {
             self.seen.insert(hash_of(&genome));
             if *error < f64::INFINITY {
                 let evaluated = Evaluated::new(genome, *error);
-                self.offer(&evaluated);
+                offer(&mut self.front, &evaluated, |it| (it.operations, it.error));
                 self.kept.push(evaluated);
             }
         }
@@ -230,17 +231,6 @@ impl AskTell {
     #[must_use]
     pub fn front(&self) -> &[Evaluated] {
         &self.front
-    }
-
-    fn offer(&mut self, evaluated: &Evaluated) {
-        let is_beaten =
-            |by: &Evaluated, it: &Evaluated| by.operations <= it.operations && by.error <= it.error;
-        if self.front.iter().any(|own| is_beaten(own, evaluated)) {
-            return;
-        }
-        self.front.retain(|own| !is_beaten(evaluated, own));
-        let place = self.front.partition_point(|own| own.operations < evaluated.operations);
-        self.front.insert(place, evaluated.clone());
     }
 
     fn breed(&mut self) {

@@ -119,8 +119,7 @@ impl Method for Hybrid {
         let gp = stage.gp.progress();
         let (generation, evaluations) =
             (lobes.generation + gp.generation, lobes.evaluations + gp.evaluations);
-        let ranking_error = |progress: &Progress| progress.fitted.powi(2) + progress.held.powi(2);
-        let ahead = if ranking_error(&gp) < ranking_error(&lobes) { gp } else { lobes };
+        let ahead = if gp.ranking_error() < lobes.ranking_error() { gp } else { lobes };
         Progress { generation, evaluations, ..ahead }
     }
 

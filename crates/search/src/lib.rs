@@ -28,24 +28,25 @@
 pub mod analytic;
 mod ask;
 mod found;
+mod front;
 mod gp;
 mod hybrid;
+mod levenberg_marquardt;
 pub mod lobes;
 mod method;
 pub mod metric;
-mod pace;
 mod probe;
 mod search;
 mod solve;
 mod target;
 #[cfg(test)]
 mod test_material;
+mod time_budget;
 
 pub use ask::{AskOptions, AskTell, Evaluated, TellError};
 pub use found::Found;
 pub use gp::Population;
 pub use method::{Candidate, Outcome, Progress};
-pub use pace::TimeBudget;
 pub use probe::Probe;
 pub use search::{DIALECT, Options, Search, SearchError, Strategy};
 pub use target::{
@@ -54,3 +55,4 @@ pub use target::{
     Samples, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View, ViewError,
     ViewSetup, draw_pairs, narrow_pairs, pooled,
 };
+pub use time_budget::TimeBudget;

@@ -4,6 +4,21 @@ use brood_genome::Genome;
 
 use crate::Probe;
 
+/// Stride of the held-back samples.
+const HOLDOUT_STRIDE: usize = 7;
+
+/// True if the sample of this index is held back from the fit, to choose between candidates.
+pub(crate) fn is_held_back(index: usize) -> bool {
+    index % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1
+}
+
+/// Error used for ranking, comparable between strategies: the squares of E_log on the fitted and on
+/// the held-back samples, added. The held-back samples alone are few, and the best of many
+/// candidates on them is often only lucky.
+pub(crate) fn ranking_error(fitted: f64, held: f64) -> f64 {
+    fitted * fitted + held * held
+}
+
 /// Result of a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
@@ -15,6 +30,13 @@ pub struct Progress {
     pub fitted: f64,
     /// E_log of the best candidate on the held-back samples, which choose between candidates.
     pub held: f64,
+}
+
+impl Progress {
+    /// Error of the best candidate used for ranking.
+    pub(crate) fn ranking_error(&self) -> f64 {
+        ranking_error(self.fitted, self.held)
+    }
 }
 
 /// A material found by a search.
@@ -31,11 +53,9 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Error used for ranking, comparable between strategies: the squared errors on the fitted and
-    /// on the held-back samples, added. The held-back samples alone are few, and the best of many
-    /// candidates on them is often only lucky.
+    /// Error used for ranking.
     pub(crate) fn ranking_error(&self) -> f64 {
-        self.fitted * self.fitted + self.held * self.held
+        ranking_error(self.fitted, self.held)
     }
 }
 

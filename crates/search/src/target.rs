@@ -15,6 +15,7 @@ pub(crate) use draw::{from_half, grazing_pairs};
 pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
 pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 pub use known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
+pub(crate) use measured::LARGEST;
 pub use measured::{MeasuredTarget, TargetError};
 pub use reflected::Reflected;
 pub use samples::Samples;

@@ -4,10 +4,10 @@ use brood_brdf::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use super::Form;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::residual::Space;
 use super::schedule::{Analytic, Finished, Kept};
 use crate::Probe;
+use crate::levenberg_marquardt::Solution;
 use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 
 /// State that the next generations depend on besides samples, kinds and seed.
@@ -23,7 +23,8 @@ struct State {
 #[derive(Serialize, Deserialize)]
 struct KeptState {
     form: Form,
-    fit: LevenbergMarquardt,
+    x: Vec<f64>,
+    error: f64,
     held: f64,
 }
 
@@ -57,7 +58,7 @@ impl Method for Analytic {
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
             let Kept { space, fit, held } = kept.clone();
-            KeptState { form: space.form, fit, held }
+            KeptState { form: space.form, x: fit.point, error: fit.error, held }
         };
         let state = State {
             generation: self.generation,
@@ -70,12 +71,13 @@ impl Method for Analytic {
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
-        let kept = |KeptState { form, fit, held }: KeptState| {
+        let kept = |KeptState { form, x, error, held }: KeptState| {
             if !form.is_sound() {
                 return None;
             }
             let space = Space::new(form);
-            (space.len() == fit.x.len()).then_some(Kept { space, fit, held })
+            let fit = Solution { error, ..Solution::new(x) };
+            (space.len() == fit.point.len()).then_some(Kept { space, fit, held })
         };
         let kinds = state.kinds.into_iter().map(ModelKind::from_number);
         self.kinds = kinds.collect::<Option<Vec<_>>>()?;

@@ -6,9 +6,10 @@ use brood_genome::{BirthKey, Operator, Stream};
 use super::Form;
 use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
-use super::levenberg_marquardt::{LevenbergMarquardt, Plan};
+use super::refine::Plan;
 use super::residual::{Space, Workspace};
 use crate::Samples;
+use crate::levenberg_marquardt::Solution;
 
 /// Number of samples of the first steps, and of the last ones.
 const FEW: usize = 192;
@@ -62,13 +63,13 @@ impl Recovery {
         let mut workspace = Workspace::new();
         let space = &self.space;
         let enough = self.enough * self.enough;
-        let (mut best, mut evaluations): (Option<LevenbergMarquardt>, u64) = (None, 0);
+        let (mut best, mut evaluations): (Option<Solution<Vec<f64>>>, u64) = (None, 0);
         let mut starts = 0;
         while starts < STARTS {
             let key = BirthKey { seed, slot: number, attempt: starts };
             let mut stream = Stream::new(key, Operator::Analytic);
             starts += 1;
-            let mut fit = LevenbergMarquardt::new(random_point(space, &mut stream));
+            let mut fit = Solution::new(random_point(space, &mut stream));
             if starts.is_multiple_of(EVOLVE) {
                 fit = self.evolved(&mut workspace, fit, &mut stream);
             }
@@ -90,26 +91,26 @@ impl Recovery {
             }
         }
         let best = best.expect("there is at least one start");
-        let model = space.models(&best.x).remove(0);
+        let model = space.models(&best.point).remove(0);
         Recovered { model, e_log: best.error.sqrt(), evaluations, starts }
     }
 
     fn evolved(
         &self,
         workspace: &mut Workspace,
-        fit: LevenbergMarquardt,
+        fit: Solution<Vec<f64>>,
         stream: &mut Stream,
-    ) -> LevenbergMarquardt {
+    ) -> Solution<Vec<f64>> {
         let (space, few) = (&self.space, &self.few);
         let bounds: Vec<(f64, f64)> = space.coordinates.iter().map(|c| c.bounds).collect();
         let start =
-            Start { x: &fit.x, bounds: &bounds, sigma: 0.3, generations: EVOLVE_GENERATIONS };
+            Start { x: &fit.point, bounds: &bounds, sigma: 0.3, generations: EVOLVE_GENERATIONS };
         let mut evaluations = fit.evaluations;
         let (x, error) = evolve(&start, stream, |x| {
             evaluations += 1;
             workspace.error(space, x, few, brood_brdf::TableDetail::Coarse) / few.total
         });
-        LevenbergMarquardt { x, error, evaluations }
+        Solution { error, evaluations, ..Solution::new(x) }
     }
 
     /// Number of free parameters.

@@ -7,6 +7,7 @@ use super::Form;
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
 use super::batch::{Batch, LANES, Lanes};
 use super::coordinate::Coordinate;
+use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of residuals per block: three channels.
 const ROW: usize = 3 * LANES;
@@ -30,14 +31,6 @@ pub(super) struct Workspace {
     tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
     base: Vec<f64>,
     columns: Vec<f64>,
-}
-
-/// Normal equations: J^T J and J^T r.
-#[derive(Debug, Clone)]
-pub(super) struct NormalEquations {
-    /// Row by row, both triangles.
-    pub(super) matrix: Vec<f64>,
-    pub(super) gradient: Vec<f64>,
 }
 
 impl Space {
@@ -302,8 +295,7 @@ impl SimdKernel for Products<'_> {
     fn run(self) -> NormalEquations {
         let Self { columns, base, count } = self;
         let rows = base.len();
-        let mut normal =
-            NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+        let mut normal = NormalEquations::zero(count);
         for start in (0..rows).step_by(ROW) {
             let part = |k: usize| &columns[k * rows + start..][..ROW];
             for a in 0..count {

@@ -13,14 +13,14 @@ use super::Form;
 use super::albedo::{Albedos, Precision};
 use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
-use super::levenberg_marquardt::{LevenbergMarquardt, Plan};
 use super::recover::random_point;
+use super::refine::Plan;
 use super::residual::{Space, Workspace};
 use super::vary::{from_genome, in_form, perturbed, with_second_model};
+use crate::levenberg_marquardt::Solution;
+use crate::method::is_held_back;
 use crate::{Progress, Samples};
 
-/// Every seventh sample is held back from the fit, to choose between fits.
-const HOLDOUT_STRIDE: usize = 7;
 /// Number of samples of the first steps.
 const FEW: usize = 384;
 /// Largest number of samples of the later steps; models have few parameters.
@@ -68,7 +68,7 @@ pub struct Analytic {
 pub(super) struct Kept {
     pub(super) space: Space,
     /// Solution; its error is under the energy limit.
-    pub(super) fit: LevenbergMarquardt,
+    pub(super) fit: Solution<Vec<f64>>,
     /// Mean square on the held-back samples, under the energy limit.
     pub(super) held: f64,
 }
@@ -87,7 +87,7 @@ impl Finished {
     pub(super) fn of(kept: &Kept) -> Self {
         let Kept { space, fit, held } = kept;
         let (parameters, fitted) = (space.len(), fit.error);
-        Self { models: space.models(&fit.x), parameters, fitted, held: *held }
+        Self { models: space.models(&fit.point), parameters, fitted, held: *held }
     }
 }
 
@@ -106,8 +106,8 @@ impl Analytic {
     /// genomes and the seed.
     #[must_use]
     pub fn new(samples: &Samples, kinds: Vec<ModelKind>, given: &[Genome], seed: u64) -> Self {
-        let is_held = |at: &usize| at % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1;
-        let (held, fitted): (Vec<usize>, Vec<usize>) = (0..samples.len()).partition(is_held);
+        let (held, fitted): (Vec<usize>, Vec<usize>) =
+            (0..samples.len()).partition(|at| is_held_back(*at));
         let batch = |indices: &[usize], count| {
             Batch::new(samples, &pick_samples(samples, indices, count)).with_lower_bounds(samples)
         };
@@ -164,7 +164,7 @@ impl Analytic {
             .zip(&self.kinds)
             .flat_map(|(index, kind)| (0..STARTS).map(move |k| (index * STARTS + k, *kind)))
             .collect();
-        let begun: Vec<(Space, LevenbergMarquardt)> = slots
+        let begun: Vec<(Space, Solution<Vec<f64>>)> = slots
             .into_par_iter()
             .map_init(Workspace::new, |workspace, (slot, kind)| {
                 let space = Space::new(Form::one(kind));
@@ -172,7 +172,7 @@ impl Analytic {
                     0 => space.form.place(&[Model::new(kind)]),
                     _ => random_point(&space, &mut self.stream(slot)),
                 };
-                let mut fit = LevenbergMarquardt::new(x);
+                let mut fit = Solution::new(x);
                 fit.refine(workspace, &space, &self.few, Plan::coarse(STEPS));
                 (space, fit)
             })
@@ -193,7 +193,7 @@ impl Analytic {
     fn vary(&mut self) {
         let Self { kept, kinds, .. } = &*self;
         let Some(best) = kept.first() else { return };
-        let tried: Vec<(Space, LevenbergMarquardt)> = (0..TRIED)
+        let tried: Vec<(Space, Solution<Vec<f64>>)> = (0..TRIED)
             .into_par_iter()
             .map_init(Workspace::new, |workspace, slot| {
                 let mut stream = self.stream(slot);
@@ -222,7 +222,7 @@ impl Analytic {
                         let kind = kinds[stream.below(kinds.len() as u32) as usize];
                         let space = Space::new(Form::one(kind));
                         let x = random_point(&space, &mut stream);
-                        (space, LevenbergMarquardt::new(x))
+                        (space, Solution::new(x))
                     }
                     _ => perturbed(parent, &mut stream),
                 };
@@ -240,27 +240,31 @@ impl Analytic {
         workspace: &mut Workspace,
         from: &Kept,
         stream: &mut Stream,
-    ) -> LevenbergMarquardt {
+    ) -> Solution<Vec<f64>> {
         let space = &from.space;
         let bounds: Vec<(f64, f64)> = space.coordinates.iter().map(|c| c.bounds).collect();
-        let start =
-            Start { x: &from.fit.x, bounds: &bounds, sigma: 0.1, generations: EVOLVE_GENERATIONS };
+        let start = Start {
+            x: &from.fit.point,
+            bounds: &bounds,
+            sigma: 0.1,
+            generations: EVOLVE_GENERATIONS,
+        };
         let mut evaluations = 0;
         let (x, _) = evolve(&start, stream, |x| {
             evaluations += 1;
             workspace.error(space, x, &self.few, TableDetail::Coarse) / self.few.total
         });
-        LevenbergMarquardt { evaluations, ..LevenbergMarquardt::new(x) }
+        Solution { evaluations, ..Solution::new(x) }
     }
 
     /// Refines the found fits on all samples, and keeps the best of each form.
-    fn refine_and_keep(&mut self, found: Vec<(Space, LevenbergMarquardt)>) {
+    fn refine_and_keep(&mut self, found: Vec<(Space, Solution<Vec<f64>>)>) {
         let done: Vec<Kept> = found
             .into_par_iter()
             .map_init(Workspace::new, |workspace, (space, fit)| {
                 let (fit, divisor) =
-                    self.refined(workspace, (&space, &fit.x), (&self.all, Precision::Near));
-                let x = (&fit.x[..], divisor);
+                    self.refined(workspace, (&space, &fit.point), (&self.all, Precision::Near));
+                let x = (&fit.point[..], divisor);
                 let held = workspace.error_divided(&space, x, &self.held, TableDetail::Full);
                 Kept { held: held / self.held.total.max(1.0), space, fit }
             })
@@ -290,10 +294,10 @@ impl Analytic {
         workspace: &mut Workspace,
         (space, x): (&Space, &[f64]),
         (batch, precision): (&Batch, Precision),
-    ) -> (LevenbergMarquardt, f64) {
-        let mut free = LevenbergMarquardt::new(x.to_vec());
+    ) -> (Solution<Vec<f64>>, f64) {
+        let mut free = Solution::new(x.to_vec());
         free.refine(workspace, space, batch, Plan::full(LAST_STEPS));
-        let albedo = self.albedo(workspace, space, &free.x, precision);
+        let albedo = self.albedo(workspace, space, &free.point, precision);
         if albedo <= 1.0 {
             return (free, 1.0);
         }
@@ -305,7 +309,7 @@ impl Analytic {
         if precision == Precision::Near && self.kept.iter().any(is_behind) {
             return (best, albedo);
         }
-        let mut held = LevenbergMarquardt::new(x.to_vec());
+        let mut held = Solution::new(x.to_vec());
         let mut level = ALBEDO_LEVEL;
         for _ in 0..CONSTRAINED_ROUNDS {
             held.refine(
@@ -314,7 +318,7 @@ impl Analytic {
                 &batch.with_albedo_penalty(level, &self.albedos),
                 Plan::full(CONSTRAINED_STEPS),
             );
-            let albedo = workspace.albedo(space, &held.x, &self.albedos);
+            let albedo = workspace.albedo(space, &held.point, &self.albedos);
             let divided = held.divided(workspace, space, (batch, albedo.max(1.0)));
             if divided.error < best.error {
                 best = divided;
@@ -325,7 +329,7 @@ impl Analytic {
             // Compensates for the error of the coarse quadrature.
             level *= ALBEDO_LEVEL / albedo;
         }
-        let divisor = self.albedo(workspace, space, &best.x, precision).max(1.0);
+        let divisor = self.albedo(workspace, space, &best.point, precision).max(1.0);
         let mut best = best.divided(workspace, space, (batch, divisor));
         best.evaluations = free.evaluations + held.evaluations;
         (best, divisor)
@@ -363,9 +367,9 @@ impl Analytic {
         }
         front.reverse();
         let finish = |workspace: &mut Workspace, kept: &Kept| {
-            let place = (&kept.space, &kept.fit.x[..]);
+            let place = (&kept.space, &kept.fit.point[..]);
             let (fit, _) = self.refined(workspace, place, (&self.whole, Precision::Exact));
-            let models = kept.space.models(&fit.x);
+            let models = kept.space.models(&fit.point);
             (fit.error, Finished { models, ..Finished::of(kept) })
         };
         let done: Vec<(f64, Finished)> =

@@ -3,14 +3,14 @@
 use brood_brdf::ModelKind;
 use brood_genome::{Genome, Stream};
 
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::recover::random_point;
 use super::residual::Space;
 use super::schedule::Kept;
 use super::{Form, LobeForm};
+use crate::levenberg_marquardt::Solution;
 
 /// Start point of a genome of one or two models; `None` for other genomes.
-pub(super) fn from_genome(genome: &Genome) -> Option<(Space, LevenbergMarquardt)> {
+pub(super) fn from_genome(genome: &Genome) -> Option<(Space, Solution<Vec<f64>>)> {
     let layers = genome.layers();
     let (first, rest) = layers.split_first()?;
     if !genome.instructions().is_empty() || rest.len() > 1 {
@@ -20,25 +20,25 @@ pub(super) fn from_genome(genome: &Genome) -> Option<(Space, LevenbergMarquardt)
     let form =
         rest.first().map_or(form.clone(), |second| form.with(Form::of(second).lobes()[0].clone()));
     let x = form.place(layers);
-    Some((Space::new(form), LevenbergMarquardt::new(x)))
+    Some((Space::new(form), Solution::new(x)))
 }
 
 /// A fit with one to three of its coordinates perturbed.
-pub(super) fn perturbed(parent: &Kept, stream: &mut Stream) -> (Space, LevenbergMarquardt) {
+pub(super) fn perturbed(parent: &Kept, stream: &mut Stream) -> (Space, Solution<Vec<f64>>) {
     let space = parent.space.clone();
-    let mut x = parent.fit.x.clone();
+    let mut x = parent.fit.point.clone();
     for _ in 0..=stream.below(3) {
         let at = stream.below(x.len() as u32) as usize;
         x[at] += 0.6 * space.coordinates[at].longest * f64::from(stream.bell());
     }
     space.clamp(&mut x);
-    (space, LevenbergMarquardt::new(x))
+    (space, Solution::new(x))
 }
 
 /// A fit's parameters in another form of the same kinds.
-pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, LevenbergMarquardt) {
-    let x = form.place(&parent.space.models(&parent.fit.x));
-    (Space::new(form), LevenbergMarquardt::new(x))
+pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, Solution<Vec<f64>>) {
+    let x = form.place(&parent.space.models(&parent.fit.point));
+    (Space::new(form), Solution::new(x))
 }
 
 /// A fit with a second model at a random point; `None` if it already has two models.
@@ -46,7 +46,7 @@ pub(super) fn with_second_model(
     parent: &Kept,
     kinds: &[ModelKind],
     stream: &mut Stream,
-) -> Option<(Space, LevenbergMarquardt)> {
+) -> Option<(Space, Solution<Vec<f64>>)> {
     if parent.space.form.lobes().len() > 1 {
         return None;
     }
@@ -54,6 +54,6 @@ pub(super) fn with_second_model(
     let form = parent.space.form.with(LobeForm::new(kind));
     let space = Space::new(form);
     let mut x = random_point(&space, stream);
-    x[..parent.fit.x.len()].copy_from_slice(&parent.fit.x);
-    Some((space, LevenbergMarquardt::new(x)))
+    x[..parent.fit.point.len()].copy_from_slice(&parent.fit.point);
+    Some((space, Solution::new(x)))
 }

@@ -3,21 +3,18 @@
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
-use brood_genome::RANGE;
 use brood_scene::SampleSet;
 
+use crate::method::is_held_back;
+use crate::target::LARGEST;
 use crate::{Samples, narrow_pairs};
 
-/// Every seventh sample is held back, to choose between genomes.
-const HOLDOUT_STRIDE: usize = 7;
 /// Largest number of samples for solving scale and offset and for selecting parents.
 pub(super) const FEW: usize = 256;
 /// Number of pairs in regions with few samples.
 const NARROW: usize = 512;
 /// Upper bound there, as a multiple of the largest sample.
 const MARGIN: f64 = 1.5;
-/// Largest f of a program.
-const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
 
 /// Samples of a genetic search.
 pub(super) struct Cases {
@@ -46,10 +43,8 @@ pub(super) struct TargetSamples {
 
 impl Cases {
     pub(super) fn new(samples: &Samples, seed: u64) -> Self {
-        let indices = |is_held: bool| {
-            (0..samples.len())
-                .filter(move |at| (at % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1) == is_held)
-        };
+        let indices =
+            |is_held: bool| (0..samples.len()).filter(move |at| is_held_back(*at) == is_held);
         let fitted: Vec<usize> = indices(false).collect();
         let step = fitted.len().div_ceil(FEW).max(1);
         Self {

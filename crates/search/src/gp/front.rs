@@ -1,6 +1,7 @@
 //! Front of error against length: members better than all shorter ones.
 
 use super::evaluate::Member;
+use crate::front::offer;
 
 /// Largest number of members of a front.
 const MOST: usize = 24;
@@ -13,17 +14,9 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// Adds a member unless another one is as short and as good, and removes the members it
-    /// dominates.
+    /// Adds a member if it is better than all shorter ones, and thins a front that is too long.
     pub(super) fn offer(&mut self, member: &Member) {
-        let is_beaten =
-            |by: &Member, it: &Member| by.operations <= it.operations && by.sum <= it.sum;
-        if self.members.iter().any(|own| is_beaten(own, member)) {
-            return;
-        }
-        self.members.retain(|own| !is_beaten(member, own));
-        let place = self.members.partition_point(|own| own.operations < member.operations);
-        self.members.insert(place, member.clone());
+        offer(&mut self.members, member, |own| (own.operations, own.sum));
         if self.members.len() > MOST {
             self.thin();
         }

@@ -11,7 +11,7 @@ use super::evaluate::{Member, values};
 use super::front::Front;
 use super::island::{GenerationCounts, Island, IslandContext};
 use super::population::Population;
-use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Progress, ranking_error};
 use crate::{DIALECT, Probe, Samples, metric};
 
 /// Number of slots reserved for an island in a generation.
@@ -132,12 +132,9 @@ impl Gp {
                 continue;
             }
             let (fitted, held) = (self.fitted(member), self.held(member));
-            let both = |fitted: f64, held: f64| fitted * fitted + held * held;
-            if self
-                .best
-                .as_ref()
-                .is_none_or(|best| both(fitted, held) < both(best.fitted, best.held))
-            {
+            let error = ranking_error(fitted, held);
+            let is_better = |best: &Best| error < ranking_error(best.fitted, best.held);
+            if self.best.as_ref().is_none_or(is_better) {
                 self.best = Some(Best { member: member.clone(), fitted, held });
             }
         }

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::batch::{Batch, points};
 use super::flux::Flux;
-use super::normal_equations::NormalEquations;
 use super::sweep::{Parameters, Sweep, Workspace};
 use super::{Lobes, Shape};
 use crate::Samples;
+use crate::levenberg_marquardt::NormalEquations;
 
 /// Angles of the incident light, in degrees from the normal.
 pub(crate) const ANGLES: [f64; 12] =

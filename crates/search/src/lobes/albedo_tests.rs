@@ -55,8 +55,7 @@ fn gradient_matches_differences_of_the_penalty() {
     lobes.free[3] = false;
     let free: Vec<usize> = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]).collect();
     let count = free.len();
-    let mut normal =
-        NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+    let mut normal = NormalEquations::zero(count);
     let cost = albedos.add(&lobes, &mut normal, 7.0);
     assert!(cost > 0.1 && (cost - albedos.cost(&lobes)).abs() < 1e-9 * cost, "{cost}");
     let largest = normal.gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Lobes;
 use super::finish::Fitted;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::schedule::{Fit, Kept};
 use crate::Probe;
+use crate::levenberg_marquardt::Solution;
 use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
 
 /// State that the next generations depend on besides samples, shapes and seed.
@@ -57,7 +57,7 @@ impl Method for Fit {
 
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
-            let LevenbergMarquardt { lobes, error, damping, .. } = &kept.fit;
+            let Solution { point: lobes, error, damping, .. } = &kept.fit;
             KeptState {
                 problem: u32::try_from(kept.problem).expect("there are few shapes"),
                 parameters: lobes.parameters.clone(),
@@ -84,7 +84,7 @@ impl Method for Fit {
             is_whole.then_some(Kept {
                 problem,
                 held,
-                fit: LevenbergMarquardt { lobes, error, damping, evaluations: 0 },
+                fit: Solution { error, damping, ..Solution::new(lobes) },
             })
         };
         let kept = state.kept.into_iter().map(kept).collect::<Option<Vec<_>>>()?;

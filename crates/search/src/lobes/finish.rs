@@ -4,10 +4,10 @@
 use rayon::prelude::*;
 
 use super::Lobes;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::normal_equations::e_log;
 use super::prune::Shorter;
 use super::schedule::{Fit, Problem};
+use crate::levenberg_marquardt::Solution;
 use crate::method::HasTime;
 
 /// Number of steps on all samples.
@@ -33,9 +33,9 @@ impl Fit {
     pub(crate) fn front(&self) -> impl Iterator<Item = Fitted> {
         self.kept.first().into_iter().flat_map(|best| {
             let Problem { all, held, .. } = &self.shapes[best.problem];
-            let fitted = |fit: LevenbergMarquardt| {
-                let (fitted, held) = (e_log(&fit.lobes, all), e_log(&fit.lobes, held));
-                Fitted { fitted, held, ranking_error: fit.error + held * held, lobes: fit.lobes }
+            let fitted = |fit: Solution<Lobes>| {
+                let (fitted, held) = (e_log(&fit.point, all), e_log(&fit.point, held));
+                Fitted { fitted, held, ranking_error: fit.error + held * held, lobes: fit.point }
             };
             let first = best.fit.clone();
             std::iter::once(first.clone()).chain(Shorter::new(first, best.held, all)).map(fitted)
@@ -55,9 +55,9 @@ impl Fit {
         let Problem { shape, whole, pool, .. } = &self.shapes[best.problem];
         let pool = pool.with_ceiling(shape, self.largest, self.seed);
         let refined = |fitted: Fitted| {
-            let mut fit = LevenbergMarquardt::new(fitted.lobes, whole);
+            let mut fit = Solution::of(fitted.lobes, whole);
             fit.refine(whole, STEPS);
-            let lobes = pool.enforce(fit, whole).lobes;
+            let lobes = pool.enforce(fit, whole).point;
             let is_below = pool.is_below(&lobes) && pool.albedos().largest(&lobes) <= 1.0;
             (Fitted { lobes, ..fitted }, is_below)
         };

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::albedo::{Albedos, TOLERATED_ALBEDO};
 use super::batch::{Batch, Point};
 use super::bounds::Bounds;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::normal_equations::excesses;
 use super::{Lobes, Shape};
+use crate::levenberg_marquardt::Solution;
 
 /// Adds up to `WORST` violating points per round, for up to `ROUNDS` rounds of `STEPS` steps.
 const WORST: usize = 256;
@@ -62,16 +62,16 @@ impl Pool {
     /// Refines the fit on `batch` plus the bounds that it violates, with the albedo penalty where
     /// it exceeds the tolerated albedo, until all bounds and the albedo hold, for up to `ROUNDS`
     /// rounds.
-    pub(super) fn enforce(&self, mut fit: LevenbergMarquardt, batch: &Batch) -> LevenbergMarquardt {
+    pub(super) fn enforce(&self, mut fit: Solution<Lobes>, batch: &Batch) -> Solution<Lobes> {
         let mut held = vec![false; self.points.len()];
         let mut has_albedo_penalty = false;
         for _ in 0..ROUNDS {
-            let excesses = excesses(&fit.lobes, &self.batch);
+            let excesses = excesses(&fit.point, &self.batch);
             let mut over: Vec<(usize, f32)> = (0..self.points.len())
                 .map(|at| (at, excesses[at]))
                 .filter(|(at, excess)| *excess > TOLERATED && !held[*at])
                 .collect();
-            let is_over = self.albedos.largest(&fit.lobes) > TOLERATED_ALBEDO;
+            let is_over = self.albedos.largest(&fit.point) > TOLERATED_ALBEDO;
             if over.is_empty() && !is_over {
                 break;
             }
@@ -93,3 +93,4 @@ impl Pool {
         fit.on(batch)
     }
 }
+//NOIMPORT

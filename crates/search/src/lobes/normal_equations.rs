@@ -6,16 +6,10 @@ use rayon::prelude::*;
 use super::batch::{Batch, Block};
 use super::sweep::{Parameters, Sums, Sweep, Workspace, slots};
 use super::{Lobes, Shape};
+use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of blocks per task. Sums are added within a task first, then across tasks in order.
 const TOGETHER: usize = 4;
-
-/// J^T J and J^T r of the fitted parameters, in their order.
-pub(super) struct NormalEquations {
-    /// Row by row, symmetric.
-    pub(super) matrix: Vec<f64>,
-    pub(super) gradient: Vec<f64>,
-}
 
 /// Mean of the weighted squared differences, plus penalties.
 ///
@@ -145,8 +139,7 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
         .filter_map(|(place, free)| free.then_some(place))
         .collect();
     let count = places.len();
-    let mut normal =
-        NormalEquations { matrix: vec![0.0; count * count], gradient: vec![0.0; count] };
+    let mut normal = NormalEquations::zero(count);
     for (row, a) in places.iter().enumerate() {
         normal.gradient[row] = gradient(shape, sums, *a);
         for (column, b) in places[..=row].iter().enumerate() {

@@ -2,8 +2,8 @@
 
 use super::Lobes;
 use super::batch::Batch;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::normal_equations::normal_equations;
+use crate::levenberg_marquardt::Solution;
 use crate::solve::inverse_diagonal;
 
 /// Shares of the remaining weights to remove in a step; a smaller share is tried if a larger one
@@ -22,7 +22,7 @@ const REGULARISATION: f64 = 1e-9;
 /// Hassibi and Stork, *Second Order Derivatives for Network Pruning: Optimal Brain Surgeon* (1993):
 /// the saliency of a weight w is w^2 / (2 [H^-1]_ww).
 pub(super) struct Shorter<'a> {
-    fit: LevenbergMarquardt,
+    fit: Solution<Lobes>,
     batch: &'a Batch,
     /// Largest error of a result.
     worst: f64,
@@ -30,19 +30,19 @@ pub(super) struct Shorter<'a> {
 
 impl<'a> Shorter<'a> {
     /// Starts from a fit whose mean squared error on the held-back samples is `held`.
-    pub(super) fn new(fit: LevenbergMarquardt, held: f64, batch: &'a Batch) -> Self {
+    pub(super) fn new(fit: Solution<Lobes>, held: f64, batch: &'a Batch) -> Self {
         let worst = WORST * WORST * fit.error.max(held);
         Self { fit, batch, worst }
     }
 }
 
 impl Iterator for Shorter<'_> {
-    type Item = LevenbergMarquardt;
+    type Item = Solution<Lobes>;
 
-    fn next(&mut self) -> Option<LevenbergMarquardt> {
+    fn next(&mut self) -> Option<Solution<Lobes>> {
         self.fit = SHARES.iter().find_map(|share| {
-            let shorter = without_least(&self.fit.lobes, self.batch, *share)?;
-            let mut shorter = LevenbergMarquardt::new(shorter, self.batch);
+            let shorter = without_least(&self.fit.point, self.batch, *share)?;
+            let mut shorter = Solution::of(shorter, self.batch);
             shorter.refine(self.batch, STEPS);
             (shorter.error <= self.worst).then_some(shorter)
         })?;

@@ -11,10 +11,11 @@ use super::batch::{Batch, Point, lower_bounds, points};
 use super::bounds::Bounds;
 use super::guard::Pool;
 use super::known::BoundEstimator;
-use super::levenberg_marquardt::LevenbergMarquardt;
 use super::normal_equations::{e_log, error};
 use super::seed::start;
 use super::{Lobes, Shape};
+use crate::levenberg_marquardt::Solution;
+use crate::method::is_held_back;
 use crate::{Probe, Progress, Samples};
 
 /// Number of starts in a generation of starts.
@@ -34,8 +35,6 @@ const PERTURBED_STEPS: usize = 30;
 /// Ridge cost of weights, relative to the error of the best fit of the first generation. Negligible
 /// except where no sample determines a weight.
 const RIDGE: f64 = 2e-3;
-/// Every seventh sample is held back from the fit, to choose between fits.
-const HOLDOUT_STRIDE: usize = 7;
 
 /// A fit of lobes to samples.
 pub struct Fit {
@@ -67,16 +66,15 @@ pub(super) struct Problem {
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     pub(super) problem: usize,
-    pub(super) fit: LevenbergMarquardt,
+    pub(super) fit: Solution<Lobes>,
     pub(super) held: f64,
 }
 
 impl Problem {
     fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2]) -> Self {
         let points = points(samples, &shape);
-        let is_held = |at: &usize| at % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1;
         let of = |keep: bool| {
-            let indices = (0..points.len()).filter(move |at| is_held(at) != keep);
+            let indices = (0..points.len()).filter(move |at| is_held_back(*at) != keep);
             indices.map(|at| &points[at]).collect::<Vec<_>>()
         };
         let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
@@ -140,13 +138,13 @@ impl Fit {
     /// Best fit so far.
     #[must_use]
     pub fn best(&self) -> Option<&Lobes> {
-        self.kept.first().map(|kept| &kept.fit.lobes)
+        self.kept.first().map(|kept| &kept.fit.point)
     }
 
     pub(super) fn progress(&self) -> Progress {
         let of = |batch: fn(&Problem) -> &Batch| {
             let best = self.kept.first();
-            let e_log = |kept: &Kept| e_log(&kept.fit.lobes, batch(&self.shapes[kept.problem]));
+            let e_log = |kept: &Kept| e_log(&kept.fit.point, batch(&self.shapes[kept.problem]));
             best.map_or(f64::INFINITY, e_log)
         };
         Progress {
@@ -159,8 +157,8 @@ impl Fit {
 
     pub(super) fn probe(&self) -> Probe {
         let of = |kept: &Kept| {
-            let error = e_log(&kept.fit.lobes, &self.shapes[kept.problem].all);
-            (error, (kept.problem, kept.fit.lobes.free.clone()))
+            let error = e_log(&kept.fit.point, &self.shapes[kept.problem].all);
+            (error, (kept.problem, kept.fit.point.free.clone()))
         };
         Probe::of(self.kept.iter().map(of), 0)
     }
@@ -179,9 +177,9 @@ impl Fit {
             let Problem { all, pool, .. } = &self.shapes[kept.problem];
             kept.fit = kept.fit.clone().on(all);
             kept.fit.refine(all, STEPS[2]);
-            self.has_albedo_penalty |= pool.albedos().largest(&kept.fit.lobes) > TOLERATED_ALBEDO;
+            self.has_albedo_penalty |= pool.albedos().largest(&kept.fit.point) > TOLERATED_ALBEDO;
             kept.fit = pool.enforce(kept.fit.clone(), all);
-            kept.held = error(&kept.fit.lobes, &self.shapes[kept.problem].held);
+            kept.held = error(&kept.fit.point, &self.shapes[kept.problem].held);
             self.evaluations += take(&mut kept.fit.evaluations);
         }
         if self.has_albedo_penalty {
@@ -213,11 +211,11 @@ impl Fit {
 
     fn start(&mut self, problem: usize) {
         let Problem { shape, points, part, all, pool, .. } = &self.shapes[problem];
-        let mut fits: Vec<LevenbergMarquardt> = (0..STARTS)
+        let mut fits: Vec<Solution<Lobes>> = (0..STARTS)
             .into_par_iter()
             .map(|slot| {
                 let lobes = start(shape, points, &mut self.stream(slot));
-                let mut fit = LevenbergMarquardt::new(lobes, part);
+                let mut fit = Solution::of(lobes, part);
                 fit.refine(part, STEPS[0]);
                 fit
             })
@@ -229,7 +227,7 @@ impl Fit {
         fits.sort_by(|a, b| a.error.total_cmp(&b.error));
         self.evaluations += fits.iter_mut().map(|fit| take(&mut fit.evaluations)).sum::<u64>();
         fits.truncate(BEST);
-        let found: Vec<LevenbergMarquardt> = fits
+        let found: Vec<Solution<Lobes>> = fits
             .into_par_iter()
             .map(|fit| {
                 let mut fit = fit.on(all);
@@ -249,14 +247,14 @@ impl Fit {
                 (slot, first as usize)
             })
             .collect();
-        let found: Vec<(usize, LevenbergMarquardt)> = chosen
+        let found: Vec<(usize, Solution<Lobes>)> = chosen
             .into_par_iter()
             .map(|(slot, parent)| {
                 let mut stream = self.stream(1000 + slot);
                 let kept = &self.kept[parent];
                 let Problem { all, pool, .. } = &self.shapes[kept.problem];
-                let lobes = perturbed(&kept.fit.lobes, &mut stream);
-                let mut fit = LevenbergMarquardt::new(lobes, all);
+                let lobes = perturbed(&kept.fit.point, &mut stream);
+                let mut fit = Solution::of(lobes, all);
                 fit.refine(all, PERTURBED_STEPS);
                 (kept.problem, pool.enforce(fit, all))
             })
@@ -266,10 +264,10 @@ impl Fit {
         }
     }
 
-    fn keep(&mut self, problem: usize, found: Vec<LevenbergMarquardt>) {
+    fn keep(&mut self, problem: usize, found: Vec<Solution<Lobes>>) {
         for mut fit in found {
             self.evaluations += take(&mut fit.evaluations);
-            let held = error(&fit.lobes, &self.shapes[problem].held);
+            let held = error(&fit.point, &self.shapes[problem].held);
             self.kept.push(Kept { problem, fit, held });
         }
         self.sort();

@@ -24,7 +24,8 @@ const GRAZING: f64 = 0.75;
 /// theta_d, phi_d, phi_h), which is dense where half vectors are close to the normal.
 ///
 /// # Source
-/// Rusinkiewicz, *A New Change of Variables for Efficient BRDF Representation* (1998), for the angles.
+/// Rusinkiewicz, *A New Change of Variables for Efficient BRDF Representation* (1998), for the
+/// angles.
 #[must_use]
 pub fn draw_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut stream = Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Directions);

@@ -4,6 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use brood_brdf::{Brdf, DirectionPair};
+use brood_genome::RANGE;
 use glam::DVec3;
 
 use super::{Reflected, Samples, draw_pairs, from_half};
@@ -23,7 +24,7 @@ const FEWEST: usize = 100;
 /// Seeds of the fitted and of the held-out pairs.
 const STREAMS: (u64, u64) = (1, 2);
 /// Largest f of a program: the square of its range.
-const LARGEST: f64 = 65504.0 * 65504.0;
+pub(crate) const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
 
 /// Stride through the samples of a slice: a prime that does not divide their number.
 const STRIDE: usize = 1009;

@@ -27,8 +27,8 @@ impl TimeBudget {
         Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
-    /// Records that a generation took `seconds`; `times` is the estimate of [`Search::next_step_cost`]
-    /// for it.
+    /// Records that a generation took `seconds`; `times` is the estimate of
+    /// [`Search::next_step_cost`] for it.
     pub fn took(&mut self, seconds: f64, times: f64) {
         self.longest = (seconds / times).max(FORGET * self.longest);
     }
@@ -39,7 +39,7 @@ impl TimeBudget {
         self.has_passed(spent, search.finishes_quickly(), search.next_step_cost())
     }
 
-    /// No time is reserved if the search `finishes_quickly` to finish, or if the next generation takes more
+    /// No time is reserved if the search `finishes_quickly`, or if the next generation takes more
     /// than `times` = 1 of the usual time: it then does the work that the reserve is for.
     fn has_passed(&self, spent: f64, finishes_quickly: bool, times: f64) -> bool {
         let is_kept = !finishes_quickly && times <= 1.0;
