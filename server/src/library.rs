@@ -53,7 +53,7 @@ pub struct KnownScene {
 
 /// Framing of a picture: everything but the material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct Framing {
     /// Scene.
     pub scene: SceneId,
     /// Light angle in degrees; the scene's if absent.
@@ -70,7 +70,7 @@ pub struct View {
     pub backend: Backend,
 }
 
-/// Bits of a [`View`], as a hashable key.
+/// Bits of a [`Framing`], as a hashable key.
 type FrameKey = (SceneId, Option<u64>, Shape, PictureFormat, Backend);
 /// Size, sampling and area.
 type Shape = (u32, Sampling, Option<PixelArea>);
@@ -101,7 +101,7 @@ pub struct Framed {
     /// Frame for workers.
     pub frame: Frame,
     identity: blake3::Hash,
-    view: View,
+    view: Framing,
     light_deg: f64,
 }
 
@@ -301,7 +301,7 @@ impl Library {
     ///
     /// # Errors
     /// [`ApiError`] if the scene does not exist or cannot be read.
-    pub async fn frame(&self, view: View) -> Result<Arc<Framed>, ApiError> {
+    pub async fn frame(&self, view: Framing) -> Result<Arc<Framed>, ApiError> {
         let light = view.light_deg.map(f64::to_bits);
         let shape = (view.size_px, view.sampling, view.area);
         let key: FrameKey = (view.scene, light, shape, view.format, view.backend);

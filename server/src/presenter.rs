@@ -11,7 +11,7 @@ use brood_scene::Sampling;
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
 use std::collections::HashMap;
 
-use crate::library::{Framed, View};
+use crate::library::{Framed, Framing};
 use crate::problem::ApiError;
 use crate::state::AppState;
 
@@ -184,8 +184,8 @@ pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
 }
 
 /// Returns the framing of a lineage's thumbnails.
-pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> View {
-    View {
+pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> Framing {
+    Framing {
         scene: lineage.scene,
         light_deg: None,
         size_px: lineage.thumbnail_px,

@@ -14,7 +14,7 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
     lease, light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene,
-    search, search_lease, session, sheet, system, target, target_picture, thumbnail,
+    search, session, sheet, system, target, target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -108,17 +108,17 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(search::front))
         .routes(routes!(search::log))
         .routes(routes!(event::stream_job_events))
-        .routes(routes!(search_lease::claim))
-        .routes(routes!(search_lease::heartbeat))
-        .routes(routes!(search_lease::report))
-        .routes(routes!(search_lease::release))
-        .routes(routes!(search_lease::target))
-        .routes(routes!(lease::claim))
-        .routes(routes!(lease::heartbeat))
-        .routes(routes!(lease::results))
-        .routes(routes!(lease::release))
-        .routes(routes!(lease::mesh))
-        .routes(routes!(lease::light_asset))
+        .routes(routes!(lease::search::claim))
+        .routes(routes!(lease::search::heartbeat))
+        .routes(routes!(lease::search::report))
+        .routes(routes!(lease::search::release))
+        .routes(routes!(lease::download::target))
+        .routes(routes!(lease::render::claim))
+        .routes(routes!(lease::render::heartbeat))
+        .routes(routes!(lease::render::results))
+        .routes(routes!(lease::render::release))
+        .routes(routes!(lease::download::mesh))
+        .routes(routes!(lease::download::light_asset))
 }
 
 fn info() -> utoipa::openapi::Info {

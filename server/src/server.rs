@@ -18,7 +18,7 @@ use tokio_util::task::TaskTracker;
 use crate::access::Access;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
-use crate::dispatch::Dispatch;
+use crate::dispatch::{Dispatch, LeaseEnd};
 use crate::error::ServerError;
 use crate::event::Events;
 use crate::idempotency::Ledger;
@@ -126,6 +126,12 @@ impl Server {
         WorkerReaper { app: self.app.clone() }
     }
 
+    /// Returns the state, for tests that serve no requests.
+    #[cfg(test)]
+    pub(crate) fn app(&self) -> App {
+        self.app.clone()
+    }
+
     /// Serves until `shutdown`, then rejects new work, drains, requeues leased jobs and closes the
     /// store.
     ///
@@ -148,7 +154,7 @@ impl Server {
         // Needed if the accept loop has ended by itself.
         app.stopping.cancel();
         background.shutdown().await;
-        app.release_all().await;
+        app.end_leases(LeaseEnd::Shutdown).await;
         app.tasks.close();
         if tokio::time::timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
             tracing::warn!(tasks = app.tasks.len(), "background tasks did not finish in time");
@@ -174,7 +180,7 @@ impl WorkerReaper {
     pub async fn requeue_jobs_of(&self, worker: &str) {
         // A stopping server releases all leases at once and closes the store.
         if !self.app.stopping.is_cancelled() {
-            self.app.requeue_jobs_of(worker).await;
+            self.app.end_leases(LeaseEnd::Death(worker)).await;
         }
     }
 }
@@ -190,7 +196,7 @@ async fn run_maintenance(app: App) {
     loop {
         tokio::select! {
             () = app.stopping.cancelled() => return,
-            _ = leases.tick() => app.expire_leases().await,
+            _ = leases.tick() => app.end_leases(LeaseEnd::Expired).await,
             _ = tidy.tick() => {
                 app.events.sweep();
                 app.metrics.upkeep();

@@ -24,25 +24,27 @@
 
 mod backoff;
 mod cache;
-mod claim;
 mod evaluated_picture;
 mod evaluator;
 mod gpu;
 mod gpu_benchmark;
 mod job;
+mod lease;
 mod light_asset_cache;
 mod render_counters;
 mod render_thread;
+mod render_worker;
 mod renderer;
 mod search;
 mod search_run;
 mod view_comparison;
 
 #[cfg(test)]
-mod claim_tests;
+mod lease_tests;
 
 pub use cache::LoadedMesh;
-pub use claim::{WorkerConfig, WorkerError, run};
+pub use lease::WorkerError;
+pub use render_worker::{WorkerConfig, run};
 pub use renderer::{RenderError, Renderer};
 pub use search::{SearcherConfig, run_searches};
 pub use view_comparison::ViewComparison;

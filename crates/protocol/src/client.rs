@@ -6,12 +6,13 @@ use brood_scene::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::lease::{
-    CONTENT_TYPE, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, WireError, decode, encode,
-};
+use crate::lease::{CONTENT_TYPE, LeaseResults, LeaseTicket, WireError, decode, encode};
 use crate::{
-    Directive, LightAssetFile, SearchGrant, SearchReport, SearchRequest, SearchTicket, TargetBytes,
+    ClaimRequest, Directive, LightAssetFile, SearchReport, SearchTicket, TargetBytes, Ticket,
 };
+
+/// Environment variable with the token of a worker or a client.
+pub const TOKEN_VARIABLE: &str = "BROOD_TOKEN";
 
 /// Client of one server, with one token.
 #[derive(Debug, Clone)]
@@ -65,12 +66,21 @@ impl WorkerClient {
         Ok(Self { http, server, token: token.to_owned() })
     }
 
-    /// Requests a render job. Returns `None` if there was none within the requested time.
+    /// Returns the URL of the server.
+    #[must_use]
+    pub fn server(&self) -> &str {
+        &self.server
+    }
+
+    /// Requests a job. Returns `None` if there was none within the requested time.
     ///
     /// # Errors
     /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
-    pub async fn lease(&self, request: &LeaseRequest) -> Result<Option<LeaseGrant>, ClientError> {
-        let response = self.send(Method::POST, "/v1/leases", Some(request)).await?;
+    pub async fn claim<R: ClaimRequest>(
+        &self,
+        request: &R,
+    ) -> Result<Option<R::Grant>, ClientError> {
+        let response = self.send(Method::POST, R::ROUTE, Some(request)).await?;
         if response.status() == StatusCode::NO_CONTENT {
             return Ok(None);
         }
@@ -82,29 +92,39 @@ impl WorkerClient {
     /// # Errors
     /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
     /// fails.
-    pub async fn heartbeat(&self, ticket: &LeaseTicket) -> Result<(), ClientError> {
-        let path = format!("/v1/leases/{}/heartbeat", ticket.lease);
+    pub async fn heartbeat<T: Ticket>(&self, ticket: &T) -> Result<(), ClientError> {
+        let path = format!("{}/{}/heartbeat", T::ROUTE, ticket.key());
         self.send(Method::POST, &path, Some(ticket)).await.map(drop)
     }
 
-    /// Submits results.
+    /// Returns an unfinished job to its queue.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
+    pub async fn release<T: Ticket>(&self, ticket: &T) -> Result<(), ClientError> {
+        let path = format!("{}/{}", T::ROUTE, ticket.key());
+        self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
+    }
+
+    /// Submits the results of a render job.
     ///
     /// # Errors
     /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
     /// fails.
     pub async fn results(&self, results: &LeaseResults) -> Result<(), ClientError> {
-        let path = format!("/v1/leases/{}/results", results.ticket.lease);
+        let path = format!("{}/{}/results", LeaseTicket::ROUTE, results.ticket.lease);
         self.send(Method::POST, &path, Some(results)).await.map(drop)
     }
 
-    /// Returns an unfinished job to the queue.
+    /// Reports progress or the end of a search.
     ///
     /// # Errors
     /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
     /// fails.
-    pub async fn release(&self, ticket: &LeaseTicket) -> Result<(), ClientError> {
-        let path = format!("/v1/leases/{}", ticket.lease);
-        self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
+    pub async fn report(&self, report: &SearchReport) -> Result<Directive, ClientError> {
+        let path = format!("{}/{}/report", SearchTicket::ROUTE, report.ticket.job);
+        read(self.send(Method::POST, &path, Some(report)).await?).await
     }
 
     /// Downloads an uploaded mesh by its content hash.
@@ -123,51 +143,6 @@ impl WorkerClient {
     pub async fn light_asset(&self, id: &str) -> Result<LightAssetFile, ClientError> {
         read(self.send::<()>(Method::GET, &format!("/v1/leases/light-assets/{id}"), None).await?)
             .await
-    }
-
-    /// Requests a search. Returns `None` if there was none within the requested time.
-    ///
-    /// # Errors
-    /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
-    pub async fn lease_search(
-        &self,
-        request: &SearchRequest,
-    ) -> Result<Option<SearchGrant>, ClientError> {
-        let response = self.send(Method::POST, "/v1/leases/searches", Some(request)).await?;
-        if response.status() == StatusCode::NO_CONTENT {
-            return Ok(None);
-        }
-        Ok(Some(read(response).await?))
-    }
-
-    /// Renews the lease of a search.
-    ///
-    /// # Errors
-    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
-    /// fails.
-    pub async fn heartbeat_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
-        let path = format!("/v1/leases/searches/{}/heartbeat", ticket.job);
-        self.send(Method::POST, &path, Some(ticket)).await.map(drop)
-    }
-
-    /// Reports progress or the end of a search.
-    ///
-    /// # Errors
-    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
-    /// fails.
-    pub async fn report_search(&self, report: &SearchReport) -> Result<Directive, ClientError> {
-        let path = format!("/v1/leases/searches/{}/report", report.ticket.job);
-        read(self.send(Method::POST, &path, Some(report)).await?).await
-    }
-
-    /// Returns a search to the queue.
-    ///
-    /// # Errors
-    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
-    /// fails.
-    pub async fn release_search(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
-        let path = format!("/v1/leases/searches/{}", ticket.job);
-        self.send(Method::DELETE, &path, Some(ticket)).await.map(drop)
     }
 
     /// Downloads a target's file by its content hash.

@@ -19,6 +19,7 @@
 //! ```
 
 mod breed;
+mod claim;
 mod client;
 mod id;
 mod individual;
@@ -42,7 +43,8 @@ mod target;
 pub use brood_scene::{PixelArea, Sampling};
 
 pub use breed::{Adopt, Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
-pub use client::{ClientError, WorkerClient};
+pub use claim::{ClaimRequest, Ticket};
+pub use client::{ClientError, TOKEN_VARIABLE, WorkerClient};
 pub use id::{
     GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
 };

@@ -378,9 +378,12 @@ impl Store {
     }
 }
 
+/// Error for a write under a lease of another epoch.
 const STALE: StorageError = StorageError::Conflict { what: "the lease is no longer valid" };
 
-fn check_changed(rows: u64) -> Result<(), StorageError> {
+/// Checks that a compare-and-set on id, epoch and state has changed a row. Callable within any
+/// transaction: an error rolls it back.
+pub(crate) fn check_changed(rows: u64) -> Result<(), StorageError> {
     if rows == 0 { Err(STALE) } else { Ok(()) }
 }
 

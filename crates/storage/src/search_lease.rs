@@ -9,6 +9,7 @@ use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 
+use crate::job::check_changed;
 use crate::row::{Columns, Key, signed};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::{StorageError, Store};
@@ -91,8 +92,6 @@ const RELEASE: &str = "UPDATE search SET
         worker = NULL
     WHERE id = ?4 AND epoch = ?5 AND state = 'running'";
 
-const STALE: StorageError = StorageError::Conflict { what: "the lease is no longer valid" };
-
 impl Store {
     /// Leases the first search of the queue. Returns `None` if no search is queued.
     ///
@@ -170,9 +169,7 @@ impl Store {
                     .bind(signed(epoch))
                     .execute(&mut *conn)
                     .await?;
-                if done.rows_affected() == 0 {
-                    return Err(STALE);
-                }
+                check_changed(done.rows_affected())?;
                 search::fetch(conn, id).await
             })
         })
@@ -251,9 +248,7 @@ pub(crate) async fn apply(
         .bind(signed(step.epoch))
         .execute(&mut *conn)
         .await?;
-    if done.rows_affected() == 0 {
-        return Err(STALE);
-    }
+    check_changed(done.rows_affected())?;
     log(conn, step).await
 }
 

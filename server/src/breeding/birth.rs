@@ -23,7 +23,7 @@ use http::StatusCode;
 
 use super::{Newborn, Parent};
 use crate::clock::now_ms;
-use crate::dispatch::{FrameId, WaitingWorker, queued_job, render_work};
+use crate::dispatch::{FrameId, Render, WaitingWorker, queued_job, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
 use crate::limit;
@@ -121,7 +121,7 @@ impl AppState {
         let first = reserved.get(..batch).unwrap_or(&reserved);
         let direct = (!first.is_empty()).then(|| {
             let work = render_work(&framed.frame, items(first, &materials));
-            (JobId::fresh(), work, self.dispatch.next_waiting())
+            (JobId::fresh(), work, self.dispatch.renders.waiting.next())
         });
         let job = direct.as_ref().map(|(id, work, waiting)| NewJob {
             id: *id,
@@ -176,7 +176,7 @@ impl AppState {
         let (born, committed) = self.write_and_dispatch(new, direct).await?;
         let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
         reservations.keys.drain(..batch);
-        self.dispatch.job_notify.notify_one();
+        self.dispatch.renders.notify.notify_one();
         answer.index = born.index;
         self.metrics.breeds.increment(1);
         self.metrics.births.increment(answer.individuals.len() as u64);
@@ -219,7 +219,7 @@ impl AppState {
             && let Some(ticket) = ticket
         {
             // The job was not stored, so its results must be rejected.
-            self.dispatch.table.end(&ticket);
+            self.dispatch.renders.leases.end(&ticket);
         }
         born
     }
@@ -242,7 +242,7 @@ impl AppState {
                 return;
             }
             reservations.keys.drain(..batch);
-            self.dispatch.job_notify.notify_one();
+            self.dispatch.renders.notify.notify_one();
         }
     }
 }
@@ -277,7 +277,7 @@ struct Birth {
 struct DirectDispatch {
     job: JobId,
     work: RenderJob,
-    waiting: WaitingWorker,
+    waiting: WaitingWorker<Render>,
 }
 
 /// Children and the request they came from.

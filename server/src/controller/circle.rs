@@ -18,7 +18,7 @@ use serde::Deserialize;
 use super::file::FileHead;
 use super::sheet as contact;
 use crate::extract::{Path, Query};
-use crate::library::View;
+use crate::library::Framing;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -221,7 +221,7 @@ async fn rows(
     let scene = exposed(app, scene, &individual).await?;
     let mut rows = Vec::with_capacity(circle.frames as usize);
     for frame in 0..circle.frames {
-        let view = View {
+        let view = Framing {
             scene,
             light_deg: Some(360.0 * f64::from(frame) / f64::from(circle.frames)),
             size_px: circle.size_px,

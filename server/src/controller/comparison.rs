@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use self::picture::{exposed, linear, row};
 use super::file::FileHead;
 use crate::extract::Query;
-use crate::library::{Material, Optics, View};
+use crate::library::{Framing, Material, Optics};
 use crate::limit;
 use crate::presenter::thumbnail_url;
 use crate::problem::{ApiError, quote};
@@ -240,7 +240,7 @@ async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, Ap
     for (index, one) in request.materials.iter().enumerate() {
         let optics = optics(app, one, request.scene).await?;
         let view = request.view(app, scene, PictureFormat::Png);
-        let other = View { light_deg: Some(light_deg + OTHER_LIGHT_DEG), ..view };
+        let other = Framing { light_deg: Some(light_deg + OTHER_LIGHT_DEG), ..view };
         let difference = (index > 0).then(|| apart.next()).flatten();
         let (hash, size) = (one.hash, request.size_px);
         materials.push(Compared {

@@ -23,7 +23,6 @@ pub mod preset;
 pub mod render;
 pub mod scene;
 pub mod search;
-pub mod search_lease;
 pub mod session;
 pub mod sheet;
 pub mod system;

@@ -61,7 +61,7 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     }
     let (in_flight, memory_bytes) = app.picture_cache.size();
     let (disk_bytes, pictures) = app.picture_cache.disk().size();
-    app.metrics.gauge("brood_leases", &[], app.dispatch.table.len() as f64);
+    app.metrics.gauge("brood_leases", &[], app.dispatch.renders.leases.len() as f64);
     app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
     app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);

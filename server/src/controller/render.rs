@@ -12,7 +12,7 @@ use serde::Deserialize;
 use self::matched::MatchedRender;
 use super::file::FileHead;
 use crate::extract::{Path, Query};
-use crate::library::View;
+use crate::library::Framing;
 use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
@@ -111,7 +111,7 @@ async fn render(
         Some(scene) => scene,
         None => app.store.lineage(individual.lineage).await?.scene,
     };
-    let view = View {
+    let view = Framing {
         scene,
         light_deg: query.light_deg,
         size_px,

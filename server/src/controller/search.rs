@@ -56,7 +56,7 @@ pub async fn create(
         other => other.into(),
     })?;
     app.publish_state(&app.store.search(id).await?);
-    app.dispatch.search_notify.notify_one();
+    app.dispatch.searches.notify.notify_one();
     Ok(accepted(&answer))
 }
 
@@ -139,8 +139,8 @@ async fn change(
     };
     let search = app.store.change_search(id, change, now_ms()).await?;
     let search = search.map_err(|state| wrong_state(change, state))?;
-    app.dispatch.search_leases.forget(id);
-    app.dispatch.search_notify.notify_one();
+    app.dispatch.searches.leases.forget(id);
+    app.dispatch.searches.notify.notify_one();
     app.publish_state(&search);
     let answer = present(app, search).await?;
     if let Some(record) = attempt.record(StatusCode::OK, &answer) {

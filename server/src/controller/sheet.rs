@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::file::FileHead;
 use crate::extract::{NoQuery, Path, Query};
-use crate::library::View;
+use crate::library::Framing;
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
@@ -86,7 +86,7 @@ async fn compose(
     individuals: Vec<StoredIndividual>,
     centre: Option<StoredIndividual>,
 ) -> Result<Response, ApiError> {
-    let mut lineages: Vec<(LineageId, View)> = Vec::new();
+    let mut lineages: Vec<(LineageId, Framing)> = Vec::new();
     for one in individuals.iter().chain(&centre) {
         if !lineages.iter().any(|(id, _)| *id == one.lineage) {
             let lineage = app.store.lineage(one.lineage).await?;
@@ -107,7 +107,7 @@ async fn compose(
             true => centre_px(cell_px, gap_px).clamp(limit::PICTURE_MIN_PX, limit::PICTURE_PX),
             false => view.size_px,
         };
-        rows.push(row(app, one, View { size_px, ..*view }).await?);
+        rows.push(row(app, one, Framing { size_px, ..*view }).await?);
     }
     let mut hasher = blake3::Hasher::new();
     hasher.update(&[u8::from(centre.is_some())]);
@@ -157,7 +157,7 @@ pub(super) async fn collect(
 pub(super) async fn row(
     app: &App,
     one: &StoredIndividual,
-    view: View,
+    view: Framing,
 ) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(brood_program::ProgramHash::from_bytes(one.program_hash));

@@ -10,7 +10,7 @@ use http::{HeaderMap, header};
 
 use super::file::FileHead;
 use crate::extract::{NoQuery, Path};
-use crate::library::View;
+use crate::library::Framing;
 use crate::presenter::thumbnail_url;
 use crate::problem::ApiError;
 use crate::state::{App, AppState};
@@ -58,7 +58,7 @@ impl AppState {
 
     /// Returns the URL of the current renderer's picture for a key of an older renderer.
     async fn present_url(&self, row: &StoredPicture) -> Result<String, ApiError> {
-        let view = View {
+        let view = Framing {
             scene: row.scene,
             light_deg: Some(row.light_deg),
             size_px: row.size_px,

@@ -1,13 +1,16 @@
 //! Job dispatch: picture requests become jobs, jobs become leases, and results become pictures.
 //!
-//! [`table`] holds the leases, [`render`] serves picture requests, [`lease`] serves render workers,
-//! [`search`] serves search workers, [`queue`] holds the waiting workers, and [`history`] remembers
-//! finished jobs.
+//! [`render`] serves picture requests. [`lease`] serves workers, the same for all kinds of jobs,
+//! with the leases in [`table`] and the waiting workers in [`queue`]. [`kind`] defines what
+//! differs; [`render_job`] and [`search`] are the kinds. [`history`] remembers finished render
+//! jobs.
 
 mod history;
+mod kind;
 mod lease;
 mod queue;
 mod render;
+mod render_job;
 mod search;
 mod table;
 
@@ -16,14 +19,14 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use brood_protocol::{BackendReport, WorkerReport};
-use tokio::sync::{Notify, oneshot};
 
 pub use history::{FinishedJob, History};
-use queue::WaitingWorkers;
-pub use queue::{PendingGrant, WaitingWorker};
+use kind::Jobs;
+pub use lease::LeaseEnd;
+pub use queue::WaitingWorker;
 pub use render::{FrameId, queued_job, render_work};
-pub use search::{SearchLeases, search_json};
-pub use table::{Lease, LeaseTable};
+pub use render_job::Render;
+pub use search::{Search, search_json};
 
 /// Number of workers remembered.
 const WORKERS: usize = 256;
@@ -32,17 +35,12 @@ const PRESENT: Duration = Duration::from_secs(60);
 
 /// Leases, finished jobs and workers.
 pub struct Dispatch {
-    /// Render leases.
-    pub table: LeaseTable,
-    /// Notified once per queued render job.
-    pub job_notify: Notify,
-    /// Recently finished jobs.
+    /// Leases of render jobs.
+    pub renders: Jobs<Render>,
+    /// Leases of searches.
+    pub searches: Jobs<Search>,
+    /// Recently finished render jobs.
     pub history: History,
-    /// Search leases.
-    pub search_leases: SearchLeases,
-    /// Notified once per queued search.
-    pub search_notify: Notify,
-    waiters: WaitingWorkers,
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
 }
 
@@ -50,24 +48,11 @@ impl Dispatch {
     /// Creates a dispatch without leases and workers.
     pub fn new() -> Self {
         Self {
-            table: LeaseTable::new(),
-            job_notify: Notify::new(),
+            renders: Jobs::new(),
+            searches: Jobs::new(),
             history: History::new(),
-            search_leases: SearchLeases::default(),
-            search_notify: Notify::new(),
-            waiters: WaitingWorkers::default(),
             workers: Mutex::default(),
         }
-    }
-
-    /// Removes and returns the worker that has waited longest; the caller gives it a job.
-    pub fn next_waiting(&self) -> Option<WaitingWorker> {
-        self.waiters.next()
-    }
-
-    /// Adds a worker to those that wait for a job.
-    pub fn join(&self, worker: &str) -> oneshot::Receiver<PendingGrant> {
-        self.waiters.join(worker)
     }
 
     /// Records a message of a worker with its report.

@@ -13,7 +13,7 @@ use brood_storage::{JobKind, NewJob, Queue, StorageError, StoredPicture};
 use bytes::Bytes;
 
 use crate::clock::now_ms;
-use crate::library::{Material, View};
+use crate::library::{Framing, Material};
 use crate::limit;
 use crate::picture::{Failure, Lookup};
 use crate::problem::ApiError;
@@ -65,8 +65,8 @@ impl FrameId {
         area.pixels() * u64::from(self.sampling.min_rays())
     }
 
-    fn view(&self) -> View {
-        View {
+    fn view(&self) -> Framing {
+        Framing {
             scene: self.scene,
             light_deg: Some(f64::from_bits(self.light_bits)),
             size_px: self.size_px,
@@ -206,7 +206,7 @@ impl AppState {
             Ok(())
         };
         match result.await {
-            Ok(()) => self.dispatch.job_notify.notify_one(),
+            Ok(()) => self.dispatch.renders.notify.notify_one(),
             Err(failure) => self.picture_cache.fail(rows.iter().map(|row| row.key), &failure),
         }
     }

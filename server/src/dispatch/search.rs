@@ -1,115 +1,101 @@
-//! Leases of searches: claims, heartbeats, reports, and requeueing of expired leases.
+//! Searches: claims and reports.
 //!
 //! Searches have their own queue and workers, so that pictures never wait behind them.
 
-mod lease;
 mod publish;
+#[cfg(test)]
+mod tests;
 
 use std::time::Duration;
 
 use brood_protocol::{
-    Directive, FoundMaterial, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport,
-    SearchRequest, SearchState, SearchTicket, SearchUpdate, decode,
+    Directive, FoundMaterial, GenerationLine, JobId, MeasuredMaterial, SearchGrant, SearchReport,
+    SearchState, SearchTicket, SearchUpdate, WireError, decode,
 };
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, StoredSearch};
-use tokio::time::Instant;
 
-use super::lease::{lease_ms, stale};
+use super::Dispatch;
+use super::kind::{JobKind, Jobs, LeaseOf};
+use super::lease::{lease_ms, shortened, stale};
+use super::queue::PendingGrant;
 use crate::clock::now_ms;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::{App, AppState};
 
-pub use lease::SearchLeases;
 pub use publish::search_json;
 
-/// Longest error text of a worker that is stored.
-const REASON_CHARS: usize = 500;
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
 
-impl AppState {
-    /// Waits for a search; `None` if there is none in the requested time.
-    ///
-    /// # Errors
-    /// [`ApiError`] if the store fails.
-    pub async fn lease_search(
-        self: &App,
-        request: &SearchRequest,
-    ) -> Result<Option<SearchGrant>, ApiError> {
-        let wait = limit::LEASE_WAIT.min(Duration::from_millis(request.wait_ms.into()));
-        let deadline = Instant::now() + wait;
-        loop {
-            let notified = self.dispatch.search_notify.notified();
-            if self.stopping.is_cancelled() {
-                return Ok(None);
-            }
-            if self.store.any_search_queued().await? {
-                let (app, worker) = (self.clone(), request.worker.clone());
-                // Runs in a separate task: a claim that was written must become a lease even if the
-                // worker disconnects.
-                let claim = self.tasks.spawn(async move { app.claim_search(&worker).await });
-                let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
-                if let Some(grant) = claimed? {
-                    return Ok(Some(grant));
+/// Kind of searches.
+pub enum Search {}
+
+impl JobKind for Search {
+    const NAME: &'static str = "search";
+    type Ticket = SearchTicket;
+    type Payload = ();
+    type Grant = SearchGrant;
+
+    fn jobs(dispatch: &Dispatch) -> &Jobs<Self> {
+        &dispatch.searches
+    }
+
+    fn job(lease: &LeaseOf<Self>) -> JobId {
+        lease.ticket.job
+    }
+
+    async fn any_queued(app: &AppState) -> Result<bool, StorageError> {
+        app.store.any_search_queued().await
+    }
+
+    async fn claim(app: &App, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+        while let Some(claimed) = app.store.claim_search(worker, now_ms()).await? {
+            let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
+            app.dispatch.searches.leases.grant(ticket, worker, ());
+            match grant(ticket, claimed) {
+                Ok(grant) => {
+                    let pending = PendingGrant::new(app.clone(), ticket, grant);
+                    let search = app.store.search(ticket.job).await?;
+                    app.publish_state(&search);
+                    return Ok(Some(pending));
+                }
+                Err(error) => {
+                    let reason = format!("cannot decode the start genomes: {error}");
+                    app.fail_claimed(&ticket, reason).await?;
                 }
             }
-            tokio::select! {
-                () = notified => {}
-                () = tokio::time::sleep_until(deadline) => return Ok(None),
-                () = self.stopping.cancelled() => return Ok(None),
-            }
         }
+        Ok(None)
     }
 
-    async fn claim_search(self: &App, worker: &str) -> Result<Option<SearchGrant>, ApiError> {
-        let Some(claimed) = self.store.claim_search(worker, now_ms()).await? else {
-            return Ok(None);
-        };
-        let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
-        self.dispatch.search_leases.grant(ticket, worker);
-        // Notifications coalesce: wake another waiter, as more searches may be queued.
-        self.dispatch.search_notify.notify_one();
-        let search = self.store.search(claimed.id).await?;
-        self.publish_state(&search);
-        Ok(Some(grant(ticket, claimed)?))
-    }
-
-    /// Renews the lease of a search.
-    ///
-    /// # Errors
-    /// 409 if the lease is not valid any more.
-    pub fn renew_search(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
-        self.dispatch.search_leases.renew(ticket).map(drop).ok_or_else(stale)
-    }
-
-    /// Returns an unfinished search to its queue.
-    ///
-    /// # Errors
-    /// 409 if the lease is not valid any more.
-    pub async fn release_search(self: &App, ticket: &SearchTicket) -> Result<(), ApiError> {
-        if !self.dispatch.search_leases.end(ticket) {
-            return Err(stale());
-        }
-        self.requeue_search(ticket, false).await;
-        Ok(())
-    }
-
-    /// Requeues the search of an ended lease.
-    pub(super) async fn requeue_search(&self, ticket: &SearchTicket, worker_died: bool) {
-        let SearchTicket { job, epoch } = *ticket;
-        match self.store.release_search(job, epoch, worker_died, now_ms()).await {
+    async fn on_returned(app: &AppState, lease: LeaseOf<Self>, worker_died: bool) {
+        let SearchTicket { job, epoch } = lease.ticket;
+        match app.store.release_search(job, epoch, worker_died, now_ms()).await {
             Ok(search) => {
                 if search.state == SearchState::Failed {
                     tracing::error!(%job, "a search has failed: too many workers died while running it");
                 }
-                self.publish_state(&search);
-                self.dispatch.search_notify.notify_one();
+                app.publish_state(&search);
+                app.dispatch.searches.notify.notify_one();
             }
             // Paused or cancelled meanwhile.
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
             Err(error) => tracing::error!(%job, %error, "cannot requeue a search"),
         }
+    }
+}
+
+impl AppState {
+    /// Marks a search that no worker can run as failed, and ends its lease.
+    async fn fail_claimed(&self, ticket: &SearchTicket, reason: String) -> Result<(), ApiError> {
+        let search = self.store.search(ticket.job).await?;
+        // Paused or cancelled meanwhile if the epoch differs.
+        if search.epoch == ticket.epoch {
+            self.fail_search(&search, reason).await?;
+        }
+        self.dispatch.searches.leases.end(ticket);
+        Ok(())
     }
 
     /// Stores a worker's report and returns its directive.
@@ -118,10 +104,10 @@ impl AppState {
     /// 409 if the lease is not valid any more, 422 if the report is invalid.
     pub async fn report_search(self: &App, report: SearchReport) -> Result<Directive, ApiError> {
         let SearchReport { ticket, update } = report;
-        let held = self.dispatch.search_leases.renew(&ticket).ok_or_else(stale)?;
+        let held = self.renew_lease::<Search>(&ticket)?.age;
         let search = self.store.search(ticket.job).await?;
         if search.epoch != ticket.epoch || search.state != SearchState::Running {
-            self.dispatch.search_leases.end(&ticket);
+            self.dispatch.searches.leases.end(&ticket);
             return Err(stale());
         }
         // Runs in a separate task: what was written must be published even if the worker
@@ -135,16 +121,13 @@ impl AppState {
                 SearchUpdate::Finished { front, seconds } => {
                     app.take_front(&search, front, seconds).await
                 }
-                SearchUpdate::Failed(reason) => {
-                    let reason = reason.chars().take(REASON_CHARS).collect();
-                    app.fail_search(&search, reason).await
-                }
+                SearchUpdate::Failed(reason) => app.fail_search(&search, shortened(&reason)).await,
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
         if directive == Directive::Stop {
-            self.dispatch.search_leases.end(&ticket);
-            self.dispatch.search_notify.notify_one();
+            self.dispatch.searches.leases.end(&ticket);
+            self.dispatch.searches.notify.notify_one();
         }
         Ok(directive)
     }
@@ -246,11 +229,10 @@ impl AppState {
     }
 }
 
-fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, ApiError> {
+/// Returns the grant of a claimed search.
+fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, WireError> {
     let options = claimed.options;
-    let start = decode(&claimed.start).map_err(|error| {
-        ApiError::internal(format!("cannot decode a search's start genomes: {error}"))
-    })?;
+    let start = decode(&claimed.start)?;
     Ok(SearchGrant {
         ticket,
         ttl_ms: lease_ms(),

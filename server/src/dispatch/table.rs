@@ -1,91 +1,94 @@
-//! Lease table of render jobs, on the monotonic clock: jumps of the wall clock expire no lease.
+//! Lease table, on the monotonic clock: jumps of the wall clock expire no lease.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-use brood_protocol::{JobId, LeaseId, LeaseTicket, RenderJob};
+use brood_protocol::Ticket;
 use tokio::time::Instant;
 
 use crate::limit;
 
-/// Render job granted to a worker.
-#[derive(Debug, Clone)]
-pub struct Lease {
-    /// The job.
-    pub job: JobId,
-    /// Epoch of the lease; the store rejects writes of other epochs.
-    pub epoch: u64,
+/// Job that is granted to a worker.
+#[derive(Debug)]
+pub struct Lease<T, P> {
+    /// Key and epoch. The store rejects writes of other epochs.
+    pub ticket: T,
     /// Name of the worker.
     pub worker: String,
-    /// Work to do.
-    pub work: Arc<RenderJob>,
-    /// Time that the job waited in the queue.
-    pub queued: Duration,
     /// Time of the grant.
     pub granted: Instant,
+    /// Data that the kind of job keeps during the lease.
+    pub payload: P,
     deadline: Instant,
 }
 
-/// Leases of render jobs.
-#[derive(Debug)]
-pub struct LeaseTable {
-    leases: Mutex<HashMap<LeaseId, Lease>>,
+/// Lease after a renewal.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Renewed {
+    /// Name of the worker.
+    pub worker: String,
+    /// Time since the grant.
+    pub age: Duration,
 }
 
-impl LeaseTable {
+/// Leases of one kind of job.
+#[derive(Debug)]
+pub struct LeaseTable<T: Ticket, P> {
+    leases: Mutex<HashMap<T::Key, Lease<T, P>>>,
+}
+
+impl<T: Ticket, P> LeaseTable<T, P> {
     /// Creates an empty table.
     pub fn new() -> Self {
         Self { leases: Mutex::new(HashMap::new()) }
     }
 
-    /// Grants a job that has waited for `queued`.
-    pub fn grant(
-        &self,
-        (job, epoch): (JobId, u64),
-        worker: &str,
-        work: Arc<RenderJob>,
-        queued: Duration,
-    ) -> LeaseTicket {
+    /// Grants a lease; replaces an earlier one with the same key.
+    pub fn grant(&self, ticket: T, worker: &str, payload: P) {
         let granted = Instant::now();
         let deadline = granted + limit::LEASE;
-        let lease =
-            Lease { job, epoch, worker: worker.to_owned(), work, queued, granted, deadline };
-        let id = LeaseId::fresh();
-        self.lock().insert(id, lease);
-        LeaseTicket { lease: id, epoch }
+        let lease = Lease { ticket, worker: worker.to_owned(), granted, payload, deadline };
+        self.lock().insert(ticket.key(), lease);
     }
 
-    /// Renews a lease and returns the worker's name; `None` if it is not valid any more.
-    pub fn renew(&self, ticket: &LeaseTicket) -> Option<String> {
+    /// Renews a lease; `None` if it is not valid any more.
+    pub fn renew(&self, ticket: &T) -> Option<Renewed> {
         let mut leases = self.lock();
-        let lease = leases.get_mut(&ticket.lease).filter(|lease| lease.epoch == ticket.epoch)?;
+        let lease = leases.get_mut(&ticket.key())?;
+        if lease.ticket.epoch() != ticket.epoch() {
+            return None;
+        }
         lease.deadline = Instant::now() + limit::LEASE;
-        Some(lease.worker.clone())
+        Some(Renewed { worker: lease.worker.clone(), age: lease.granted.elapsed() })
     }
 
     /// Ends and returns a lease; `None` if it is not valid any more.
-    pub fn end(&self, ticket: &LeaseTicket) -> Option<Lease> {
+    pub fn end(&self, ticket: &T) -> Option<Lease<T, P>> {
         let mut leases = self.lock();
-        let held = leases.get(&ticket.lease).is_some_and(|lease| lease.epoch == ticket.epoch);
-        if held { leases.remove(&ticket.lease) } else { None }
+        let held = leases.get(&ticket.key())?.ticket.epoch() == ticket.epoch();
+        if held { leases.remove(&ticket.key()) } else { None }
+    }
+
+    /// Ends the lease with this key, of any epoch.
+    pub fn forget(&self, key: T::Key) {
+        self.lock().remove(&key);
     }
 
     /// Removes and returns the expired leases.
-    pub fn expire(&self) -> Vec<Lease> {
+    pub fn end_expired(&self) -> Vec<Lease<T, P>> {
         let now = Instant::now();
-        self.lock().extract_if(|_, lease| lease.deadline <= now).map(|(_, lease)| lease).collect()
+        self.end_where(|lease| lease.deadline <= now)
     }
 
     /// Removes and returns the leases of a worker.
-    pub fn end_those_of(&self, worker: &str) -> Vec<Lease> {
-        let mut leases = self.lock();
-        leases.extract_if(|_, lease| lease.worker == worker).map(|(_, lease)| lease).collect()
+    pub fn end_those_of(&self, worker: &str) -> Vec<Lease<T, P>> {
+        self.end_where(|lease| lease.worker == worker)
     }
 
     /// Removes and returns all leases.
-    pub fn end_all(&self) -> Vec<Lease> {
-        self.lock().drain().map(|(_, lease)| lease).collect()
+    pub fn end_all(&self) -> Vec<Lease<T, P>> {
+        self.end_where(|_| true)
     }
 
     /// Number of leases.
@@ -93,35 +96,39 @@ impl LeaseTable {
         self.lock().len()
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<LeaseId, Lease>> {
+    fn end_where(&self, ends: impl Fn(&Lease<T, P>) -> bool) -> Vec<Lease<T, P>> {
+        self.lock().extract_if(|_, lease| ends(lease)).map(|(_, lease)| lease).collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<T::Key, Lease<T, P>>> {
         self.leases.lock().expect("nothing panics under this lock")
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-    use brood_scene::Scene;
+    use brood_protocol::{JobId, LeaseId, LeaseTicket, SearchTicket};
 
     use super::*;
 
-    fn work() -> Arc<RenderJob> {
-        let options = (PictureFormat::Png, Backend::Auto);
-        let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
-        Arc::new(RenderJob { frame, items: Vec::new() })
+    fn ticket(epoch: u64) -> SearchTicket {
+        SearchTicket { job: JobId::fresh(), epoch }
     }
 
     #[tokio::test(start_paused = true)]
     async fn lease_expires_unless_it_is_renewed() {
         let table = LeaseTable::new();
-        let kept = table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
-        let lost = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);
+        let (kept, lost) = (ticket(1), ticket(2));
+        table.grant(kept, "a", "payload of a");
+        table.grant(lost, "b", "payload of b");
         tokio::time::advance(Duration::from_secs(15)).await;
-        assert_eq!(table.renew(&kept).as_deref(), Some("a"));
+        let renewed = Renewed { worker: "a".to_owned(), age: Duration::from_secs(15) };
+        assert_eq!(table.renew(&kept), Some(renewed));
         tokio::time::advance(Duration::from_secs(6)).await;
-        let expired = table.expire();
+        let expired = table.end_expired();
         assert_eq!(expired.len(), 1);
-        assert_eq!(expired[0].worker, "b");
+        let Lease { ticket, worker, payload, .. } = &expired[0];
+        assert_eq!((*ticket, worker.as_str(), *payload), (lost, "b", "payload of b"));
         assert!(table.renew(&lost).is_none() && table.end(&lost).is_none());
         assert!(table.end(&kept).is_some());
         assert!(table.end(&kept).is_none(), "a lease ends once");
@@ -130,20 +137,37 @@ mod tests {
     #[tokio::test]
     async fn lease_of_another_epoch_is_stale() {
         let table = LeaseTable::new();
-        let ticket = table.grant((JobId::fresh(), 2), "a", work(), Duration::ZERO);
-        let stale = LeaseTicket { epoch: 1, ..ticket };
-        assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
+        let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 2 };
+        table.grant(ticket, "a", ());
+        for epoch in [1, 3] {
+            let stale = LeaseTicket { epoch, ..ticket };
+            assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
+        }
         assert_eq!(table.len(), 1);
+        table.forget(ticket.lease);
+        assert!(table.renew(&ticket).is_none());
+    }
+
+    #[tokio::test]
+    async fn grant_replaces_an_earlier_lease_of_the_job() {
+        let table = LeaseTable::new();
+        let first = ticket(1);
+        let second = SearchTicket { epoch: 2, ..first };
+        table.grant(first, "a", ());
+        table.grant(second, "b", ());
+        assert!(table.end(&first).is_none());
+        assert_eq!(table.end(&second).unwrap().worker, "b");
     }
 
     #[tokio::test]
     async fn leases_of_one_worker_end_without_the_others() {
         let table = LeaseTable::new();
-        table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
-        table.grant((JobId::fresh(), 1), "a", work(), Duration::ZERO);
-        let other = table.grant((JobId::fresh(), 1), "b", work(), Duration::ZERO);
+        for worker in ["a", "a", "b"] {
+            table.grant(ticket(1), worker, ());
+        }
         assert_eq!(table.end_those_of("a").len(), 2);
         assert!(table.end_those_of("a").is_empty());
-        assert!(table.renew(&other).is_some());
+        assert_eq!(table.end_all().len(), 1);
+        assert_eq!(table.len(), 0);
     }
 }

@@ -11,7 +11,7 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::{ComparisonRequest, RequestedMaterial, specimen};
 use crate::controller::scene;
-use crate::library::View;
+use crate::library::Framing;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -34,8 +34,8 @@ pub async fn exposed(app: &App, request: &ComparisonRequest) -> Result<(SceneId,
 
 impl ComparisonRequest {
     /// Returns the framing of the pictures in a scene.
-    pub fn view(&self, app: &App, scene: SceneId, format: PictureFormat) -> View {
-        View {
+    pub fn view(&self, app: &App, scene: SceneId, format: PictureFormat) -> Framing {
+        Framing {
             scene,
             light_deg: None,
             size_px: self.size_px,
@@ -54,7 +54,7 @@ impl ComparisonRequest {
 pub async fn row(
     app: &App,
     one: &RequestedMaterial,
-    view: View,
+    view: Framing,
 ) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(one.material.program.hash());

@@ -1,4 +1,4 @@
-//! Tests of the claim loop against a fake server on one socket.
+//! Tests of leased render jobs against a fake server on one socket.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use brood_protocol::{
     Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
     PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, decode, encode,
 };
-use brood_scene::{MeshRef, Scene};
+use brood_scene::{IesLight, Light, MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
@@ -116,6 +116,10 @@ impl FakeServer {
             return grant.map_or((204, Vec::new()), |grant| (200, encode(&grant)));
         }
         self.requests.lock().unwrap().push((request.to_owned(), body.to_vec()));
+        if request.starts_with("GET ") {
+            // No download is known here.
+            return (404, Vec::new());
+        }
         if request.ends_with("/heartbeat") {
             return (self.heartbeat_status, Vec::new());
         }
@@ -180,6 +184,23 @@ async fn job_fails_with_reason_when_grant_is_invalid() {
         let results: LeaseResults = decode(&requests.last().unwrap().1).unwrap();
         let RenderOutcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
         assert!(!reason.is_empty());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn job_fails_with_reason_when_download_is_rejected() {
+    let asset = "0".repeat(64);
+    let light = IesLight { profile: asset.clone(), ..IesLight::default() };
+    let lit = Scene { lights: vec![Light::Ies(light)], ..Scene::default() };
+    let mut meshed = grant(&Scene::default(), 32);
+    meshed.work.frame.mesh = MeshSource::Uploaded([0; 32]);
+    let downloads = [(grant(&lit, 32), "light-assets"), (meshed, "meshes")];
+    for (grant, route) in downloads {
+        let requests = FakeServer::new(grant, 204, 204).run_worker().await;
+        assert_eq!(requests[0].0, format!("GET /v1/leases/{route}/{asset}"));
+        let results: LeaseResults = decode(&requests.last().unwrap().1).unwrap();
+        let RenderOutcome::Failed(reason) = results.outcome else { panic!("{results:?}") };
+        assert!(reason.contains("404"), "{reason}");
     }
 }
 

@@ -1,15 +1,13 @@
-//! Worker routes of searches: leases, reports, and files of targets. Binary messages, for brood's
-//! own workers.
+//! Worker routes of searches.
 
 use axum::body::Body;
 use axum::extract::State;
-use axum::response::{IntoResponse, Response};
-use brood_protocol::{
-    CONTENT_TYPE, JobId, SearchReport, SearchRequest, SearchTicket, TargetBytes, encode,
-};
-use http::{Request, StatusCode, header};
+use axum::response::Response;
+use brood_protocol::{JobId, SearchReport, SearchRequest, SearchTicket, encode};
+use http::{Request, StatusCode};
 
-use super::lease::{for_logs, granted, read};
+use super::{check_same, for_logs, granted, message, read, read_ticket};
+use crate::dispatch::Search;
 use crate::extract::{NoQuery, Path};
 use crate::limit;
 use crate::problem::ApiError;
@@ -24,9 +22,8 @@ pub async fn claim(
     NoQuery: NoQuery,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let mut asked: SearchRequest = read(request, limit::JSON_BYTES).await?;
-    asked.worker = for_logs(&asked.worker);
-    Ok(granted(app.lease_search(&asked).await?))
+    let SearchRequest { worker, wait_ms } = read(request, limit::JSON_BYTES).await?;
+    Ok(granted(app.lease::<Search>(&for_logs(&worker), wait_ms).await?))
 }
 
 /// Renews the lease of a search.
@@ -40,9 +37,8 @@ pub async fn heartbeat(
     Path(id): Path<JobId>,
     request: Request<Body>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: SearchTicket = read(request, limit::JSON_BYTES).await?;
-    check_same(id, &ticket)?;
-    app.renew_search(&ticket)?;
+    let ticket: SearchTicket = read_ticket(id, request).await?;
+    app.renew_lease::<Search>(&ticket)?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -59,8 +55,7 @@ pub async fn report(
 ) -> Result<Response, ApiError> {
     let report: SearchReport = read(request, limit::SEARCH_REPORT_BYTES).await?;
     check_same(id, &report.ticket)?;
-    let directive = app.report_search(report).await?;
-    Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], encode(&directive)).into_response())
+    Ok(message(encode(&app.report_search(report).await?)))
 }
 
 /// Returns a search to its queue.
@@ -74,31 +69,7 @@ pub async fn release(
     Path(id): Path<JobId>,
     request: Request<Body>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: SearchTicket = read(request, limit::JSON_BYTES).await?;
-    check_same(id, &ticket)?;
-    app.release_search(&ticket).await?;
+    let ticket: SearchTicket = read_ticket(id, request).await?;
+    app.release_lease::<Search>(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
-}
-
-/// Returns a target's file by its hash.
-#[utoipa::path(get, path = "/v1/leases/targets/{hash}", tag = "workers",
-    params(("hash" = String, Path)),
-    responses((status = 200, content_type = "application/vnd.brood.lease")))]
-pub async fn target(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    Path(hash): Path<String>,
-) -> Result<Response, ApiError> {
-    let hash = blake3::Hash::from_hex(&hash)
-        .map_err(|_| ApiError::not_found("a file hash must be 64 hexadecimal digits"))?;
-    let bytes = app.store.target_file(*hash.as_bytes()).await?;
-    let file = encode(&TargetBytes { bytes });
-    Ok(([(header::CONTENT_TYPE, CONTENT_TYPE)], file).into_response())
-}
-
-fn check_same(id: JobId, ticket: &SearchTicket) -> Result<(), ApiError> {
-    if id == ticket.job {
-        return Ok(());
-    }
-    Err(ApiError::bad_request("the ticket and the address name different searches"))
 }

@@ -1,0 +1,244 @@
+//! Render jobs: claims, direct grants, results.
+
+use std::time::Duration;
+
+use bytes::Bytes;
+
+use brood_protocol::{
+    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, RenderItem,
+    RenderJob, RenderOutcome, RenderedPicture, decode,
+};
+use brood_scene::PixelArea;
+use brood_storage::{FIRST_EPOCH, JobState, StorageError};
+
+use super::kind::{JobKind, Jobs, LeaseOf};
+use super::lease::{lease_ms, shortened, stale};
+use super::queue::{PendingGrant, WaitingWorker};
+use super::{Dispatch, FinishedJob};
+use crate::clock::now_ms;
+use crate::picture::{Failure, check};
+use crate::problem::{ApiError, quote};
+use crate::state::{App, AppState};
+
+/// Kind of render jobs.
+pub enum Render {}
+
+/// Render job during its lease.
+pub struct LeasedRender {
+    job: JobId,
+    work: RenderJob,
+    /// Time that the job waited in the queue.
+    queued: Duration,
+}
+
+impl JobKind for Render {
+    const NAME: &'static str = "render";
+    type Ticket = LeaseTicket;
+    type Payload = LeasedRender;
+    type Grant = LeaseGrant;
+
+    fn jobs(dispatch: &Dispatch) -> &Jobs<Self> {
+        &dispatch.renders
+    }
+
+    fn job(lease: &LeaseOf<Self>) -> JobId {
+        lease.payload.job
+    }
+
+    async fn any_queued(app: &AppState) -> Result<bool, StorageError> {
+        app.store.any_queued().await
+    }
+
+    async fn claim(app: &App, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+        while let Some(job) = app.store.claim(worker).await? {
+            let mut work: RenderJob = match decode(&job.payload) {
+                Ok(work) => work,
+                Err(error) => {
+                    tracing::error!(job = %job.id, %error, "cannot decode a stored job");
+                    app.store.fail(job.id, job.epoch, &error.to_string()).await?;
+                    continue;
+                }
+            };
+            let before = work.items.len();
+            work.items = app.without_cached(work.items).await?;
+            app.metrics.skipped.increment((before - work.items.len()) as u64);
+            if work.items.is_empty() {
+                app.store.complete(job.id, job.epoch).await?;
+                continue;
+            }
+            let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
+            let queued = Duration::from_millis(waited_ms);
+            return Ok(Some(grant(app, (job.id, job.epoch), worker, work, queued)));
+        }
+        Ok(None)
+    }
+
+    async fn on_returned(app: &AppState, lease: LeaseOf<Self>, worker_died: bool) {
+        let job = lease.payload.job;
+        match app.store.release(job, lease.ticket.epoch, worker_died).await {
+            Ok(JobState::Dead) => {
+                let reason = "worker_lost: three workers died while rendering it";
+                tracing::error!(%job, reason, "a job has failed permanently");
+                app.picture_cache.fail(keys(&lease), &Failure::Render(reason.into()));
+            }
+            Ok(_) => app.dispatch.renders.notify.notify_one(),
+            Err(error) => {
+                tracing::error!(%job, %error, "cannot requeue a job");
+                app.picture_cache.fail(keys(&lease), &Failure::Internal);
+            }
+        }
+    }
+}
+
+impl AppState {
+    /// Grants a job that is being written as leased directly to a waiting worker.
+    pub fn grant_directly(
+        self: &App,
+        job: JobId,
+        work: RenderJob,
+        waiting: WaitingWorker<Render>,
+    ) -> LeaseTicket {
+        let lease = (job, FIRST_EPOCH);
+        let pending = grant(self, lease, &waiting.worker, work, Duration::ZERO);
+        let ticket = pending.ticket();
+        // If the worker has disconnected, dropping the grant returns the lease.
+        drop(waiting.sender.send(pending));
+        ticket
+    }
+
+    /// Returns the items that must be rendered. Cached pictures, made by another job or before a
+    /// restart, are completed here: a request may be waiting for them.
+    async fn without_cached(
+        self: &App,
+        items: Vec<RenderItem>,
+    ) -> Result<Vec<RenderItem>, ApiError> {
+        if !items.iter().any(|item| self.picture_cache.has(item.key)) {
+            return Ok(items);
+        }
+        let app = self.clone();
+        let reading = tokio::task::spawn_blocking(move || {
+            let mut items = items;
+            items.retain(|item| !app.picture_cache.complete_if_cached(item.key));
+            items
+        });
+        reading.await.map_err(|error| ApiError::internal(error.to_string()))
+    }
+
+    /// Accepts the results of a lease.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.
+    pub async fn results(self: &App, results: LeaseResults) -> Result<(), ApiError> {
+        let lease = self.dispatch.renders.leases.end(&results.ticket).ok_or_else(stale)?;
+        let job = lease.payload.job;
+        let (pictures, work) = match results.outcome {
+            RenderOutcome::Pictures(pictures, work) => (pictures, work),
+            RenderOutcome::Failed(reason) => {
+                let reason = shortened(&reason);
+                tracing::warn!(%job, worker = %lease.worker, reason, "a job failed");
+                return self.fail_job(&lease, &reason).await;
+            }
+        };
+        if let Err(reason) = check_all(&lease.payload.work, &pictures) {
+            tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
+            self.fail_job(&lease, "the worker sent invalid pictures").await?;
+            return Err(ApiError::refused(reason));
+        }
+        let leased = lease.granted.elapsed();
+        self.metrics.render_seconds.record(leased.as_secs_f64());
+        self.metrics.rendered.increment(pictures.len() as u64);
+        self.metrics.work(&work);
+        let times = JobTimes { queued_us: micros(lease.payload.queued), leased_us: micros(leased) };
+        self.dispatch.history.note(job, FinishedJob { work, times });
+        for picture in pictures {
+            self.picture_ready(picture.key, Bytes::from(picture.bytes), true);
+        }
+        // The pictures are already cached, so the answer does not wait for the removal of the
+        // queue's row.
+        let app = self.clone();
+        self.tasks.spawn(async move {
+            if let Err(error) = app.store.complete(job, lease.ticket.epoch).await {
+                tracing::warn!(%job, %error, "cannot remove a finished job from the queue");
+            }
+        });
+        Ok(())
+    }
+
+    /// Marks a job as failed.
+    async fn fail_job(&self, lease: &LeaseOf<Render>, reason: &str) -> Result<(), ApiError> {
+        self.picture_cache.fail(keys(lease), &Failure::Render(reason.into()));
+        Ok(self.store.fail(lease.payload.job, lease.ticket.epoch, reason).await?)
+    }
+}
+
+/// Grants the lease of a claimed job.
+fn grant(
+    app: &App,
+    (job, epoch): (JobId, u64),
+    worker: &str,
+    work: RenderJob,
+    queued: Duration,
+) -> PendingGrant<Render> {
+    let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch };
+    let payload = LeasedRender { job, work: work.clone(), queued };
+    app.dispatch.renders.leases.grant(ticket, worker, payload);
+    let grant = LeaseGrant { ticket, job, ttl_ms: lease_ms(), work };
+    PendingGrant::new(app.clone(), ticket, grant)
+}
+
+fn keys(lease: &LeaseOf<Render>) -> impl Iterator<Item = PictureKey> {
+    lease.payload.work.items.iter().map(|item| item.key)
+}
+
+fn micros(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+}
+
+/// Checks that results are exactly the requested pictures.
+fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), String> {
+    let mut expected: Vec<_> = work.items.iter().map(|item| item.key).collect();
+    let mut given: Vec<_> = pictures.iter().map(|picture| picture.key).collect();
+    expected.sort_unstable();
+    expected.dedup();
+    given.sort_unstable();
+    if expected != given {
+        return Err("the results must be exactly the pictures of the job".to_owned());
+    }
+    let whole = PixelArea::whole(work.frame.size_px);
+    let area = work.frame.area.unwrap_or(whole);
+    for picture in pictures {
+        check(&picture.bytes, work.frame.format, (area.width, area.height))
+            .map_err(|reason| format!("picture {}: {reason}", quote(&picture.key.to_string())))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat, RenderItem};
+    use brood_scene::Scene;
+
+    use super::*;
+
+    fn picture(key: u8, side: u32) -> RenderedPicture {
+        let bytes = brood_eval::encode_png(side, side, &vec![0; (side * side * 4) as usize]);
+        let key = PictureKey([key; 32]);
+        RenderedPicture { key, bytes, exposure_ev: 0.0, samples: 1, operations: 1 }
+    }
+
+    #[test]
+    fn results_are_refused_unless_they_are_the_pictures_asked_for() {
+        let options = (PictureFormat::Png, Backend::Auto);
+        let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
+        let item = |key| RenderItem {
+            key: PictureKey([key; 32]),
+            words: Vec::new(),
+            operations_written: 0,
+        };
+        let work = RenderJob { frame, items: vec![item(2), item(1), item(1)] };
+        check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
+        assert!(check_all(&work, &[picture(1, 16)]).is_err());
+        assert!(check_all(&work, &[picture(1, 16), picture(3, 16)]).is_err());
+        assert!(check_all(&work, &[picture(1, 16), picture(2, 17)]).is_err());
+    }
+}
