@@ -20,7 +20,7 @@ static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations");
 
 /// Returns the options of the write connection.
 pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
-    SqliteConnectOptions::new()
+    let options = SqliteConnectOptions::new()
         .filename(file)
         .create_if_missing(create)
         .journal_mode(SqliteJournalMode::Wal)
@@ -30,19 +30,27 @@ pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
         .pragma("journal_size_limit", JOURNAL_SIZE_LIMIT_BYTES.to_string())
         .pragma("wal_autocheckpoint", "0")
         .thread_name(|_| "brood-sql-write".to_owned())
-        .disable_statement_logging()
+        .disable_statement_logging();
+    in_any_order(options)
 }
 
 /// Returns the options of a read connection.
 pub(crate) fn reading(file: &Path) -> SqliteConnectOptions {
-    SqliteConnectOptions::new()
+    let options = SqliteConnectOptions::new()
         .filename(file)
         .read_only(true)
         .foreign_keys(true)
         .busy_timeout(BUSY_TIMEOUT)
         .pragma("query_only", "ON")
         .thread_name(|n| format!("brood-sql-{n}"))
-        .disable_statement_logging()
+        .disable_statement_logging();
+    in_any_order(options)
+}
+
+/// In tests, reverses the rows of queries without ORDER BY, so that a query that relies on the
+/// order of an index fails.
+fn in_any_order(options: SqliteConnectOptions) -> SqliteConnectOptions {
+    if cfg!(test) { options.pragma("reverse_unordered_selects", "ON") } else { options }
 }
 
 /// Error if a pragma of the write connection does not have the value that durability requires.

@@ -154,7 +154,7 @@ fn scene_is_rejected_with_a_pointer_when_a_number_is_out_of_range() {
         (with_camera(r#"{"eye": [0, 0, 1], "up": [0, 0, 0]}"#), "/camera/up"),
         (with_camera(r#"{"orthographic": -1}"#), "/camera/orthographic"),
         (read(r#"{"scale": 0}"#).unwrap(), "/scale"),
-        (read(r#"{"scale": 1001}"#).unwrap(), "/scale"),
+        (read(r#"{"scale": 1000.1}"#).unwrap(), "/scale"),
         (read(r#"{"mesh": ""}"#).unwrap(), "/mesh"),
         (read(r#"{"lights": []}"#).unwrap(), "/lights"),
         (read(r#"{"lights": [{}, {"position": [0, 1e39, 0]}]}"#).unwrap(), "/lights/1/position"),
@@ -197,5 +197,26 @@ fn scene_is_rejected_with_a_pointer_when_a_number_is_out_of_range() {
     cases.push((Scene { lights: vec![Light::default(); 17], ..Scene::default() }, "/lights"));
     for (scene, pointer) in cases {
         assert_eq!(scene.validate().unwrap_err().pointer, pointer, "{scene:?}");
+    }
+}
+
+#[test]
+fn scene_is_accepted_when_numbers_are_at_the_ends_of_their_ranges() {
+    let lights: Vec<&str> = vec!["{}"; 16];
+    let lights = format!(r#"{{"lights": [{}]}}"#, lights.join(","));
+    let cases = [
+        r#"{"scale": 1000}"#,
+        r#"{"scale": 1e-3}"#,
+        r#"{"camera": {"fov_y_deg": 169.9}}"#,
+        r#"{"camera": {"fov_y_deg": 0.2}}"#,
+        r#"{"camera": {"orbit_deg": [720, 90]}}"#,
+        r#"{"film": {"exposure": 64}}"#,
+        r#"{"film": {"exposure": -64}}"#,
+        r#"{"lights": [{"kind": "disk", "samples": 1024}]}"#,
+        r#"{"lights": [{"kind": "spot", "hotspot_deg": 0, "falloff_deg": 180}]}"#,
+        &lights,
+    ];
+    for json in cases {
+        assert_eq!(read(json).unwrap().validate(), Ok(()), "{json}");
     }
 }

@@ -25,7 +25,7 @@ impl SampleSet {
 #[cfg(test)]
 mod tests {
     use brood_brdf::{DirectionPair, Input};
-    use glam::DVec3;
+    use glam::{DVec2, DVec3};
 
     use super::*;
 
@@ -34,11 +34,16 @@ mod tests {
         let direction = |k: u32| DVec3::new(f64::from(k), 1.0, 2.0).normalize();
         let pairs: Vec<_> =
             (0..9).map(|k| DirectionPair::new(direction(k), DVec3::Z).unwrap()).collect();
-        let set = SampleSet::from_pairs(&pairs, &[]);
+        let uvs: Vec<_> = (0..9).map(|k| DVec2::new(f64::from(k), -f64::from(k))).collect();
+        let mut set = SampleSet::from_pairs(&pairs, &uvs);
+        set.irradiance = [1, 10, 100].map(|scale| (0..9).map(|k| (scale * k) as f32).collect());
         let selected = set.select(&[7, 0, 3]);
         assert_eq!(selected.len(), 3);
-        let p1 = set.input(Input::P1);
-        assert_eq!(selected.input(Input::P1), [p1[7], p1[0], p1[3]]);
+        for input in [Input::P1, Input::U, Input::V] {
+            let values = set.input(input);
+            assert_eq!(selected.input(input), [values[7], values[0], values[3]], "{input:?}");
+        }
+        assert_eq!(selected.irradiance(), [[7., 0., 3.], [70., 0., 30.], [700., 0., 300.]]);
         assert!(set.select(&[]).is_empty());
     }
 }
