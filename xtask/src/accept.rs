@@ -1,8 +1,9 @@
-//! `cargo xtask accept`: that the functions keep their promises for every f32, and that nothing random breaks anything.
+//! `cargo xtask accept`: checks the functions for every f32, and random programs for errors.
 //!
-//! Owns how much is run: `--short` is what continuous integration can afford, `--long` is everything; `--data` adds what others rendered and
-//! measured, `--peers` metrics by packages from PyPI. The work itself
-//! is an example of the genome crate and `brood bench stress`; each fails by itself where something is beyond a bound.
+//! Owns the amount of work: `--short` fits continuous integration, `--long` is complete; `--data`
+//! adds renders and measurements by other programs, `--peers` adds metrics by packages from PyPI.
+//! The checks are an example of the genome crate and `brood bench stress`; each fails on its own if
+//! a bound is exceeded.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,39 +12,37 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::json;
 
+use crate::bench::material;
 use crate::prerequisite::Prerequisites;
 use crate::{bench, shell, suite};
 
-/// Every so many bit patterns in the short form; a prime, so that no pattern of bits is left out.
+/// Stride over the bit patterns in the short form; a prime, so that every bit varies.
 const SHORT_STRIDE: u32 = 61;
-/// Program x sample evaluations at each level.
+/// Number of program x sample evaluations at each level.
 const SHORT_EVALUATIONS: u64 = 10_000_000;
 const LONG_EVALUATIONS: u64 = 1_000_000_000;
-/// Direction pairs whose inputs are swapped.
+/// Number of direction pairs whose inputs are swapped.
 const SHORT_PAIRS: u64 = 1_000_000;
 const LONG_PAIRS: u64 = 100_000_000;
-/// Largest error of a Lambert sphere against a picture by another program, whose 64 random samples a pixel leave about
-/// 4e-4 of it.
+/// Largest RMSE of a Lambert sphere against a picture by another program, whose 64 random samples
+/// per pixel account for about 4e-4 of it.
 const LAMBERT_RMSE: f64 = 1e-3;
-/// The same of spheres with highlights, which are 1.4 to 6.5 at their brightest.
+/// Largest RMSE of spheres with highlights, whose brightest values are 1.4 to 6.5.
 const HIGHLIGHT_RMSE: f64 = 1.6e-3;
-/// Measured materials and the largest error of each, about 1.4 times what it is. The second one's highlight is 66.
+/// Measured materials with the largest allowed RMSE of each, about 1.4 times the measured one. The
+/// second one's highlight is 66.
 const MEASURED: [(&str, f64); 4] = [
     ("paper_white", 1.3e-3),
     ("cg_sunflower", 5.2e-3),
     ("colodur_napoli_4f", 3e-4),
     ("cc_ibiza_sunset", 5e-4),
 ];
-/// The other renderer follows light from the eye and takes the eye's direction for that of the measurement's light; it keeps values
-/// below 0. Highlights of varnished films are finer than a pixel.
+/// The other renderer traces from the eye, uses the eye's direction as the measurement's light
+/// direction, and keeps values below 0. Highlights of varnished films are finer than a pixel, hence
+/// 256 samples.
 const MEASURED_OPTIONS: [&str; 4] = ["--swap", "--keep-negative", "--samples", "256"];
-/// Plastic of refractive index 1.49 in air, as the other program integrates it.
-const ROUGH_PLASTIC: &str =
-    "rough-plastic\nalbedo 0.1 0.27 0.36\nior 1.489587\nroughness 0.1\ninternal mitsuba";
-const PRINCIPLED: &str = "principled\nbase_color 0.6 0.2 0.1\nroughness 0.35\nsheen 0.3\nclearcoat 0.6\n\
-                          clearcoat_gloss 0.8\ncoat_form mitsuba";
 
-/// What the command line says.
+/// Options of the command line.
 #[derive(Debug, Default, PartialEq)]
 struct Options {
     long: bool,
@@ -70,18 +69,18 @@ impl Options {
     }
 }
 
-/// Builds what is needed and runs one of the forms.
+/// Builds the binaries and runs the short or the long form.
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(words)?;
     let target = suite::target_directory()?;
-    // Ten thousand million evaluations are worth a build.
+    // 10^10 evaluations justify a release build.
     let profile = if options.long { "release" } else { "dev" };
     let binaries = target.join(if options.long { "release" } else { "debug" });
     let build = ["build", "--locked", "--profile", profile, "--package"];
     shell::run(shell::cargo().args(build).arg("brood"))?;
     let example = ["brood-genome", "--example", "functions"];
     shell::run(shell::cargo().args(build).args(example))?;
-    let found = Prerequisites::look();
+    let found = Prerequisites::find();
     let started = Instant::now();
     let mut failed = Vec::new();
     let mut step = |name: &str, outcome: Result<()>| {
@@ -96,10 +95,10 @@ pub fn run(words: &[&str]) -> Result<()> {
         step("metrics", bench::metrics(&binaries.join("brood")));
     }
     match &options.data {
-        None => println!("without --data nothing is held against pictures from outside"),
+        None => println!("no --data: skipping the comparison with pictures of other renderers"),
         Some(data) => {
-            step("pictures from outside", pictures(&binaries, &target, data));
-            step("values from outside", oracle(data));
+            step("pictures of other renderers", pictures(&binaries, &target, data));
+            step("values of other programs", oracle(data));
         }
     }
     println!("accept: {:.0} s", started.elapsed().as_secs_f64());
@@ -107,7 +106,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// The short form with what a build of everything has left there.
+/// Runs the short form with the binaries of a previous full build.
 pub fn short(target: &Path, found: &Prerequisites) -> Result<()> {
     let binaries = target.join("debug");
     functions(&binaries, false).and(stress(&binaries, found, false))
@@ -128,9 +127,9 @@ fn stress(binaries: &Path, found: &Prerequisites, long: bool) -> Result<()> {
     shell::run(command.args(["--pairs", &pairs.to_string()]))
 }
 
-/// Models that published fits are made with, and measured materials, against values by other programs.
+/// Compares models and measured materials with values computed by other programs.
 fn oracle(data: &Path) -> Result<()> {
-    let data = std::path::absolute(data).context("find the data")?;
+    let data = std::path::absolute(data).context("resolve --data")?;
     let mut command = shell::cargo();
     command.args(["run", "--locked", "--package", "brood-brdf", "--example", "oracle", "--"]);
     shell::run(command.arg(data))
@@ -140,33 +139,34 @@ fn brood(binaries: &Path) -> Command {
     shell::command(binaries.join("brood"))
 }
 
-/// Spheres under a distant light, against the same by another renderer: a genome, models and measured materials.
+/// Compares spheres under a distant light with those of another renderer: a genome, models and
+/// measured materials.
 fn pictures(binaries: &Path, target: &Path, data: &Path) -> Result<()> {
     let folder = target.join("accept");
-    std::fs::create_dir_all(&folder).context("make a folder")?;
+    std::fs::create_dir_all(&folder).context("create the folder")?;
     let scene = folder.join("scene.json");
     std::fs::write(&scene, distant_light().to_string()).context("write the scene")?;
     let cases = [
         ("lambert_0.5_0.3_0.2", lambert([0.5, 0.3, 0.2]), LAMBERT_RMSE),
-        ("lambert_0.5_0.3_0.2", model("lambert\nalbedo 0.5 0.3 0.2"), LAMBERT_RMSE),
-        ("ggx_gold_a0.2", model("conductor\nroughness 0.2"), HIGHLIGHT_RMSE),
-        ("roughplastic_a0.1", model(ROUGH_PLASTIC), HIGHLIGHT_RMSE),
-        ("principled_clearcoat", model(PRINCIPLED), HIGHLIGHT_RMSE),
+        ("lambert_0.5_0.3_0.2", model(&material::lambert()), LAMBERT_RMSE),
+        ("ggx_gold_a0.2", model(&material::gold()), HIGHLIGHT_RMSE),
+        ("roughplastic_a0.1", model(&material::rough_plastic()), HIGHLIGHT_RMSE),
+        ("principled_clearcoat", model(&material::principled()), HIGHLIGHT_RMSE),
     ];
     let sphere = Sphere { binaries, folder: &folder, scene: &scene, data };
-    for (name, material, most) in cases {
+    for (name, material, rmse_max) in cases {
         let file = folder.join("material.brood");
         std::fs::write(&file, &material).context("write the material")?;
-        sphere.compare(name, &file, &[], most)?;
+        sphere.compare(name, &file, &[], rmse_max)?;
     }
-    for (name, most) in MEASURED {
+    for (name, rmse_max) in MEASURED {
         let file = data.join(format!("rgl/{name}_rgb.bsdf"));
-        sphere.compare(&format!("rgl_{name}"), &file, &MEASURED_OPTIONS, most)?;
+        sphere.compare(&format!("rgl_{name}"), &file, &MEASURED_OPTIONS, rmse_max)?;
     }
     Ok(())
 }
 
-/// How a sphere is rendered, and where the pictures of the other renderer are.
+/// Folders and files of the comparison.
 struct Sphere<'a> {
     binaries: &'a Path,
     folder: &'a Path,
@@ -175,31 +175,31 @@ struct Sphere<'a> {
 }
 
 impl Sphere<'_> {
-    fn compare(&self, name: &str, material: &Path, options: &[&str], most: f64) -> Result<()> {
-        let wanted = self.data.join(format!("renders_mitsuba/sphere_l45_{name}.exr"));
-        ensure!(wanted.is_file(), "no {}", wanted.display());
-        let wanted = wanted.canonicalize().context("find the picture")?;
-        let material = material.canonicalize().context("find the material")?;
+    fn compare(&self, name: &str, material: &Path, options: &[&str], rmse_max: f64) -> Result<()> {
+        let expected = self.data.join(format!("renders_mitsuba/sphere_l45_{name}.exr"));
+        ensure!(expected.is_file(), "{} is missing", expected.display());
+        let expected = expected.canonicalize().context("resolve the picture")?;
+        let material = material.canonicalize().context("resolve the material")?;
         let picture = self.folder.join("sphere.exr");
         let mut render = brood(self.binaries);
         render.arg("render").arg(&material).arg("--scene").arg(self.scene).args(options);
         shell::run(render.args(["--size", "128"]).arg("--output").arg(&picture))?;
         let text = shell::output(
-            brood(self.binaries).args(["diff", "--metric", "rmse"]).arg(&wanted).arg(&picture),
+            brood(self.binaries).args(["diff", "--metric", "rmse"]).arg(&expected).arg(&picture),
         )?;
         let rmse: f64 = text.trim().parse().context("read the difference")?;
         println!("{name}: RMSE {rmse:.2e}");
-        ensure!(rmse <= most, "{name} is off by more than {most:e}");
+        ensure!(rmse <= rmse_max, "{name}: RMSE {rmse:.2e} is above the limit of {rmse_max:e}");
         Ok(())
     }
 }
 
-/// A file of a model, from its name and its parameters.
-fn model(words: &str) -> String {
-    format!("brood 1\n.model {words}\n")
+/// Text of a material file with the model of a pair.
+fn model(pair: &material::Pair) -> String {
+    format!("brood 1\n.model {}\n", pair.model)
 }
 
-/// f = albedo / pi, without a square root to be rounded: the square is 1, the scale does the rest.
+/// f = albedo / pi without a rounded square root: the square is 1, and the scale gives f.
 fn lambert(albedo: [f64; 3]) -> String {
     let [red, green, blue] = albedo.map(|value| value / std::f64::consts::PI);
     format!(
@@ -208,7 +208,7 @@ fn lambert(albedo: [f64; 3]) -> String {
     )
 }
 
-/// Light from normalise(1, 1, sqrt 2) with irradiance pi, so far away that it is parallel.
+/// Light from normalise(1, 1, sqrt 2) with irradiance pi, distant enough to be parallel.
 fn distant_light() -> serde_json::Value {
     let distance = 1e5;
     let position = [0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2].map(|part: f64| part * distance);
@@ -225,13 +225,13 @@ mod tests {
     use super::{Options, lambert};
 
     #[test]
-    fn options_are_refused_when_a_word_is_unknown_or_a_value_is_missing() {
+    fn options_are_rejected_when_a_word_is_unknown_or_a_value_is_missing() {
         assert!(Options::parse(&["--all"]).is_err());
         assert!(Options::parse(&["--data"]).is_err());
     }
 
     #[test]
-    fn form_is_short_unless_told_otherwise() {
+    fn form_is_short_by_default() {
         assert_eq!(Options::parse(&[]).unwrap(), Options::default());
         let long = Options::parse(&["--long", "--peers", "--data", "d"]).unwrap();
         assert!(long.long && long.peers && long.data.is_some());

@@ -1,8 +1,9 @@
-//! `cargo xtask callgrind`: how many instructions fixed pieces of work take, against a committed table.
+//! `cargo xtask callgrind`: instruction counts of fixed work, compared with a committed table.
 //!
-//! A count does not depend on what else the machine does, so it can guard against slowness where times cannot. Owns the
-//! table's format and when a count is objected to. The work is the example `instruction_count` of the eval crate, in
-//! the profile that tests use; callgrind does not know AVX-512, so it is the AVX2 code that is counted.
+//! Counts do not depend on other load, so they detect slow-downs where times cannot. Owns the
+//! format of the table and the tolerance. The work is the example `instruction_count` of the eval
+//! crate in the profile of the tests. callgrind does not support AVX-512, so the AVX2 code is
+//! counted.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,26 +13,26 @@ use serde_json::{Map, Value, json};
 
 use crate::{shell, suite};
 
-/// The pieces of work, as the example calls them.
+/// Work items by their names in the example.
 const WORK: [&str; 4] = ["evaluate", "lower", "picture", "breed"];
-/// The table.
+/// File of the recorded counts.
 const TABLE: &str = "docs/bench/instructions.json";
-/// A count that grew by more than this share is objected to; one that shrank by more is worth recording.
+/// Relative growth above which a count fails; a larger decrease is worth recording.
 const TOLERANCE: f64 = 0.03;
-/// The example's exit code where the machine has no AVX2.
+/// Exit code of the example on machines without AVX2.
 const NO_LEVEL: i32 = 77;
 
-/// Builds the example, counts, and compares or writes the table.
+/// Builds the example, counts, and compares with or updates the table.
 pub fn run(update: bool) -> Result<()> {
     let target = suite::target_directory()?;
     let example =
         ["build", "--locked", "--package", "brood-eval", "--example", "instruction_count"];
     shell::run(shell::cargo().args(example))?;
     if shell::find_program("valgrind").is_none() {
-        bail!("no valgrind (Debian: valgrind)");
+        bail!("valgrind is not installed (Debian: valgrind)");
     }
     if update {
-        let counts = count_all(&target)?.context("this machine has no AVX2 to count with")?;
+        let counts = count_all(&target)?.context("counting needs a machine with AVX2")?;
         let path = shell::root().join(TABLE);
         std::fs::write(&path, format!("{:#}\n", table(&counts))).context("write the table")?;
         println!("written to {TABLE}");
@@ -40,7 +41,7 @@ pub fn run(update: bool) -> Result<()> {
     check(&target)
 }
 
-/// Counts what a build of everything has left there and compares; says so where it cannot.
+/// Counts with the binaries of a previous full build and compares; prints a line if it cannot.
 pub fn guard(target: &Path) -> Result<()> {
     if shell::find_program("valgrind").is_none() {
         println!("skipped: no valgrind (Debian: valgrind), and it could not be installed");
@@ -58,44 +59,42 @@ fn check(target: &Path) -> Result<()> {
         println!("skipped: this machine has no AVX2");
         return Ok(());
     };
-    let mut refused = Vec::new();
+    let mut failed = Vec::new();
     for (work, count) in &counts {
         let recorded = table["instructions"][work].as_u64();
         let verdict = Verdict::of(*count, recorded);
         println!("{}", verdict.line(work, *count, recorded));
         if matches!(verdict, Verdict::More(_) | Verdict::Unknown) {
-            refused.push(work.as_str());
+            failed.push(work.as_str());
         }
     }
-    if refused.is_empty() {
+    if failed.is_empty() {
         return Ok(());
     }
     let (then, now) = (table["rustc"].as_str().unwrap_or("not known"), rustc()?);
     let other = if then == now {
         String::new()
     } else {
-        format!(
-            " The table was written with {then}, this is {now}, which may be all there is to it."
-        )
+        format!(" The table was written with {then}, this is {now}, which may be the only reason.")
     };
     bail!(
-        "more instructions than {TABLE} allows: {}.{other} To see where they go: callgrind_annotate {}. Where the \
-         work is worth it: cargo xtask callgrind --update, and say why in the commit",
-        refused.join(", "),
-        output_file(target, refused[0]).display(),
+        "more instructions than {TABLE} allows: {}.{other} To see where they are spent: callgrind_annotate {}. If the \
+         increase is justified: cargo xtask callgrind --update, with the reason in the commit",
+        failed.join(", "),
+        output_file(target, failed[0]).display(),
     )
 }
 
-/// How a count compares.
+/// Result of comparing a count with the table.
 #[derive(Debug, PartialEq)]
 enum Verdict {
-    /// Within the tolerance, by this share.
+    /// Within the tolerance, with the relative change.
     Same(f64),
-    /// Fewer: the table could be written anew.
+    /// Fewer, with the relative change: the table may be updated.
     Less(f64),
-    /// More than is allowed.
+    /// More than the tolerance allows, with the relative change.
     More(f64),
-    /// The table has no such line.
+    /// Missing from the table.
     Unknown,
 }
 
@@ -117,9 +116,7 @@ impl Verdict {
     fn line(&self, work: &str, count: u64, recorded: Option<u64>) -> String {
         let (share, words) = match self {
             Self::Same(share) => (*share, ""),
-            Self::Less(share) => {
-                (*share, "  fewer: cargo xtask callgrind --update would record it")
-            }
+            Self::Less(share) => (*share, "  fewer: cargo xtask callgrind --update records it"),
             Self::More(share) => (*share, "  MORE than allowed"),
             Self::Unknown => return format!("{work:<10} {count:>12}  is not in {TABLE}"),
         };
@@ -128,10 +125,12 @@ impl Verdict {
     }
 }
 
-/// Instructions of each piece of work; none where the machine cannot run them.
+/// Instructions of each work item; `None` if the machine cannot run them.
 fn count_all(target: &Path) -> Result<Option<Vec<(String, u64)>>> {
-    println!("instructions by callgrind, one thread, AVX2 (it does not know AVX-512), profile dev");
-    std::fs::create_dir_all(target.join("callgrind")).context("make a folder for the counts")?;
+    println!(
+        "instructions by callgrind, one thread, AVX2 (callgrind does not support AVX-512), profile dev"
+    );
+    std::fs::create_dir_all(target.join("callgrind")).context("create the folder of the counts")?;
     let mut counts = Vec::new();
     for work in WORK {
         match count(target, work)? {
@@ -149,11 +148,14 @@ fn count(target: &Path, work: &str) -> Result<Option<u64>> {
     if output.status.code() == Some(NO_LEVEL) {
         return Ok(None);
     }
-    let said = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "valgrind on {work} ended with {}:\n{said}", output.status);
-    let text = std::fs::read_to_string(&file).context("read what callgrind wrote")?;
-    let count = total(&text).context("find the total in what callgrind wrote")?;
-    ensure!(count > 0, "nothing was counted for {work}: is its function still called `measured`?");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "valgrind on {work} ended with {}:\n{stderr}", output.status);
+    let text = std::fs::read_to_string(&file).context("read callgrind's output")?;
+    let count = total(&text).context("find the total in callgrind's output")?;
+    ensure!(
+        count > 0,
+        "no instructions were counted for {work}: its function must be called `measured`"
+    );
     Ok(Some(count))
 }
 
@@ -171,13 +173,13 @@ fn command(target: &Path, work: &str, file: &Path) -> Command {
         .arg(out)
         .arg(target.join("debug/examples/instruction_count"))
         .arg(work)
-        // The allocator would keep an arena for each thread, as many as there are cores.
+        // Otherwise the allocator creates arenas depending on the number of cores.
         .env("MALLOC_ARENA_MAX", "1")
         .env("RAYON_NUM_THREADS", "1");
     command
 }
 
-/// The number after `totals:` (or `summary:`, which older versions write) in callgrind's file.
+/// Number after `totals:` (or `summary:`, as older versions write) in callgrind's file.
 fn total(text: &str) -> Option<u64> {
     let line = |key: &str| text.lines().find_map(|line| line.strip_prefix(key));
     let numbers = line("totals:").or_else(|| line("summary:"))?;
@@ -211,14 +213,14 @@ mod tests {
     }
 
     #[test]
-    fn count_is_refused_when_it_grew_by_more_than_the_tolerance() {
+    fn count_fails_when_it_grows_by_more_than_the_tolerance() {
         assert!(matches!(Verdict::of(1_031, Some(1_000)), Verdict::More(_)));
         assert!(matches!(Verdict::of(1_029, Some(1_000)), Verdict::Same(_)));
         assert!(matches!(Verdict::of(900, Some(1_000)), Verdict::Less(_)));
     }
 
     #[test]
-    fn count_is_refused_when_the_table_does_not_have_it() {
+    fn count_fails_when_it_is_missing_from_the_table() {
         assert_eq!(Verdict::of(5, None), Verdict::Unknown);
         assert_eq!(Verdict::of(5, Some(0)), Verdict::Unknown);
     }

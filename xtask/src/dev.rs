@@ -1,15 +1,16 @@
-//! The quick loop: everything that can be checked without building wgpu.
+//! Quick loop: everything that can be checked without building wgpu.
 //!
-//! Owns which packages are left out of a working day's loop. Refuses to know the full suite.
+//! Owns the list of packages left out of it.
 
 use anyhow::Result;
 
 use crate::shell;
 
-/// Packages that need wgpu, or a built server, or a browser.
+/// Packages that need wgpu, a built server, or a browser.
 const LEFT_OUT: [&str; 2] = ["brood-gpu", "brood-tests"];
 
-/// Checks and unit tests of the libraries, the server, and of worker and command line without the `gpu` feature.
+/// Checks the workspace and runs the unit tests of libraries and binaries, without the `gpu`
+/// feature.
 pub fn run() -> Result<()> {
     let mut check = shell::cargo();
     check.args(["check", "--workspace", "--all-targets", "--no-default-features"]);

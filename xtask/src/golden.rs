@@ -1,7 +1,7 @@
-//! Golden images: the comparison on its own, and the one command that writes them anew.
+//! Golden images: compares them on their own, or rewrites them.
 //!
-//! Owns the switch between comparing and writing. Refuses to know the pictures: they are made and compared by the
-//! `golden` test of the tests package, which leaves its report in target/golden/.
+//! Independent of the pictures: the `golden` test of the tests package renders and compares them,
+//! and leaves its report in target/golden/.
 
 use anyhow::Result;
 
@@ -10,8 +10,8 @@ use crate::suite::target_directory;
 
 /// Builds `brood`, then compares (or rewrites) every case of tests/golden/.
 pub fn run(update: bool) -> Result<()> {
-    // The whole workspace, though one binary is wanted: cargo joins features over what it is asked to build, and the
-    // same question as in the full suite finds everything built already.
+    // Builds the whole workspace, although one binary is needed: cargo unifies features over the
+    // requested packages, so that the same request as in the full suite reuses its build.
     shell::run(shell::cargo().args(["build", "--workspace", "--bins"]))?;
     let target = target_directory()?;
     let mut test = shell::cargo();

@@ -1,7 +1,7 @@
-//! `cargo xtask`: the tasks of this repository as one small program.
+//! `cargo xtask`: development tasks of this repository.
 //!
-//! Owns what is run, in which order, and what counts as a pass. Refuses to know how anything is computed: it starts
-//! cargo, node and the package manager, and reads their answers. Kept light, because it is built before everything else.
+//! Owns the tasks, their order and the criterion of success. It only starts cargo, node and the
+//! package manager and reads their output. Kept small, because it is built before everything else.
 
 mod accept;
 mod bench;
@@ -17,24 +17,26 @@ use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask <task>
 
-  test                        install what is missing, build once, run everything
+  test                        install missing tools, build once, run all checks and tests
   ci                          the same; what .ci/run calls
   dev                         quick loop: check and unit tests without the gpu feature
-  golden [--update]           compare the golden images, or write them anew; report in target/golden/
+  golden [--update]           compare the golden images, or rewrite them; report in target/golden/
   accept [--short | --long] [--data DIR]
-                              functions against f64 and random programs: some of the arguments, or all 2^32 of them
-  callgrind [--update]        instructions of fixed work against docs/bench/instructions.json, or write it anew
+                              check functions against f64 and random programs, for some arguments or for all 2^32
+  callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
-                              other programs on the same work, installed below target/, with ratios
+                              compare the speed of other programs on the same work, installed below target/
   bench fit --data DIR [--materials NAME,...] [--out DIR] [--release | --brood FILE] [--require]
-                              fits of measured materials beside symbolic regression and published fits
+                              compare fits of measured materials with symbolic regression and published fits
   bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
-                              known kinds of material recovered from one picture, beside Mitsuba with Adam and pycma
+                              recover known kinds of material from one picture, compared with Mitsuba with Adam and pycma
   bench live [--angle NAME,...] [--hardware] [--out DIR] [--release | --brood FILE] [--require]
-                              frames a second of the page, and exports to the bit, by each driver of graphics there is
+                              measure the frame rate of the page and the bits of exports with each available graphics driver
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
-                              another renderer's pictures of the same materials, and how far ours are from them
-  tidy [--update-duplicates]  rules of the source tree: crate arrows, file lengths, forbidden words
+                              compare pictures of the same materials with those of another renderer
+  tidy [PREFIX ...]           rules of the source tree: crate arrows, file lengths, wording; in all files or those
+                              whose path begins with a PREFIX
+  tidy --update-duplicates    writes the list of duplicate dependencies anew
   help                        this text
 ";
 
@@ -54,8 +56,8 @@ fn main() -> ExitCode {
         ["bench", "fit", options @ ..] => bench::fit(options),
         ["bench", "inverse", options @ ..] => bench::inverse(options),
         ["bench", "live", options @ ..] => bench::live(options),
-        ["tidy"] => tidy::run(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
+        ["tidy", prefixes @ ..] => tidy::run(prefixes),
         [] | ["help" | "--help" | "-h"] => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;

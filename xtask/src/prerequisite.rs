@@ -1,8 +1,8 @@
-//! What the tests need besides Rust, a C++ compiler and Node: a software Vulkan driver, a browser and its driver, and
-//! an instruction counter.
+//! External tools of the tests, besides Rust, a C++ compiler and Node: a software Vulkan driver, a
+//! browser and its driver, and an instruction counter.
 //!
-//! Owns finding these and installing what is missing, saying so first. Refuses to know what they are used for. Where
-//! it cannot install (no Debian, no rights) it says what to do, and the step that needs the thing fails by itself.
+//! Finds these tools and installs missing ones, after printing what is missing. If it cannot
+//! install (no Debian, no rights) it prints what to do, and the step that needs the tool fails.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,24 +11,24 @@ use anyhow::{Result, bail};
 
 use crate::shell;
 
-/// What the checks of the page need, in the versions that tests/browser/package-lock.json names.
-const NPM_PACKAGES: [&str; 3] = ["playwright-core", "axe-core", "typescript"];
+/// npm packages of the page's checks, in the versions of tests/browser/package-lock.json.
+const NPM_PACKAGES: [&str; 4] = ["playwright-core", "axe-core", "typescript", "openapi-typescript"];
 
-/// The reference compiler of GLSL.
+/// Reference compiler of GLSL.
 const GLSL_COMPILER: &str = "glslangValidator";
 
-/// What was found, after installing what was missing.
+/// Tools found after installing missing ones.
 pub struct Prerequisites {
-    /// Manifest of the software Vulkan driver; none means that tests on a GPU use whatever adapter there is.
+    /// Manifest of the software Vulkan driver; without it GPU tests use whatever adapter exists.
     pub lavapipe: Option<PathBuf>,
-    /// The browser of the journey.
+    /// Browser of the journey test.
     pub chromium: Option<PathBuf>,
-    /// Whether `cargo nextest` runs.
+    /// True if `cargo nextest` is installed.
     pub nextest: bool,
 }
 
 impl Prerequisites {
-    /// Looks, installs what is missing, and looks again.
+    /// Finds the tools and installs missing ones.
     pub fn install() -> Self {
         let mut packages = Vec::new();
         if lavapipe().is_none() {
@@ -55,21 +55,21 @@ impl Prerequisites {
         if let Err(error) = install_browser_driver() {
             eprintln!("could not install the browser's driver: {error:#}");
         }
-        let found = Self::look();
+        let found = Self::find();
         found.report();
         found
     }
 
-    /// Only looks.
-    pub fn look() -> Self {
+    /// Finds the tools without installing any.
+    pub fn find() -> Self {
         Self { lavapipe: lavapipe(), chromium: chromium(), nextest: nextest_is_installed() }
     }
 
-    /// Sets what the tests read from their environment.
+    /// Sets the environment variables that the tests read.
     pub fn apply(&self, command: &mut Command) {
         if let Some(manifest) = &self.lavapipe {
-            // Both names: the second is the one that current loaders read, the first what older ones know. With the
-            // driver named, a test that finds no adapter is broken and has to fail.
+            // Current loaders read the first variable, older ones the second. With the driver set,
+            // a test that finds no adapter is broken and must fail.
             command
                 .env("VK_DRIVER_FILES", manifest)
                 .env("VK_ICD_FILENAMES", manifest)
@@ -78,7 +78,7 @@ impl Prerequisites {
         if let Some(browser) = &self.chromium {
             command.env("CHROMIUM", browser);
         }
-        // With the compiler there, a test that does not find it is broken and has to fail.
+        // With the compiler installed, a test that does not find it is broken and must fail.
         if let Some(compiler) = shell::find_program(GLSL_COMPILER) {
             command.env("GLSL_COMPILER", compiler);
         }
@@ -97,7 +97,7 @@ impl Prerequisites {
     }
 }
 
-/// The manifest of Mesa's software driver, in one of the folders that Vulkan loaders search.
+/// Manifest of Mesa's software driver, in the folders searched by Vulkan loaders.
 fn lavapipe() -> Option<PathBuf> {
     let folders = ["/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
     let of_this_machine = format!(".{}.", std::env::consts::ARCH);
@@ -108,7 +108,7 @@ fn lavapipe() -> Option<PathBuf> {
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| name_of(path).starts_with("lvp_icd"))
         .collect();
-    // Drivers of a foreign architecture may lie beside the one that fits.
+    // Drivers of another architecture may be installed too.
     found.sort_by_key(|path| (!name_of(path).contains(&of_this_machine), path.clone()));
     found.into_iter().next()
 }
@@ -117,7 +117,7 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The browser named by `$CHROMIUM`, else one on the search path.
+/// Browser given by `$CHROMIUM`, else one from the search path.
 fn chromium() -> Option<PathBuf> {
     if let Some(path) = std::env::var_os("CHROMIUM") {
         return Some(PathBuf::from(path)).filter(|path| path.is_file());
@@ -129,13 +129,13 @@ fn nextest_is_installed() -> bool {
     shell::cargo().args(["nextest", "--version"]).output().is_ok_and(|it| it.status.success())
 }
 
-/// Installs Debian packages, where this is such a system and there is the right to.
+/// Installs Debian packages; fails on other systems and without the rights.
 pub fn install_debian(packages: &[&str]) -> Result<()> {
     if shell::find_program("apt-get").is_none() {
-        bail!("this is no Debian system; install them by hand");
+        bail!("apt-get not found: this is not a Debian system; install the packages by hand");
     }
     println!("installing Debian packages: {}", packages.join(" "));
-    // An index that cannot be refreshed may still hold the packages.
+    // Continues without a refreshed index, which may still contain the packages.
     if let Err(error) = shell::run(apt_get()?.args(["update", "--quiet"])) {
         eprintln!("{error:#}");
     }
@@ -147,7 +147,7 @@ pub fn install_debian(packages: &[&str]) -> Result<()> {
     )
 }
 
-/// apt-get as root, or through a sudo that asks nothing.
+/// apt-get as root, or through a sudo that needs no password.
 fn apt_get() -> Result<Command> {
     let user = shell::output(shell::command("id").arg("-u"))?;
     let mut command = if user.trim() == "0" {
@@ -157,13 +157,14 @@ fn apt_get() -> Result<Command> {
         sudo.args(["--non-interactive", "DEBIAN_FRONTEND=noninteractive", "apt-get"]);
         sudo
     } else {
-        bail!("neither root nor sudo");
+        bail!("installing needs root, or sudo without a password");
     };
     command.env("DEBIAN_FRONTEND", "noninteractive");
     Ok(command)
 }
 
-/// Puts the browser's driver, the accessibility checker and the type checker beside the journey, unless the locked versions are there.
+/// Installs the browser's driver, the accessibility checker and the type checker for the page,
+/// unless the locked versions are installed.
 pub fn install_browser_driver() -> Result<()> {
     let folder = shell::root().join("tests/browser");
     let lock = std::fs::read_to_string(folder.join("package-lock.json"))?;
@@ -184,10 +185,10 @@ fn installed_versions_match(lock: &str, folder: &Path) -> bool {
         Some(json.pointer(pointer)?.as_str()?.to_owned())
     };
     NPM_PACKAGES.into_iter().all(|name| {
-        let wanted = version_in(lock, &format!("/packages/node_modules~1{name}/version"));
+        let locked = version_in(lock, &format!("/packages/node_modules~1{name}/version"));
         let manifest = folder.join("node_modules").join(name).join("package.json");
         let found =
             std::fs::read_to_string(manifest).ok().and_then(|text| version_in(&text, "/version"));
-        wanted.is_some() && wanted == found
+        locked.is_some() && locked == found
     })
 }

@@ -1,6 +1,4 @@
-//! Starting other programs from the repository root.
-//!
-//! Owns where commands run and how a failure reads. Refuses to know which commands there are.
+//! Runs other programs from the repository root and reports their failures.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -8,19 +6,19 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-/// The repository root, which is where every command runs.
+/// Repository root, the working directory of every command.
 pub fn root() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
-    manifest.parent().expect("the xtask package lies one level below the root").to_path_buf()
+    manifest.parent().expect("the xtask package is one level below the root").to_path_buf()
 }
 
-/// The cargo that started this program, so that a toolchain override holds for what it starts.
+/// The cargo that started this program, so that a toolchain override also applies to its commands.
 pub fn cargo() -> Command {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     command(program)
 }
 
-/// A command that runs in the repository root with nothing to read.
+/// Command in the repository root with empty stdin.
 pub fn command(program: impl AsRef<std::ffi::OsStr>) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root()).stdin(Stdio::null());
@@ -37,8 +35,8 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// Runs a command, shows both of its streams line by line, and hands every line to `seen`.
-pub fn run_watched(command: &mut Command, seen: impl Fn(&str) + Sync) -> Result<()> {
+/// Runs a command, prints both of its streams line by line, and passes every line to `on_line`.
+pub fn run_watched(command: &mut Command, on_line: impl Fn(&str) + Sync) -> Result<()> {
     println!("$ {}", line(command));
     let mut child = command
         .stdout(Stdio::piped())
@@ -51,12 +49,12 @@ pub fn run_watched(command: &mut Command, seen: impl Fn(&str) + Sync) -> Result<
         scope.spawn(|| {
             for text in lines(out) {
                 println!("{text}");
-                seen(&text);
+                on_line(&text);
             }
         });
         for text in lines(err) {
             eprintln!("{text}");
-            seen(&text);
+            on_line(&text);
         }
     });
     let status = child.wait().with_context(|| format!("wait for {}", line(command)))?;
@@ -66,7 +64,7 @@ pub fn run_watched(command: &mut Command, seen: impl Fn(&str) + Sync) -> Result<
     Ok(())
 }
 
-/// What a command prints on stdout.
+/// Runs a command and returns its stdout.
 pub fn output(command: &mut Command) -> Result<String> {
     let output = command
         .stderr(Stdio::inherit())
@@ -75,16 +73,17 @@ pub fn output(command: &mut Command) -> Result<String> {
     if !output.status.success() {
         bail!("{} ended with {}", line(command), output.status);
     }
-    String::from_utf8(output.stdout).with_context(|| format!("read what {} printed", line(command)))
+    String::from_utf8(output.stdout)
+        .with_context(|| format!("decode the output of {} as UTF-8", line(command)))
 }
 
-/// Where a program of that name lies on the search path.
+/// Path of a program on the search path.
 pub fn find_program(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
-/// Lines of a stream that need not be UTF-8.
+/// Lines of a stream, decoded lossily.
 fn lines(stream: impl std::io::Read) -> impl Iterator<Item = String> {
     BufReader::new(stream)
         .split(b'\n')

@@ -1,7 +1,7 @@
-//! The whole suite: one build, then every check there is, then one table of what passed.
+//! Full test suite: one build, then all checks, then a table of the results.
 //!
-//! Owns the order of the steps and the closing lines. Refuses to stop at the first failure: a run on a slow machine
-//! should say everything that is wrong. Only a failed build ends it early, since nothing after it could mean anything.
+//! Owns the order of the steps and the summary. A failed step does not stop the run, so that one
+//! slow run reports every problem; only a failed build does, because the later steps need it.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -13,14 +13,14 @@ use anyhow::{Context, Result, bail};
 use crate::prerequisite::Prerequisites;
 use crate::{accept, callgrind, shell, tidy};
 
-/// The result of one step.
+/// Result of one step.
 struct Step {
     name: &'static str,
     seconds: f64,
     outcome: Result<()>,
 }
 
-/// Runs everything.
+/// Runs all steps.
 pub fn run() -> Result<()> {
     let found = Prerequisites::install();
     let target = target_directory()?;
@@ -29,7 +29,7 @@ pub fn run() -> Result<()> {
     step(&mut steps, "format", || {
         shell::run(shell::cargo().args(["fmt", "--all", "--", "--check"]))
     });
-    step(&mut steps, "tidy", tidy::run);
+    step(&mut steps, "tidy", || tidy::run(&[]));
     let built = step(&mut steps, "build", || {
         shell::run(shell::cargo().args(["build", "--workspace", "--all-targets", "--locked"]))
     });
@@ -61,7 +61,7 @@ pub fn run() -> Result<()> {
     report(&steps, closing)
 }
 
-/// The folder that cargo builds into.
+/// Target directory of cargo.
 pub fn target_directory() -> Result<PathBuf> {
     let text = shell::output(shell::cargo().args([
         "metadata",
@@ -71,7 +71,7 @@ pub fn target_directory() -> Result<PathBuf> {
         "--locked",
     ]))?;
     let metadata: serde_json::Value =
-        serde_json::from_str(&text).context("read cargo metadata's answer")?;
+        serde_json::from_str(&text).context("parse the output of cargo metadata")?;
     let folder = metadata["target_directory"].as_str().context("find the target directory")?;
     Ok(PathBuf::from(folder))
 }
@@ -88,14 +88,15 @@ fn step(steps: &mut Vec<Step>, name: &'static str, work: impl FnOnce() -> Result
     passed
 }
 
-/// A command with the environment that tests read.
+/// Adds the environment variables that tests read to a command.
 fn prepared(mut command: Command, found: &Prerequisites, target: &std::path::Path) -> Command {
     found.apply(&mut command);
     command.env("BROOD_BIN", target.join("debug/brood"));
     command
 }
 
-/// Unit, API, golden and fault tests, by nextest where it is there; also the runner's own closing line.
+/// Runs unit, API, golden and fault tests, with nextest if it is installed. Also returns the
+/// runner's summary line.
 fn tests(found: &Prerequisites, target: &std::path::Path) -> (Result<()>, Option<String>) {
     let mut command = prepared(shell::cargo(), found, target);
     if found.nextest {
@@ -103,7 +104,7 @@ fn tests(found: &Prerequisites, target: &std::path::Path) -> (Result<()>, Option
     } else {
         command.args(["test", "--workspace", "--all-targets", "--no-fail-fast"]);
     }
-    let closing = Mutex::new(Closing::default());
+    let closing = Mutex::new(RunnerSummary::default());
     let outcome = shell::run_watched(&mut command, |line| {
         closing.lock().expect("no reader of the output panics").see(line);
     });
@@ -111,14 +112,16 @@ fn tests(found: &Prerequisites, target: &std::path::Path) -> (Result<()>, Option
     (outcome, line)
 }
 
-/// The page's own checks: its types, and those of its modules that need no browser.
+/// Checks the page's types and runs the tests of its modules that need no browser.
 fn page() -> Result<()> {
+    let generated = shell::run(shell::command("node").args(["tests/browser/types.mjs", "--check"]));
     let types = shell::run(shell::command("node").args([
         "tests/browser/node_modules/typescript/bin/tsc",
         "-p",
         "web/jsconfig.json",
     ]));
-    // Each file by name: what a folder means to `node --test` changed between its versions.
+    // Each file is named, because the meaning of a folder differs between versions of `node
+    // --test`.
     let mut files: Vec<PathBuf> = std::fs::read_dir(shell::root().join("web/test"))
         .context("list the page's tests")?
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -129,19 +132,20 @@ fn page() -> Result<()> {
         bail!("web/test holds no test");
     }
     let tests = shell::run(shell::command("node").arg("--test").args(files));
-    types.and(tests)
+    generated.and(types).and(tests)
 }
 
 fn browser(found: &Prerequisites, target: &std::path::Path) -> Result<()> {
     if found.chromium.is_none() {
-        bail!("no browser: install chromium, or name one in $CHROMIUM");
+        bail!("no browser found: install chromium, or set $CHROMIUM to its path");
     }
     let mut node = prepared(shell::command("node"), found, target);
     node.arg("tests/browser/journey.mjs").env("BROOD_PICTURES", target.join("browser"));
     shell::run(&mut node)
 }
 
-/// Ends with the test runner's own closing line; failures of other steps stand after it.
+/// Prints the results and the test runner's summary; returns an error with the names of the failed
+/// steps.
 fn report(steps: &[Step], closing: Option<String>) -> Result<()> {
     println!("\n== summary");
     for step in steps {
@@ -156,17 +160,18 @@ fn report(steps: &[Step], closing: Option<String>) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { bail!("failed: {}", failed.join(", ")) }
 }
 
-/// Gathers what the test runner says at its end.
+/// Collects the summary of the test runner.
 #[derive(Default)]
-struct Closing {
+struct RunnerSummary {
     summary: Option<String>,
     passed: u64,
     failed: u64,
     binaries: u64,
 }
 
-impl Closing {
-    /// nextest says it all in one line; the built-in runner has one line for each test binary, which are added up.
+impl RunnerSummary {
+    /// nextest prints one summary line; the built-in runner prints one per test binary, which are
+    /// added up.
     fn see(&mut self, line: &str) {
         let line = line.trim();
         if line.starts_with("Summary [") {
@@ -195,11 +200,11 @@ impl Closing {
 
 #[cfg(test)]
 mod tests {
-    use super::Closing;
+    use super::RunnerSummary;
 
     #[test]
-    fn closing_line_is_nextests_own_when_there_is_one() {
-        let mut closing = Closing::default();
+    fn summary_line_is_nextests_own_when_there_is_one() {
+        let mut closing = RunnerSummary::default();
         closing.see("        PASS [   0.010s] crate a::b");
         closing.see("     Summary [   1.234s] 3 tests run: 3 passed, 0 skipped");
         assert_eq!(
@@ -209,15 +214,15 @@ mod tests {
     }
 
     #[test]
-    fn closing_line_adds_up_when_there_is_one_line_a_binary() {
-        let mut closing = Closing::default();
+    fn summary_line_adds_up_when_there_is_one_line_per_binary() {
+        let mut closing = RunnerSummary::default();
         closing.see("test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out");
         closing.see("test result: FAILED. 4 passed; 2 failed; 0 ignored; finished in 0.05s");
         assert_eq!(closing.line().as_deref(), Some("test result: FAILED. 7 passed; 2 failed"));
     }
 
     #[test]
-    fn closing_line_is_absent_when_nothing_ran() {
-        assert_eq!(Closing::default().line(), None);
+    fn summary_line_is_absent_when_nothing_ran() {
+        assert_eq!(RunnerSummary::default().line(), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Dependencies that Cargo.lock holds in several versions, against the committed list.
 //!
-//! Owns the list's format: one line for each crate, its name and its versions. The list may shrink or grow only
-//! together with a look at it, so both a new and a vanished duplicate are objected to.
+//! Owns the list's format: one line for each crate, its name and its versions. The list may shrink
+//! or grow only together with a look at it, so both a new and a vanished duplicate are objected to.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,24 +1,33 @@
 //! Rules of the source tree that no compiler checks, as code.
 //!
-//! Owns which rules there are and how a violation is shown; each rule lives in its own file. Refuses to repair
-//! anything but the committed list of duplicate dependencies, and that only when asked.
+//! Each rule has its own file. Nothing is repaired, except that `--update-duplicates` writes the
+//! list of duplicate dependencies.
 
 mod arrow;
+mod circle;
+mod commit;
 mod duplicate;
+mod english;
+mod link;
 mod source;
+mod type_name;
 
 use anyhow::{Result, bail};
 
 use crate::shell;
 
-/// Checks everything, and names every violation.
-pub fn run() -> Result<()> {
-    let violations = violations()?;
+/// Checks the whole tree and prints every violation; with `prefixes`, only those in files whose
+/// path begins so.
+pub fn run(prefixes: &[&str]) -> Result<()> {
+    let mut violations = violations()?;
+    if !prefixes.is_empty() {
+        violations.retain(|line| prefixes.iter().any(|prefix| line.starts_with(prefix)));
+    }
     for violation in &violations {
         eprintln!("tidy: {violation}");
     }
     if violations.is_empty() {
-        println!("tidy: nothing to object to");
+        println!("tidy: no violations");
         Ok(())
     } else {
         bail!("tidy: {} violations", violations.len())
@@ -34,7 +43,9 @@ fn violations() -> Result<Vec<String>> {
     let root = shell::root();
     let mut found = arrow::violations()?;
     found.extend(source::violations(&root)?);
+    found.extend(link::violations(&root)?);
     found.extend(duplicate::violations(&root)?);
+    found.extend(commit::violations(&root));
     Ok(found)
 }
 

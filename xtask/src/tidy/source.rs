@@ -1,24 +1,28 @@
 //! Rules for single files: length, opening paragraph, forbidden words, paths of one machine.
 //!
-//! Owns what is read and what is objected to. Works on text alone; what needs to understand Rust is left to clippy.
+//! Works on text alone; rules that need to parse Rust are clippy's.
 
 use std::path::Path;
 
 use anyhow::{Context, Result};
 
-/// Longest file that a reader is asked to hold in mind.
+use super::circle::Circles;
+use super::english;
+use super::type_name::TypeNames;
+
+/// Largest number of lines of a file.
 const MAX_LINES: usize = 500;
 
-/// Folders that hold nothing written here.
-const SKIPPED: [&str; 4] = ["target", "node_modules", ".git", "vendor"];
+/// Names of folders without own text. `target` is one only in the root.
+const SKIPPED: [&str; 3] = ["node_modules", ".git", "vendor"];
 
-/// Kinds of files that are read as text.
+/// Extensions of files that are read as text.
 const TEXT: [&str; 15] = [
     "rs", "toml", "md", "sql", "wgsl", "js", "mjs", "css", "html", "json", "brood", "txt", "sh",
     "yml", "obj",
 ];
 
-/// Kinds of files whose length is limited.
+/// Extensions of files with a limited length.
 const LIMITED: [&str; 7] = ["rs", "sql", "wgsl", "js", "mjs", "css", "html"];
 
 /// First parts of absolute paths that only mean something on one machine.
@@ -30,13 +34,26 @@ pub fn violations(root: &Path) -> Result<Vec<String>> {
     gather(root, root, &mut files)?;
     files.sort();
     let mut found = Vec::new();
+    let mut types = TypeNames::default();
+    let mut circles = Circles::default();
     for name in files {
         let bytes = std::fs::read(root.join(&name)).with_context(|| format!("read {name}"))?;
         match std::str::from_utf8(&bytes) {
-            Ok(text) => found.extend(check(&name, text)),
+            Ok(text) => {
+                found.extend(check(&name, text));
+                found.extend(english::violations(&name, text));
+                if name.ends_with(".rs") {
+                    types.add(&name, text);
+                    if !is_test_file(&name) {
+                        circles.add(&name, text);
+                    }
+                }
+            }
             Err(_) => found.push(format!("{name}: is not UTF-8")),
         }
     }
+    found.extend(types.violations());
+    found.extend(circles.violations());
     Ok(found)
 }
 
@@ -50,7 +67,8 @@ fn gather(root: &Path, folder: &Path, files: &mut Vec<String>) -> Result<()> {
         let name = entry.file_name();
         let kind = entry.file_type().with_context(|| format!("look at {}", path.display()))?;
         if kind.is_dir() {
-            if !SKIPPED.iter().any(|skipped| name == *skipped) {
+            let is_built = folder == root && name == "target";
+            if !is_built && !SKIPPED.iter().any(|skipped| name == *skipped) {
                 gather(root, &path, files)?;
             }
         } else if path.extension().is_some_and(|end| TEXT.iter().any(|text| end == *text)) {
@@ -61,7 +79,7 @@ fn gather(root: &Path, folder: &Path, files: &mut Vec<String>) -> Result<()> {
     Ok(())
 }
 
-/// Everything that is wrong with one file.
+/// Violations in one file.
 fn check(name: &str, text: &str) -> Vec<String> {
     let mut found = Vec::new();
     let (stem, kind) = name.rsplit_once('.').unwrap_or((name, ""));
@@ -92,7 +110,7 @@ fn is_test_file(name: &str) -> bool {
         || name.contains("/tests/")
 }
 
-/// Marks of work that was not finished.
+/// Marks of unfinished work.
 fn unfinished(name: &str, text: &str) -> Vec<String> {
     // Put together here so that this file passes its own check.
     let marks = [["TO", "DO"], ["FIX", "ME"], ["todo", "!("], ["unimplemented", "!("]];
@@ -108,8 +126,8 @@ fn unfinished(name: &str, text: &str) -> Vec<String> {
     found
 }
 
-/// `unwrap` in code that is not a test. Tests inside a file stand at its end, so the first test attribute ends the
-/// part that counts.
+/// `unwrap` outside tests. Tests are at the end of a file, so the first test attribute ends the
+/// checked part.
 fn unwraps(name: &str, text: &str) -> Vec<String> {
     let code = (1..).zip(text.lines()).take_while(|(_, line)| line.trim() != "#[cfg(test)]");
     code.filter(|(_, line)| !line.trim_start().starts_with("//"))
@@ -118,7 +136,7 @@ fn unwraps(name: &str, text: &str) -> Vec<String> {
         .collect()
 }
 
-/// Absolute paths that lie in somebody's home or in a scratch folder.
+/// Absolute paths in a home or scratch folder.
 fn private_paths(name: &str, text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
