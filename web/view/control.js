@@ -1,4 +1,4 @@
-/** Controls of the panes (slider, colour, switch, choice), and parts that several components share. */
+/** Controls of the panes (slider, colour, switch, choice), and parts that components share. */
 import { html } from "./html.js";
 
 /** @param {Event} event */
