@@ -102,5 +102,5 @@ fn invalid_target_is_refused_with_a_reason() {
     let good = folder.path().join("good.csv");
     std::fs::write(&good, csv("0.5")).unwrap();
     let finished = brood(["fit", good.to_str().unwrap(), "--seconds", "0", "-o", "x"]);
-    assert!(finished.stderr.contains("--seconds is a number above 0"), "{}", finished.stderr);
+    assert!(finished.stderr.contains("--seconds must be above 0"), "{}", finished.stderr);
 }

@@ -234,7 +234,7 @@ fn materials_are_compared_by_pictures_curves_and_values() {
     assert!(text("curves.csv").contains("\n\"a, <b>\",0,"));
     assert!(text("albedo.svg").starts_with("<svg") && text("fresnel.svg").contains("metal"));
     let page = text("index.html");
-    assert!(page.contains("a, &lt;b>") && !page.contains("<b>"), "{page}");
+    assert!(page.contains("a, &lt;b&gt;") && !page.contains("<b>"), "{page}");
     for name in ["00-picture.png", "01-difference.png", "02-other-light.png"] {
         assert!(page.contains(name), "{name}");
         assert_eq!(image::open(out.join(name)).unwrap().to_rgb8().dimensions(), (32, 32));
