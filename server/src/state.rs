@@ -1,4 +1,4 @@
-//! State shared by all handlers.
+//! State shared by all request handlers and background tasks.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,40 +23,40 @@ use crate::target_cache::TargetCache;
 /// Shared handle of the state.
 pub type App = Arc<AppState>;
 
-/// State shared by all handlers.
+/// State shared by all request handlers and background tasks.
 pub struct AppState {
-    /// Durable data.
+    /// Database.
     pub store: Store,
-    /// Token checks.
+    /// Access control: tokens and their scopes.
     pub access: Access,
     /// Host names that the server answers to.
     pub hosts: HostNames,
     /// Backend that renders thumbnails.
     pub backend: Backend,
-    /// Directory to serve the page from instead of the embedded copy.
+    /// Directory from which the web page is served; `None` for the copy embedded in the server.
     pub web_dir: Option<PathBuf>,
-    /// Caches of materials, scenes and frames.
+    /// Caches of materials, scenes and frames (all else that a picture depends on).
     pub library: Library,
-    /// Cache of pictures and renders in flight.
+    /// Cache of pictures in memory and on disk, and list of pictures being rendered.
     pub picture_cache: PictureCache,
-    /// Caches of targets and their pictures.
+    /// Caches of search targets and their pictures.
     pub target_cache: TargetCache,
-    /// Requested pictures that are about to become jobs.
+    /// Requested pictures, collected by frame for a short time before they become render jobs.
     pub render_batches: Coalescer<FrameId, Arc<StoredPicture>>,
-    /// Leases and workers.
+    /// Leases (jobs given to workers for a time), finished jobs and known workers.
     pub dispatch: Dispatch,
-    /// Event streams.
+    /// Event streams of lineages and searches.
     pub events: Events,
-    /// Idempotency keys of running requests.
+    /// Idempotency keys of running requests: a repeated request has no second effect.
     pub ledger: Ledger,
-    /// Metrics.
+    /// Metrics that `/metrics` returns.
     pub metrics: Metrics,
     /// One permit per processor, for CPU-heavy work.
     pub processors: Arc<Semaphore>,
-    /// Number of calls waiting for a processor.
+    /// Number of calls waiting for a permit of `processors`.
     pub waiting: AtomicUsize,
     /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
-    /// Tasks that outlive their request.
+    /// Tasks that may outlive their request; the server waits for them before it ends.
     pub tasks: TaskTracker,
 }

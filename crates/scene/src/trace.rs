@@ -1,8 +1,9 @@
 //! Ray tracing: nearest hits and occlusion on the triangles of a mesh.
 //!
-//! Owns the BVH with f32 boxes and the ray-triangle test in f64. The test is watertight along
-//! shared edges, and ties go to the lowest triangle index, so a hit does not depend on the shape of
-//! the BVH. Works in the unit frame of the mesh: bounding sphere with centre 0 and radius 1.
+//! Rays traverse a bounding volume hierarchy (BVH) with f32 boxes; triangles are tested in f64. No
+//! ray passes between two triangles that share an edge. Of equally near triangles the one with the
+//! lowest index is hit, so a hit does not depend on the shape of the BVH. All coordinates are in
+//! the unit frame: the mesh is moved and scaled to a bounding sphere with centre 0 and radius 1.
 
 mod frustum;
 #[cfg(test)]
@@ -17,9 +18,10 @@ pub(crate) use frustum::PixelFrustum;
 use tree::{Bounds, Item, Node};
 use triangle::ShearedRay;
 
-/// Margin by which boxes are grown, in the unit frame. Boxes are tested in f32 with origins within
-/// 2.6 of the centre: the corners, the origin, their difference, the product and the hit distance
-/// are rounded by at most 2.4e-7 each.
+/// Margin by which boxes are grown on each side, in the unit frame. It exceeds the rounding errors
+/// of the f32 box test, for ray origins within 2.6 of the centre: at most 2.4e-7 for each of the
+/// box corners, the origin, their difference, its product with the inverse direction, and the hit
+/// distance.
 const BOX_MARGIN: f32 = 4e-6;
 
 /// Ray in the unit frame.
@@ -38,7 +40,7 @@ pub(crate) struct Hit {
     pub triangle: usize,
     /// Barycentric weights of the triangle's corners; non-negative, with sum 1.
     pub weights: [f64; 3],
-    /// Distance from the start that [`approach`] moved towards the mesh.
+    /// Distance from the origin that [`approach`] returns, not from the origin of the ray.
     distance: f64,
 }
 
@@ -46,23 +48,26 @@ pub(crate) struct Hit {
 #[derive(Debug)]
 pub(crate) struct Tracer {
     nodes: Vec<Node>,
-    /// Triangles in the order of the leaves.
+    /// Triangles in the order of the leaves, so that those of a leaf are contiguous.
     triangles: Vec<Triangle>,
 }
 
-/// Triangle with its corners stored inline, for locality: triangles of a leaf are contiguous.
+/// Triangle of a leaf. It holds copies of its corners, so that a test needs no look-up of vertices.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
     corners: [DVec3; 3],
+    /// Index of the triangle in the mesh.
     number: u32,
 }
 
-/// Stack of BVH nodes to visit. Reused between rays to avoid allocation.
+/// Stack of BVH nodes to visit: the distance at which the ray enters the node (used only by
+/// [`Tracer::trace`]) and the index of the node. Reused between rays to avoid allocation.
 #[derive(Debug, Default)]
 pub(crate) struct Stack(Vec<(f32, u32)>);
 
 impl Tracer {
-    /// Builds the BVH over all triangles with a nonzero area.
+    /// Builds the BVH over all triangles with a nonzero area. `centre` and `radius` are those of
+    /// the bounding sphere of the mesh.
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]], centre: DVec3, radius: f64) -> Self {
         let positions: Vec<DVec3> = positions.iter().map(|p| (*p - centre) / radius).collect();
         let corners = |t: &[u32; 3]| t.map(|corner| positions[corner as usize]);
@@ -83,7 +88,7 @@ impl Tracer {
     /// Returns the nearest hit at a positive distance.
     ///
     /// # Domain
-    /// Any finite ray; others miss.
+    /// Rays with finite numbers; all others miss.
     pub fn trace(&self, ray: Ray, stack: &mut Stack) -> Option<Hit> {
         let (sheared, origin) = approach(ray)?;
         let origin = origin.as_vec3a();
@@ -107,7 +112,7 @@ impl Tracer {
                 for triangle in &self.triangles[node.range()] {
                     test(&sheared, triangle, &mut best);
                 }
-                // `BOX_MARGIN` covers this rounding.
+                // The rounding to f32 rejects no box with a nearer hit: `BOX_MARGIN` exceeds it.
                 reach = best.map_or(f32::INFINITY, |hit| hit.distance as f32);
                 continue;
             }
@@ -133,7 +138,7 @@ impl Tracer {
     /// True if a triangle is hit at a positive distance below `reach`.
     ///
     /// # Domain
-    /// Any finite ray; others hit nothing. `reach` may be infinite.
+    /// Rays with finite numbers; all others hit nothing. `reach` may be infinite.
     pub fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
         let Some((sheared, origin)) = approach(ray) else { return false };
         // Hit distances are measured from the origin that `approach` returns.
@@ -147,7 +152,7 @@ impl Tracer {
         }
         while let Some((_, index)) = stack.pop() {
             let node = &self.nodes[index as usize];
-            // Infinite on a miss; `BOX_MARGIN` covers the rounding.
+            // Infinite if the ray misses the box. Its rounding is less than `BOX_MARGIN`.
             let entry = entry_distance(&node.bounds, origin, inverse);
             if entry == f32::INFINITY || f64::from(entry) > reach {
                 continue;
@@ -167,9 +172,9 @@ impl Tracer {
         false
     }
 
-    /// Collects every triangle that a ray within the frustum may hit. Returns false if there are
-    /// more than [`Candidates::MAX`]: the BVH is then faster. `project` maps a point to pixel
-    /// coordinates, see [`EdgeFunctions::new`].
+    /// Collects into `found` every triangle that a ray within the frustum may hit. Returns false if
+    /// there are more than [`Candidates::MAX`]: `found` is then incomplete, and [`Tracer::trace`]
+    /// is faster. `project` maps a point to pixel coordinates, see [`EdgeFunctions::new`].
     pub fn gather(
         &self,
         frustum: &PixelFrustum,
@@ -208,7 +213,8 @@ impl Tracer {
     }
 }
 
-/// Triangles that rays of a pixel may hit, with their edge functions in the pixel.
+/// Triangles that rays of a pixel may hit, each with its edge functions: three linear functions of
+/// the position in the pixel; where one is negative, no ray hits the triangle.
 #[derive(Debug, Default)]
 pub(crate) struct Candidates {
     triangles: Vec<Triangle>,
@@ -216,11 +222,11 @@ pub(crate) struct Candidates {
 }
 
 impl Candidates {
-    /// Above this number of triangles the BVH is faster.
+    /// Largest number of triangles; above it, tracing each ray through the BVH is faster.
     const MAX: usize = 160;
 
-    /// Returns the nearest hit among the candidates, for the ray through a point of the pixel.
-    /// Bit-identical to [`Tracer::trace`].
+    /// Returns the nearest hit among the candidates, bit-identical to [`Tracer::trace`]. `ray` is
+    /// the ray through the point `in_pixel`, in pixel coordinates from 0 to 1.
     pub fn trace(&self, ray: Ray, in_pixel: DVec2) -> Option<Hit> {
         let (sheared, _) = approach(ray)?;
         let in_pixel = in_pixel.as_vec2();
@@ -234,8 +240,9 @@ impl Candidates {
     }
 }
 
-/// Moves the origin of a ray forward, close to the bounding sphere: far origins would lose digits.
-/// Returns `None` if the ray misses the sphere or is not finite.
+/// Moves a far origin forward along the ray, close to the bounding sphere, because tests from far
+/// away would lose digits. Returns the ray from there, and its origin; `None` if the ray misses the
+/// sphere or has an infinite or NaN number.
 fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
     let ahead = -ray.origin.dot(ray.direction);
     if (ray.origin + ray.direction * ahead).length_squared() > 1.01 {
@@ -249,12 +256,13 @@ fn approach(ray: Ray) -> Option<(ShearedRay, DVec3)> {
 #[inline]
 fn inverse(direction: DVec3) -> Vec3A {
     let direction = direction.as_vec3a();
-    // Infinity times 0 is NaN if the origin lies on a box side, so it is replaced by 1e30.
+    // The reciprocal of 0 is infinite. Times 0, the distance of an origin that lies on a box side,
+    // it would be NaN, so 1e30 replaces it.
     let tiny = direction.abs().cmplt(Vec3A::splat(1e-30));
     Vec3A::select(tiny, Vec3A::splat(1e30), direction.recip())
 }
 
-/// Tests a triangle and updates the nearest hit; ties go to the lower triangle index.
+/// Tests a triangle and updates the nearest hit; of equal distances the lower index is nearest.
 #[inline]
 fn test(ray: &ShearedRay, triangle: &Triangle, best: &mut Option<Hit>) {
     let Some((distance, weights)) = ray.intersect(&triangle.corners) else { return };

@@ -1,6 +1,9 @@
-//! Searches as users see them: create, list, pause, resume, cancel. Owner of the tables `search`
-//! and `search_log`, together with `search_lease`, the workers' side. Each change is a
-//! compare-and-set on the state. It increments the epoch and so invalidates the lease of a worker.
+//! Searches as users see them: create, list, pause, resume, cancel.
+//!
+//! The tables `search` and `search_log` are written only here and in `search_lease`, the workers'
+//! side. A change by a user checks the state and updates it in one transaction. It increments the
+//! epoch, the version number of a search, which ends a worker's lease: a lease is valid for one
+//! epoch only.
 
 use std::collections::BTreeMap;
 
@@ -22,17 +25,17 @@ pub struct NewSearch {
     pub id: JobId,
     /// Id of the target.
     pub target: TargetId,
-    /// Lineage of the results.
+    /// Lineage to which found materials are added.
     pub lineage: LineageId,
-    /// That lineage, if it is to be created.
+    /// Data of `lineage`, if it is to be created together with the search.
     pub new_lineage: Option<NewLineage>,
     /// Options of the search.
     pub options: SearchOptions,
-    /// Genomes to start from, in the caller's format.
+    /// Genomes to start from, encoded by the caller; stored as they are.
     pub start: Vec<u8>,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
-    /// Idempotency record to be stored with it.
+    /// Idempotency record to be stored with the search.
     pub idempotency: Option<Idempotency>,
 }
 
@@ -43,17 +46,18 @@ pub struct StoredSearch {
     pub id: JobId,
     /// Id of the target.
     pub target: TargetId,
-    /// Lineage of the results.
+    /// Lineage to which found materials are added.
     pub lineage: LineageId,
     /// State of the search.
     pub state: SearchState,
-    /// Epoch; incremented by every change except a step that keeps the lease.
+    /// Epoch: version number, incremented by every change except a step (a worker's report of
+    /// progress) that keeps the lease.
     pub epoch: u64,
     /// Consecutive worker deaths since the last step.
     pub deaths: u32,
-    /// Worker that has the lease.
+    /// Name of the worker that has the lease.
     pub worker: Option<String>,
-    /// Reason of a failure.
+    /// Reason, if the search has failed.
     pub reason: Option<String>,
     /// Number of generations so far.
     pub generation: u32,
@@ -63,13 +67,13 @@ pub struct StoredSearch {
     pub seconds: f64,
     /// E_log of the best candidate on the fitted samples.
     pub fitted: Option<f64>,
-    /// E_log of the best candidate on the validation samples.
+    /// E_log of the best candidate on the validation samples: not fitted, but used to select it.
     pub held: Option<f64>,
     /// Hash of the checkpoint.
     pub population: Option<[u8; 32]>,
     /// Options of the search.
     pub options: SearchOptions,
-    /// Best material that is an individual.
+    /// Best material that has been added to the lineage as an individual.
     pub best: Option<FoundMaterial>,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
@@ -102,9 +106,10 @@ impl SearchChange {
     }
 }
 
-/// Position at the end of the queue.
+/// SQL for the turn at the end of the queue: one more than any other. The least turn is next.
 pub(crate) const NEXT_TURN: &str = "(SELECT coalesce(max(turn), 0) + 1 FROM search)";
 
+/// Query for the columns that `read` needs; the argument is its end, from WHERE on.
 macro_rules! select {
     ($rest:literal) => {
         concat!(
@@ -124,7 +129,7 @@ const NEWEST: &str = select!(
 );
 
 impl Store {
-    /// Stores a search and enqueues it.
+    /// Stores a search at the end of the queue.
     ///
     /// # Errors
     /// Returns [`StorageError::QueueFull`] if `max_queued` searches are queued,
@@ -141,8 +146,8 @@ impl Store {
         fetch(&mut *self.reader().await?, id).await
     }
 
-    /// Lists searches, the newest first, those before `before`; only those of `lineage` if it is
-    /// given.
+    /// Lists up to `limit` searches, the newest first. If given, `before` restricts the list to
+    /// searches older than it, and `lineage` to searches of that lineage.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -158,8 +163,8 @@ impl Store {
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(read).collect()
     }
 
-    /// Pauses, resumes or cancels a search. The inner error is the current state, if the change is
-    /// not allowed from it.
+    /// Pauses, resumes or cancels a search. Returns the changed search; as the inner error the
+    /// current state, if it does not allow the change.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.
@@ -193,7 +198,8 @@ impl Store {
         .await
     }
 
-    /// Returns the front of a search. It is empty until the search has ended.
+    /// Returns the front of a search: the best material, then shorter and less accurate ones. It is
+    /// empty until the search has ended.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.
@@ -206,7 +212,8 @@ impl Store {
         })
     }
 
-    /// Returns log lines of a search after generation `after`, in order.
+    /// Returns up to `limit` log lines of a search, one per generation, from generation `after` + 1
+    /// on.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -246,7 +253,7 @@ impl Store {
         rows.iter().map(line).collect()
     }
 
-    /// Returns the number of searches by state.
+    /// Returns the number of searches in each state, by its name.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -262,6 +269,7 @@ impl Store {
     }
 }
 
+/// Inserts a search, with its lineage and idempotency record if they are given.
 async fn insert(
     conn: &mut SqliteConnection,
     new: NewSearch,
@@ -298,7 +306,7 @@ async fn insert(
     if done.rows_affected() == 0 { Err(StorageError::NotFound) } else { Ok(()) }
 }
 
-/// Reads a search.
+/// Reads the search with this id.
 pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: JobId,
@@ -306,6 +314,7 @@ pub(crate) async fn fetch(
     read(&sqlx::query(BY_ID).bind(id.key()).fetch_one(conn).await?)
 }
 
+/// Makes a search from its row.
 fn read(row: &SqliteRow) -> Result<StoredSearch, StorageError> {
     let best = row.optional_text("best_json")?;
     let best = best.map(|json| serde_json::from_str(&json)).transpose();
@@ -335,7 +344,7 @@ fn read(row: &SqliteRow) -> Result<StoredSearch, StorageError> {
     })
 }
 
-/// Reads the options of a search.
+/// Reads the options from the row of a search.
 pub(crate) fn options(row: &SqliteRow) -> Result<SearchOptions, StorageError> {
     serde_json::from_str(&row.text("options_json")?).map_err(|_| corrupt_column("options_json"))
 }

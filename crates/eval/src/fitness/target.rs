@@ -1,4 +1,5 @@
-//! Target of a fit: values and weights of each sample, and the loss that compares them.
+//! Target that programs are fitted to: the value to reach and the weight of each sample, and the
+//! loss that compares programs with these values.
 
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_scene::SampleSet;
@@ -14,7 +15,7 @@ pub enum TargetError {
     /// The target has no samples.
     #[error("a target needs at least one sample")]
     Empty,
-    /// The number of values or weights is not that of samples.
+    /// The number of values or weights differs from the number of samples.
     #[error("the target has {found} {what} for {samples} samples")]
     Length {
         /// `values` or `weights`.
@@ -24,7 +25,7 @@ pub enum TargetError {
         /// Number of samples, which is required.
         samples: usize,
     },
-    /// The value is not a valid reflectance.
+    /// The reflectance, or its product with the weight, is out of range.
     #[error(
         "the value {value} of sample {sample} must be between 0 and 1e17, and times its weight at most 1e17"
     )]
@@ -44,40 +45,41 @@ pub enum TargetError {
     },
 }
 
-/// Largest value and weight: beyond them squares and sums of programs with a plain output stage
-/// exceed f32.
+/// Largest reflectance, with or without its weight. Together with the largest weight it keeps the
+/// squared errors and their sums within f32, unless a program's output stage enlarges f.
 const LARGEST_VALUE: f32 = 1e17;
+/// Largest weight.
 const LARGEST_WEIGHT: f32 = 1e8;
 
-/// Samples, the target reflectance of each, and weights; shuffled once, so that the first samples
-/// represent all.
+/// Samples, with the value to reach and the weight of each. They are shuffled once, so that the
+/// first samples represent all.
 ///
-/// A selection ends the evaluation of a program as soon as its sum exceeds a bound, which happens
-/// sooner if large errors come first. [`FitnessTarget::hardest_first`] sorts the samples for that:
-/// the samples with large errors are much the same for all random programs. The first tenth stays
-/// representative, because programs are ranked by it.
+/// A selection of the best programs stops evaluating a program as soon as its sum of errors exceeds
+/// a bound. That happens sooner if samples with large errors come first; these are much the same
+/// for all random programs. [`FitnessTarget::hardest_first`] sorts the samples accordingly, except
+/// the first tenth: programs may be ranked by it in advance, so it must represent all samples.
 #[derive(Debug)]
 pub struct FitnessTarget {
     set: SampleSet,
     loss: Loss,
-    /// Values to reach, then weights, each for red, green and blue in whole blocks; 0 beyond the
-    /// last sample.
+    /// Values to reach of red, green and blue, then their weights. Each row is filled with 0 beyond
+    /// the last sample, up to a whole block: 4 quarters of 64 samples.
     rows: [Vec<Quarter>; 6],
 }
 
 impl FitnessTarget {
-    /// Creates a target.
+    /// Creates a target. Reflectances are multiplied by their weight, such as cos_i, before they
+    /// are compared; a sample of weight 0 has no effect. `seed` determines the shuffled order.
     ///
     /// # Shapes
-    /// `reflectance` and `weight` for red, green and blue, one number per sample of `set`.
-    /// Reflectances are multiplied by their weight, such as cos_i, before the comparison; a sample
-    /// of weight 0 has no effect.
+    /// `reflectance` and `weight` have a row each for red, green and blue, with one number per
+    /// sample of `set`.
     ///
     /// # Domain
     /// Reflectances of 0 to 1e17, weights of 0 to 1e8, their products of 0 to 1e17.
     ///
     /// # Error
-    /// Values to reach are computed in f64 and rounded once.
+    /// Values to reach are computed in f64 and rounded to f32 once.
     ///
     /// # Errors
     /// Returns a [`TargetError`] if there are no samples, a row has another length, or a number is
@@ -114,13 +116,14 @@ impl FitnessTarget {
         Ok(Self { set: set.select(&order), loss, rows })
     }
 
-    /// Sorts the samples after the [`FitnessTarget::fair_blocks`] by difficulty, hardest first.
+    /// Sorts the samples by difficulty, hardest first; those of [`FitnessTarget::fair_blocks`] keep
+    /// their place.
     ///
-    /// The difficulty is measured with a pilot of 64 random programs, always the same. The error of
-    /// a pilot program on a sample is divided by the sum over all samples plus the least of these
-    /// sums, so that programs count equally, except that those with the smallest errors count less.
-    /// This takes about 8 ms for 4096 samples on a Zen 3, once per target: inputs, lowering and
-    /// evaluation of the pilot.
+    /// The difficulty of a sample is the sum of its errors by 64 random pilot programs, always the
+    /// same. Each error is divided by the program's sum over all samples plus the least such sum of
+    /// any pilot program. So all programs count about equally; only those with very small sums
+    /// count less, down to half. All this takes about 8 ms for 4096 samples on a Zen 3, once per
+    /// target.
     #[must_use]
     pub fn hardest_first(self) -> Self {
         let fair = self.samples().min(self.fair_blocks() * BLOCK);
@@ -154,8 +157,8 @@ impl FitnessTarget {
         self.samples().div_ceil(BLOCK)
     }
 
-    /// Returns the number of blocks at the beginning whose samples represent all, in any order of
-    /// the others: a tenth, at least one.
+    /// Returns the number of blocks at the beginning that are left as shuffled, and so represent
+    /// all samples, even after [`FitnessTarget::hardest_first`]: a tenth, at least one.
     #[must_use]
     pub fn fair_blocks(&self) -> usize {
         (self.blocks() / 10).max(1)
@@ -167,8 +170,8 @@ impl FitnessTarget {
         self.loss
     }
 
-    /// Returns the values to reach of red, green and blue: log2(1 + f* w) or f* w, in the order of
-    /// [`FitnessTarget::set`].
+    /// Returns the values to reach of red, green and blue, in the order of [`FitnessTarget::set`]:
+    /// log2(1 + f* w) or f* w, depending on the loss, with reflectance f* and weight w.
     #[must_use]
     pub fn values(&self) -> [&[f32]; 3] {
         [0, 1, 2].map(|channel| self.row(channel))
@@ -180,11 +183,13 @@ impl FitnessTarget {
         [3, 4, 5].map(|row| self.row(row))
     }
 
+    /// Returns a row without its padding: values to reach are rows 0 to 2, weights rows 3 to 5.
     fn row(&self, row: usize) -> &[f32] {
         &bytemuck::cast_slice(&self.rows[row])[..self.samples()]
     }
 
-    /// Returns values and weights of one quarter, counted from the first sample.
+    /// Returns the values to reach and the weights of the 64 samples of a quarter; `index` counts
+    /// quarters from the first sample.
     #[inline(always)]
     pub(crate) fn quarter(&self, index: usize) -> [&Quarter; 6] {
         let [a, b, c, d, e, f] = &self.rows;
@@ -192,6 +197,7 @@ impl FitnessTarget {
     }
 }
 
+/// Checks that all reflectances, weights and products are in range.
 fn check(reflectance: [&[f32]; 3], weight: [&[f32]; 3]) -> Result<(), TargetError> {
     for (values, weights) in reflectance.iter().zip(weight) {
         for (sample, (value, weight)) in values.iter().zip(weights).enumerate() {
@@ -208,7 +214,7 @@ fn check(reflectance: [&[f32]; 3], weight: [&[f32]; 3]) -> Result<(), TargetErro
     Ok(())
 }
 
-/// Returns the indices in a random order (Fisher and Yates).
+/// Returns the indices of the samples in a random order (Fisher-Yates shuffle).
 fn shuffled(samples: usize, seed: u64) -> Vec<u32> {
     let count = u32::try_from(samples).expect("a set has fewer than 2^32 samples");
     let mut order: Vec<u32> = (0..count).collect();
@@ -219,7 +225,7 @@ fn shuffled(samples: usize, seed: u64) -> Vec<u32> {
     order
 }
 
-/// Returns the values in this order, padded with zeros to the end of the last block.
+/// Returns the `value` of each index of `order`, padded with zeros to the end of the last block.
 fn blocks(order: &[u32], value: impl Fn(usize) -> f32) -> Vec<Quarter> {
     let quarters = order.len().div_ceil(BLOCK) * QUARTERS;
     let mut rows = vec![Quarter([0.0; LANES]); quarters];

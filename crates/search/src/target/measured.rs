@@ -1,5 +1,8 @@
-//! Measured materials as targets: fitted samples, held-out samples, and the least error that a
-//! reciprocal material can reach.
+//! Measured materials as targets of a search: samples that the search fits, held-out samples on
+//! which errors are reported, and the least error that a reciprocal material can reach.
+//!
+//! f is the reflectance (BRDF) of red, green and blue for a pair of directions. A material is
+//! reciprocal if f stays the same when light and eye are exchanged.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,25 +13,28 @@ use glam::DVec3;
 use super::{Reflected, Samples, draw_pairs, from_half};
 use crate::metric::e_log;
 
-/// Number of pairs drawn for the fitted and for the held-out samples.
+/// Number of pairs drawn for the fitted samples of a material that is defined everywhere.
 const FITTED: usize = 4096;
+/// Number of pairs drawn for its held-out samples.
 const HELD: usize = 16384;
-/// Every fifth sample of a material measured at given pairs is held out.
+/// One in this many samples is held out, if the material was measured at given pairs.
 const ONE_IN: usize = 5;
-/// Largest number of pixels used.
+/// Largest number of pixels used as samples, fitted and held-out together.
 const PIXELS: usize = 10_240;
-/// Largest number of lower bounds used, evenly picked.
+/// Largest number of clipped pixels used, evenly picked. Of their f only a lower bound is known.
 const LEAST: usize = 1024;
 /// Least number of samples; fewer cannot be distinguished from noise.
 const FEWEST: usize = 100;
-/// Seeds of the fitted and of the held-out pairs.
+/// Seeds from which the fitted and the held-out pairs are drawn.
 const STREAMS: (u64, u64) = (1, 2);
-/// Largest f of a program: the square of its range.
+/// Largest f of a sample. A program's f is the square of a result (its layers and output stage
+/// aside), and results are at most [`RANGE`].
 pub(crate) const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
 
-/// Stride through the samples of a slice: a prime that does not divide their number.
+/// Step from one sample of a slice to the next in shuffled order: a prime that does not divide
+/// their number, so that every sample is visited once.
 const STRIDE: usize = 1009;
-/// Least value of both cosines.
+/// Least cosine between each direction of a pair and the normal; also that of drawn pairs.
 const LEAST_COSINE: f64 = 0.01;
 
 /// A measured material as a target.
@@ -38,11 +44,12 @@ pub struct MeasuredTarget {
     pub fitted: Samples,
     /// Held-out samples, on which errors are reported.
     pub held: Samples,
-    /// E_log, on the held-out samples, of the measurement's mean over the exchange of light and
-    /// eye: the least error of a reciprocal material. `None` if only one of a pair and its exchange
-    /// was measured.
+    /// Least error (E_log) that a reciprocal material can reach on the held-out samples: the error
+    /// between f as measured and the mean of f before and after the exchange of light and eye.
+    /// `None` unless the material is defined everywhere.
     pub floor: Option<f64>,
-    /// Largest directional albedo; `None` unless the material is defined everywhere.
+    /// Largest directional albedo: share of the light from one direction that is reflected. `None`
+    /// unless the material is defined everywhere.
     pub reflected: Option<Reflected>,
 }
 
@@ -57,13 +64,14 @@ pub enum TargetError {
     /// All samples are black.
     #[error("it reflects nothing at any of {0} samples")]
     Black(usize),
-    /// A value that no program can reach.
+    /// A sample's f is negative, not finite, or greater than programs can reach.
     #[error("reflectance must be a finite number from 0 to {LARGEST:.3e}, got {0}")]
     Value(f64),
 }
 
 impl MeasuredTarget {
-    /// Target of a material that is defined everywhere.
+    /// Makes the target of a material that is defined everywhere, that is for all directions above
+    /// the surface.
     ///
     /// # Errors
     /// Returns [`TargetError`] if the material is black, or a value is out of range.
@@ -77,8 +85,8 @@ impl MeasuredTarget {
         Self { fitted, held, floor, reflected }.checked()
     }
 
-    /// Target of an image slice: f at the middle of each of 90 x 90 degrees of theta_h and theta_d,
-    /// with phi_d a quarter turn.
+    /// Makes the target of an image slice: a picture of f over theta_h (columns) and theta_d
+    /// (rows), with phi_d = 90 degrees. It is sampled at the middle of each of 90 x 90 degrees.
     ///
     /// # Errors
     /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
@@ -91,14 +99,15 @@ impl MeasuredTarget {
             let (wi, wo) = from_half([theta_h, theta_d, FRAC_PI_2, 0.0]);
             DirectionPair::new(wi, wo).expect("both directions are unit vectors")
         };
-        // Shuffled, so that every fifth sample is not a column.
+        // Shuffled: 5 divides 90, so in the order of the rows the held-out samples, every fifth,
+        // would be whole columns.
         let pairs: Vec<DirectionPair> = angles.map(pair).collect();
         let count = pairs.len();
         let pairs = (0..count).map(|at| pairs[at * STRIDE % count]).filter(is_above).collect();
         Self::split(&Samples::of(slice, pairs))
     }
 
-    /// Target of samples measured at given pairs, in their order.
+    /// Makes the target of samples measured at given pairs; every fifth in their order is held out.
     ///
     /// # Errors
     /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
@@ -110,7 +119,8 @@ impl MeasuredTarget {
         Self::split(&Samples::new(pairs, values))
     }
 
-    /// Target of the pixels of pictures; if there are too many, an even selection of them.
+    /// Makes the target of the usable pixels of pictures; an even selection if there are more than
+    /// 10,240.
     ///
     /// # Errors
     /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
@@ -125,6 +135,7 @@ impl MeasuredTarget {
         Self::split(&Samples::new(pairs, values).with_lower_bounds(samples.lower_bounds().to_vec()))
     }
 
+    /// Makes a target that holds out every fifth sample, the first included.
     fn split(samples: &Samples) -> Result<Self, TargetError> {
         if samples.len() < FEWEST {
             return Err(TargetError::Few(samples.len()));
@@ -141,6 +152,7 @@ impl MeasuredTarget {
         Self { fitted, held: part(true), floor: None, reflected: None }.checked()
     }
 
+    /// Returns the target, or the error of its values.
     fn checked(self) -> Result<Self, TargetError> {
         let values = || [&self.fitted, &self.held].into_iter().flat_map(|samples| samples.values());
         let wrong = |f: &f64| !(0.0..=LARGEST).contains(f);
@@ -154,7 +166,7 @@ impl MeasuredTarget {
     }
 }
 
-/// True if the pair is as far above the surface as drawn pairs.
+/// True if both directions are more than about half a degree above the surface, as in drawn pairs.
 fn is_above(pair: &DirectionPair) -> bool {
     pair.cos_i().min(pair.cos_o()) >= LEAST_COSINE
 }
