@@ -2,6 +2,7 @@
 //! paths.
 
 use sqlx::error::ErrorKind;
+use sqlx::sqlite::SqliteQueryResult;
 
 /// Error of a store operation.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +67,10 @@ pub(crate) enum FailureScope {
     Store,
 }
 
+/// Error for a write under a lease of another epoch.
+pub(crate) const LEASE_ENDED: StorageError =
+    StorageError::Conflict { what: "the lease is no longer valid" };
+
 const SQLITE_BUSY: i32 = 5;
 const SQLITE_LOCKED: i32 = 6;
 const SQLITE_IOERR: i32 = 10;
@@ -123,6 +128,14 @@ impl From<sqlx::Error> for StorageError {
             _ => Self::Database(error),
         }
     }
+}
+
+/// Returns `otherwise` as the error if a write changed no row.
+pub(crate) fn changed(
+    done: &SqliteQueryResult,
+    otherwise: StorageError,
+) -> Result<(), StorageError> {
+    if done.rows_affected() == 0 { Err(otherwise) } else { Ok(()) }
 }
 
 /// Converts a violated uniqueness constraint into a conflict described by `what`.

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use brood_protocol::{IndividualId, ParentRef};
 
-use crate::individual::{fetch, fetch_all, select_individual, with_parents};
-use crate::row::Key;
+use crate::individual::{fetch, fetch_all, select_individuals, with_parents};
+use crate::row::{Key, optional_key};
 use crate::{StorageError, Store, StoredIndividual};
 
 /// Largest number of ancestors returned, for any depth.
@@ -13,8 +13,7 @@ const MAX_ANCESTORS: usize = 10_000;
 
 /// Broods with the individual as a parent, then broods with parents in those broods, each brood
 /// once. At most 10,000 broods; later ones are not found.
-const DESCENDANTS: &str = select_individual!(
-    "WHERE individual.generation_id IN (
+const DESCENDANTS: &str = "WHERE individual.generation_id IN (
          WITH RECURSIVE brood (id) AS (
              SELECT generation_id FROM generation_parent WHERE individual_id = ?1
              UNION
@@ -27,8 +26,7 @@ const DESCENDANTS: &str = select_individual!(
          SELECT id FROM brood
      )
      AND (?2 IS NULL OR individual.id > ?2)
-     ORDER BY individual.id LIMIT ?3"
-);
+     ORDER BY individual.id LIMIT ?3";
 
 impl Store {
     /// Returns the ancestors of an individual, without itself: parents first, then grandparents, up
@@ -84,12 +82,8 @@ impl Store {
     ) -> Result<Vec<StoredIndividual>, StorageError> {
         let mut conn = self.snapshot().await?;
         fetch(&mut conn, id).await?;
-        let rows = sqlx::query(DESCENDANTS)
-            .bind(id.key())
-            .bind(cursor.map(|cursor| cursor.key().to_vec()))
-            .bind(limit)
-            .fetch_all(&mut *conn)
-            .await?;
+        let query = select_individuals(DESCENDANTS).bind(id.key()).bind(optional_key(cursor));
+        let rows = query.bind(limit).fetch_all(&mut *conn).await?;
         with_parents(&mut conn, &rows).await
     }
 }

@@ -7,12 +7,15 @@ use brood_genome::{GenomeHash, Locks, ModelKind};
 use brood_protocol::{
     Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
-use sqlx::sqlite::SqliteRow;
-use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
+use crate::error::changed;
 use crate::genome::{self, CHUNK_ROWS, NewGenome};
-use crate::individual::{self, StoredIndividual, select_individual};
-use crate::row::{Columns, Key, corrupt_column, f32_from_real, json_set, signed};
+use crate::individual::{self, StoredIndividual};
+use crate::row::{Columns, Key, Record, columns, json_set, optional_key, record, select, signed};
+use crate::writer::operation;
 use crate::{
     CommitTimes, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency,
     job, picture, search_lease,
@@ -84,59 +87,60 @@ pub struct NewIndividual {
     pub twin: bool,
 }
 
-/// Stored generation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StoredGeneration {
-    /// Id of the generation.
-    pub id: GenerationId,
-    /// Id of its lineage.
-    pub lineage: LineageId,
-    /// Position in the lineage, from 0.
-    pub index: u64,
-    /// Seed of the brood.
-    pub seed: Seed,
-    /// Parents: by id, or by hash if they were given so or have been removed.
-    pub parents: Vec<ParentRef>,
-    /// Parent that is shown large, unless it has been removed.
-    pub centre: Option<StoredIndividual>,
-    /// Mutation amount, 0 to 1.
-    pub mutation: f32,
-    /// Expected share of the second parent's blocks, 0 to 1.
-    pub recombination: f32,
-    /// Effort for variety.
-    pub curation: Curation,
-    /// Overrides of the dialect, as requested.
-    pub constraints: DialectConstraints,
-    /// Colour saturation, as requested.
-    pub saturation: Option<f32>,
-    /// Energy limit, as requested.
-    pub energy_limit: Option<bool>,
-    /// Locked parts of the first parent.
-    pub locks: Option<Locks>,
-    /// Creation time, in milliseconds since 1970-01-01 UTC.
-    pub created_ms: i64,
-    /// Children, by slot.
-    pub individuals: Vec<StoredIndividual>,
+record! {
+    /// Stored generation.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct StoredGeneration {
+        /// Id of the generation.
+        pub id: GenerationId,
+        /// Id of its lineage.
+        pub lineage: LineageId = "lineage_id",
+        /// Position in the lineage, from 0.
+        pub index: u64 = "position",
+        /// Seed of the brood.
+        pub seed: Seed = "seed_bits",
+        /// Mutation amount, 0 to 1.
+        pub mutation: f32,
+        /// Expected share of the second parent's blocks, 0 to 1.
+        pub recombination: f32,
+        /// Effort for variety.
+        pub curation: Curation,
+        /// Colour saturation, as requested.
+        pub saturation: Option<f32>,
+        /// Energy limit, as requested.
+        pub energy_limit: Option<bool>,
+        /// Locked parts of the first parent.
+        pub locks: Option<Locks> = "locks_json",
+        /// Creation time, in milliseconds since 1970-01-01 UTC.
+        pub created_ms: i64,
+    } and {
+        /// Overrides of the dialect, as requested.
+        pub constraints: DialectConstraints,
+        /// Parents: by id, or by hash if they were given so or have been removed.
+        pub parents: Vec<ParentRef>,
+        /// Parent that is shown large, unless it has been removed.
+        pub centre: Option<StoredIndividual>,
+        /// Children, by slot.
+        pub individuals: Vec<StoredIndividual>,
+    }
 }
 
-macro_rules! select {
-    ($rest:literal) => {
-        concat!(
-            "SELECT id, lineage_id, position, seed_bits, centre_id, mutation, recombination,
-                    curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
-                    created_ms
-             FROM generation ",
-            $rest
-        )
+columns! {
+    String => Curation: |name| {
+        let all = [Self::Off, Self::Distinct, Self::Diverse];
+        all.into_iter().find(|curation| curation_name(*curation) == name)
     };
 }
 
-const BY_ID: &str = select!("WHERE id = ?");
-const OF_LINEAGE: &str = select!("WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?");
-const CHILDREN: &str = select_individual!(
-    "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
-     ORDER BY individual.generation_id, individual.slot"
-);
+const CHILDREN: &str = "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
+     ORDER BY individual.generation_id, individual.slot";
+
+/// Query for generations, to be read by [`read_with_relations`]; `rest` is its end.
+fn select_generations(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+    select::<StoredGeneration>(&format!(
+        ", isotropic, homogeneous, centre_id FROM generation {rest}"
+    ))
+}
 
 impl Store {
     /// Stores a generation with its individuals, genomes, parents, picture keys, job, search step
@@ -165,7 +169,7 @@ impl Store {
         if new.job.as_ref().is_some_and(|job| job.leased_to.is_some()) {
             self.claims().fetch_add(1, Ordering::Relaxed);
         }
-        self.write_timed(move |conn| Box::pin(async move { insert(conn, new).await })).await
+        self.write_timed(operation!(|conn| insert(conn, new).await)).await
     }
 
     /// Returns a generation.
@@ -174,7 +178,8 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn generation(&self, id: GenerationId) -> Result<StoredGeneration, StorageError> {
         let mut conn = self.snapshot().await?;
-        let row = sqlx::query(BY_ID).bind(id.key()).fetch_one(&mut *conn).await?;
+        let query = select_generations("WHERE id = ?").bind(id.key());
+        let row = query.fetch_one(&mut *conn).await?;
         let mut generations = read_with_relations(&mut conn, std::slice::from_ref(&row)).await?;
         generations.pop().ok_or(StorageError::NotFound)
     }
@@ -191,12 +196,10 @@ impl Store {
     ) -> Result<Vec<StoredGeneration>, StorageError> {
         let mut conn = self.snapshot().await?;
         crate::lineage::fetch(&mut conn, lineage).await?;
-        let rows = sqlx::query(OF_LINEAGE)
-            .bind(lineage.key())
-            .bind(after_index.map_or(-1, signed))
-            .bind(limit)
-            .fetch_all(&mut *conn)
-            .await?;
+        let query =
+            select_generations("WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?");
+        let query = query.bind(lineage.key()).bind(after_index.map_or(-1, signed)).bind(limit);
+        let rows = query.fetch_all(&mut *conn).await?;
         read_with_relations(&mut conn, &rows).await
     }
 }
@@ -206,9 +209,7 @@ pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     new: NewGeneration,
 ) -> Result<StoredGeneration, StorageError> {
-    if let Some(answer) = &new.idempotency {
-        idempotency::insert(conn, answer, new.created_ms).await?;
-    }
+    idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
     if let Some(step) = &new.search {
         search_lease::apply(conn, step).await?;
     }
@@ -241,7 +242,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(new.id.key())
     .bind(new.lineage.key())
     .bind(new.seed.0.cast_signed())
-    .bind(new.centre.as_ref().map(|id| id.key().to_vec()))
+    .bind(optional_key(new.centre))
     .bind(new.mutation)
     .bind(new.recombination)
     .bind(curation_name(new.curation))
@@ -253,7 +254,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(new.created_ms)
     .fetch_one(conn)
     .await?
-    .whole("position")
+    .column("position")
 }
 
 async fn insert_parents(
@@ -276,11 +277,9 @@ async fn insert_parents(
             )
             .bind(generation.key())
             .bind(place)
-            .bind(hash.as_bytes().as_slice()),
+            .bind(hash.key()),
         };
-        if query.execute(&mut *conn).await?.rows_affected() == 0 {
-            return Err(StorageError::NotFound);
-        }
+        changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
     }
     Ok(())
 }
@@ -299,7 +298,7 @@ async fn insert_individuals(
                 .push_bind(new.lineage.key())
                 .push_bind(new.id.key())
                 .push_bind(child.slot)
-                .push_bind(child.hash.as_bytes().as_slice())
+                .push_bind(child.hash.key())
                 .push_bind(child.operator)
                 .push_bind(child.attempts)
                 .push_bind(child.twin);
@@ -360,62 +359,34 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
     }
 }
 
-/// Reads generations with their parents, centres and children.
+/// Reads generations from rows of [`select_generations`], with their parents, centres and children.
 async fn read_with_relations(
     conn: &mut SqliteConnection,
     rows: &[SqliteRow],
 ) -> Result<Vec<StoredGeneration>, StorageError> {
-    let mut generations = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let mut parents = individual::parents(conn, generations.iter().map(|(one, _)| one.id)).await?;
-    let wanted = json_set(generations.iter().map(|(one, _)| one.id.key()));
-    let children = sqlx::query(CHILDREN).bind(wanted).fetch_all(&mut *conn).await?;
+    let mut generations = rows.iter().map(StoredGeneration::read).collect::<Result<Vec<_>, _>>()?;
+    let ids = json_set(generations.iter().map(|one| &one.id));
+    let mut parents = individual::parents(conn, ids.clone()).await?;
+    let query = individual::select_individuals(CHILDREN).bind(ids);
+    let children = query.fetch_all(&mut *conn).await?;
     let children = individual::with_parents(conn, &children).await?;
-    let centres: Vec<_> = generations.iter().filter_map(|(_, centre)| *centre).collect();
-    let centres = individual::fetch_all(conn, &centres).await?;
-    for (generation, centre) in &mut generations {
+    let centres = rows.iter().map(|row| row.column("centre_id"));
+    let centres = centres.collect::<Result<Vec<Option<IndividualId>>, _>>()?;
+    let wanted: Vec<_> = centres.iter().flatten().copied().collect();
+    let found = individual::fetch_all(conn, &wanted).await?;
+    for ((generation, row), centre) in generations.iter_mut().zip(rows).zip(centres) {
+        generation.constraints = DialectConstraints {
+            isotropic: row.column("isotropic")?,
+            homogeneous: row.column("homogeneous")?,
+        };
         generation.parents = parents.remove(&generation.id).unwrap_or_default();
-        generation.centre = centres.iter().find(|one| Some(one.id) == *centre).cloned();
+        generation.centre = found.iter().find(|one| Some(one.id) == centre).cloned();
         // Children are sorted by generation and slot.
         let start = children.partition_point(|child| child.generation < generation.id);
         let own = children[start..].iter().take_while(|child| child.generation == generation.id);
         generation.individuals = own.cloned().collect();
     }
-    Ok(generations.into_iter().map(|(generation, _)| generation).collect())
-}
-
-/// Reads a generation without its relations, and the id of its centre.
-fn read(row: &SqliteRow) -> Result<(StoredGeneration, Option<IndividualId>), StorageError> {
-    let generation = StoredGeneration {
-        id: row.id("id")?,
-        lineage: row.id("lineage_id")?,
-        index: row.whole("position")?,
-        seed: Seed(row.integer("seed_bits")?.cast_unsigned()),
-        parents: Vec::new(),
-        centre: None,
-        mutation: row.single("mutation")?,
-        recombination: row.single("recombination")?,
-        curation: match row.text("curation")?.as_str() {
-            "off" => Curation::Off,
-            "distinct" => Curation::Distinct,
-            "diverse" => Curation::Diverse,
-            _ => return Err(corrupt_column("curation")),
-        },
-        constraints: DialectConstraints {
-            isotropic: row.try_get("isotropic")?,
-            homogeneous: row.try_get("homogeneous")?,
-        },
-        saturation: row.try_get::<Option<f64>, _>("saturation")?.map(f32_from_real),
-        energy_limit: row.try_get("energy_limit")?,
-        locks: locks(row)?,
-        created_ms: row.integer("created_ms")?,
-        individuals: Vec::new(),
-    };
-    Ok((generation, row.optional_id("centre_id")?))
-}
-
-fn locks(row: &SqliteRow) -> Result<Option<Locks>, StorageError> {
-    let json: Option<&str> = row.try_get("locks_json")?;
-    json.map(serde_json::from_str).transpose().map_err(|_| corrupt_column("locks_json"))
+    Ok(generations)
 }
 
 fn curation_name(curation: Curation) -> &'static str {

@@ -7,7 +7,8 @@ use brood_genome::{Genome, GenomeHash, ModelKind};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::row::{Columns, corrupt_column, json_set};
+use crate::row::{Columns, Key, corrupt_column, json_set};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// Number of rows per INSERT, so that statements stay small for large broods.
@@ -44,16 +45,14 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
     pub async fn put_genome(&self, genome: NewGenome) -> Result<(), StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                insert(conn, std::slice::from_ref(&genome)).await?;
-                sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
-                    .bind(genome.hash.as_bytes().as_slice())
-                    .execute(conn)
-                    .await?;
-                Ok(())
-            })
-        })
+        self.write(operation!(|conn| {
+            insert(conn, std::slice::from_ref(&genome)).await?;
+            sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
+                .bind(genome.hash.key())
+                .execute(conn)
+                .await?;
+            Ok(())
+        }))
         .await
     }
 
@@ -64,7 +63,7 @@ impl Store {
     pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome, StorageError> {
         let query = sqlx::query("SELECT bytes, text FROM genome WHERE hash = ?");
         let mut conn = self.reader().await?;
-        let row = query.bind(hash.as_bytes().as_slice()).fetch_one(&mut *conn).await?;
+        let row = query.bind(hash.key()).fetch_one(&mut *conn).await?;
         StoredGenome::read(&row)
     }
 
@@ -76,7 +75,7 @@ impl Store {
         &self,
         hashes: &[GenomeHash],
     ) -> Result<HashMap<GenomeHash, StoredGenome>, StorageError> {
-        let wanted = json_set(hashes.iter().map(|hash| hash.as_bytes().as_slice()));
+        let wanted = json_set(hashes);
         let rows = sqlx::query(
             "SELECT hash, bytes, text FROM genome
              WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
@@ -84,17 +83,15 @@ impl Store {
         .bind(wanted)
         .fetch_all(&mut *self.reader().await?)
         .await?;
-        rows.iter()
-            .map(|row| Ok((GenomeHash::from_bytes(row.hash("hash")?), StoredGenome::read(row)?)))
-            .collect()
+        rows.iter().map(|row| Ok((row.column("hash")?, StoredGenome::read(row)?))).collect()
     }
 }
 
 impl StoredGenome {
     fn read(row: &SqliteRow) -> Result<Self, StorageError> {
-        Ok(match row.optional_blob("bytes")? {
+        Ok(match row.column("bytes")? {
             Some(bytes) => Self::Bytes(bytes),
-            None => Self::Text(row.text("text")?),
+            None => Self::Text(row.column("text")?),
         })
     }
 }
@@ -109,7 +106,7 @@ pub(crate) async fn insert(
             "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ",
         );
         query.push_values(chunk, |mut row, genome| {
-            row.push_bind(genome.hash.as_bytes().as_slice())
+            row.push_bind(genome.hash.key())
                 .push_bind(genome.program_hash.as_slice())
                 .push_bind(genome.live_instructions)
                 .push_bind(layer_names(&genome.layers))
@@ -132,7 +129,8 @@ fn layer_names(layers: &[ModelKind]) -> String {
 /// Genomes of the first version, stored as text, have none.
 pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>, StorageError> {
     const COLUMN: &str = "layers";
-    match (row.optional_text(COLUMN)?, row.optional_blob("unread_bytes")?) {
+    let names: Option<String> = row.column(COLUMN)?;
+    match (names, row.column::<Option<Vec<u8>>>("unread_bytes")?) {
         (Some(names), _) => names
             .split_whitespace()
             .map(|name| name.parse().map_err(|_| corrupt_column(COLUMN)))

@@ -6,6 +6,7 @@ use sqlx::SqliteConnection;
 
 use crate::error::unique_conflict;
 use crate::row::Columns;
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// Idempotency record, stored in the transaction of the write that it answers.
@@ -59,10 +60,10 @@ impl Store {
         .fetch_optional(&mut *self.reader().await?)
         .await?;
         let Some(row) = row else { return Ok(IdempotencyLookup::Fresh) };
-        if row.hash("body_hash")? != body_hash {
+        if row.column::<[u8; 32]>("body_hash")? != body_hash {
             return Ok(IdempotencyLookup::OtherBody);
         }
-        Ok(IdempotencyLookup::Replay { status: row.whole("status")?, body: row.blob("answer")? })
+        Ok(IdempotencyLookup::Replay { status: row.column("status")?, body: row.column("answer")? })
     }
 
     /// Stores a record on its own, for a write that is idempotent itself.
@@ -74,8 +75,7 @@ impl Store {
         answer: Idempotency,
         created_ms: i64,
     ) -> Result<(), StorageError> {
-        self.write(move |conn| Box::pin(async move { insert(conn, &answer, created_ms).await }))
-            .await
+        self.write(operation!(|conn| insert(conn, Some(&answer), created_ms).await)).await
     }
 
     /// Deletes the records created before `before_ms`. Returns their number.
@@ -83,22 +83,22 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
     pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64, StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let query = sqlx::query("DELETE FROM idempotency WHERE created_ms < ?");
-                Ok(query.bind(before_ms).execute(conn).await?.rows_affected())
-            })
-        })
+        self.write(operation!(|conn| {
+            let query = sqlx::query("DELETE FROM idempotency WHERE created_ms < ?");
+            Ok(query.bind(before_ms).execute(conn).await?.rows_affected())
+        }))
         .await
     }
 }
 
-/// Inserts a record. If the key is in use, this fails the transaction that it belongs to.
+/// Inserts a record if there is one. If the key is in use, this fails the transaction that it
+/// belongs to.
 pub(crate) async fn insert(
     conn: &mut SqliteConnection,
-    answer: &Idempotency,
+    answer: Option<&Idempotency>,
     created_ms: i64,
 ) -> Result<(), StorageError> {
+    let Some(answer) = answer else { return Ok(()) };
     sqlx::query(
         "INSERT INTO idempotency (key, route, body_hash, status, created_ms, answer)
          VALUES (?, ?, ?, ?, ?, ?)",

@@ -2,8 +2,10 @@
 
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
+use crate::error::changed;
 use crate::lineage::{self, NewLineage};
 use crate::row::Key;
+use crate::writer::operation;
 use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
 };
@@ -30,34 +32,28 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if a scene, parent or marked individual does not exist,
     /// [`StorageError::Conflict`] if an id or the idempotency key is in use.
     pub async fn import_lineage(&self, new: NewImport) -> Result<Lineage, StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                if let Some(answer) = &new.idempotency {
-                    idempotency::insert(conn, answer, new.lineage.created_ms).await?;
-                }
-                lineage::insert(conn, &new.lineage).await?;
-                genome::insert(conn, &new.genomes).await?;
-                for one in new.generations {
-                    generation::insert(conn, one).await?;
-                }
-                for (id, mark) in new.marks {
-                    let done = sqlx::query(
-                        "UPDATE individual SET favourite = coalesce(?, favourite),
-                             note = coalesce(?, note)
-                         WHERE id = ?",
-                    )
-                    .bind(mark.favourite)
-                    .bind(mark.note)
-                    .bind(id.key())
-                    .execute(&mut *conn)
-                    .await?;
-                    if done.rows_affected() == 0 {
-                        return Err(StorageError::NotFound);
-                    }
-                }
-                lineage::fetch(conn, new.lineage.id).await
-            })
-        })
+        self.write(operation!(|conn| {
+            idempotency::insert(conn, new.idempotency.as_ref(), new.lineage.created_ms).await?;
+            lineage::insert(conn, &new.lineage).await?;
+            genome::insert(conn, &new.genomes).await?;
+            for one in new.generations {
+                generation::insert(conn, one).await?;
+            }
+            for (id, mark) in new.marks {
+                let done = sqlx::query(
+                    "UPDATE individual SET favourite = coalesce(?, favourite),
+                         note = coalesce(?, note)
+                     WHERE id = ?",
+                )
+                .bind(mark.favourite)
+                .bind(mark.note)
+                .bind(id.key())
+                .execute(&mut *conn)
+                .await?;
+                changed(&done, StorageError::NotFound)?;
+            }
+            lineage::fetch(conn, new.lineage.id).await
+        }))
         .await
     }
 }

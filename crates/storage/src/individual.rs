@@ -1,71 +1,57 @@
 //! Individuals: reading them with their parents, favourites, notes. Owner of the table
 //! `individual`. See `generation` for inserting them, `family` for their relations.
 
-use std::collections::HashMap;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual};
-use sqlx::SqliteConnection;
-use sqlx::sqlite::SqliteRow;
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{Sqlite, SqliteConnection};
 
-use crate::row::{Columns, Key, json_set, signed};
+use crate::error::changed;
+use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
+use crate::writer::operation;
 use crate::{StorageError, Store, genome};
 
-/// Stored individual.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StoredIndividual {
-    /// Id of the individual.
-    pub id: IndividualId,
-    /// Id of its lineage.
-    pub lineage: LineageId,
-    /// Id of its generation.
-    pub generation: GenerationId,
-    /// Content hash of its genome.
-    pub hash: GenomeHash,
-    /// Hash of the program that the genome lowered to when it was stored.
-    pub program_hash: [u8; 32],
-    /// Slot in its brood, from 0.
-    pub slot: u32,
-    /// Parents: by id, or by hash if they were given so or have been removed.
-    pub parents: Vec<ParentRef>,
-    /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
-    pub operator: String,
-    /// Number of live instructions.
-    pub live_instructions: u32,
-    /// Models of the genome's layers, lowest first.
-    pub layers: Vec<ModelKind>,
-    /// Number of draws for this slot.
-    pub attempts: u32,
-    /// True if no draw gave a program that differs from those of its parents and siblings.
-    pub twin: bool,
-    /// True if marked as a favourite.
-    pub favourite: bool,
-    /// Note of a user.
-    pub note: String,
-    /// Number of changes.
-    pub version: u64,
+record! {
+    /// Stored individual.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct StoredIndividual {
+        /// Id of the individual.
+        pub id: IndividualId,
+        /// Id of its lineage.
+        pub lineage: LineageId = "lineage_id",
+        /// Id of its generation.
+        pub generation: GenerationId = "generation_id",
+        /// Content hash of its genome.
+        pub hash: GenomeHash = "genome_hash",
+        /// Hash of the program that the genome lowered to when it was stored.
+        pub program_hash: [u8; 32],
+        /// Slot in its brood, from 0.
+        pub slot: u32,
+        /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
+        pub operator: String,
+        /// Number of live instructions.
+        pub live_instructions: u32,
+        /// Number of draws for this slot.
+        pub attempts: u32,
+        /// True if no draw gave a program that differs from those of its parents and siblings.
+        pub twin: bool,
+        /// True if marked as a favourite.
+        pub favourite: bool,
+        /// Note of a user.
+        pub note: String,
+        /// Number of changes.
+        pub version: u64,
+    } and {
+        /// Parents: by id, or by hash if they were given so or have been removed.
+        pub parents: Vec<ParentRef>,
+        /// Models of the genome's layers, lowest first.
+        pub layers: Vec<ModelKind>,
+    }
 }
 
-/// SELECT with all columns that [`read`] needs, followed by the given clauses.
-macro_rules! select_individual {
-    ($rest:literal) => {
-        concat!(
-            "SELECT individual.id, individual.lineage_id, individual.generation_id,
-                    individual.genome_hash, individual.slot, individual.operator,
-                    individual.attempts, individual.twin, individual.favourite, individual.note,
-                    individual.version, genome.program_hash, genome.live_instructions,
-                    genome.layers,
-                    CASE WHEN genome.layers IS NULL THEN genome.bytes END AS unread_bytes
-             FROM individual JOIN genome ON genome.hash = individual.genome_hash ",
-            $rest
-        )
-    };
-}
-pub(crate) use select_individual;
-
-const BY_IDS: &str =
-    select_individual!("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
 const COVERS: &str = "SELECT lineage.id, coalesce(
          (SELECT max(individual.id) FROM individual
           WHERE individual.favourite = 1 AND individual.lineage_id = lineage.id),
@@ -75,11 +61,18 @@ const COVERS: &str = "SELECT lineage.id, coalesce(
           FROM generation WHERE generation.lineage_id = lineage.id
           ORDER BY position DESC LIMIT 1)) AS cover_id
      FROM lineage WHERE lineage.id IN (SELECT unhex(value) FROM json_each(?))";
-const FAVOURITES: &str = select_individual!(
-    "JOIN lineage ON lineage.id = individual.lineage_id
-     WHERE individual.favourite = 1 AND lineage.hidden = 0 AND (?1 IS NULL OR individual.id < ?1)
-     ORDER BY individual.id DESC LIMIT ?2"
-);
+const FAVOURITES: &str = "WHERE individual.favourite = 1 AND (?1 IS NULL OR individual.id < ?1)
+         AND EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND hidden = 0)
+     ORDER BY individual.id DESC LIMIT ?2";
+
+/// Query for individuals, to be read by [`with_parents`]; `rest` is its end.
+pub(crate) fn select_individuals(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+    select::<StoredIndividual>(&format!(
+        ", genome.layers,
+         CASE WHEN genome.layers IS NULL THEN genome.bytes END AS unread_bytes
+         FROM individual JOIN genome ON genome.hash = individual.genome_hash {rest}"
+    ))
+}
 
 impl Store {
     /// Returns an individual.
@@ -114,12 +107,11 @@ impl Store {
         lineages: &[LineageId],
     ) -> Result<HashMap<LineageId, StoredIndividual>, StorageError> {
         let mut conn = self.snapshot().await?;
-        let wanted = json_set(lineages.iter().map(Key::key));
-        let rows = sqlx::query(COVERS).bind(wanted).fetch_all(&mut *conn).await?;
-        let mut chosen = Vec::with_capacity(rows.len());
-        for row in &rows {
-            if let Some(cover) = row.optional_id::<IndividualId>("cover_id")? {
-                chosen.push((row.id::<LineageId>("id")?, cover));
+        let query = sqlx::query(COVERS).bind(json_set(lineages));
+        let mut chosen: Vec<(LineageId, IndividualId)> = Vec::new();
+        for row in query.fetch_all(&mut *conn).await? {
+            if let Some(cover) = row.column("cover_id")? {
+                chosen.push((row.column("id")?, cover));
             }
         }
         let ids: Vec<_> = chosen.iter().map(|(_, cover)| *cover).collect();
@@ -140,26 +132,22 @@ impl Store {
         expected_version: u64,
         patch: PatchIndividual,
     ) -> Result<StoredIndividual, StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let done = sqlx::query(
-                    "UPDATE individual SET favourite = coalesce(?, favourite),
-                         note = coalesce(?, note), version = version + 1
-                     WHERE id = ? AND version = ?",
-                )
-                .bind(patch.favourite)
-                .bind(patch.note)
-                .bind(id.key())
-                .bind(signed(expected_version))
-                .execute(&mut *conn)
-                .await?;
-                let individual = fetch(conn, id).await?;
-                if done.rows_affected() == 0 {
-                    return Err(StorageError::StaleVersion { current: individual.version });
-                }
-                Ok(individual)
-            })
-        })
+        self.write(operation!(|conn| {
+            let done = sqlx::query(
+                "UPDATE individual SET favourite = coalesce(?, favourite),
+                     note = coalesce(?, note), version = version + 1
+                 WHERE id = ? AND version = ?",
+            )
+            .bind(patch.favourite)
+            .bind(patch.note)
+            .bind(id.key())
+            .bind(signed(expected_version))
+            .execute(&mut *conn)
+            .await?;
+            let individual = fetch(conn, id).await?;
+            changed(&done, StorageError::StaleVersion { current: individual.version })?;
+            Ok(individual)
+        }))
         .await
     }
 
@@ -173,11 +161,8 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<StoredIndividual>, StorageError> {
         let mut conn = self.snapshot().await?;
-        let rows = sqlx::query(FAVOURITES)
-            .bind(cursor.map(|id| id.key().to_vec()))
-            .bind(limit)
-            .fetch_all(&mut *conn)
-            .await?;
+        let query = select_individuals(FAVOURITES).bind(optional_key(cursor)).bind(limit);
+        let rows = query.fetch_all(&mut *conn).await?;
         with_parents(&mut conn, &rows).await
     }
 }
@@ -195,19 +180,25 @@ pub(crate) async fn fetch_all(
     conn: &mut SqliteConnection,
     ids: &[IndividualId],
 ) -> Result<Vec<StoredIndividual>, StorageError> {
-    let wanted = json_set(ids.iter().map(Key::key));
-    let rows = sqlx::query(BY_IDS).bind(wanted).fetch_all(&mut *conn).await?;
+    let wanted = json_set(ids);
+    let query =
+        select_individuals("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
+    let rows = query.bind(wanted).fetch_all(&mut *conn).await?;
     with_parents(conn, &rows).await
 }
 
-/// Reads individuals from rows of `select_individual`, with the parents of their generations.
+/// Reads individuals from rows of [`select_individuals`], with the parents of their generations.
 pub(crate) async fn with_parents(
     conn: &mut SqliteConnection,
     rows: &[SqliteRow],
 ) -> Result<Vec<StoredIndividual>, StorageError> {
-    let mut individuals = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let generations: HashSet<_> = individuals.iter().map(|one| one.generation).collect();
-    let parents = parents(conn, generations).await?;
+    let mut individuals = Vec::with_capacity(rows.len());
+    for row in rows {
+        let layers = genome::layers(row)?;
+        individuals.push(StoredIndividual { layers, ..StoredIndividual::read(row)? });
+    }
+    let generations: HashSet<_> = individuals.iter().map(|one| &one.generation).collect();
+    let parents = parents(conn, json_set(generations)).await?;
     for individual in &mut individuals {
         if let Some(parents) = parents.get(&individual.generation) {
             individual.parents.clone_from(parents);
@@ -216,48 +207,24 @@ pub(crate) async fn with_parents(
     Ok(individuals)
 }
 
-/// Reads the parents of generations, in order.
+/// Reads the parents of a set of generations, in order.
 pub(crate) async fn parents(
     conn: &mut SqliteConnection,
-    generations: impl IntoIterator<Item = GenerationId>,
+    generations: String,
 ) -> Result<HashMap<GenerationId, Vec<ParentRef>>, StorageError> {
-    let generations: Vec<_> = generations.into_iter().collect();
-    let rows = sqlx::query(
+    let query = sqlx::query(
         "SELECT generation_id, genome_hash, individual_id FROM generation_parent
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?))
          ORDER BY generation_id, place",
     )
-    .bind(json_set(generations.iter().map(Key::key)))
-    .fetch_all(conn)
-    .await?;
+    .bind(generations);
     let mut parents: HashMap<_, Vec<_>> = HashMap::new();
-    for row in rows {
-        let parent = match row.optional_id("individual_id")? {
+    for row in query.fetch_all(conn).await? {
+        let parent = match row.column("individual_id")? {
             Some(id) => ParentRef::Individual(id),
-            None => ParentRef::Genome(GenomeHash::from_bytes(row.hash("genome_hash")?)),
+            None => ParentRef::Genome(row.column("genome_hash")?),
         };
-        parents.entry(row.id("generation_id")?).or_default().push(parent);
+        parents.entry(row.column("generation_id")?).or_default().push(parent);
     }
     Ok(parents)
-}
-
-/// Reads an individual without its parents, which are stored with its generation.
-fn read(row: &SqliteRow) -> Result<StoredIndividual, StorageError> {
-    Ok(StoredIndividual {
-        id: row.id("id")?,
-        lineage: row.id("lineage_id")?,
-        generation: row.id("generation_id")?,
-        hash: GenomeHash::from_bytes(row.hash("genome_hash")?),
-        program_hash: row.hash("program_hash")?,
-        slot: row.whole("slot")?,
-        parents: Vec::new(),
-        operator: row.text("operator")?,
-        live_instructions: row.whole("live_instructions")?,
-        layers: genome::layers(row)?,
-        attempts: row.whole("attempts")?,
-        twin: row.flag("twin")?,
-        favourite: row.flag("favourite")?,
-        note: row.text("note")?,
-        version: row.whole("version")?,
-    })
 }

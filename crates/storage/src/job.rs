@@ -10,9 +10,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 use brood_protocol::JobId;
-use sqlx::{Row, SqliteConnection};
+use sqlx::SqliteConnection;
 
-use crate::row::{Columns, Key, corrupt_column, signed};
+use crate::error::{LEASE_ENDED, changed};
+use crate::row::{Columns, Key, Record, columns, record, returning, select, signed};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// One claim in this many tries the batch queue first, so that it is not starved by interactive
@@ -24,7 +26,7 @@ const MAX_DEATHS: i64 = 3;
 const MAX_KEPT_FAILURES: i64 = 100;
 
 macro_rules! named_enum {
-    ($(#[$doc:meta])* $name:ident, $column:literal { $($(#[$case_doc:meta])* $case:ident = $name_text:literal),* $(,)? }) => {
+    ($(#[$doc:meta])* $name:ident { $($(#[$case_doc:meta])* $case:ident = $text:literal),* $(,)? }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum $name {
@@ -36,31 +38,23 @@ macro_rules! named_enum {
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
-                    $(Self::$case => $name_text,)*
+                    $(Self::$case => $text,)*
                 }
             }
+        }
 
-            fn parse(text: &str) -> Result<Self, StorageError> {
-                match text {
-                    $($name_text => Ok(Self::$case),)*
-                    _ => Err(corrupt_column($column)),
-                }
-            }
+        columns! {
+            String => $name: |name| match name.as_str() {
+                $($text => Some(Self::$case),)*
+                _ => None,
+            };
         }
     };
 }
 
 named_enum! {
-    /// Kind of a job.
-    JobKind, "kind" {
-        /// Renders pictures of programs.
-        Render = "render",
-    }
-}
-
-named_enum! {
     /// Queue of a job; it decides the priority.
-    Queue, "queue" {
+    Queue {
         /// A person is waiting.
         Interactive = "interactive",
         /// A script or a search is waiting.
@@ -70,7 +64,7 @@ named_enum! {
 
 named_enum! {
     /// State of a job. Completed render jobs are deleted.
-    JobState, "state" {
+    JobState {
         /// Waiting for a worker.
         Queued = "queued",
         /// Leased to a worker.
@@ -90,8 +84,6 @@ pub const FIRST_EPOCH: u64 = 1;
 pub struct NewJob {
     /// Id of the job. Within a queue, jobs are claimed in the order of their ids.
     pub id: JobId,
-    /// Kind of the job.
-    pub kind: JobKind,
     /// Queue of the job.
     pub queue: Queue,
     /// Worker that gets the job immediately, with [`FIRST_EPOCH`]; `None` to enqueue it.
@@ -102,42 +94,42 @@ pub struct NewJob {
     pub created_ms: i64,
 }
 
-/// Job that has just been leased.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ClaimedJob {
-    /// Id of the job.
-    pub id: JobId,
-    /// Epoch of this lease. Every later transition must name it.
-    pub epoch: u64,
-    /// Kind of the job.
-    pub kind: JobKind,
-    /// Creation time, in milliseconds since 1970-01-01 UTC.
-    pub created_ms: i64,
-    /// Payload.
-    pub payload: Vec<u8>,
+record! {
+    /// Job that has just been leased.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct ClaimedJob {
+        /// Id of the job.
+        pub id: JobId,
+        /// Epoch of this lease. Every later transition must name it.
+        pub epoch: u64,
+        /// Creation time, in milliseconds since 1970-01-01 UTC.
+        pub created_ms: i64,
+        /// Payload.
+        pub payload: Vec<u8>,
+    }
 }
 
-/// Job without its payload.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StoredJob {
-    /// Id of the job.
-    pub id: JobId,
-    /// Kind of the job.
-    pub kind: JobKind,
-    /// Queue of the job.
-    pub queue: Queue,
-    /// State of the job.
-    pub state: JobState,
-    /// Number of leases so far.
-    pub epoch: u64,
-    /// Number of workers that died while running it.
-    pub deaths: u32,
-    /// Worker that has the lease.
-    pub worker: Option<String>,
-    /// Reason of a failure.
-    pub reason: Option<String>,
-    /// Creation time, in milliseconds since 1970-01-01 UTC.
-    pub created_ms: i64,
+record! {
+    /// Job without its payload.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct StoredJob {
+        /// Id of the job.
+        pub id: JobId,
+        /// Queue of the job.
+        pub queue: Queue,
+        /// State of the job.
+        pub state: JobState,
+        /// Number of leases so far.
+        pub epoch: u64,
+        /// Number of workers that died while running it.
+        pub deaths: u32,
+        /// Worker that has the lease.
+        pub worker: Option<String>,
+        /// Reason of a failure.
+        pub reason: Option<String>,
+        /// Creation time, in milliseconds since 1970-01-01 UTC.
+        pub created_ms: i64,
+    }
 }
 
 /// Number of jobs by queue and state.
@@ -160,8 +152,7 @@ impl QueueDepth {
 }
 
 const CLAIM: &str = "UPDATE job SET state = 'leased', epoch = epoch + 1, worker = ?1
-    WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2 ORDER BY id LIMIT 1)
-    RETURNING id, epoch, kind, created_ms, payload";
+    WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2 ORDER BY id LIMIT 1)";
 const RELEASE: &str = "UPDATE job SET
         deaths = deaths + ?1,
         state = CASE WHEN deaths + ?1 >= ?2 THEN 'dead' ELSE 'queued' END,
@@ -178,20 +169,17 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::QueueFull`] if `max_queued` jobs are waiting in its queue.
     pub async fn enqueue(&self, job: NewJob, max_queued: u64) -> Result<(), StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let waiting: i64 = sqlx::query_scalar(
-                    "SELECT count(*) FROM job WHERE state = 'queued' AND queue = ?",
-                )
-                .bind(job.queue.name())
-                .fetch_one(&mut *conn)
-                .await?;
-                if waiting >= signed(max_queued) {
-                    return Err(StorageError::QueueFull);
-                }
-                insert(conn, &job).await
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let waiting: i64 =
+                sqlx::query_scalar("SELECT count(*) FROM job WHERE state = 'queued' AND queue = ?")
+                    .bind(job.queue.name())
+                    .fetch_one(&mut *conn)
+                    .await?;
+            if waiting >= signed(max_queued) {
+                return Err(StorageError::QueueFull);
+            }
+            insert(conn, &job).await
+        }))
         .await
     }
 
@@ -209,23 +197,16 @@ impl Store {
             [Queue::Interactive, Queue::Batch]
         };
         let claimed = self
-            .write_relaxed(move |conn| {
-                Box::pin(async move {
-                    for queue in queues {
-                        let query = sqlx::query(CLAIM).bind(worker.as_str()).bind(queue.name());
-                        if let Some(row) = query.fetch_optional(&mut *conn).await? {
-                            return Ok(Some(ClaimedJob {
-                                id: row.id("id")?,
-                                epoch: row.whole("epoch")?,
-                                kind: JobKind::parse(&row.text("kind")?)?,
-                                created_ms: row.integer("created_ms")?,
-                                payload: row.blob("payload")?,
-                            }));
-                        }
+            .write_relaxed(operation!(|conn| {
+                for queue in queues {
+                    let query = returning::<ClaimedJob>(CLAIM);
+                    let query = query.bind(worker.as_str()).bind(queue.name());
+                    if let Some(row) = query.fetch_optional(&mut *conn).await? {
+                        return ClaimedJob::read(&row).map(Some);
                     }
-                    Ok(None)
-                })
-            })
+                }
+                Ok(None)
+            }))
             .await?;
         if claimed.is_some() {
             self.claims().fetch_add(1, Ordering::Relaxed);
@@ -238,14 +219,12 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn complete(&self, id: JobId, epoch: u64) -> Result<(), StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let query =
-                    sqlx::query("DELETE FROM job WHERE id = ? AND epoch = ? AND state = 'leased'");
-                let query = query.bind(id.key()).bind(signed(epoch));
-                check_changed(query.execute(conn).await?.rows_affected())
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let query =
+                sqlx::query("DELETE FROM job WHERE id = ? AND epoch = ? AND state = 'leased'");
+            let query = query.bind(id.key()).bind(signed(epoch));
+            changed(&query.execute(conn).await?, LEASE_ENDED)
+        }))
         .await
     }
 
@@ -255,21 +234,19 @@ impl Store {
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn fail(&self, id: JobId, epoch: u64, reason: &str) -> Result<(), StorageError> {
         let reason = reason.to_owned();
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let done = sqlx::query(
-                    "UPDATE job SET state = 'failed', reason = ?, worker = NULL
-                     WHERE id = ? AND epoch = ? AND state = 'leased'",
-                )
-                .bind(reason)
-                .bind(id.key())
-                .bind(signed(epoch))
-                .execute(&mut *conn)
-                .await?;
-                check_changed(done.rows_affected())?;
-                prune_failures(conn).await
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let done = sqlx::query(
+                "UPDATE job SET state = 'failed', reason = ?, worker = NULL
+                 WHERE id = ? AND epoch = ? AND state = 'leased'",
+            )
+            .bind(reason)
+            .bind(id.key())
+            .bind(signed(epoch))
+            .execute(&mut *conn)
+            .await?;
+            changed(&done, LEASE_ENDED)?;
+            prune_failures(conn).await
+        }))
         .await
     }
 
@@ -284,20 +261,18 @@ impl Store {
         epoch: u64,
         worker_died: bool,
     ) -> Result<JobState, StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let row = sqlx::query(RELEASE)
-                    .bind(i64::from(worker_died))
-                    .bind(MAX_DEATHS)
-                    .bind(id.key())
-                    .bind(signed(epoch))
-                    .fetch_optional(&mut *conn)
-                    .await?
-                    .ok_or(STALE)?;
-                prune_failures(conn).await?;
-                JobState::parse(&row.text("state")?)
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let row = sqlx::query(RELEASE)
+                .bind(i64::from(worker_died))
+                .bind(MAX_DEATHS)
+                .bind(id.key())
+                .bind(signed(epoch))
+                .fetch_optional(&mut *conn)
+                .await?
+                .ok_or(LEASE_ENDED)?;
+            prune_failures(conn).await?;
+            row.column("state")
+        }))
         .await
     }
 
@@ -307,12 +282,10 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
     pub async fn requeue_all_leased(&self) -> Result<u64, StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let sql = "UPDATE job SET state = 'queued', worker = NULL WHERE state = 'leased'";
-                Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let sql = "UPDATE job SET state = 'queued', worker = NULL WHERE state = 'leased'";
+            Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
+        }))
         .await
     }
 
@@ -345,9 +318,7 @@ impl Store {
                 .await?;
         let mut counts = BTreeMap::new();
         for row in rows {
-            let queue = Queue::parse(&row.text("queue")?)?;
-            let state = JobState::parse(&row.text("state")?)?;
-            counts.insert((queue, state), row.whole("jobs")?);
+            counts.insert((row.column("queue")?, row.column("state")?), row.column("jobs")?);
         }
         Ok(QueueDepth { counts })
     }
@@ -357,34 +328,9 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no such job or it has completed.
     pub async fn job(&self, id: JobId) -> Result<StoredJob, StorageError> {
-        let row = sqlx::query(
-            "SELECT id, kind, queue, state, epoch, deaths, worker, reason, created_ms
-             FROM job WHERE id = ?",
-        )
-        .bind(id.key())
-        .fetch_one(&mut *self.reader().await?)
-        .await?;
-        Ok(StoredJob {
-            id: row.id("id")?,
-            kind: JobKind::parse(&row.text("kind")?)?,
-            queue: Queue::parse(&row.text("queue")?)?,
-            state: JobState::parse(&row.text("state")?)?,
-            epoch: row.whole("epoch")?,
-            deaths: row.whole("deaths")?,
-            worker: row.try_get("worker")?,
-            reason: row.try_get("reason")?,
-            created_ms: row.integer("created_ms")?,
-        })
+        let query = select::<StoredJob>("FROM job WHERE id = ?").bind(id.key());
+        StoredJob::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
-}
-
-/// Error for a write under a lease of another epoch.
-const STALE: StorageError = StorageError::Conflict { what: "the lease is no longer valid" };
-
-/// Checks that a compare-and-set on id, epoch and state has changed a row. Callable within any
-/// transaction: an error rolls it back.
-pub(crate) fn check_changed(rows: u64) -> Result<(), StorageError> {
-    if rows == 0 { Err(STALE) } else { Ok(()) }
 }
 
 /// Inserts a job without checking the length of the queue.
@@ -395,10 +341,9 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<
     };
     sqlx::query(
         "INSERT INTO job (id, kind, queue, state, epoch, worker, created_ms, payload)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+         VALUES (?, 'render', ?, ?, ?, ?, ?, ?)",
     )
     .bind(job.id.key())
-    .bind(job.kind.name())
     .bind(job.queue.name())
     .bind(state.name())
     .bind(signed(epoch))

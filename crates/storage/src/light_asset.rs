@@ -3,7 +3,8 @@
 
 use brood_protocol::LightAssetKind;
 
-use crate::row::{Columns, corrupt_column};
+use crate::row::Columns;
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 impl Store {
@@ -17,20 +18,18 @@ impl Store {
         kind: LightAssetKind,
         bytes: Vec<u8>,
     ) -> Result<(), StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                sqlx::query(
-                    "INSERT INTO light_asset (hash, kind, bytes) VALUES (?, ?, ?)
-                     ON CONFLICT (hash) DO NOTHING",
-                )
-                .bind(hash.as_slice())
-                .bind(kind.name())
-                .bind(bytes)
-                .execute(conn)
-                .await?;
-                Ok(())
-            })
-        })
+        self.write(operation!(|conn| {
+            sqlx::query(
+                "INSERT INTO light_asset (hash, kind, bytes) VALUES (?, ?, ?)
+                 ON CONFLICT (hash) DO NOTHING",
+            )
+            .bind(hash.as_slice())
+            .bind(kind.name())
+            .bind(bytes)
+            .execute(conn)
+            .await?;
+            Ok(())
+        }))
         .await
     }
 
@@ -41,7 +40,7 @@ impl Store {
     pub async fn light_asset_kind(&self, hash: [u8; 32]) -> Result<LightAssetKind, StorageError> {
         let query = sqlx::query("SELECT kind FROM light_asset WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
-        kind(&row)
+        row.column("kind")
     }
 
     /// Returns a file and its kind.
@@ -54,11 +53,6 @@ impl Store {
     ) -> Result<(LightAssetKind, Vec<u8>), StorageError> {
         let query = sqlx::query("SELECT kind, bytes FROM light_asset WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
-        Ok((kind(&row)?, row.blob("bytes")?))
+        Ok((row.column("kind")?, row.column("bytes")?))
     }
-}
-
-fn kind(row: &sqlx::sqlite::SqliteRow) -> Result<LightAssetKind, StorageError> {
-    let name = row.text("kind")?;
-    LightAssetKind::from_name(&name).ok_or_else(|| corrupt_column("kind"))
 }

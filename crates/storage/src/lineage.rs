@@ -6,11 +6,12 @@ use std::str::FromStr;
 
 use brood_genome::Dialect;
 use brood_protocol::{Lineage, LineageId, PatchLineage, SceneId};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::SqliteConnection;
 
+use crate::error::changed;
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Columns, Key, corrupt_column, signed};
+use crate::row::{Key, Record, optional_key, record, select, signed};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// Lineage to be stored.
@@ -74,24 +75,19 @@ impl FromStr for LineageCursor {
     }
 }
 
-macro_rules! select {
-    ($rest:literal) => {
-        concat!(
-            "SELECT id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
-                    created_ms, version,
-                    (SELECT count(*) FROM generation WHERE lineage_id = lineage.id) AS generations
-             FROM lineage ",
-            $rest
-        )
-    };
-}
-
-const BY_ID: &str = select!("WHERE id = ?");
-const NEWEST: &str = select!("WHERE (hidden = 0 OR ?1) ORDER BY created_ms DESC, id DESC LIMIT ?2");
-const NEWEST_AFTER: &str = select!(
-    "WHERE (hidden = 0 OR ?1) AND (created_ms, id) < (?3, ?4)
-     ORDER BY created_ms DESC, id DESC LIMIT ?2"
-);
+record!(Lineage {
+    id,
+    name,
+    notes,
+    scene = "scene_id",
+    thumbnail_px,
+    dialect = "dialect_json",
+    saturation,
+    energy_limit,
+    generations = "(SELECT count(*) FROM generation WHERE lineage_id = lineage.id)",
+    created_ms,
+    version,
+});
 
 impl Store {
     /// Stores a lineage.
@@ -104,15 +100,11 @@ impl Store {
         new: NewLineage,
         idempotency: Option<Idempotency>,
     ) -> Result<Lineage, StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                if let Some(answer) = &idempotency {
-                    idempotency::insert(conn, answer, new.created_ms).await?;
-                }
-                insert(conn, &new).await?;
-                fetch(conn, new.id).await
-            })
-        })
+        self.write(operation!(|conn| {
+            idempotency::insert(conn, idempotency.as_ref(), new.created_ms).await?;
+            insert(conn, &new).await?;
+            fetch(conn, new.id).await
+        }))
         .await
     }
 
@@ -126,17 +118,17 @@ impl Store {
         limit: u32,
         include_hidden: bool,
     ) -> Result<Vec<Lineage>, StorageError> {
-        let mut conn = self.snapshot().await?;
-        let rows = match cursor {
-            None => {
-                sqlx::query(NEWEST).bind(include_hidden).bind(limit).fetch_all(&mut *conn).await
-            }
-            Some(LineageCursor { created_ms, id }) => {
-                let query = sqlx::query(NEWEST_AFTER).bind(include_hidden).bind(limit);
-                query.bind(created_ms).bind(id.key()).fetch_all(&mut *conn).await
-            }
-        }?;
-        rows.iter().map(read).collect()
+        // Two statements, so that SQLite starts at the cursor in the index.
+        let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
+        let mut query = select::<Lineage>(&format!(
+            "FROM lineage WHERE (hidden = 0 OR ?1) {after}
+             ORDER BY created_ms DESC, id DESC LIMIT ?2"
+        ));
+        query = query.bind(include_hidden).bind(limit);
+        if let Some(LineageCursor { created_ms, id }) = cursor {
+            query = query.bind(created_ms).bind(id.key().to_vec());
+        }
+        query.fetch_all(&mut *self.reader().await?).await?.iter().map(Lineage::read).collect()
     }
 
     /// Returns a lineage, hidden or not.
@@ -158,31 +150,27 @@ impl Store {
         expected_version: u64,
         patch: PatchLineage,
     ) -> Result<Lineage, StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let done = sqlx::query(
-                    "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
-                         scene_id = coalesce(?, scene_id), saturation = coalesce(?, saturation),
-                         energy_limit = coalesce(?, energy_limit),
-                         version = version + 1
-                     WHERE id = ? AND version = ?",
-                )
-                .bind(patch.name)
-                .bind(patch.notes)
-                .bind(patch.scene.as_ref().map(|scene| scene.key().to_vec()))
-                .bind(patch.saturation)
-                .bind(patch.energy_limit)
-                .bind(id.key())
-                .bind(signed(expected_version))
-                .execute(&mut *conn)
-                .await?;
-                let lineage = fetch(conn, id).await?;
-                if done.rows_affected() == 0 {
-                    return Err(StorageError::StaleVersion { current: lineage.version });
-                }
-                Ok(lineage)
-            })
-        })
+        self.write(operation!(|conn| {
+            let done = sqlx::query(
+                "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
+                     scene_id = coalesce(?, scene_id), saturation = coalesce(?, saturation),
+                     energy_limit = coalesce(?, energy_limit),
+                     version = version + 1
+                 WHERE id = ? AND version = ?",
+            )
+            .bind(patch.name)
+            .bind(patch.notes)
+            .bind(optional_key(patch.scene))
+            .bind(patch.saturation)
+            .bind(patch.energy_limit)
+            .bind(id.key())
+            .bind(signed(expected_version))
+            .execute(&mut *conn)
+            .await?;
+            let lineage = fetch(conn, id).await?;
+            changed(&done, StorageError::StaleVersion { current: lineage.version })?;
+            Ok(lineage)
+        }))
         .await
     }
 
@@ -191,15 +179,10 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn hide_lineage(&self, id: LineageId) -> Result<(), StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?");
-                match query.bind(id.key()).execute(conn).await?.rows_affected() {
-                    0 => Err(StorageError::NotFound),
-                    _ => Ok(()),
-                }
-            })
-        })
+        self.write(operation!(|conn| {
+            let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?");
+            changed(&query.bind(id.key()).execute(conn).await?, StorageError::NotFound)
+        }))
         .await
     }
 }
@@ -235,22 +218,6 @@ pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: LineageId,
 ) -> Result<Lineage, StorageError> {
-    read(&sqlx::query(BY_ID).bind(id.key()).fetch_one(conn).await?)
-}
-
-fn read(row: &SqliteRow) -> Result<Lineage, StorageError> {
-    let dialect: &str = row.try_get("dialect_json")?;
-    Ok(Lineage {
-        id: row.id("id")?,
-        name: row.text("name")?,
-        notes: row.text("notes")?,
-        scene: row.id("scene_id")?,
-        thumbnail_px: row.whole("thumbnail_px")?,
-        dialect: serde_json::from_str(dialect).map_err(|_| corrupt_column("dialect_json"))?,
-        saturation: row.single("saturation")?,
-        energy_limit: row.flag("energy_limit")?,
-        generations: row.whole("generations")?,
-        created_ms: row.integer("created_ms")?,
-        version: row.whole("version")?,
-    })
+    let query = select::<Lineage>("FROM lineage WHERE id = ?").bind(id.key());
+    Lineage::read(&query.fetch_one(conn).await?)
 }

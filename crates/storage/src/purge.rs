@@ -5,7 +5,9 @@
 use brood_protocol::LineageId;
 use sqlx::SqliteConnection;
 
+use crate::error::changed;
 use crate::row::Key;
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// Temporary table of genomes that may lose their last reference. It is dropped with the
@@ -44,7 +46,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn purge_lineage(&self, id: LineageId) -> Result<(), StorageError> {
-        self.write(move |conn| Box::pin(async move { purge(conn, id).await })).await
+        self.write(operation!(|conn| purge(conn, id).await)).await
     }
 }
 
@@ -53,9 +55,8 @@ async fn purge(conn: &mut SqliteConnection, id: LineageId) -> Result<(), Storage
         sqlx::query(sql).execute(&mut *conn).await?;
     }
     sqlx::query(FILL_CANDIDATES).bind(id.key()).execute(&mut *conn).await?;
-    if sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(&mut *conn).await?.rows_affected() == 0 {
-        return Err(StorageError::NotFound);
-    }
+    let done = sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(&mut *conn).await?;
+    changed(&done, StorageError::NotFound)?;
     for sql in [KEEP_REFERENCED, REASSIGN_PICTURES, REMOVE_GENOMES, CLEAR_CANDIDATES] {
         sqlx::query(sql).execute(&mut *conn).await?;
     }

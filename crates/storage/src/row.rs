@@ -1,108 +1,183 @@
-//! Conversions between Rust types and SQLite values: ids, hashes and integers as columns, sets as
+//! Conversions between Rust types and SQLite values: columns, records made of columns, and sets as
 //! JSON parameters. Independent of tables.
 
-use brood_protocol::{GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId};
-use sqlx::Row;
-use sqlx::sqlite::SqliteRow;
+use brood_genome::{Dialect, GenomeHash, Locks};
+use brood_protocol::{
+    Backend, FoundMaterial, GenerationId, IndividualId, JobId, LightAssetKind, LineageId, MeshId,
+    PictureKey, PixelArea, SceneId, SearchOptions, SearchState, Seed, Target, TargetId,
+};
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{AssertSqlSafe, Decode, Row, Sqlite, Type};
 
 use crate::StorageError;
 
-/// Id that is stored as a BLOB of 16 bytes.
-pub(crate) trait Key: Copy {
-    fn from_key(bytes: [u8; 16]) -> Self;
+/// Id or hash that is stored as a BLOB.
+pub(crate) trait Key {
     fn key(&self) -> &[u8];
 }
 
-macro_rules! keys {
-    ($($name:ident),*) => {$(
-        impl Key for $name {
-            fn from_key(bytes: [u8; 16]) -> Self {
-                Self::from_bytes(bytes)
-            }
+/// Returns the parameter for an id that may be absent.
+pub(crate) fn optional_key(id: Option<impl Key>) -> Option<Vec<u8>> {
+    id.map(|id| id.key().to_vec())
+}
 
+/// Type of a column.
+pub(crate) trait Column: Sized {
+    /// Type that SQLite stores.
+    type Sql: for<'r> Decode<'r, Sqlite> + Type<Sqlite>;
+
+    /// Returns `None` if the value is invalid.
+    fn from_sql(value: Self::Sql) -> Option<Self>;
+}
+
+impl<T: Column> Column for Option<T> {
+    type Sql = Option<T::Sql>;
+
+    fn from_sql(value: Self::Sql) -> Option<Self> {
+        match value {
+            Some(value) => T::from_sql(value).map(Some),
+            None => Some(None),
+        }
+    }
+}
+
+/// Implements [`Column`] for types that SQLite stores as the type before the arrow.
+macro_rules! columns {
+    ($($sql:ty => $($name:ty),+: $convert:expr;)*) => {$($(
+        impl $crate::row::Column for $name {
+            type Sql = $sql;
+
+            fn from_sql(value: $sql) -> Option<Self> {
+                let convert: fn($sql) -> Option<Self> = $convert;
+                convert(value)
+            }
+        }
+    )+)*};
+}
+pub(crate) use columns;
+
+columns! {
+    bool => bool: Some;
+    i64 => i64: Some;
+    i64 => u16, u32, u64: |value| value.try_into().ok();
+    i64 => Seed: |bits| Some(Self(bits.cast_unsigned()));
+    f64 => f64: Some;
+    // Stored from an f32, so the conversion is exact.
+    f64 => f32: |value| Some(value as f32);
+    String => String: Some;
+    String => Backend, PixelArea: |name| name.parse().ok();
+    String => LightAssetKind, SearchState: |name| Self::from_name(&name);
+    String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>:
+        |json| serde_json::from_str(&json).ok();
+    Vec<u8> => Vec<u8>: Some;
+    Vec<u8> => [u8; 32]: |bytes| bytes.try_into().ok();
+}
+
+macro_rules! keys {
+    ($($name:ty),*) => {$(
+        impl Key for $name {
             fn key(&self) -> &[u8] {
                 self.as_bytes()
             }
         }
+
+        columns! {
+            Vec<u8> => $name: |bytes| bytes.try_into().ok().map(Self::from_bytes);
+        }
     )*};
 }
 
-keys!(GenerationId, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId);
+keys!(GenerationId, GenomeHash, IndividualId, JobId, LineageId, MeshId, SceneId, TargetId);
+
+impl Key for PictureKey {
+    fn key(&self) -> &[u8] {
+        &self.0
+    }
+}
 
 /// Typed access to columns by name. A value of the wrong form means that the file is damaged.
 pub(crate) trait Columns {
-    fn blob(&self, column: &str) -> Result<Vec<u8>, StorageError>;
-    fn optional_blob(&self, column: &str) -> Result<Option<Vec<u8>>, StorageError>;
-    fn text(&self, column: &str) -> Result<String, StorageError>;
-    fn optional_text(&self, column: &str) -> Result<Option<String>, StorageError>;
-    fn real(&self, column: &str) -> Result<f64, StorageError>;
-    fn integer(&self, column: &str) -> Result<i64, StorageError>;
-
-    fn id<T: Key>(&self, column: &str) -> Result<T, StorageError> {
-        exact(&self.blob(column)?, column).map(T::from_key)
-    }
-
-    fn optional_id<T: Key>(&self, column: &str) -> Result<Option<T>, StorageError> {
-        let bytes = self.optional_blob(column)?;
-        bytes.map(|bytes| exact(&bytes, column).map(T::from_key)).transpose()
-    }
-
-    fn hash(&self, column: &str) -> Result<[u8; 32], StorageError> {
-        exact(&self.blob(column)?, column)
-    }
-
-    fn whole<T: TryFrom<i64>>(&self, column: &str) -> Result<T, StorageError> {
-        T::try_from(self.integer(column)?).map_err(|_| corrupt_column(column))
-    }
-
-    fn flag(&self, column: &str) -> Result<bool, StorageError> {
-        Ok(self.integer(column)? != 0)
-    }
-
-    fn single(&self, column: &str) -> Result<f32, StorageError> {
-        self.real(column).map(f32_from_real)
-    }
+    fn column<T: Column>(&self, name: &str) -> Result<T, StorageError>;
 }
 
 impl Columns for SqliteRow {
-    fn blob(&self, column: &str) -> Result<Vec<u8>, StorageError> {
-        Ok(self.try_get(column)?)
+    fn column<T: Column>(&self, name: &str) -> Result<T, StorageError> {
+        T::from_sql(self.try_get(name)?).ok_or_else(|| corrupt_column(name))
     }
-
-    fn optional_blob(&self, column: &str) -> Result<Option<Vec<u8>>, StorageError> {
-        Ok(self.try_get(column)?)
-    }
-
-    fn text(&self, column: &str) -> Result<String, StorageError> {
-        Ok(self.try_get(column)?)
-    }
-
-    fn optional_text(&self, column: &str) -> Result<Option<String>, StorageError> {
-        Ok(self.try_get(column)?)
-    }
-
-    fn real(&self, column: &str) -> Result<f64, StorageError> {
-        Ok(self.try_get(column)?)
-    }
-
-    fn integer(&self, column: &str) -> Result<i64, StorageError> {
-        Ok(self.try_get(column)?)
-    }
-}
-
-/// Converts a REAL that was stored from an f32; the conversion is exact.
-pub(crate) fn f32_from_real(real: f64) -> f32 {
-    real as f32
 }
 
 /// Error for a column with an invalid value.
-pub(crate) fn corrupt_column(column: &str) -> StorageError {
-    StorageError::Corrupt(format!("column {column} has an invalid value"))
+pub(crate) fn corrupt_column(name: &str) -> StorageError {
+    StorageError::Corrupt(format!("column {name} has an invalid value"))
 }
 
-fn exact<const N: usize>(bytes: &[u8], column: &str) -> Result<[u8; N], StorageError> {
-    bytes.try_into().map_err(|_| corrupt_column(column))
+/// Struct that is read from the columns of a row. Implemented by `record!`.
+pub(crate) trait Record: Sized {
+    /// Columns, each named after its field.
+    const COLUMNS: &'static str;
+
+    fn read(row: &SqliteRow) -> Result<Self, StorageError>;
 }
+
+/// Query for records; `rest` continues the SELECT after the columns.
+pub(crate) fn select<T: Record>(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+    sqlx::query(AssertSqlSafe(format!("SELECT {} {rest}", T::COLUMNS)))
+}
+
+/// Query that returns records; `change` is an INSERT, UPDATE or DELETE.
+pub(crate) fn returning<T: Record>(change: &str) -> Query<'static, Sqlite, SqliteArguments> {
+    sqlx::query(AssertSqlSafe(format!("{change} RETURNING {}", T::COLUMNS)))
+}
+
+/// Implements [`Record`] for a struct, or declares the struct as well. A field is the column of the
+/// same name or the given SQL expression. Fields after `and` are set by the caller.
+macro_rules! record {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident {
+            $($(#[$doc:meta])* pub $field:ident: $type:ty $(= $sql:literal)?,)+
+        }
+        $(and { $($(#[$other_doc:meta])* pub $other:ident: $other_type:ty,)+ })?
+    ) => {
+        $(#[$meta])*
+        pub struct $name {
+            $($(#[$doc])* pub $field: $type,)+
+            $($($(#[$other_doc])* pub $other: $other_type,)+)?
+        }
+
+        $crate::row::record!($name { $($field $(= $sql)?,)+ } $(and { $($other),+ })?);
+    };
+    (
+        $name:ident {
+            $first:ident $(= $first_sql:literal)?, $($field:ident $(= $sql:literal)?,)*
+        }
+        $(and { $($other:ident),+ })?
+    ) => {
+        impl $crate::row::Record for $name {
+            const COLUMNS: &'static str = concat!(
+                $crate::row::record!(@ $first $($first_sql)?)
+                $(, ", ", $crate::row::record!(@ $field $($sql)?))*
+            );
+
+            fn read(row: &sqlx::sqlite::SqliteRow) -> Result<Self, $crate::StorageError> {
+                use $crate::row::Columns as _;
+                Ok(Self {
+                    $first: row.column(stringify!($first))?,
+                    $($field: row.column(stringify!($field))?,)*
+                    $($($other: Default::default(),)+)?
+                })
+            }
+        }
+    };
+    (@ $field:ident) => {
+        stringify!($field)
+    };
+    (@ $field:ident $sql:literal) => {
+        concat!($sql, " AS \"", stringify!($field), "\"")
+    };
+}
+pub(crate) use record;
 
 /// Converts a count or version to SQLite's signed integer. A value that does not fit was never
 /// stored and matches no row.
@@ -110,14 +185,14 @@ pub(crate) fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
 
-/// Encodes a set of byte strings as one parameter, to be read with `SELECT unhex(value) FROM
+/// Encodes a set of ids or hashes as one parameter, to be read with `SELECT unhex(value) FROM
 /// json_each(?)`: the statement is the same for every size of the set.
-pub(crate) fn json_set<'a>(items: impl IntoIterator<Item = &'a [u8]>) -> String {
+pub(crate) fn json_set<'a, K: Key + 'a>(keys: impl IntoIterator<Item = &'a K>) -> String {
     use std::fmt::Write as _;
     let mut json = String::from("[");
-    for item in items {
+    for key in keys {
         json.push_str(if json.len() == 1 { "\"" } else { ",\"" });
-        for byte in item {
+        for byte in key.key() {
             write!(json, "{byte:02x}").expect("writing to a string does not fail");
         }
         json.push('"');

@@ -4,6 +4,7 @@
 use brood_protocol::SceneId;
 
 use crate::row::{Columns, Key};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 impl Store {
@@ -18,25 +19,23 @@ impl Store {
         created_ms: i64,
     ) -> Result<SceneId, StorageError> {
         let json = json.to_owned();
-        self.write(move |conn| {
-            Box::pin(async move {
-                sqlx::query(
-                    "INSERT INTO scene (id, content_hash, created_ms, json) VALUES (?, ?, ?, ?)
-                     ON CONFLICT (content_hash) DO NOTHING",
-                )
-                .bind(SceneId::fresh().key())
+        self.write(operation!(|conn| {
+            sqlx::query(
+                "INSERT INTO scene (id, content_hash, created_ms, json) VALUES (?, ?, ?, ?)
+                 ON CONFLICT (content_hash) DO NOTHING",
+            )
+            .bind(SceneId::fresh().key())
+            .bind(hash.as_slice())
+            .bind(created_ms)
+            .bind(json)
+            .execute(&mut *conn)
+            .await?;
+            sqlx::query("SELECT id FROM scene WHERE content_hash = ?")
                 .bind(hash.as_slice())
-                .bind(created_ms)
-                .bind(json)
-                .execute(&mut *conn)
-                .await?;
-                sqlx::query("SELECT id FROM scene WHERE content_hash = ?")
-                    .bind(hash.as_slice())
-                    .fetch_one(conn)
-                    .await?
-                    .id("id")
-            })
-        })
+                .fetch_one(conn)
+                .await?
+                .column("id")
+        }))
         .await
     }
 

@@ -7,11 +7,12 @@
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
-use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
+use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::job::check_changed;
-use crate::row::{Columns, Key, signed};
+use crate::error::{LEASE_ENDED, changed};
+use crate::row::{Key, Record, optional_key, record, returning, signed};
 use crate::search::{self, NEXT_TURN, StoredSearch};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// A search fails after this many consecutive worker deaths without progress. Every step resets the
@@ -20,27 +21,29 @@ const MAX_DEATHS: i64 = 3;
 /// Number of log lines per INSERT.
 const CHUNK_LINES: usize = 100;
 
-/// Search that has just been leased.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ClaimedSearch {
-    /// Id of the search.
-    pub id: JobId,
-    /// Epoch of this lease. Every other change of the search increments it.
-    pub epoch: u64,
-    /// Kind of the target's file.
-    pub target_kind: String,
-    /// Content hash of the target's file.
-    pub target_hash: [u8; 32],
-    /// Options of the search.
-    pub options: SearchOptions,
-    /// Search time so far, in seconds.
-    pub seconds: f64,
-    /// Validation error of the best material that is already an individual.
-    pub recorded: Option<f64>,
-    /// Genomes to start from, in the caller's format.
-    pub start: Vec<u8>,
-    /// Checkpoint to resume from.
-    pub checkpoint: Option<Vec<u8>>,
+record! {
+    /// Search that has just been leased.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct ClaimedSearch {
+        /// Id of the search.
+        pub id: JobId,
+        /// Epoch of this lease. Every other change of the search increments it.
+        pub epoch: u64,
+        /// Kind of the target's file.
+        pub target_kind: String,
+        /// Content hash of the target's file.
+        pub target_hash: [u8; 32],
+        /// Options of the search.
+        pub options: SearchOptions = "options_json",
+        /// Search time so far, in seconds.
+        pub seconds: f64,
+        /// Validation error of the best material that is already an individual.
+        pub recorded: Option<f64>,
+        /// Genomes to start from, in the caller's format.
+        pub start: Vec<u8>,
+        /// Checkpoint to resume from.
+        pub checkpoint: Option<Vec<u8>>,
+    }
 }
 
 /// Progress of a search.
@@ -81,8 +84,7 @@ pub struct SearchEnd {
 
 const CLAIM: &str = "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?1,
         started_ms = coalesce(started_ms, ?2)
-    WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1)
-    RETURNING id, epoch, target_kind, target_hash, options_json, seconds, recorded, start, checkpoint";
+    WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1)";
 const RELEASE: &str = "UPDATE search SET
         deaths = deaths + ?1,
         epoch = epoch + 1,
@@ -103,23 +105,10 @@ impl Store {
         now_ms: i64,
     ) -> Result<Option<ClaimedSearch>, StorageError> {
         let worker = worker.to_owned();
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let query = sqlx::query(CLAIM).bind(worker).bind(now_ms);
-                let Some(row) = query.fetch_optional(conn).await? else { return Ok(None) };
-                Ok(Some(ClaimedSearch {
-                    id: row.id("id")?,
-                    epoch: row.whole("epoch")?,
-                    target_kind: row.text("target_kind")?,
-                    target_hash: row.hash("target_hash")?,
-                    options: search::options(&row)?,
-                    seconds: row.real("seconds")?,
-                    recorded: row.try_get("recorded")?,
-                    start: row.blob("start")?,
-                    checkpoint: row.optional_blob("checkpoint")?,
-                }))
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let query = returning::<ClaimedSearch>(CLAIM).bind(worker).bind(now_ms);
+            query.fetch_optional(conn).await?.as_ref().map(ClaimedSearch::read).transpose()
+        }))
         .await
     }
 
@@ -139,12 +128,9 @@ impl Store {
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
     pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch, StorageError> {
         if step.end.is_some() {
-            return self
-                .write(move |conn| Box::pin(async move { step_and_fetch(conn, step).await }))
-                .await;
+            return self.write(operation!(|conn| step_and_fetch(conn, step).await)).await;
         }
-        self.write_relaxed(move |conn| Box::pin(async move { step_and_fetch(conn, step).await }))
-            .await
+        self.write_relaxed(operation!(|conn| step_and_fetch(conn, step).await)).await
     }
 
     /// Returns a leased search to its queue. After the third consecutive worker death it fails
@@ -159,20 +145,18 @@ impl Store {
         worker_died: bool,
         now_ms: i64,
     ) -> Result<StoredSearch, StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let done = sqlx::query(RELEASE)
-                    .bind(i64::from(worker_died))
-                    .bind(MAX_DEATHS)
-                    .bind(now_ms)
-                    .bind(id.key())
-                    .bind(signed(epoch))
-                    .execute(&mut *conn)
-                    .await?;
-                check_changed(done.rows_affected())?;
-                search::fetch(conn, id).await
-            })
-        })
+        self.write_relaxed(operation!(|conn| {
+            let done = sqlx::query(RELEASE)
+                .bind(i64::from(worker_died))
+                .bind(MAX_DEATHS)
+                .bind(now_ms)
+                .bind(id.key())
+                .bind(signed(epoch))
+                .execute(&mut *conn)
+                .await?;
+            changed(&done, LEASE_ENDED)?;
+            search::fetch(conn, id).await
+        }))
         .await
     }
 
@@ -182,13 +166,11 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
     pub async fn requeue_all_searches(&self) -> Result<u64, StorageError> {
-        self.write_relaxed(move |conn| {
-            Box::pin(async move {
-                let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
+        self.write_relaxed(operation!(|conn| {
+            let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
                            WHERE state = 'running'";
-                Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
-            })
-        })
+            Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
+        }))
         .await
     }
 }
@@ -248,7 +230,7 @@ pub(crate) async fn apply(
         .bind(signed(step.epoch))
         .execute(&mut *conn)
         .await?;
-    check_changed(done.rows_affected())?;
+    changed(&done, LEASE_ENDED)?;
     log(conn, step).await
 }
 
@@ -272,7 +254,7 @@ async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), Stora
                 .push_bind(finite(line.median))
                 .push_bind(finite(line.diversity))
                 .push_bind(signed(line.repeats))
-                .push_bind(best.map(|hash| hash.as_bytes().to_vec()));
+                .push_bind(optional_key(best));
         });
         query.build().execute(&mut *conn).await?;
     }

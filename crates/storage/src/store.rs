@@ -12,7 +12,7 @@ use sqlx::{ConnectOptions, Connection, Sqlite, SqliteConnection, SqlitePool, Tra
 use tokio::task::JoinHandle;
 
 use crate::lock::DirectoryLock;
-use crate::row::Columns;
+use crate::row::{Record, record, select};
 use crate::writer::{CommitTimes, Durability, WriteFuture, Writer};
 use crate::{StorageError, connection};
 
@@ -37,31 +37,33 @@ struct Inner {
     claims: AtomicU64,
 }
 
-/// Number of rows by table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct StoreCounts {
-    /// Lineages, including hidden ones.
-    pub lineages: u64,
-    /// Generations.
-    pub generations: u64,
-    /// Individuals.
-    pub individuals: u64,
-    /// Genomes.
-    pub genomes: u64,
-    /// Scenes.
-    pub scenes: u64,
-    /// Uploaded meshes.
-    pub meshes: u64,
-    /// Uploaded light assets.
-    pub light_assets: u64,
-    /// Picture keys.
-    pub pictures: u64,
-    /// Jobs of the render queue in any state.
-    pub jobs: u64,
-    /// Idempotency records.
-    pub idempotency: u64,
-    /// Tokens.
-    pub tokens: u64,
+record! {
+    /// Number of rows by table.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub struct StoreCounts {
+        /// Lineages, including hidden ones.
+        pub lineages: u64 = "(SELECT count(*) FROM lineage)",
+        /// Generations.
+        pub generations: u64 = "(SELECT count(*) FROM generation)",
+        /// Individuals.
+        pub individuals: u64 = "(SELECT count(*) FROM individual)",
+        /// Genomes.
+        pub genomes: u64 = "(SELECT count(*) FROM genome)",
+        /// Scenes.
+        pub scenes: u64 = "(SELECT count(*) FROM scene)",
+        /// Uploaded meshes.
+        pub meshes: u64 = "(SELECT count(*) FROM mesh)",
+        /// Uploaded light assets.
+        pub light_assets: u64 = "(SELECT count(*) FROM light_asset)",
+        /// Picture keys.
+        pub pictures: u64 = "(SELECT count(*) FROM picture)",
+        /// Jobs of the render queue in any state.
+        pub jobs: u64 = "(SELECT count(*) FROM job)",
+        /// Idempotency records.
+        pub idempotency: u64 = "(SELECT count(*) FROM idempotency)",
+        /// Tokens.
+        pub tokens: u64 = "(SELECT count(*) FROM token)",
+    }
 }
 
 impl Store {
@@ -209,20 +211,8 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn counts(&self) -> Result<StoreCounts, StorageError> {
-        let row = sqlx::query(COUNTS).fetch_one(&mut *self.reader().await?).await?;
-        Ok(StoreCounts {
-            lineages: row.whole("lineages")?,
-            generations: row.whole("generations")?,
-            individuals: row.whole("individuals")?,
-            genomes: row.whole("genomes")?,
-            scenes: row.whole("scenes")?,
-            meshes: row.whole("meshes")?,
-            light_assets: row.whole("light_assets")?,
-            pictures: row.whole("pictures")?,
-            jobs: row.whole("jobs")?,
-            idempotency: row.whole("answers")?,
-            tokens: row.whole("tokens")?,
-        })
+        let query = select::<StoreCounts>("");
+        StoreCounts::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
 
     /// Returns the number of claims granted since the start.
@@ -276,19 +266,6 @@ impl Store {
         Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
     }
 }
-
-const COUNTS: &str = "SELECT
-    (SELECT count(*) FROM lineage) AS lineages,
-    (SELECT count(*) FROM generation) AS generations,
-    (SELECT count(*) FROM individual) AS individuals,
-    (SELECT count(*) FROM genome) AS genomes,
-    (SELECT count(*) FROM scene) AS scenes,
-    (SELECT count(*) FROM mesh) AS meshes,
-    (SELECT count(*) FROM light_asset) AS light_assets,
-    (SELECT count(*) FROM picture) AS pictures,
-    (SELECT count(*) FROM job) AS jobs,
-    (SELECT count(*) FROM idempotency) AS answers,
-    (SELECT count(*) FROM token) AS tokens";
 
 /// Flushes a file and its directory entry to disk.
 fn sync_file(file: &std::fs::File, path: &Path) -> std::io::Result<()> {

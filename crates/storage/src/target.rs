@@ -2,9 +2,9 @@
 //! files.
 
 use brood_protocol::{Target, TargetId};
-use sqlx::sqlite::SqliteRow;
 
-use crate::row::{Columns, Key, corrupt_column};
+use crate::row::{Columns, Key, optional_key};
+use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
 /// Target to be stored.
@@ -29,34 +29,30 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the id or the idempotency key is in use.
     pub async fn create_target(&self, new: NewTarget) -> Result<(), StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let NewTarget { target, hash, bytes, idempotency } = new;
-                if let Some(answer) = &idempotency {
-                    idempotency::insert(conn, answer, target.created_ms).await?;
-                }
-                sqlx::query(
-                    "INSERT INTO target_file (hash, bytes) VALUES (?, ?) ON CONFLICT DO NOTHING",
-                )
-                .bind(hash.as_slice())
-                .bind(bytes)
-                .execute(&mut *conn)
-                .await?;
-                let json = serde_json::to_string(&target).expect("a target is plain data");
-                sqlx::query(
-                    "INSERT INTO target (id, kind, file_hash, created_ms, json)
-                     VALUES (?, ?, ?, ?, ?)",
-                )
-                .bind(target.id.key())
-                .bind(target.kind)
-                .bind(hash.as_slice())
-                .bind(target.created_ms)
-                .bind(json)
-                .execute(conn)
-                .await?;
-                Ok(())
-            })
-        })
+        self.write(operation!(|conn| {
+            let NewTarget { target, hash, bytes, idempotency } = new;
+            idempotency::insert(conn, idempotency.as_ref(), target.created_ms).await?;
+            sqlx::query(
+                "INSERT INTO target_file (hash, bytes) VALUES (?, ?) ON CONFLICT DO NOTHING",
+            )
+            .bind(hash.as_slice())
+            .bind(bytes)
+            .execute(&mut *conn)
+            .await?;
+            let json = serde_json::to_string(&target).expect("a target is plain data");
+            sqlx::query(
+                "INSERT INTO target (id, kind, file_hash, created_ms, json)
+                 VALUES (?, ?, ?, ?, ?)",
+            )
+            .bind(target.id.key())
+            .bind(target.kind)
+            .bind(hash.as_slice())
+            .bind(target.created_ms)
+            .bind(json)
+            .execute(conn)
+            .await?;
+            Ok(())
+        }))
         .await
     }
 
@@ -66,7 +62,7 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target(&self, id: TargetId) -> Result<Target, StorageError> {
         let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
-        read(&query.fetch_one(&mut *self.reader().await?).await?)
+        query.fetch_one(&mut *self.reader().await?).await?.column("json")
     }
 
     /// Lists targets, the newest first, those before `before`.
@@ -79,8 +75,9 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<Target>, StorageError> {
         let sql = "SELECT json FROM target WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2";
-        let query = sqlx::query(sql).bind(before.as_ref().map(|id| id.key().to_vec())).bind(limit);
-        query.fetch_all(&mut *self.reader().await?).await?.iter().map(read).collect()
+        let query = sqlx::query(sql).bind(optional_key(before)).bind(limit);
+        let rows = query.fetch_all(&mut *self.reader().await?).await?;
+        rows.iter().map(|row| row.column("json")).collect()
     }
 
     /// Returns a target's file by its content hash.
@@ -90,7 +87,7 @@ impl Store {
     pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>, StorageError> {
         let query = sqlx::query("SELECT bytes FROM target_file WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
-        row.blob("bytes")
+        row.column("bytes")
     }
 
     /// Deletes a target, and its file unless another target has the same.
@@ -99,34 +96,28 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if an
     /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<(), StorageError> {
-        self.write(move |conn| {
-            Box::pin(async move {
-                let used: i64 = sqlx::query_scalar(
-                    "SELECT count(*) FROM search
-                     WHERE target_id = ? AND state IN ('queued', 'running', 'paused')",
-                )
-                .bind(id.key())
-                .fetch_one(&mut *conn)
-                .await?;
-                if used > 0 {
-                    return Err(IN_USE);
-                }
-                let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
-                let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *conn).await?;
-                sqlx::query(
-                    "DELETE FROM target_file WHERE hash = ?1
-                     AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1)",
-                )
-                .bind(row.blob("file_hash")?)
-                .execute(conn)
-                .await?;
-                Ok(())
-            })
-        })
+        self.write(operation!(|conn| {
+            let used: i64 = sqlx::query_scalar(
+                "SELECT count(*) FROM search
+                 WHERE target_id = ? AND state IN ('queued', 'running', 'paused')",
+            )
+            .bind(id.key())
+            .fetch_one(&mut *conn)
+            .await?;
+            if used > 0 {
+                return Err(IN_USE);
+            }
+            let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
+            let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *conn).await?;
+            sqlx::query(
+                "DELETE FROM target_file WHERE hash = ?1
+                 AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1)",
+            )
+            .bind(row.column::<Vec<u8>>("file_hash")?)
+            .execute(conn)
+            .await?;
+            Ok(())
+        }))
         .await
     }
-}
-
-fn read(row: &SqliteRow) -> Result<Target, StorageError> {
-    serde_json::from_str(&row.text("json")?).map_err(|_| corrupt_column("json"))
 }

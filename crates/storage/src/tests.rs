@@ -18,8 +18,8 @@ use brood_protocol::{
 use tempfile::TempDir;
 
 use crate::{
-    Idempotency, JobKind, NewGeneration, NewGenome, NewIndividual, NewJob, NewLineage, NewPicture,
-    Queue, Store, StoredGeneration, StoredGenome,
+    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
+    Store, StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -146,7 +146,6 @@ fn job(queue: Queue) -> NewJob {
     NewJob {
         leased_to: None,
         id: JobId::fresh(),
-        kind: JobKind::Render,
         queue,
         payload: b"pixels, please".to_vec(),
         created_ms: 9,

@@ -1,10 +1,9 @@
 //! Access tokens, identified by the hash of their secret. Owner of the table `token` and of the
 //! scopes' permissions. Secrets never reach this module.
 
-use sqlx::sqlite::SqliteRow;
-
-use crate::error::unique_conflict;
-use crate::row::{Columns, corrupt_column};
+use crate::error::{changed, unique_conflict};
+use crate::row::{Record, columns, record, select};
+use crate::writer::operation;
 use crate::{StorageError, Store};
 
 /// Permissions of a token.
@@ -61,15 +60,21 @@ impl std::str::FromStr for Scope {
     }
 }
 
-/// Token without its secret.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Token {
-    /// Name of the token.
-    pub name: String,
-    /// Scope of the token.
-    pub scope: Scope,
-    /// Expiry time, in milliseconds since 1970-01-01 UTC; `None` for no expiry.
-    pub expires_ms: Option<i64>,
+columns! {
+    String => Scope: |name| name.parse().ok();
+}
+
+record! {
+    /// Token without its secret.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct Token {
+        /// Name of the token.
+        pub name: String,
+        /// Scope of the token.
+        pub scope: Scope,
+        /// Expiry time, in milliseconds since 1970-01-01 UTC; `None` for no expiry.
+        pub expires_ms: Option<i64>,
+    }
 }
 
 impl Store {
@@ -85,11 +90,8 @@ impl Store {
         expires_ms: Option<i64>,
     ) -> Result<(), StorageError> {
         let name = name.to_owned();
-        self.write(move |conn| {
-            Box::pin(async move {
-                sqlx::query(
-                    "INSERT INTO token (name, scope, hash, expires_ms) VALUES (?, ?, ?, ?)",
-                )
+        self.write(operation!(|conn| {
+            sqlx::query("INSERT INTO token (name, scope, hash, expires_ms) VALUES (?, ?, ?, ?)")
                 .bind(name)
                 .bind(scope.name())
                 .bind(hash.as_slice())
@@ -97,9 +99,8 @@ impl Store {
                 .execute(conn)
                 .await
                 .map_err(unique_conflict("a token with this name already exists"))?;
-                Ok(())
-            })
-        })
+            Ok(())
+        }))
         .await
     }
 
@@ -108,9 +109,8 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn list_tokens(&self) -> Result<Vec<Token>, StorageError> {
-        let query = sqlx::query("SELECT name, scope, expires_ms FROM token ORDER BY name");
-        let rows = query.fetch_all(&mut *self.reader().await?).await?;
-        rows.iter().map(read).collect()
+        let query = select::<Token>("FROM token ORDER BY name");
+        query.fetch_all(&mut *self.reader().await?).await?.iter().map(Token::read).collect()
     }
 
     /// Deletes a token.
@@ -119,15 +119,10 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if there is no token with this name.
     pub async fn revoke_token(&self, name: &str) -> Result<(), StorageError> {
         let name = name.to_owned();
-        self.write(move |conn| {
-            Box::pin(async move {
-                let query = sqlx::query("DELETE FROM token WHERE name = ?").bind(name);
-                match query.execute(conn).await?.rows_affected() {
-                    0 => Err(StorageError::NotFound),
-                    _ => Ok(()),
-                }
-            })
-        })
+        self.write(operation!(|conn| {
+            let query = sqlx::query("DELETE FROM token WHERE name = ?").bind(name);
+            changed(&query.execute(conn).await?, StorageError::NotFound)
+        }))
         .await
     }
 
@@ -136,9 +131,9 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn token_by_hash(&self, hash: [u8; 32]) -> Result<Option<Token>, StorageError> {
-        let query = sqlx::query("SELECT name, scope, expires_ms FROM token WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_optional(&mut *self.reader().await?).await?;
-        row.as_ref().map(read).transpose()
+        let query = select::<Token>("FROM token WHERE hash = ?").bind(hash.as_slice());
+        let row = query.fetch_optional(&mut *self.reader().await?).await?;
+        row.as_ref().map(Token::read).transpose()
     }
 
     /// True if there is any token, expired or not.
@@ -149,12 +144,4 @@ impl Store {
         let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
-}
-
-fn read(row: &SqliteRow) -> Result<Token, StorageError> {
-    Ok(Token {
-        name: row.text("name")?,
-        scope: row.text("scope")?.parse().map_err(|_| corrupt_column("scope"))?,
-        expires_ms: sqlx::Row::try_get(row, "expires_ms")?,
-    })
 }

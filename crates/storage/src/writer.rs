@@ -36,6 +36,14 @@ const LOG_CHECK_OPERATIONS: usize = 64;
 
 /// Future that runs on the write connection.
 pub(crate) type WriteFuture<'c, T> = Pin<Box<dyn Future<Output = T> + Send + 'c>>;
+/// Operation of a [`WriteFuture`]; the body awaits on the connection `$conn`.
+macro_rules! operation {
+    (|$conn:ident| $body:expr) => {
+        move |$conn| Box::pin(async move { $body })
+    };
+}
+pub(crate) use operation;
+
 /// Answers a caller, with the operation's result or with the error of its group.
 type Reply = Box<dyn FnOnce(Result<GroupTimes, StorageError>) + Send>;
 

@@ -112,8 +112,8 @@ pub async fn import(
     let checked = app.on_processor(check).await??;
     let import::Checked { file, genomes, mesh, light_assets } = checked;
     let scene = match mesh {
-        Some(mesh) => {
-            let id = app.store.put_mesh(mesh).await?;
+        Some((mesh, data)) => {
+            let id = app.store.put_mesh(mesh, data).await?;
             let mesh = brood_scene::MeshRef::Uploaded(id.to_string());
             brood_scene::Scene { mesh, ..file.scene.clone() }
         }

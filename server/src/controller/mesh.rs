@@ -5,8 +5,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{MeshAnswer, MeshId, MeshWarning, encode};
-use brood_scene::{ObjFile, ObjLimits, ObjWarning, parse_obj};
-use brood_storage::{NewMesh, StoredMesh};
+use brood_scene::{Mesh, ObjFile, ObjLimits, ObjWarning, parse_obj};
+use brood_storage::StoredMesh;
 use http::{Request, StatusCode};
 
 use super::created;
@@ -36,29 +36,12 @@ pub async fn create(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
         Begun::Fresh(attempt) => attempt,
     };
-    let parsed = app.on_processor(move || -> Result<NewMesh, ApiError> {
+    let parsed = app.on_processor(move || -> Result<_, ApiError> {
         let ObjFile { mesh, warnings } = parse_obj(&bytes, &ObjLimits::default())?;
-        Ok(NewMesh {
-            id: MeshId::fresh(),
-            content_hash: mesh.content_hash(),
-            vertices: mesh.vertex_count() as u64,
-            triangles: mesh.triangle_count() as u64,
-            has_uv: mesh.has_uv(),
-            warnings_json: warnings_json(warnings),
-            data: encode(&mesh),
-        })
+        Ok((row(&mesh, warnings), encode(&mesh)))
     });
-    let new = parsed.await??;
-    let hash = new.content_hash;
-    let mut row = StoredMesh {
-        id: new.id,
-        content_hash: hash,
-        vertices: new.vertices,
-        triangles: new.triangles,
-        has_uv: new.has_uv,
-        warnings_json: new.warnings_json.clone(),
-    };
-    row.id = app.store.put_mesh(new).await?;
+    let (mut row, data) = parsed.await??;
+    row.id = app.store.put_mesh(row.clone(), data).await?;
     let answer = answer(row)?;
     if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
         app.store.store_idempotency(record, now_ms()).await?;
@@ -77,12 +60,20 @@ pub async fn get(
     answer(app.store.mesh(id).await?).map(Json)
 }
 
-fn warnings_json(warnings: Vec<ObjWarning>) -> String {
+/// Returns the row of a new mesh.
+pub fn row(mesh: &Mesh, warnings: Vec<ObjWarning>) -> StoredMesh {
     let warnings: Vec<_> = warnings
         .into_iter()
         .map(|warning| MeshWarning { line: warning.line, text: warning.text })
         .collect();
-    serde_json::to_string(&warnings).expect("warnings are numbers and text")
+    StoredMesh {
+        id: MeshId::fresh(),
+        content_hash: mesh.content_hash(),
+        vertices: mesh.vertex_count() as u64,
+        triangles: mesh.triangle_count() as u64,
+        has_uv: mesh.has_uv(),
+        warnings_json: serde_json::to_string(&warnings).expect("warnings are numbers and text"),
+    }
 }
 
 fn answer(row: StoredMesh) -> Result<MeshAnswer, ApiError> {

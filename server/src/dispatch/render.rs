@@ -9,7 +9,7 @@ use brood_protocol::{
     Backend, Frame, JobId, PictureFormat, PictureKey, RenderItem, RenderJob, SceneId, encode,
 };
 use brood_scene::{PixelArea, Sampling};
-use brood_storage::{JobKind, NewJob, Queue, StorageError, StoredPicture};
+use brood_storage::{NewJob, Queue, StorageError, StoredPicture};
 use bytes::Bytes;
 
 use crate::clock::now_ms;
@@ -93,14 +93,7 @@ pub fn render_work<'a>(
 
 /// Returns a queued render job.
 pub fn queued_job(queue: Queue, payload: Vec<u8>) -> NewJob {
-    NewJob {
-        id: JobId::fresh(),
-        kind: JobKind::Render,
-        queue,
-        leased_to: None,
-        payload,
-        created_ms: now_ms(),
-    }
+    NewJob { id: JobId::fresh(), queue, leased_to: None, payload, created_ms: now_ms() }
 }
 
 /// Rounds up to whole seconds, at most [`RETRY_MOST_S`].

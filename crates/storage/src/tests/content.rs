@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use brood_protocol::{Backend, MeshId, PictureFormat};
 
 use super::{bytes, genome, hash, key, open, picture, saved, scene};
-use crate::{NewMesh, StorageError, StoredGenome, StoredMesh};
+use crate::{StorageError, StoredGenome, StoredMesh};
 
 #[tokio::test]
 async fn genome_is_stored_once() {
@@ -56,29 +56,21 @@ async fn scene_keeps_its_id_when_stored_again() {
 #[tokio::test]
 async fn mesh_keeps_its_id_when_stored_again() {
     let (_dir, store) = open().await;
-    let new = NewMesh {
+    let new = StoredMesh {
         id: MeshId::fresh(),
         content_hash: hash("cow"),
         vertices: 3,
         triangles: 1,
         has_uv: true,
         warnings_json: "[]".to_owned(),
-        data: vec![7; 100_000],
     };
-    let id = store.put_mesh(new.clone()).await.unwrap();
+    let data = vec![7; 100_000];
+    let id = store.put_mesh(new.clone(), data.clone()).await.unwrap();
     assert_eq!(id, new.id);
-    let again = store.put_mesh(NewMesh { id: MeshId::fresh(), ..new.clone() }).await.unwrap();
-    assert_eq!(again, id);
-    let row = StoredMesh {
-        id,
-        content_hash: new.content_hash,
-        vertices: 3,
-        triangles: 1,
-        has_uv: true,
-        warnings_json: "[]".to_owned(),
-    };
-    assert_eq!(store.mesh(id).await.unwrap(), row);
-    assert_eq!(store.mesh_data(hash("cow")).await.unwrap(), new.data);
+    let again = StoredMesh { id: MeshId::fresh(), ..new.clone() };
+    assert_eq!(store.put_mesh(again, data.clone()).await.unwrap(), id);
+    assert_eq!(store.mesh(id).await.unwrap(), new);
+    assert_eq!(store.mesh_data(hash("cow")).await.unwrap(), data);
     assert!(matches!(store.mesh(MeshId::fresh()).await, Err(StorageError::NotFound)));
     assert!(matches!(store.mesh_data(hash("pig")).await, Err(StorageError::NotFound)));
 }

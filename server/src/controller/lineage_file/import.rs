@@ -8,17 +8,17 @@ use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
 use brood_protocol::{
-    GenerationId, IndividualId, LightAssetKind, LineageId, MeshId, ParentRef, PatchIndividual,
-    SceneId, decode,
+    GenerationId, IndividualId, LightAssetKind, LineageId, ParentRef, PatchIndividual, SceneId,
+    decode,
 };
 use brood_scene::{Mesh, MeshRef};
-use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, NewMesh};
+use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, StoredMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
 use crate::clock::now_ms;
 use crate::controller::lineage::{check_name, check_saturation};
-use crate::controller::{check_length, light_asset};
+use crate::controller::{check_length, light_asset, mesh};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
@@ -29,7 +29,7 @@ pub struct Checked {
     /// Genomes by hash.
     pub genomes: BTreeMap<GenomeHash, NewGenome>,
     /// Mesh of the scene, if uploaded.
-    pub mesh: Option<NewMesh>,
+    pub mesh: Option<(StoredMesh, Vec<u8>)>,
     /// Files of the lights.
     pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
@@ -103,19 +103,11 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
     Ok(Checked { file, genomes, mesh, light_assets })
 }
 
-fn mesh(data: &str) -> Result<NewMesh, ApiError> {
+fn mesh(data: &str) -> Result<(StoredMesh, Vec<u8>), ApiError> {
     let refuse = |words: &str| ApiError::refused(words).at("/mesh");
     let bytes = BASE64_STANDARD.decode(data).map_err(|_| refuse("the mesh must be base64"))?;
     let mesh: Mesh = decode(&bytes).map_err(|_| refuse("the mesh cannot be decoded"))?;
-    Ok(NewMesh {
-        id: MeshId::fresh(),
-        content_hash: mesh.content_hash(),
-        vertices: mesh.vertex_count() as u64,
-        triangles: mesh.triangle_count() as u64,
-        has_uv: mesh.has_uv(),
-        warnings_json: "[]".to_owned(),
-        data: brood_protocol::encode(&mesh),
-    })
+    Ok((mesh::row(&mesh, Vec::new()), brood_protocol::encode(&mesh)))
 }
 
 /// Turns a checked file into rows with new ids.
