@@ -26,26 +26,6 @@ import { nameOfTarget } from "./words.js";
 /** Strategies of the server; none is sent unless one is chosen. */
 export const STRATEGIES = ["hybrid", "lobes", "gp", "analytic"];
 
-/** @type {Draft} */
-const BLANK = {
-  file: null,
-  kind: "",
-  views: [],
-  target: null,
-  own: null,
-  name: "",
-  strategy: "",
-  measure: "seconds",
-  seconds: "25",
-  generations: "40",
-  evaluations: "20000",
-  seed: "",
-  threads: "",
-  mirrored: false,
-  into: "own",
-  start: null,
-};
-
 /** @param {Partial<Draft>} change */
 export function updateDraft(change) {
   searchStore.draft.value = { ...searchStore.draft.value, ...change };

@@ -21,8 +21,8 @@ export const NEW = "new";
 const SHOWN_MS = 2000;
 const RUNNING_MS = 8000;
 
-/** @type {Draft} */
-const BLANK = {
+/** Form before anything is filled in. @type {Draft} */
+export const BLANK = {
   file: null,
   kind: "",
   views: [],

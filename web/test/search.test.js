@@ -6,31 +6,14 @@ import {
 } from "../search/chart.js";
 import { dialectMismatch, requestOf } from "../search/draft.js";
 import { mergeLines, progressLine, thinLines } from "../search/log.js";
+import { BLANK } from "../search/store.js";
 import {
   budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindOf, reasonInWords,
   sizeInWords,
 } from "../search/words.js";
 
 const TARGET = /** @type {any} */ ({ id: "t-1", name: "gold" });
-/** @type {any} */
-const DRAFT = {
-  file: null,
-  kind: "samples",
-  views: [],
-  target: TARGET,
-  own: null,
-  name: "",
-  strategy: "",
-  measure: "seconds",
-  seconds: "25",
-  generations: "40",
-  evaluations: "20000",
-  seed: "",
-  threads: "",
-  mirrored: false,
-  into: "own",
-  start: null,
-};
+const DRAFT = { ...BLANK, kind: /** @type {const} */ ("samples"), target: TARGET };
 
 /** @param {number} generation @param {number|null} held */
 const line = (generation, held) => ({
