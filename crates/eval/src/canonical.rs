@@ -1,6 +1,7 @@
-//! The canonical evaluator: f32 over blocks of samples, one instruction at a time over a whole
+//! The canonical evaluator: f32 over blocks of 256 samples, one instruction at a time over a whole
 //! block.
 //!
+//! A program is translated once per batch ([`Code`]) and then run block by block ([`BoundCode`]).
 //! The loops are plain code that the compiler vectorises. Every lane computes exactly what
 //! [`brood_program::execute`] computes for one sample, so results do not depend on block borders,
 //! threads or vector width.
@@ -24,7 +25,7 @@ use crate::lanes::{BLOCK, LANES, Quarter};
 use crate::layer;
 use crate::level::{Level, SimdKernel};
 
-/// Number of samples per task.
+/// Number of samples per rayon task.
 const TASK: usize = 16 * BLOCK;
 
 /// Evaluates in plain f32 on the CPU; defines the bits that all exact evaluators share.
@@ -116,8 +117,8 @@ pub(crate) fn with_workspace<R>(f: impl FnOnce(&mut Workspace) -> R) -> R {
     WORKSPACE.with_borrow_mut(f)
 }
 
-/// Computes the reflectance of the samples from `start` that `out` has room for; `out` already
-/// contains the reflectance of the layers.
+/// Kernel that computes the reflectance of the samples from `start` on, as many as the rows of
+/// `out` are long. If the program has layers, `out` already contains their reflectance.
 struct Reflectance<'a> {
     code: &'a Code<'a>,
     start: usize,
@@ -155,8 +156,8 @@ impl SimdKernel for Reflectance<'_> {
     }
 }
 
-/// Computes f of one quarter of a block: the squares of the results plus the layers, through the
-/// output stage.
+/// Computes f of one quarter of a block from the results `g` of the program: g^2, plus the
+/// reflectance of the layers if there are any, through the output stage.
 #[inline(always)]
 pub(crate) fn reflectance(
     program: &Program,

@@ -1,8 +1,8 @@
 //! Conformance suite of evaluators, exported so that each backend runs the same checks.
 //!
-//! An exact evaluator returns the canonical bits in every case. Any other one stays within the
-//! tolerance table on single operations. On layers both stay near the f64 reference. No backend has
-//! tolerances of its own.
+//! An exact evaluator must return the canonical bits in every case. Any other one must stay within
+//! the tolerance table on single operations. On programs that are only layers, both must stay
+//! within [`LAYER_TOLERANCE`] of the f64 reference. No backend has tolerances of its own.
 
 mod bits;
 mod cases;

@@ -1,9 +1,10 @@
 //! Derivatives of errors with respect to the constants of a program, for least squares.
 //!
-//! A residual is the deviation of one channel of one sample from a [`FitnessTarget`]. Derivatives
-//! are propagated through the program step by step: forward mode, one tangent per constant, or
-//! reverse mode, one adjoint per channel. Where a clamp acts, the derivative is 0. The result is
-//! the input of a damped Gauss-Newton step: J^T J and J^T r.
+//! A residual is the deviation of one channel of one sample from a [`FitnessTarget`]; r is the
+//! vector of all residuals, J the matrix of their derivatives with respect to the constants.
+//! Derivatives are propagated through the program step by step: forward mode, one tangent per
+//! constant, or reverse mode, one adjoint per channel. Where a clamp acts, the derivative is 0. The
+//! result is the input of a damped Gauss-Newton step: J^T J and J^T r.
 
 mod equations;
 mod local;

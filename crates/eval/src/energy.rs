@@ -1,4 +1,5 @@
-//! The energy limit: the divisor of f with which no direction reflects more light than it receives.
+//! The energy limit: the divisor of f with which no more light from any direction is reflected than
+//! arrives from it.
 //!
 //! The largest directional albedo is found on a grid of incident directions and texture positions,
 //! then by a pattern search from the best of them, then measured with quadratures of growing order
@@ -64,7 +65,8 @@ pub fn energy_limit(program: &Program) -> EnergyLimit {
     DEFAULT_SEARCH.run(program).0
 }
 
-/// Returns the largest albedo of the channels at a place, with a quadrature of that order.
+/// Returns the directional albedo at a place, the largest of the channels, by a quadrature of that
+/// order.
 #[must_use]
 pub fn directional_albedo(program: &Program, place: &Incidence, order: usize) -> f64 {
     Subject::new(program).albedos_at(&[*place], &Quadrature::new(order))[0]

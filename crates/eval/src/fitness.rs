@@ -1,13 +1,15 @@
 //! Fitness: error of programs against a target, summed inside the evaluator.
 //!
-//! Only one number per program leaves the L1 cache. Errors are not negative, so evaluation may end
-//! as soon as the sum exceeds a bound; the selection stays the same.
+//! Only one number per program leaves the L1 cache. Errors are not negative, so a program can be
+//! dropped as soon as its sum exceeds that of the worst program to be kept; the selection stays the
+//! same.
 //!
 //! # The sum
-//! Error of a sample: e = (dr^2 + dg^2) + db^2, where d is log2(1 + f w) - t or f w - t, every
-//! operation rounded to f32 separately. Sum of a block of 256 samples, where the missing samples of
-//! the last block count as 0: sums 0 to 15 take every sixteenth error in turn, then sum k takes sum
-//! k + 8, then k + 4, k + 2, k + 1, all in f32. The blocks are added in f64 in their order. Every
+//! Error of a sample: e = (dr^2 + dg^2) + db^2, where d of a channel is log2(1 + f w) - t or f w -
+//! t, depending on the [`Loss`], with reflectance f, weight w and value to reach t. Every operation
+//! is rounded to f32 separately. Sum of a block of 256 samples, where the missing samples of the
+//! last block count as 0: sums 0 to 15 take every sixteenth error in turn, then sum k takes sum k +
+//! 8, then k + 4, k + 2, k + 1, all in f32. The blocks are added in f64 in their order. Every
 //! implementation that adds in this order gets the same bits, on any machine and with any number of
 //! threads.
 

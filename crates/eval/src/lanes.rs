@@ -1,8 +1,9 @@
-//! Sizes of the blocks of samples that loops run over, and the lanes of one iteration.
+//! Sizes of blocks. Loops over the samples of a set process it in blocks of 256 samples, each of 4
+//! quarters of 64 lanes; a lane holds one sample.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Number of lanes per iteration of a loop.
+/// Number of lanes in a quarter, which is processed by one iteration of the outer loops.
 pub(crate) const LANES: usize = 64;
 /// Number of quarters in a block.
 pub(crate) const QUARTERS: usize = 4;
@@ -10,7 +11,7 @@ pub(crate) const QUARTERS: usize = 4;
 /// registers stay in the L1 cache.
 pub(crate) const BLOCK: usize = LANES * QUARTERS;
 
-/// The lanes of one iteration, aligned to a cache line: vectors that straddle two lines cost twice.
+/// Values of one quarter, aligned to a cache line: vectors that straddle two lines cost twice.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Quarter(pub(crate) [f32; LANES]);

@@ -138,7 +138,7 @@ pub(crate) fn fill(layers: &mut [(&Layers, Rows<'_>)], set: &SampleSet, level: L
     });
 }
 
-/// Adds the reflectance of a model to the sum.
+/// Loop that adds the reflectance of a model to the sum; negative values count as 0.
 struct Add<'a, const N: usize> {
     sum: &'a mut [[f64; N]; 3],
     f: &'a [[f64; N]; 3],
@@ -157,6 +157,7 @@ impl<const N: usize> Loop for Add<'_, N> {
     }
 }
 
+/// Loop that limits the sum to the largest square of a result and rounds it to f32.
 struct Rounded<'a, const N: usize> {
     sum: &'a [[f64; N]; 3],
 }

@@ -1,6 +1,6 @@
-//! SIMD instruction sets: each kernel is compiled once per instruction set, and one is chosen at
-//! run time. The code is the same and rounds the same way in all of them, so the bits are the same;
-//! only the width of the vectors differs.
+//! Levels: the SIMD instruction sets that kernels are compiled for. Each kernel is compiled once
+//! per level, and the level is chosen at run time. The code is the same and rounds the same way in
+//! all of them, so the bits are the same; only the width of the vectors differs.
 
 #![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
 
@@ -15,7 +15,7 @@ pub trait SimdKernel {
     fn run(self) -> Self::Output;
 }
 
-/// An instruction set of this machine's architecture.
+/// A SIMD instruction set that this machine supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level(Kind);
 
@@ -94,6 +94,7 @@ impl Machine for Level {
     }
 }
 
+/// Kernel that runs a [`Loop`] of a reflectance model.
 struct Looped<L>(L);
 
 impl<L: Loop> SimdKernel for Looped<L> {

@@ -1,4 +1,5 @@
-//! Models of reflectance on sample sets: f64 arithmetic on all cores, rounded to f32 at the end.
+//! Reflectance of analytic models and measured BRDFs on sample sets: f64 arithmetic on all cores,
+//! rounded to f32 at the end.
 
 use brood_brdf::{Block, Brdf, Model};
 use brood_scene::SampleSet;
@@ -11,7 +12,7 @@ use crate::rounding::round_to_f32;
 /// Number of samples per task.
 const TASK_SAMPLES: usize = 1024;
 
-/// Computes the reflectance of a model on each sample.
+/// Computes the reflectance of a BRDF on each sample.
 ///
 /// # Shapes
 /// `out` is resized to `3 * set.len()`: red, green, blue, in each the samples in order, as an

@@ -1,9 +1,9 @@
-//! Previews: small pictures by which broods are made diverse. Nearly black draws and draws that
-//! look alike are replaced by other draws.
+//! Previews: small pictures by which broods are made diverse. A draw is a candidate for a child;
+//! nearly black draws and draws that look alike are replaced by other draws.
 //!
-//! This module owns the preview scene, which is the same for every lineage, so that a brood is a
-//! function of its request alone, and the threshold of two previews that look alike. It does not
-//! depend on how draws are made.
+//! This module owns the preview scene and the thresholds. The scene is the same for every lineage,
+//! so that a brood is a function of its request alone. The module does not depend on how draws are
+//! made.
 
 use std::sync::OnceLock;
 

@@ -110,7 +110,7 @@ pub fn shade_each(set: &SampleSet, f: &[f32], mut put: impl FnMut(usize, [f32; 3
     }
 }
 
-/// Reflectance of a program with the irradiance of each sample.
+/// Reflectance of a program and irradiance of each sample, with the layout of the picture.
 pub(crate) struct ReflectedLight<'a> {
     pub(crate) layout: &'a ImageLayout,
     f: [&'a [f32]; 3],
@@ -156,6 +156,7 @@ impl<'a> ReflectedLight<'a> {
         }
     }
 
+    /// Returns the sum of f E cos_i over a range of samples.
     #[inline(always)]
     fn sum(&self, start: usize, end: usize) -> [f32; 3] {
         let mut sum = [0.0; 3];

@@ -1,4 +1,8 @@
-//! Blocks: the values of one block of samples, and the execution of instructions on them.
+//! Execution of translated code on one block of samples.
+//!
+//! A row holds the values of one input, constant or register for a block: four quarters, or one
+//! quarter that stands for all if the value is constant. Instructions address rows through a table
+//! of views, by slot.
 
 #![allow(unsafe_code, reason = "rows are read and written through pointers, see kernel.rs")]
 
@@ -8,18 +12,20 @@ use super::code::{Code, Instruction};
 use super::kernel::View;
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
 
-/// Rows that the instructions of a block read and write.
+/// Memory for running code, kept per thread: the rows that instructions read and write.
 pub(crate) struct Workspace {
     /// Constants, one quarter each, then whole rows: registers, and copies of the inputs of blocks
     /// that cannot be read in place.
     rows: Vec<Quarter>,
-    /// View of each operand in the current block: registers, inputs, constants.
+    /// View of each row, by slot: registers, inputs, constants. Views of inputs change with each
+    /// block.
     views: Vec<View>,
 }
 
-/// Position of a block in its set.
+/// Samples of a block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
+    /// Index of the first sample.
     pub(crate) start: usize,
     /// Number of samples; less than a block only at the end of the set.
     pub(crate) length: usize,
@@ -32,7 +38,7 @@ impl Span {
     }
 }
 
-/// The results of a block before squaring.
+/// The results g of a block, before squaring.
 pub(crate) struct Results<'a> {
     views: [View; 3],
     quarters: usize,
@@ -41,7 +47,7 @@ pub(crate) struct Results<'a> {
 }
 
 impl Results<'_> {
-    /// Returns g of red, green and blue.
+    /// Returns g of red, green and blue in one quarter.
     ///
     /// # Panics
     /// If the block has no such quarter.
@@ -49,7 +55,8 @@ impl Results<'_> {
     pub(crate) fn quarter(&self, index: usize) -> [&[f32; LANES]; 3] {
         assert!(index < self.quarters, "a block has {} quarters", self.quarters);
         let [red, green, blue] = self.views;
-        // SAFETY: the views are rows of that many quarters, borrowed for the life of this.
+        // SAFETY: the views are rows of that many quarters, or one quarter that stands for all,
+        // borrowed for the life of this.
         unsafe { [red.quarter(index), green.quarter(index), blue.quarter(index)] }
     }
 }
@@ -60,12 +67,13 @@ impl Workspace {
     }
 }
 
-/// Code with a workspace prepared for it.
+/// Code together with a workspace that is prepared for it.
 pub(crate) struct BoundCode<'w> {
     code: &'w Code<'w>,
-    /// Pointer to the first register.
+    /// Pointer to the first row of the registers. A pointer, because an instruction writes one
+    /// register while it reads others.
     first: *mut Quarter,
-    /// Rows for copies of inputs.
+    /// Rows for copies of inputs that cannot be read in place.
     inputs: &'w mut [Quarter],
     views: &'w mut [View],
     /// The rows that the pointer and the views point to live as long as this and are written to
@@ -74,6 +82,7 @@ pub(crate) struct BoundCode<'w> {
 }
 
 impl<'w> BoundCode<'w> {
+    /// Lays out the rows in the workspace and fills those of the constants.
     #[inline(always)]
     pub(crate) fn new(code: &'w Code<'w>, workspace: &'w mut Workspace) -> Self {
         let Workspace { rows, views } = workspace;
@@ -86,7 +95,7 @@ impl<'w> BoundCode<'w> {
         let (registers, rest) = rest.split_at_mut(code.registers * QUARTERS);
         let first = registers.as_mut_ptr();
         views.clear();
-        // SAFETY: each begins within the registers.
+        // SAFETY: each row begins within the registers.
         views.extend((0..code.registers).map(|row| View::at(unsafe { first.add(row * QUARTERS) })));
         // Views of inputs are set for each block.
         views.extend((0..inputs).map(|_| View::at(first)));
@@ -128,8 +137,8 @@ impl<'w> BoundCode<'w> {
     }
 }
 
-/// Copies values and repeats the last one, which is within the input range for which clamps were
-/// left out.
+/// Copies values and repeats the last one up to the end of the row: it is within the range of the
+/// input for which translation left out clamps.
 fn fill<'a>(row: &'a mut [Quarter], values: &[f32]) -> &'a [Quarter] {
     let places: &mut [f32] = bytemuck::cast_slice_mut(row);
     let (filled, rest) = places.split_at_mut(values.len());

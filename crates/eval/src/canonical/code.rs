@@ -1,7 +1,10 @@
-//! Translation of a program to instructions for blocks, bound to one sample set.
+//! Translation of a program to instructions that run on whole blocks, for one sample set.
 //!
-//! Translation leaves out clamps that cannot act on this set, fuses a value that is read once and
-//! by the next step with that step, and assigns registers by linear scan.
+//! Translation leaves out clamps that cannot act on this set, fuses pairs of steps into one
+//! instruction, and assigns registers by linear scan.
+//!
+//! Within a translation, every value has a number: inputs, then constants, then steps. A stored
+//! value also has a slot: the index of the view that instructions read it through.
 
 use std::cell::RefCell;
 
@@ -13,28 +16,32 @@ use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::layer::Layers;
 use crate::level::Level;
 
-/// First slot of inputs and constants until the number of registers is known.
+/// First slot of inputs and constants during a translation, when the number of registers is not
+/// known yet.
 const FIRST_INPUT: u16 = 1 << 15;
 
-/// One pass over a block.
+/// One pass over a block: one step, or a fused pair.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instruction {
+    /// Loop over the block.
     pub(super) pass: Pass,
     /// Register written, which is none of the operands.
     pub(super) dst: u16,
-    /// Slots: registers, then inputs, then constants. Operands that the kernel does not read repeat
-    /// the first.
+    /// Slots of the operands; registers come first, then inputs, then constants. Operands that the
+    /// kernel does not read repeat the first.
     pub(super) operands: [u16; 3],
 }
 
-/// A program bound to a sample set.
+/// A program translated for a sample set.
 #[derive(Debug)]
 pub(crate) struct Code<'a> {
     program: &'a Program,
     pub(super) instructions: Vec<Instruction>,
     /// Slots of the results.
     pub(super) results: [u16; 3],
+    /// Number of registers.
     pub(super) registers: usize,
+    /// Inputs that the steps or results read.
     pub(super) inputs: InputMask,
     pub(super) set: &'a SampleSet,
     layers: Option<Layers>,
@@ -65,24 +72,28 @@ impl<'a> Code<'a> {
 /// Buffers of a translation, reused for the next program because allocating them takes as long as
 /// translating.
 ///
-/// Values are in tables by number: inputs, constants, steps. So reading an operand does not branch
-/// on its kind, which is unpredictable.
+/// The tables are indexed by the number of a value, so that reading an operand does not branch on
+/// its kind, which is unpredictable.
 #[derive(Default)]
 struct Translation {
     instructions: Vec<Instruction>,
     /// Operation of each step and the numbers of its operands.
     steps: Vec<(Operation, [u32; 2])>,
+    /// Range of each value on the sample set.
     ranges: Vec<Range>,
-    /// Clamps of each step that can act: of the result, of the argument.
+    /// For each step, whether the clamp of its result can act, and that of its argument.
     clamps: Vec<[bool; 2]>,
-    /// Number of remaining reads of each value; [`PINNED`] and more for inputs and constants.
+    /// Number of remaining reads of each value, by steps and as results; [`PINNED`] is added for
+    /// inputs and constants.
     reads: Vec<u32>,
     /// Slot of each value, inputs and constants counted from [`FIRST_INPUT`]; [`NO_SLOT`] until it
     /// has been stored.
     slots: Vec<u16>,
     /// Number of the first step.
     first_step: u32,
+    /// Registers that hold no value that is still read.
     free: Vec<u16>,
+    /// Number of registers assigned so far.
     registers: u16,
 }
 
@@ -146,6 +157,7 @@ impl Translation {
         for step in program.steps() {
             let [a, b] = [number(step.a, self.first_step), number(step.b, self.first_step)];
             self.reads[a as usize] += 1;
+            // A step that reads a value twice counts once, because it also releases it once.
             self.reads[b as usize] += u32::from(a != b);
             self.steps.push((step.operation, [a, b]));
         }
@@ -168,6 +180,7 @@ impl Translation {
         inputs
     }
 
+    /// Finds the range of every value by interval arithmetic, and the clamps that can act.
     fn find_ranges(&mut self, program: &Program, set: &SampleSet, inputs: InputMask) {
         self.ranges.clear();
         self.ranges.resize(FIRST_CONSTANT, Range::ALL);
@@ -186,8 +199,8 @@ impl Translation {
         }
     }
 
-    /// Emits two steps as one instruction if the second reads the first exactly once and no other
-    /// step does.
+    /// Emits two steps as one instruction if both are sums, differences or products and the value
+    /// of the first is read only by the second, once.
     fn fuse(&mut self, index: usize, level: Level) -> bool {
         let value = self.first_step as usize + index;
         let (Some((next, [left, right])), 1) = (self.steps.get(index + 1), self.reads[value])
@@ -209,12 +222,13 @@ impl Translation {
         if b != a {
             self.release(b);
         }
-        // The first of the pair has no register: its value is never stored.
+        // The value of the first step needs no register: it is never stored.
         self.release(other);
         self.slots[value + 1] = dst;
         true
     }
 
+    /// Emits one step as an instruction.
     fn single(&mut self, index: usize, level: Level) {
         let (operation, [a, b]) = self.steps[index];
         let clamping = match self.clamps[index] {
@@ -251,6 +265,7 @@ impl Translation {
         }
     }
 
+    /// Returns the slot of a value by its number.
     #[inline(always)]
     fn slot(&self, number: u32) -> u16 {
         let slot = self.slots[number as usize];
@@ -270,8 +285,8 @@ fn number(operand: Operand, first_step: u32) -> u32 {
     first + index
 }
 
-/// Returns the second operation of a fused pair whose first value is its left operand, or its
-/// right.
+/// Returns the operation as the second of a fused pair, or `None` if it cannot be fused. `is_left`
+/// is true if its left operand is the value of the first.
 fn second(operation: Operation, is_left: bool) -> Option<Second> {
     match operation {
         Operation::Add => Some(Second::Add),

@@ -1,9 +1,9 @@
 //! Kernels: the loop of one instruction over a block of samples.
 //!
-//! Sums, differences and products exist alone or as a fused pair, whose intermediate value stays in
-//! vector registers; both with and without each clamp, because most clamps provably never act.
-//! Every rounding is that of the machine: fused means one pass over the block, never one rounding
-//! for two operations.
+//! There is a kernel for each operation, and one for each fused pair of sums, differences and
+//! products, whose intermediate value stays in vector registers. All exist with and without each
+//! clamp, because most clamps provably never act. Each operation is still rounded separately: a
+//! fused pair is one pass over the block, not a fused multiply-add.
 
 #![allow(
     unsafe_code,
@@ -16,11 +16,11 @@ use brood_program::Operation;
 use crate::lanes::{LANES, Quarter};
 use crate::level::{Kind, Level};
 
-/// The values of an operand in a block.
+/// Pointer to the row of an operand in a block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     first: *const Quarter,
-    /// 1 if each quarter has its own values, 0 if the first stands for all.
+    /// Distance from one quarter to the next: 1, or 0 if one quarter stands for all.
     step: usize,
 }
 
@@ -51,14 +51,15 @@ impl View {
     }
 }
 
-/// Number of the loop of an instruction.
+/// Number of a kernel in the table of loops.
 ///
-/// 0 to 47: a fused pair, 16 * first + 4 * second + clamps; 48 to 53: sum, difference, product,
-/// each without and with clamp; from 54: the functions, two numbers each.
+/// 0 to 47: a fused pair, 16 * first + 4 * second + clamps, see [`fused`]; 48 to 53: sum,
+/// difference and product, each without and then with clamp; 54 to 71: the functions, each with and
+/// then without clamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Kernel(u8);
 
-/// Clamps of a function.
+/// Clamps of an instruction that is not fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clamping {
     /// A clamp can act.
@@ -67,7 +68,7 @@ pub(super) enum Clamping {
     Idle,
 }
 
-/// Second operation of a pair, where t is the result of the first.
+/// Second operation of a fused pair: t is the result of the first, c the other operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Second {
     Add,
@@ -79,6 +80,7 @@ pub(super) enum Second {
 }
 
 impl Kernel {
+    /// Returns the kernel of one operation.
     pub(super) fn single(operation: Operation, clamping: Clamping) -> Self {
         let idle = u8::from(clamping == Clamping::Idle);
         match first(operation) {
@@ -87,12 +89,15 @@ impl Kernel {
         }
     }
 
+    /// Returns the kernel of a pair of operations; `clamps` is true for each whose clamp can act.
+    /// `None` if the first is a function.
     pub(super) fn fused(operation: Operation, second: Second, clamps: [bool; 2]) -> Option<Self> {
         let clamps = u8::from(clamps[0]) + 2 * u8::from(clamps[1]);
         Some(Self(16 * first(operation)? + 4 * second as u8 + clamps))
     }
 }
 
+/// Returns the number of a sum, difference or product, or `None` for a function.
 fn first(operation: Operation) -> Option<u8> {
     match operation {
         Operation::Add => Some(0),
@@ -104,7 +109,8 @@ fn first(operation: Operation) -> Option<u8> {
     }
 }
 
-/// The loop of a kernel: rows written and operands.
+/// Loop of a kernel over a block, compiled for one instruction set. The first argument is the row
+/// to write, the second the operands.
 ///
 /// # Safety
 /// The operands are rows of at least as many quarters as the destination, or constants; the
@@ -112,8 +118,9 @@ fn first(operation: Operation) -> Option<u8> {
 /// for.
 pub(super) type Pass = unsafe fn(&mut [Quarter], &[View; 3]);
 
-/// The loops of one instruction set, each compiled as a separate function: the compiler then knows
-/// that nothing overlaps the destination, and the loops stay small.
+/// Declares the table of loops of one instruction set. Each loop is a separate function: its `&mut`
+/// argument lets the compiler assume that nothing overlaps the destination, and the loops stay
+/// small.
 macro_rules! passes {
     ($name:ident, $f:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
@@ -158,8 +165,8 @@ impl Kernel {
 unsafe fn pass<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
     let f = match KERNEL {
         0..54 => Functions::KNOWN,
-        // Constants that the compiler cannot see are broadcast before the loop, known ones in each
-        // iteration of it.
+        // The compiler broadcasts constants that it cannot see once, before the loop; known ones in
+        // each iteration.
         _ => std::hint::black_box(Functions::KNOWN),
     };
     // SAFETY: promised by the caller.

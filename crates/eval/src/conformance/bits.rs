@@ -1,4 +1,5 @@
-//! Comparison of bits with the definition of the canonical values.
+//! Comparison with the canonical values, bit by bit. The expected values are computed sample by
+//! sample with [`execute_layered`], which defines them.
 
 use brood_program::{Program, execute_layered};
 use brood_scene::SampleSet;
@@ -44,7 +45,7 @@ pub fn first_difference(
     })
 }
 
-/// Returns the canonical value of one sample.
+/// Returns the canonical f of one sample.
 pub(super) fn canonical(
     program: &Program,
     layers: Option<&Layers>,

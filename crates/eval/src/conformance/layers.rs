@@ -1,5 +1,6 @@
-//! Checks of programs with layers: canonical bits if the evaluator is exact, and f64 models within
-//! one rounding to f32 of their reference; or [`EvalError::Unsupported`].
+//! Checks of programs with layers. The evaluator may return [`EvalError::Unsupported`]. Otherwise
+//! values must be within one rounding to f32 of the f64 reference, and canonical bits if the
+//! evaluator is exact.
 
 use brood_genome::{Genome, ModelKind};
 use brood_program::Program;
@@ -46,8 +47,8 @@ pub(super) fn check(evaluator: &dyn Evaluator) {
     println!("{}: largest error of layers against the reference: {worst:.4e}", evaluator.name());
 }
 
-/// Returns the largest difference of a program that is only layers; 0 for other programs, whose own
-/// operations are f32.
+/// Returns the largest relative error of a program that is only layers. Returns 0 for other
+/// programs, because their steps are f32.
 fn difference(evaluator: &dyn Evaluator, program: &Program) -> f64 {
     if !program.inputs().is_empty() || !program.steps().is_empty() {
         return 0.0;

@@ -17,8 +17,8 @@ pub struct Tolerance {
     pub bound: f64,
 }
 
-/// The table. Every opcode has an entry. The test fails if a bound is more than four times the
-/// error measured for the reference.
+/// The table. Every opcode has an entry. A test fails if a bound is more than four times the error
+/// of the f64 reference.
 pub const TOLERANCES: [Tolerance; 17] = [
     Tolerance { opcode: Opcode::Add, bound: 1.2e-7 },
     Tolerance { opcode: Opcode::Sub, bound: 1.2e-7 },
@@ -64,6 +64,7 @@ fn measure(evaluator: &dyn Evaluator, opcode: Opcode) -> f64 {
     worst
 }
 
+/// Returns the largest difference in g from canonical f32 at one sample, over the channels.
 fn difference(program: &Program, set: &SampleSet, out: &[f32], sample: usize) -> f64 {
     let expected = canonical(program, None, set, sample);
     (0..3)

@@ -1,6 +1,7 @@
 //! Normal equations of a least squares step.
 
-/// J^T J and J^T r over all residuals of a target.
+/// J^T J and J^T r, with the residuals r of a program against a target and their Jacobian J with
+/// respect to the constants of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// Number of constants of the program, n.
@@ -9,7 +10,7 @@ pub struct NormalEquations {
     pub matrix: Vec<f64>,
     /// J^T r, of length n.
     pub gradient: Vec<f64>,
-    /// r^T r.
+    /// r^T r, the sum of squared residuals.
     pub sum: f64,
 }
 

@@ -10,6 +10,8 @@ const LN_2: f32 = std::f32::consts::LN_2;
 /// them. The second is 0 for a unary operation; both are 0 where a clamp acts.
 #[inline(always)]
 pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32, f32) {
+    // 0 where the result is clamped. The results of the functions without this factor are always
+    // within the range.
     let free = if value.abs() < RANGE { 1.0 } else { 0.0 };
     match operation {
         Operation::Add => (free, free),
@@ -30,7 +32,7 @@ pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32
     }
 }
 
-/// Returns 1 where the clamp of the argument of sine and cosine does not act, else 0.
+/// Returns 1 where the clamp of the argument of sine or cosine does not act, else 0.
 #[inline(always)]
 fn within_angles(x: f32) -> f32 {
     within(x, -Functions::ANGLE_RANGE, Functions::ANGLE_RANGE)
@@ -47,7 +49,7 @@ fn within(x: f32, low: f32, high: f32) -> f32 {
     if x > low && x < high { 1.0 } else { 0.0 }
 }
 
-/// d/dx log2(1 + 2^x).
+/// Returns the derivative of log2(1 + 2^x).
 #[inline(always)]
 fn sigmoid(x: f32) -> f32 {
     1.0 / (1.0 + (-x).ex2())

@@ -1,5 +1,5 @@
-//! Plan of the sweeps through a program, the same for all samples: rows of values, and steps that
-//! carry a derivative.
+//! Plan of the sweeps through a program, the same for all samples: the place of each value, and the
+//! steps that derivatives are propagated through.
 
 use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
@@ -8,16 +8,20 @@ use brood_scene::SampleSet;
 use crate::layer::{LayerValues, Layers};
 use crate::level::Level;
 
-/// A program prepared for sweeps. Rows of values: constants, then the inputs read, then steps.
+/// A program prepared for sweeps. Every value has a row: constants first, then the inputs that are
+/// read, then steps.
 pub(super) struct Plan<'a> {
     pub(super) program: &'a Program,
+    /// Number of constants.
     pub(super) constants: usize,
     pub(super) inputs: Vec<Input>,
     pub(super) steps: Vec<PlannedStep>,
-    /// Rows of g of red, green and blue.
+    /// Rows of the results g of red, green and blue.
     pub(super) results: [usize; 3],
-    /// `coefficients[channel][k]`: coefficient of the square of g of channel k in the output stage.
+    /// `coefficients[channel][k]`: derivative of f of a channel with respect to the square of g of
+    /// channel k. The output stage is affine, so it is constant.
     pub(super) coefficients: [[f32; 3]; 3],
+    /// Reflectance of the layers on all samples; it depends on no constant.
     layers: Option<LayerValues>,
 }
 
@@ -30,35 +34,40 @@ pub(super) struct PlannedStep {
     pub(super) is_active: bool,
 }
 
-/// Tangent of an operand.
+/// Tangent of an operand: its derivative with respect to one constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tangent {
+    /// The operand does not depend on the constant.
     Zero,
+    /// The operand is the constant.
     One,
+    /// The tangent of this step.
     Step(usize),
 }
 
-/// A step that depends on one constant.
+/// A step that depends on a constant, with the tangents of its operands.
 pub(super) struct TangentStep {
     pub(super) step: usize,
     pub(super) a: Tangent,
     pub(super) b: Tangent,
 }
 
-/// Destination of an adjoint.
+/// Destination of the adjoint of an operand, which is the derivative of a result with respect to
+/// it. For a constant, contributions are added to the Jacobian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Adjoint {
     /// The operand depends on no constant.
     Nowhere,
     Constant(usize),
-    /// A step: `is_first` if this is its first contribution, which is stored instead of added.
+    /// The operand is a step. The first contribution to its adjoint is stored, others are added.
     Step {
         step: usize,
         is_first: bool,
     },
 }
 
-/// A step that depends on a constant and that the result of one channel depends on.
+/// A step between a constant and the result of one channel, with the destinations of the adjoints
+/// of its operands.
 pub(super) struct AdjointStep {
     pub(super) step: usize,
     pub(super) a: Adjoint,
@@ -90,8 +99,7 @@ impl<'a> Plan<'a> {
             steps.push(PlannedStep { operation: step.operation, a, b, is_active });
         }
         let output = program.output();
-        // The output stage is affine: its result for a unit input, minus the offset, is the
-        // coefficient.
+        // The result of the output stage for a unit input, minus that for 0.
         let offset = output.apply([0.0; 3]);
         let coefficient = |channel: usize, k: usize| {
             let mut unit = [0.0; 3];
@@ -119,6 +127,7 @@ impl<'a> Plan<'a> {
         (0..self.constants).map(|constant| self.tangents_of(constant)).collect()
     }
 
+    /// Returns the steps that depend on one constant, in order, and the tangents of the results.
     fn tangents_of(&self, constant: usize) -> (Vec<TangentStep>, [Tangent; 3]) {
         let first_step = self.first_step();
         let mut changes = vec![false; self.steps.len()];
@@ -165,6 +174,7 @@ impl<'a> Plan<'a> {
         })
     }
 
+    /// Returns the destination of the adjoint of a row and marks its step as reached.
     fn adjoint(&self, row: usize, is_reached: &mut [bool]) -> Adjoint {
         match row.checked_sub(self.first_step()) {
             Some(step) if self.steps[step].is_active => {

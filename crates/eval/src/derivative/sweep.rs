@@ -1,6 +1,6 @@
-//! One pass through a program over a block of samples: values forwards, derivatives in either mode,
-//! and their sums in the normal equations. Every loop is over the 64 lanes of a quarter, for one
-//! operation at a time.
+//! One pass through a program over a block of samples: the values of all steps, derivatives in
+//! either mode, and their sums for the normal equations. Every loop is over the 64 lanes of a
+//! quarter, for one operation at a time.
 
 use brood_genome::Functions;
 use brood_program::Operation;
@@ -15,12 +15,15 @@ use crate::level::SimdKernel;
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
 const ONE: Quarter = Quarter([1.0; LANES]);
-/// Number of quarters of one constant in a block: one for each channel and quarter of the block.
+/// Number of quarters in a column of the Jacobian of a block, which belongs to one constant: one
+/// for each quarter of the block and channel.
 const COLUMN: usize = 3 * QUARTERS;
 /// Number of partial sums of a dot product, which take its terms in turn.
 const PARTIAL_SUMS: usize = 32;
 
-/// Steps that derivatives visit, by mode.
+/// Steps that derivatives are propagated through. Forward: for each constant, the steps that depend
+/// on it and the tangents of the results. Reverse: for each channel, the destination of the adjoint
+/// of its result and the steps to visit.
 pub(super) enum Walks {
     Forward(Vec<(Vec<TangentStep>, [Tangent; 3])>),
     Reverse([(Adjoint, Vec<AdjointStep>); 3]),
@@ -36,10 +39,11 @@ pub(super) struct SweepWorkspace {
     by_b: Vec<Quarter>,
     /// For every step its adjoint of one channel, or its tangent of one constant.
     carried: Vec<Quarter>,
-    /// [channel][constant]: derivatives of the result g of a channel.
+    /// [channel][constant]: derivatives of the results g in the current quarter.
     jacobian: Vec<Quarter>,
-    /// [constant][quarter][channel]: derivatives of the residuals of the block.
+    /// [constant][quarter][channel]: columns of the Jacobian of the residuals of the block.
     columns: Vec<Quarter>,
+    /// [quarter][channel]: residuals of the block.
     residuals: [Quarter; COLUMN],
 }
 
@@ -62,7 +66,7 @@ impl SweepWorkspace {
     }
 }
 
-/// Sweep over one block of samples.
+/// Kernel that computes the normal equations of one block of samples.
 pub(super) struct Sweep<'a> {
     pub(super) plan: &'a Plan<'a>,
     pub(super) walks: &'a Walks,
@@ -92,6 +96,7 @@ impl SimdKernel for Sweep<'_> {
 }
 
 impl Sweep<'_> {
+    /// Loads the inputs of the quarter that begins at the sample `start`.
     #[inline(always)]
     fn read(&mut self, start: usize) {
         let rows = &mut self.workspace.values[self.plan.constants..];
@@ -104,7 +109,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Computes the values of all steps, and the derivatives of those that depend on a constant.
+    /// Computes the values of all steps, and the derivatives of active ones with respect to their
+    /// operands.
     #[inline(always)]
     fn forwards(&mut self) {
         let first_step = self.plan.first_step();
@@ -124,6 +130,7 @@ impl Sweep<'_> {
         }
     }
 
+    /// Computes the derivatives of g in forward mode.
     #[inline(always)]
     fn tangents(&mut self, walks: &[(Vec<TangentStep>, [Tangent; 3])]) {
         let constants = self.plan.constants;
@@ -151,6 +158,7 @@ impl Sweep<'_> {
         }
     }
 
+    /// Computes the derivatives of g in reverse mode.
     #[inline(always)]
     fn adjoints(&mut self, walks: &[(Adjoint, Vec<AdjointStep>); 3]) {
         let constants = self.plan.constants;
@@ -168,7 +176,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Computes the residuals of a quarter, and their derivatives from those of g.
+    /// Computes the residuals of a quarter, and their derivatives from those of g by the chain
+    /// rule: loss, output stage, square.
     #[inline(always)]
     fn residuals(&mut self, quarter: usize) {
         let Self { plan, target, block, workspace, .. } = self;
@@ -203,6 +212,7 @@ impl Sweep<'_> {
                 if coefficient.abs() <= 0.0 {
                     continue;
                 }
+                // Derivative of the residual with respect to g of channel k.
                 let mut by_g = ZERO;
                 for lane in 0..LANES {
                     by_g.0[lane] = loss_derivative.0[lane] * (2.0 * coefficient) * g[k].0[lane];
@@ -225,6 +235,7 @@ impl Sweep<'_> {
         }
     }
 
+    /// Returns the normal equations of the block: dot products of columns and residuals.
     #[inline(always)]
     fn accumulate(&self, quarters: usize) -> NormalEquations {
         let constants = self.plan.constants;
@@ -245,6 +256,7 @@ impl Sweep<'_> {
     }
 }
 
+/// Returns the values of a tangent, or `None` for 0.
 #[inline(always)]
 fn tangent(carried: &[Quarter], tangent: Tangent) -> Option<&Quarter> {
     match tangent {
@@ -254,7 +266,7 @@ fn tangent(carried: &[Quarter], tangent: Tangent) -> Option<&Quarter> {
     }
 }
 
-/// Propagates the product of an adjoint and a derivative to an operand.
+/// Adds the product of an adjoint and a derivative to the adjoint of an operand.
 #[inline(always)]
 fn propagate(
     to: Adjoint,

@@ -8,8 +8,8 @@ use glam::DVec3;
 /// A product rule for integrals of f cos_o over the hemisphere: Gauss-Legendre in cos_o, equal
 /// steps in azimuth.
 ///
-/// Exact if f is a polynomial of the directions of a degree below twice the number of rings;
-/// converges faster than any power if f is analytic. Clamps cause kinks, which reduce the order of
+/// Exact if f cos_o is a polynomial of wo of a degree below twice the number of rings; converges
+/// faster than any power if f is analytic. Clamps cause kinks, which reduce the order of
 /// convergence as for any other rule.
 ///
 /// # Source

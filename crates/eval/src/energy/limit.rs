@@ -22,7 +22,9 @@ pub struct EnergyLimit {
 /// An incident direction and a texture position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Incidence {
+    /// Angle from the normal, in degrees.
     pub(super) theta_deg: f64,
+    /// Azimuth from the x axis, in full turns.
     pub(super) turn: f64,
     /// Texture position.
     pub uv: DVec2,

@@ -1,9 +1,10 @@
 //! Quadrature of directional albedos of models, whose lobes may be narrower than any uniform rule
 //! resolves.
 //!
-//! The integral is split by a smooth weight of theta_h. Where half vectors are far from the normal,
-//! the uniform rule of [`Quadrature`] is used. Where they are near, nodes are spaced evenly in ln
-//! tan theta_h around the half vector: there a lobe of any width is a bump of about the same shape.
+//! The integral is split by a smooth weight of theta_h, the angle between half vector and normal.
+//! Where it is large, the uniform rule of [`Quadrature`] is used. Where it is small, nodes are half
+//! vectors spread over ln tan theta_h: in this coordinate a lobe of any width is a bump of about
+//! the same shape.
 
 use brood_brdf::DirectionPair;
 use glam::DVec3;
@@ -21,19 +22,20 @@ const BORDER: f64 = 0.25;
 #[derive(Debug, Clone)]
 pub struct LobeRule {
     uniform: Quadrature,
-    /// Half vectors with their solid angle times the weight of this part of the integral.
+    /// Half vectors near the normal, each with its solid angle times the weight of this part of the
+    /// integral.
     nodes: Vec<(DVec3, f64)>,
 }
 
-/// Returns the weight of the nodes around the half vector, by tan^2 theta_h.
+/// Returns the weight of the part near the normal, by tan^2 theta_h; the other part has the rest.
 fn near(tan2: f64) -> f64 {
     let ratio = tan2 / (BORDER * BORDER);
     1.0 / (1.0 + ratio * ratio)
 }
 
 impl LobeRule {
-    /// Creates the uniform rule of that order, and `2 * order` lobe widths with `2 * order`
-    /// azimuths each.
+    /// Creates the uniform rule of that order, and half vectors at twice `order` angles and
+    /// azimuths.
     #[must_use]
     pub fn new(order: usize) -> Self {
         let turns = 2 * order;
@@ -103,7 +105,7 @@ fn tan2(wi: DVec3, wo: DVec3) -> f64 {
     (half.x * half.x + half.y * half.y) / (half.z * half.z)
 }
 
-/// Returns f of two directions; 0 if rounding left no valid direction.
+/// Returns f of two directions; 0 if `wo` cannot be normalised.
 fn f(layers: &Layers, wi: DVec3, wo: DVec3) -> DVec3 {
     DirectionPair::new(wi, wo.normalize_or_zero()).map_or(DVec3::ZERO, |pair| layers.f(&pair))
 }

@@ -65,6 +65,7 @@ pub struct LimitSearch {
     effort: Effort,
     grid_rule: Quadrature,
     search_rule: Quadrature,
+    /// Quadratures of the measurement, by [`ORDERS`], created at first use.
     measuring: [OnceLock<Quadrature>; ORDERS.len()],
     /// Tiles without azimuths, then those with; each by texture position.
     tiles: [Vec<OnceLock<Tile>>; 2],
@@ -88,7 +89,7 @@ impl LimitSearch {
         }
     }
 
-    /// Returns the limit and the place where the albedo is largest.
+    /// Returns the limit of a program and the place where its albedo is largest.
     #[must_use]
     pub fn run(&self, program: &Program) -> (EnergyLimit, Incidence) {
         let axes = Axes::of(program);
@@ -104,6 +105,7 @@ impl LimitSearch {
         (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
     }
 
+    /// Returns the places of the grid with the largest albedos, largest first.
     fn best_of_grid(
         &self,
         subject: &Subject<'_>,
@@ -192,7 +194,7 @@ impl LimitSearch {
         }
     }
 
-    /// Returns the tiles that can matter.
+    /// Returns the tiles of the grid, one if the program reads no texture position.
     fn grid(&self, axes: Axes) -> impl Iterator<Item = &Tile> {
         let tiles = &self.tiles[usize::from(axes.azimuth)];
         let side = self.effort.uv_side;
@@ -209,6 +211,7 @@ impl LimitSearch {
         (0..side * side).filter(matters).map(tile)
     }
 
+    /// Creates the places at one texture position and their samples.
     fn tile(&self, azimuth: bool, uv: DVec2) -> Tile {
         let Effort { thetas, azimuths, .. } = self.effort;
         let azimuths = if azimuth { azimuths } else { 1 };
@@ -248,6 +251,7 @@ impl Axes {
     }
 }
 
+/// Returns the places one step away along each axis.
 fn neighbours(place: &Incidence, step: &Incidence, axes: Axes) -> Vec<Incidence> {
     let mut all = Vec::new();
     for sign in [-1.0, 1.0] {

@@ -1,5 +1,5 @@
-//! Albedos of a program: that of the program code by samples, that of its layers by a quadrature
-//! made for lobes.
+//! Directional albedos of a program: that of its steps by evaluating samples, that of its layers by
+//! a quadrature made for lobes.
 //!
 //! The output stage is affine, so the albedos of g^2 and of the layers are measured separately and
 //! added before the output stage.
@@ -25,10 +25,11 @@ pub(super) enum Subject<'a> {
     Plain(&'a Program),
     /// A program with layers.
     Layered {
-        /// The program code without layers and output stage; `None` if the results are 0.
+        /// The program without layers and output stage; `None` if its results are 0.
         squares: Option<Program>,
         layers: Layers,
         output: &'a Output,
+        /// Quadratures by order, created at first use.
         rules: Mutex<BTreeMap<usize, Arc<LobeRule>>>,
     },
 }
@@ -36,6 +37,7 @@ pub(super) enum Subject<'a> {
 impl<'a> Subject<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
         let Some(layers) = Layers::of(program) else { return Self::Plain(program) };
+        // A genome of models alone has no steps, and its results are the constant 0.
         let is_constant = |result: &Operand| matches!(result, Operand::Constant(_));
         let is_empty = program.steps().is_empty()
             && program.results().iter().all(is_constant)

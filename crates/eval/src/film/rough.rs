@@ -3,8 +3,8 @@
 //!
 //! They are found in the developed picture: a pixel is rough if it differs from the mean of two
 //! opposite neighbours. A linear gradient, however steep, has its mean in the middle and needs only
-//! one sample. Which pixels are rough depends on the picture single, so it is the same on every
-//! machine and for every exact evaluator, whatever else is rendered.
+//! one sample. The choice depends only on the developed picture, so it is the same on every machine
+//! and for every exact evaluator.
 
 use brood_brdf::InputMask;
 use brood_program::Program;
@@ -63,7 +63,8 @@ pub struct FineSamples {
 
 impl FineSamples {
     /// Picks the samples of rough pixels from the sets of whole tiles, with the inputs that the
-    /// program reads. The batches are small enough that the copied samples stay in cache.
+    /// program reads, in batches of whole tiles. The batches are small enough that the copied
+    /// samples stay in cache.
     pub fn batches<'a>(
         rough: &'a [(&'a RoughTile, &'a SampleSet)],
         program: &Program,
@@ -205,6 +206,7 @@ fn far_from_mean(
         let difference = mean.saturating_sub(middle[k]) | middle[k].saturating_sub(mean);
         excess[k] = difference.saturating_sub(ROUGH_CODES);
     }
+    // One word per pixel: red is its lowest byte, alpha its highest.
     let words = |bytes: &[u8; CHUNK]| {
         let mut words = [0; CHUNK / 4];
         for (word, bytes) in words.iter_mut().zip(bytes.as_chunks::<4>().0) {
@@ -226,10 +228,12 @@ fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
     let layout = set.image().expect("the samples are those of a picture");
     let columns = layout.size_px.div_ceil(TILE_PX);
     let mut tiles: Vec<RoughTile> = Vec::new();
+    // Index in `tiles`, by the number of the tile.
     let mut slots = vec![usize::MAX; rough_tile_count(layout.size_px)];
     let mut runs = layout.runs.iter().peekable();
     for pixel in rough {
         while runs.next_if(|run| run.pixel + run.pixels <= *pixel).is_some() {}
+        // Covered, lit, and sampled by the ray through the centre only.
         let single = runs
             .peek()
             .is_some_and(|run| run.pixel <= *pixel && run.centre > 0 && run.samples == run.centre);

@@ -8,14 +8,19 @@ use std::sync::LazyLock;
 const PER_OCTAVE: u32 = 256;
 /// Octaves below 1 that the table covers; it begins below the first threshold, 1.5e-4.
 const OCTAVES: u32 = 13;
+/// Least value of the table.
 const TABLE_START: f32 = 1.0 / (1u32 << OCTAVES) as f32;
+/// Number of bits of an f32 below those that select the entry.
 const MANTISSA_SHIFT: u32 = 23 - PER_OCTAVE.trailing_zeros();
 
+/// Mask of the bits that place a value within its entry.
 const LOW_MASK: u32 = (1 << MANTISSA_SHIFT) - 1;
 /// Number of entries. Those beyond the octaves only make every index of 12 bits valid.
 const ENTRIES: usize = 4096;
+/// Position of the code within an entry, above the addend.
 const CODE_SHIFT: u32 = 16;
 
+/// The transfer curve as a table. The upper bits of a value select the entry.
 pub(super) struct Curve {
     /// For each entry the code at its start, shifted by `CODE_SHIFT`, plus an addend that makes the
     /// low bits of a value carry into the code from the threshold of the entry on: no comparison,
@@ -71,10 +76,12 @@ fn at_least(value: f64) -> f32 {
     if f64::from(rounded) < value { rounded.next_up() } else { rounded }
 }
 
+/// Returns the least value of an entry.
 fn entry_start(entry: u32) -> f32 {
     f32::from_bits(((TABLE_START.to_bits() >> MANTISSA_SHIFT) + entry) << MANTISSA_SHIFT)
 }
 
+/// Returns the code of a value by binary search.
 fn slow(thresholds: &[f32; 257], value: f32) -> u8 {
     let code = thresholds[..256].partition_point(|threshold| *threshold <= value) - 1;
     u8::try_from(code).expect("256 thresholds")
@@ -109,6 +116,7 @@ impl Curve {
         codes
     }
 
+    /// Returns the entry of a value by its position in the table.
     #[inline(always)]
     fn step(&self, bits: u32) -> u32 {
         // The mask changes nothing; it shows the compiler that the index is valid.

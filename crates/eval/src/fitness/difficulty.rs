@@ -43,7 +43,7 @@ pub(super) fn difficulty(
     difficulty
 }
 
-/// Returns the error of a program on each sample: the e of the sum.
+/// Returns the error of a program on each sample: e in the definition of the sum.
 fn errors(
     program: &Program,
     set: &SampleSet,

@@ -93,7 +93,7 @@ impl FitnessEvaluator for CanonicalEvaluator {
     }
 }
 
-/// Sums the blocks of one program until the bound is exceeded.
+/// Kernel that adds the errors of one program block by block until the bound is exceeded.
 struct Sum<'a> {
     code: &'a Code<'a>,
     target: &'a FitnessTarget,
@@ -143,7 +143,8 @@ impl SimdKernel for Sum<'_> {
     }
 }
 
-/// Adds the errors of a quarter to the partial sums.
+/// Adds the errors of a quarter to the partial sums. `rows` are the values to reach, then the
+/// weights; `scale` is the loss.
 #[inline(always)]
 fn add(
     sums: &mut [f32; PARTIAL_SUMS],
@@ -163,6 +164,7 @@ fn add(
     }
 }
 
+/// Adds the squared deviations of one channel to the errors of a quarter by `join`.
 #[inline(always)]
 fn deviations(
     errors: &mut [f32; LANES],
@@ -179,6 +181,7 @@ fn deviations(
     }
 }
 
+/// Adds sum k + 8 to sum k, then k + 4, and so on.
 #[inline(always)]
 fn pairwise_sum(mut sums: [f32; PARTIAL_SUMS]) -> f32 {
     let mut half = PARTIAL_SUMS / 2;

@@ -42,8 +42,8 @@ pub struct Selected {
     pub blocks: u64,
 }
 
-/// Number of programs of the first wave. Each later wave has twice as many, and its bound is the
-/// worst of the best so far.
+/// Smallest number of programs in the first wave. Each later wave has twice as many as the one
+/// before, and its bound is the worst of the best so far.
 const FIRST_WAVE: usize = 16;
 
 /// Selects the `count` programs with the least error.
@@ -107,6 +107,7 @@ fn bound(best: &[Ranked], count: usize) -> f64 {
     }
 }
 
+/// Returns the program if it was evaluated on all blocks.
 fn whole(program: usize, fitness: Fitness, blocks: usize) -> Option<Ranked> {
     (fitness.blocks == blocks).then_some(Ranked { program, sum: fitness.sum })
 }
@@ -116,6 +117,7 @@ fn whole(program: usize, fitness: Fitness, blocks: usize) -> Option<Ranked> {
     clippy::cast_sign_loss,
     reason = "a share of a count is a count; saturates for other shares"
 )]
+/// Returns the number of programs that a race keeps.
 fn kept_by_race(programs: usize, share: f64) -> usize {
     (programs as f64 * share).ceil() as usize
 }

@@ -1,5 +1,5 @@
-//! Inputs of models for the samples of a set, computed once per block at the first use and shared
-//! by all programs.
+//! Inputs of models for the samples of a set, computed quarter by quarter at the first use and
+//! shared by all programs.
 
 use std::sync::OnceLock;
 

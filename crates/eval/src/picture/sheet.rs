@@ -13,8 +13,9 @@ pub struct SheetCell<'a> {
 
 /// The neutral dark surround of the page.
 const SURROUND: [u8; 3] = [0x1e, 0x1e, 0x1e];
-/// Cells along a side of a sheet with a centre, and cells along a side of the centre.
+/// Cells along a side of a sheet with a centre.
 const RING: u32 = 6;
+/// Cells along a side of the centre.
 const SPAN: u32 = 4;
 
 /// Returns the side of the centre in pixels for cells of side `cell_px` with gaps of `gap_px`.
@@ -57,6 +58,7 @@ fn is_square(count: u32) -> bool {
     count.isqrt().pow(2) == count
 }
 
+/// RGBA pixels of a sheet, opaque.
 struct Canvas {
     width: u32,
     height: u32,
@@ -70,6 +72,7 @@ impl Canvas {
         Self { width, height, rgba }
     }
 
+    /// Draws a picture, resampled to `side` pixels, with its upper left corner at (x, y).
     fn place(&mut self, cell: SheetCell<'_>, x: u32, y: u32, side: u32) {
         for row in 0..side {
             for column in 0..side {
