@@ -12,7 +12,8 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use brood_brdf::ModelKind;
 use brood_eval::{energy_limit, express};
-use brood_search::{MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs};
+use brood_search::{Options, Search};
+use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
 
 use super::record::Folder;

@@ -9,7 +9,7 @@ use brood_eval::{LinearPicture, RadianceImage, model_reflectance, shade};
 use brood_genome::{Model, ModelKind};
 use brood_scene::{BuiltinMesh, LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene};
 use brood_search::analytic::{Form, Recovery};
-use brood_search::{ImageView, Samples, View};
+use brood_target::{ImageView, Samples, View};
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Rgl};
 use brood_genome::Genome;
-use brood_search::{MeasuredFile, MeasuredTarget, TargetFile, TargetKind};
+use brood_target::{MeasuredFile, MeasuredTarget, TargetFile, TargetKind};
 
 use crate::genome_file;
 use crate::output::read_file;

@@ -12,7 +12,7 @@ use brood_eval::{encode_exr, encode_png};
 use brood_inspect::{Picture, Shade, Shot};
 use brood_protocol::{PictureFormat, SceneId, Target};
 use brood_scene::{Exposure, LightAssets, Mesh, SampleSet, Sampling, Scene};
-use brood_search::{KnownView, MeasuredFile, PictureBundle, TargetKind};
+use brood_target::{KnownView, MeasuredFile, PictureBundle, TargetKind};
 use bytes::Bytes;
 use moka::sync::Cache;
 use tokio::sync::{Semaphore, SemaphorePermit};

@@ -10,7 +10,7 @@ use std::time::Duration;
 use brood_protocol::{
     Directive, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, WorkerClient,
 };
-use brood_search::{TargetFile, TargetKind};
+use brood_target::{TargetFile, TargetKind};
 use moka::sync::Cache;
 use tokio_util::sync::CancellationToken;
 

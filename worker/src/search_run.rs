@@ -11,9 +11,8 @@ use brood_inspect::Specimen;
 use brood_protocol::{
     Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchUpdate,
 };
-use brood_search::{
-    Candidate, Found, KnownView, Options, Progress, Search, Strategy, TargetFile, TimeBudget,
-};
+use brood_search::{Candidate, Found, Options, Progress, Search, TimeBudget};
+use brood_target::{KnownView, Strategy, TargetFile};
 use rayon::prelude::*;
 
 use crate::view_comparison::ViewComparison;

@@ -2,7 +2,7 @@
 //! with their differences.
 
 use brood_inspect::{LinearImage, Shade, Shot};
-use brood_search::{ImageError, KnownView};
+use brood_target::{ImageError, KnownView};
 
 /// Image of a target and the rendered material in the same scene.
 #[derive(Debug)]

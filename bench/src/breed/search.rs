@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Model, ModelKind};
-use brood_search::draw_pairs;
+use brood_target::draw_pairs;
 use serde_json::{Value, json};
 
 use super::api::Api;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Neural};
-use brood_search::{MeasuredTarget, TargetKind};
+use brood_target::{MeasuredTarget, TargetKind};
 
 use crate::material_file::{self, MaterialFile};
 use crate::output;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use brood_brdf::{Model, ModelKind};
-use brood_search::{Samples, metric};
+use brood_target::{Samples, metric};
 
 use crate::output;
 

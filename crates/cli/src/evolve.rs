@@ -10,7 +10,8 @@ use anyhow::{Context, Result, bail, ensure};
 use brood_bench::{genome_file, logging, output};
 use brood_genome::{Dialect, Genome};
 use brood_program::Program;
-use brood_search::{AskOptions, AskTell, DIALECT, Evaluated};
+use brood_search::{AskOptions, AskTell, Evaluated};
+use brood_target::Strategy;
 use clap::Args;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -79,7 +80,7 @@ pub fn run(args: &EvolveArgs) -> Result<()> {
         args.count,
         start.len()
     );
-    let dialect: Dialect = args.dialect.map_or(DIALECT, |words| words.0);
+    let dialect: Dialect = args.dialect.map_or(Strategy::DIALECT, |words| words.0);
     let kept = usize::from(args.kept);
     let options = AskOptions { dialect, start, seed: args.seed, count: args.count, kept };
     let mut search = begin(options, args.state.as_deref())?;

@@ -20,7 +20,8 @@ use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
 use brood_scene::Exposure;
-use brood_search::{Found, MeasuredTarget, Options, Outcome, Progress, Search, Strategy};
+use brood_search::{Found, Options, Outcome, Progress, Search};
+use brood_target::{MeasuredTarget, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
 
@@ -127,7 +128,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (seed, threads) = (args.seed, pool.current_num_threads());
     let report = Report::of(best, &target, kind)?;
     let run = serde_json::json!({
-        "strategy": args.strategy, "seed": seed, "threads": threads, "generations": progress.generation,
+        "strategy": args.strategy.name(), "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
     let mut report_json = report.json(&run);

@@ -16,7 +16,8 @@ use std::time::{Duration, Instant};
 
 use brood_brdf::Neural;
 use brood_program::Program;
-use brood_search::{MeasuredTarget, Options, Population, Samples, Search, Strategy, metric};
+use brood_search::{Options, Population, Search};
+use brood_target::{MeasuredTarget, Samples, Strategy, metric};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 

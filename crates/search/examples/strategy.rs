@@ -9,9 +9,8 @@ use std::time::Instant;
 
 use brood_brdf::Neural;
 use brood_program::Program;
-use brood_search::{
-    Candidate, MeasuredTarget, Options, Samples, Search, Strategy, metric, narrow_pairs,
-};
+use brood_search::{Candidate, Options, Search};
+use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 
 /// Number of pairs at which spikes are looked for.
 const NARROW: usize = 1 << 16;

@@ -2,8 +2,8 @@
 //! returns genomes and [`AskTell::tell`] takes an error for each of them, from any source: a
 //! render, a person, a laboratory.
 //!
-//! It uses the genetic operators of [`crate::Strategy::Gp`], one population and tournament
-//! selection. No program is asked for twice.
+//! It uses the genetic operators of [`Strategy::Gp`](brood_target::Strategy::Gp), one population
+//! and tournament selection. No program is asked for twice.
 
 use std::collections::HashSet;
 

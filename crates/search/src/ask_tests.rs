@@ -1,13 +1,13 @@
 //! Tests that asked genomes approach the target, and that a resume changes nothing.
 
 use super::*;
-use crate::{DIALECT, Samples, draw_pairs, metric};
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_scene::SampleSet;
+use brood_target::{Samples, Strategy, draw_pairs, metric};
 
 fn options() -> AskOptions {
-    AskOptions { dialect: DIALECT, start: Vec::new(), seed: 3, count: 24, kept: 16 }
+    AskOptions { dialect: Strategy::DIALECT, start: Vec::new(), seed: 3, count: 24, kept: 16 }
 }
 
 /// E_log on samples of a Lambertian material.

@@ -3,10 +3,10 @@
 use brood_eval::{EvalError, energy_limit};
 use brood_genome::Genome;
 use brood_program::Program;
+use brood_target::{MeasuredTarget, Samples, metric};
 use rayon::prelude::*;
 
 use crate::method::Candidate;
-use crate::{MeasuredTarget, Samples, metric};
 
 /// A found material with its errors, measured under the energy limit.
 #[derive(Debug, Clone)]

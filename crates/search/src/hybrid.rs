@@ -3,12 +3,13 @@
 
 use brood_genome::Genome;
 use brood_program::Program;
+use brood_target::Samples;
 use serde::{Deserialize, Serialize};
 
+use crate::Probe;
 use crate::gp::Gp;
 use crate::lobes::{Fit, Fitted, outcome};
 use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
-use crate::{Probe, Samples};
 
 /// Number of generations of lobes.
 const LOBES: u32 = 8;

@@ -1,10 +1,9 @@
 //! Search strategies that fit materials to measured targets.
 //!
-//! A [`MeasuredTarget`] holds samples of reflectance, split into a fitted and a held-out part. A
-//! [`Search`] fits them with one of the strategies of [`Strategy`], generation by generation; it is
-//! deterministic, and its state can be saved and resumed with the same bits. [`AskTell`] is a
-//! genetic search whose errors are measured by the caller. [`Found`] and [`metric`] measure the
-//! results.
+//! A [`Search`] fits samples of reflectance with one of the strategies of
+//! [`Strategy`](brood_target::Strategy), generation by generation; it is deterministic, and its
+//! state can be saved and resumed with the same bits. [`AskTell`] is a genetic search whose errors
+//! are measured by the caller. [`Found`] measures the results on a target.
 //!
 //! The crate sees materials as programs and as reflectances for pairs of directions. It does not
 //! depend on files, networks, databases or jobs: the caller passes samples in and keeps the
@@ -13,7 +12,8 @@
 //! # Example
 //! ```
 //! use brood_brdf::{Model, ModelKind};
-//! use brood_search::{Options, Samples, Search, Strategy, draw_pairs};
+//! use brood_search::{Options, Search};
+//! use brood_target::{Samples, Strategy, draw_pairs};
 //!
 //! let brdf = Model::new(ModelKind::Lambert).brdf();
 //! let samples = Samples::of(&*brdf, draw_pairs(200, 1));
@@ -34,11 +34,11 @@ mod hybrid;
 mod levenberg_marquardt;
 pub mod lobes;
 mod method;
-pub mod metric;
+#[cfg(test)]
+mod picture_tests;
 mod probe;
 mod search;
 mod solve;
-mod target;
 #[cfg(test)]
 mod test_material;
 mod time_budget;
@@ -48,11 +48,5 @@ pub use found::Found;
 pub use gp::Population;
 pub use method::{Candidate, Outcome, Progress};
 pub use probe::Probe;
-pub use search::{DIALECT, Options, Search, SearchError, Strategy};
-pub use target::{
-    BundleError, BundledView, ImageError, ImageTargetError, ImageView, KnownView, MeasuredFile,
-    MeasuredTarget, PictureBundle, Pictures, PicturesError, PixelCounts, PixelStatus, Reflected,
-    Samples, TargetError, TargetFile, TargetFileError, TargetKind, UnknownKind, View, ViewError,
-    ViewSetup, draw_pairs, narrow_pairs, pooled,
-};
+pub use search::{Options, Search, SearchError};
 pub use time_budget::TimeBudget;

@@ -1,83 +1,19 @@
 //! A search of any strategy: a deterministic sequence of generations that can be saved and resumed.
 
-use std::fmt;
-use std::str::FromStr;
-
-use brood_genome::{Dialect, Genome, ModelKind, OpcodeSet, Parametrisation};
-use serde::{Deserialize, Serialize};
+use brood_genome::{Genome, ModelKind};
+use brood_target::{Samples, Strategy};
 
 use crate::analytic::{Analytic, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::lobes::{Fit, Shape};
 use crate::method::{Candidate, Method, Outcome, Progress};
-use crate::{Population, Probe, Samples};
-
-/// Dialect of genomes that searches create from scratch, so that they can be bred further. Fits of
-/// lobes are shorter and can be padded to this length.
-pub const DIALECT: Dialect = Dialect {
-    opcodes: OpcodeSet::Extended,
-    parametrisation: Parametrisation::Smooth,
-    registers: 16,
-    length: 120,
-    isotropic: true,
-    homogeneous: true,
-};
+use crate::{Population, Probe};
 
 /// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// First byte of a checkpoint. Increase it whenever a strategy changes its results.
 const VERSION: u8 = 6;
-
-/// Method by which a search fits its samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Strategy {
-    /// Fits of a smooth family, and shorter fits pruned from the best of them.
-    Lobes,
-    /// Well-known reflectance models, one or the sum of two, fitted by their own parameters.
-    Analytic,
-    /// Genetic programs whose constants are tuned by derivatives; started at random or from given
-    /// genomes.
-    Gp,
-    /// Lobes first, then genetic programs; every second island starts from the lobes.
-    Hybrid,
-}
-
-impl Strategy {
-    /// All strategies, in the order in which they are listed to users.
-    pub const ALL: [Self; 4] = [Self::Hybrid, Self::Lobes, Self::Analytic, Self::Gp];
-
-    /// Name in requests and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Lobes => "lobes",
-            Self::Analytic => "analytic",
-            Self::Gp => "gp",
-            Self::Hybrid => "hybrid",
-        }
-    }
-}
-
-impl fmt::Display for Strategy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// Error for a name that no strategy has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("unknown strategy; use one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
-pub struct UnknownStrategy;
-
-impl FromStr for Strategy {
-    type Err = UnknownStrategy;
-
-    fn from_str(text: &str) -> Result<Self, UnknownStrategy> {
-        Self::ALL.into_iter().find(|strategy| strategy.name() == text).ok_or(UnknownStrategy)
-    }
-}
 
 /// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]

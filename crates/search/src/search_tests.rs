@@ -1,9 +1,9 @@
 //! Tests that a resumed search continues with the same bits.
 
 use brood_brdf::{Model, ModelKind};
+use brood_target::draw_pairs;
 
 use super::*;
-use crate::draw_pairs;
 use crate::test_material::Shining;
 
 fn samples() -> Samples {

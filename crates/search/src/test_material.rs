@@ -1,4 +1,4 @@
-//! Test materials that reflect more light than they receive.
+//! Test material that reflects more light than it receives.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -16,18 +16,5 @@ impl Brdf for Shining {
 
     fn claims(&self) -> Claims {
         Claims { reciprocal: true, conserving: false }
-    }
-}
-
-/// Lambertian material; its green channel has this albedo.
-pub(crate) struct Even(pub(crate) f64);
-
-impl Brdf for Even {
-    fn f(&self, _: &DirectionPair) -> DVec3 {
-        DVec3::new(0.1, self.0, 0.2) * FRAC_1_PI
-    }
-
-    fn claims(&self) -> Claims {
-        Claims { reciprocal: true, conserving: self.0 <= 1.0 }
     }
 }

@@ -8,8 +8,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{LargestAlbedo, Page, Target, TargetId, TargetSpec, TargetUpload};
-use brood_search::{TargetFile, TargetFileError, TargetKind};
 use brood_storage::NewTarget;
+use brood_target::{TargetFile, TargetFileError, TargetKind};
 use bytes::Bytes;
 use http::{Request, StatusCode};
 
@@ -146,7 +146,7 @@ pub async fn delete(
 }
 
 fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
-    let kind: TargetKind = spec.kind.parse().map_err(|error: brood_search::UnknownKind| {
+    let kind: TargetKind = spec.kind.parse().map_err(|error: brood_target::UnknownKind| {
         ApiError::refused(error.to_string()).at("/kind")
     })?;
     check_length(&spec.name, limit::NAME_CHARS, "/name")?;

@@ -8,7 +8,7 @@ use brood_eval::encode_png;
 use brood_inspect::Shot;
 use brood_protocol::{PictureFormat, RENDERER_VERSION, SceneId, Target, TargetId};
 use brood_scene::{EV_MAX, Scene};
-use brood_search::{KnownView, PixelStatus};
+use brood_target::{KnownView, PixelStatus};
 use http::HeaderMap;
 use serde::Deserialize;
 

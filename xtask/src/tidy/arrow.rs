@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("brood-brdf", &[]),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it
     // are brdf's.
@@ -35,7 +35,18 @@ const ARROWS: [(&str, &[&str]); 16] = [
         "brood-inspect",
         &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
     ),
-    ("brood-search", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
+    ("brood-target", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
+    (
+        "brood-search",
+        &[
+            "brood-target",
+            "brood-eval",
+            "brood-program",
+            "brood-genome",
+            "brood-scene",
+            "brood-brdf",
+        ],
+    ),
     ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
     ("brood-storage", &["brood-protocol", "brood-genome"]),
     (
@@ -50,7 +61,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-eval",
             "brood-export",
             "brood-inspect",
-            "brood-search",
+            "brood-target",
         ],
     ),
     (
@@ -65,6 +76,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-gpu",
             "brood-inspect",
             "brood-search",
+            "brood-target",
         ],
     ),
     (
@@ -79,6 +91,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "brood-export",
             "brood-inspect",
             "brood-search",
+            "brood-target",
             "brood-worker",
         ],
     ),
@@ -97,10 +110,10 @@ const GUARDED: [(&str, &[&str]); 3] = [
     ("wgpu", &["brood-gpu"]),
 ];
 
-/// A package, and what must not be anywhere in its tree.
+/// A package, and the libraries that must not be anywhere in its tree.
 const ABSENT: [(&str, &[&str]); 3] = [
     ("brood-worker", &["sqlx", "axum"]),
-    ("brood-server", &["wgpu"]),
+    ("brood-server", &["wgpu", "brood_search"]),
     ("brood-storage", &["axum", "wgpu"]),
 ];
 

@@ -13,7 +13,7 @@ use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_protocol::PictureFormat;
 use brood_scene::{MeshRef, Sampling, Scene};
-use brood_search::{
+use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
 };

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use brood_eval::express;
 use brood_inspect::{Inspection, inspect};
-use brood_search::{Found, MeasuredTarget, Reflected, Samples, narrow_pairs};
+use brood_search::Found;
+use brood_target::{MeasuredTarget, Reflected, Samples, narrow_pairs};
 use serde_json::{Value, json};
 
 /// Number of pairs checked for spikes.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::Level;
+use brood_target::Samples;
 
 use super::albedo::Albedos;
-use crate::Samples;
 
 /// Number of samples per block.
 pub(super) const LANES: usize = 64;

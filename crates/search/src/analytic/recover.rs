@@ -2,13 +2,13 @@
 
 use brood_brdf::Model;
 use brood_genome::{BirthKey, Operator, Stream};
+use brood_target::Samples;
 
 use super::Form;
 use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
 use super::refine::Plan;
 use super::residual::{Space, Workspace};
-use crate::Samples;
 use crate::levenberg_marquardt::Solution;
 
 /// Number of samples of the first steps, and of the last ones.
@@ -128,9 +128,9 @@ pub(super) fn random_point(space: &Space, stream: &mut Stream) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use brood_brdf::ModelKind;
+    use brood_target::draw_pairs;
 
     use super::*;
-    use crate::draw_pairs;
 
     /// A model with random parameters, not too extreme.
     fn truth(kind: ModelKind, number: u32) -> Model {

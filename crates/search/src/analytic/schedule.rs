@@ -7,6 +7,7 @@ use brood_brdf::{Brdf, Model, ModelKind, TableDetail};
 use brood_eval::energy_limit;
 use brood_genome::{BirthKey, Genome, Operator, Stream};
 use brood_program::Program;
+use brood_target::Samples;
 use rayon::prelude::*;
 
 use super::Form;
@@ -17,9 +18,9 @@ use super::recover::random_point;
 use super::refine::Plan;
 use super::residual::{Space, Workspace};
 use super::vary::{from_genome, in_form, perturbed, with_second_model};
+use crate::Progress;
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
-use crate::{Progress, Samples};
 
 /// Number of samples of the first steps.
 const FEW: usize = 384;

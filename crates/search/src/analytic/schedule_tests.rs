@@ -1,11 +1,12 @@
 //! Tests of what generations find, and that results depend only on samples, kinds and seed.
 
 use brood_brdf::DirectionPair;
+use brood_target::{MeasuredTarget, draw_pairs};
 use glam::DVec3;
 
 use super::*;
+use crate::Found;
 use crate::method::Method;
-use crate::{Found, MeasuredTarget, draw_pairs};
 
 fn conductor() -> Model {
     Model::new(ModelKind::Conductor).with("roughness", &[0.3]).unwrap()

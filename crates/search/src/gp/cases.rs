@@ -4,10 +4,9 @@
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
 use brood_scene::SampleSet;
+use brood_target::{MeasuredTarget, Samples, narrow_pairs};
 
 use crate::method::is_held_back;
-use crate::target::LARGEST;
-use crate::{Samples, narrow_pairs};
 
 /// Largest number of samples for solving scale and offset and for selecting parents.
 pub(super) const FEW: usize = 256;
@@ -52,7 +51,7 @@ impl Cases {
             few: TargetSamples::new(samples, fitted.iter().copied().step_by(step)),
             held: TargetSamples::new(samples, indices(true)),
             narrow: SampleSet::from_pairs(&narrow_pairs(NARROW, seed), &[]),
-            ceiling: (MARGIN * samples.largest()).min(LARGEST),
+            ceiling: (MARGIN * samples.largest()).min(MeasuredTarget::LARGEST),
         }
     }
 }

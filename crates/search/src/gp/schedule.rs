@@ -4,6 +4,7 @@ use std::collections::{HashSet, VecDeque};
 
 use brood_genome::{Dialect, Genome};
 use brood_program::{Program, ProgramHash, Tunable};
+use brood_target::{Samples, Strategy, metric};
 
 use super::breed::{random, start_mutant};
 use super::cases::Cases;
@@ -11,8 +12,8 @@ use super::evaluate::{Member, values};
 use super::front::Front;
 use super::island::{GenerationCounts, Island, IslandContext};
 use super::population::Population;
+use crate::Probe;
 use crate::method::{Candidate, HasTime, Method, Outcome, Progress, ranking_error};
-use crate::{DIALECT, Probe, Samples, metric};
 
 /// Number of slots reserved for an island in a generation.
 const SLOTS: u32 = 1 << 16;
@@ -78,7 +79,7 @@ impl Gp {
         let is_fresh = self.is_mixed && !(context.slot / SLOTS).is_multiple_of(2);
         let start = if is_fresh { &[] } else { self.start.as_slice() };
         island.start(context, start, |key| match start {
-            [] => random(DIALECT, key),
+            [] => random(Strategy::DIALECT, key),
             start => start_mutant(start, key),
         })
     }
@@ -158,12 +159,14 @@ impl Gp {
     }
 }
 
-/// Pads the genome to the length of [`DIALECT`] if it otherwise has that dialect.
+/// Pads the genome to the length of [`Strategy::DIALECT`] if it otherwise has that dialect.
 fn padded_to_dialect(genome: Genome) -> Genome {
-    let own = Dialect { length: DIALECT.length, ..*genome.dialect() };
-    let has_room = own == DIALECT && genome.dialect().length < DIALECT.length;
+    let own = Dialect { length: Strategy::DIALECT.length, ..*genome.dialect() };
+    let has_room = own == Strategy::DIALECT && genome.dialect().length < Strategy::DIALECT.length;
     if has_room {
-        genome.padded(DIALECT.length).expect("the genome is shorter than DIALECT.length")
+        genome
+            .padded(Strategy::DIALECT.length)
+            .expect("the genome is shorter than Strategy::DIALECT.length")
     } else {
         genome
     }

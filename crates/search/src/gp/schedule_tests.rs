@@ -3,9 +3,9 @@
 
 use brood_brdf::{Model, ModelKind};
 use brood_genome::BirthKey;
+use brood_target::draw_pairs;
 
 use super::*;
-use crate::draw_pairs;
 
 fn samples() -> Samples {
     Samples::of(&*Model::new(ModelKind::Conductor).brdf(), draw_pairs(700, 1))

@@ -6,13 +6,13 @@
 
 use brood_brdf::Input;
 use brood_eval::{Level, LobeRule, direction_at};
+use brood_target::Samples;
 use rayon::prelude::*;
 
 use super::batch::{Batch, points};
 use super::flux::Flux;
 use super::sweep::{Parameters, Sweep, Workspace};
 use super::{Lobes, Shape};
-use crate::Samples;
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Angles of the incident light, in degrees from the normal.

@@ -5,11 +5,11 @@ use brood_brdf::{Model, ModelKind};
 use brood_eval::{channel_albedos, energy_limit};
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_program::Program;
+use brood_target::draw_pairs;
 
 use super::super::Fit;
 use super::super::seed::start;
 use super::*;
-use crate::draw_pairs;
 use crate::test_material::Shining;
 
 fn lobes(shape: &Shape, seed: u64) -> Lobes {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use brood_brdf::Input;
 use brood_scene::SampleSet;
+use brood_target::Samples;
 
 use super::Shape;
 use super::albedo::Albedos;
-use crate::Samples;
 
 /// Number of samples per block.
 pub(super) const LANES: usize = 256;

@@ -3,13 +3,12 @@
 //! Without them, a fit that agrees with every sample may reach 1e35 beyond 80 degrees.
 
 use brood_brdf::DirectionPair;
+use brood_target::{Samples, grazing_pairs, narrow_pairs};
 use rayon::prelude::*;
 
 use super::Shape;
 use super::batch::{Point, points};
 use super::known::{BoundEstimator, Place};
-use crate::target::grazing_pairs;
-use crate::{Samples, narrow_pairs};
 
 /// Number of points that every fit is bounded at, from above and below.
 const COUNT: usize = 1024;

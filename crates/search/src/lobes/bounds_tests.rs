@@ -1,10 +1,10 @@
 //! Tests of bounds on materials whose highlights are known everywhere.
 
 use brood_brdf::{Brdf, Claims, Input};
+use brood_target::draw_pairs;
 use glam::{DVec2, DVec3};
 
 use super::*;
-use crate::draw_pairs;
 
 /// A highlight of that width (tan theta_h) over a constant, brighter towards the horizon by
 /// Schlick's Fresnel term.

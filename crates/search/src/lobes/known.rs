@@ -11,10 +11,9 @@ use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
 use brood_brdf::{DirectionPair, Input};
+use brood_target::Samples;
 use glam::DVec2;
 use rayon::prelude::*;
-
-use crate::Samples;
 
 /// Upper and lower bound as multiples of the largest sample.
 const MARGINS: (f64, f64) = (1.3, 0.7);

@@ -3,11 +3,11 @@
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_program::Program;
+use brood_target::{Samples, draw_pairs, metric};
 
 use super::super::batch::points;
 use super::super::seed::start;
 use super::*;
-use crate::{Samples, draw_pairs, metric};
 
 fn conductor() -> Box<dyn Brdf> {
     Model::new(ModelKind::Conductor).brdf()

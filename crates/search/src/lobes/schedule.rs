@@ -4,6 +4,7 @@
 use std::mem::take;
 
 use brood_genome::{BirthKey, Operator, Stream};
+use brood_target::Samples;
 use rayon::prelude::*;
 
 use super::albedo::TOLERATED_ALBEDO;
@@ -16,7 +17,7 @@ use super::seed::start;
 use super::{Lobes, Shape};
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
-use crate::{Probe, Progress, Samples};
+use crate::{Probe, Progress};
 
 /// Number of starts in a generation of starts.
 const STARTS: usize = 16;

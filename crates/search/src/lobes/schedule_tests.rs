@@ -2,10 +2,10 @@
 
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_program::Program;
+use brood_target::{draw_pairs, metric, narrow_pairs};
 
 use super::*;
 use crate::test_material::Shining;
-use crate::{draw_pairs, metric, narrow_pairs};
 
 fn shapes() -> Vec<Shape> {
     vec![Shape::new(2, 3, true), Shape::new(3, 3, true)]

@@ -9,8 +9,8 @@ use axum::response::Response;
 use brood_inspect::{Picture, Shade, Shot, Specimen};
 use brood_protocol::{PictureFormat, SceneId, Target, TargetId};
 use brood_scene::{Exposure, Sampling};
-use brood_search::KnownView;
 use brood_storage::{StorageError, StoredIndividual};
+use brood_target::KnownView;
 use http::HeaderMap;
 
 use super::{CACHE, SIZE, check_rays, content_type};

@@ -6,8 +6,8 @@ use brood_protocol::{
     Seed, encode,
 };
 use brood_scene::Scene;
-use brood_search::{DIALECT, Strategy};
 use brood_storage::{NewLineage, NewSearch, StorageError, StoredSearch};
+use brood_target::Strategy;
 
 use crate::clock::now_ms;
 use crate::controller::check_length;
@@ -188,7 +188,7 @@ async fn start(
         let words = format!("`start` must have at most {} items", limit::SEARCH_START);
         return Err(ApiError::refused(words).at("/start"));
     }
-    let (mut found, mut strategy) = (DIALECT, requested.unwrap_or(PREFERRED));
+    let (mut found, mut strategy) = (Strategy::DIALECT, requested.unwrap_or(PREFERRED));
     let mut genomes = Vec::with_capacity(individuals.len());
     for (index, id) in individuals.iter().enumerate() {
         let pointer = format!("/start/{index}");

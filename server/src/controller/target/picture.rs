@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
 use brood_scene::{AssetRef, Light, Mesh, Sampling, Scene};
-use brood_search::{
+use brood_target::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
     PixelCounts, TargetFileError, TargetKind, ViewError,
 };

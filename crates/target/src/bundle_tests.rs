@@ -6,9 +6,8 @@ use brood_brdf::{Model, ModelKind};
 use brood_eval::{Developed, encode_exr, encode_png, model_reflectance, shade};
 use brood_scene::{BuiltinMesh, Exposure, PixelArea, Raster, SampleSet};
 
-use super::super::image::ImageTargetError;
-use super::super::{TargetFile, TargetFileError, TargetKind};
 use super::*;
+use crate::{ImageTargetError, TargetFile, TargetFileError, TargetKind};
 
 const SIDE_PX: u32 = 40;
 const UPLOADED: &str = "01890000-0000-7000-8000-000000000000";

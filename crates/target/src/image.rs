@@ -4,24 +4,22 @@
 //! Owns the rules for which pixels are usable, and the reasons for the others. Does not depend on
 //! files or on a renderer of results.
 
+mod film;
 mod pixel;
 mod refusal;
 
 use brood_eval::{LinearPicture, RadianceImage};
 use brood_scene::{
-    Exposure, Light, LightAssets, Mesh, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
-    Tone,
+    Light, LightAssets, Mesh, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
 };
 
-use super::Samples;
+use crate::Samples;
+use film::FilmInverse;
 use pixel::PixelReading;
 pub use pixel::{PixelCounts, PixelStatus};
 pub use refusal::ImageTargetError;
+use refusal::{FEWEST, SIDE};
 
-/// Least side of a picture, in pixels.
-const SIDE: u32 = 8;
-/// Least number of usable pixels.
-const FEWEST: usize = 100;
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
 /// Relative deviation of the mean light in a pixel from that at its centre, above which the pixel
@@ -85,7 +83,7 @@ impl ImageView {
     /// lights or tone curve cannot be inverted, or nothing visible is lit.
     pub fn new(view: &View<'_>) -> Result<(Self, Samples), ImageTargetError> {
         let side = check(view)?;
-        let exposure = film(view)?;
+        let exposure = FilmInverse::new(view.picture.is_linear, view.scene.film)?;
         let raster =
             Raster { size_px: side, sampling: view.sampling, area: PixelArea::whole(side) };
         let set = SampleSet::render_with_assets(view.mesh, view.scene, view.assets, raster);
@@ -295,43 +293,6 @@ fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
         Some(light) => Err(ImageTargetError::Light(light.kind())),
         None => Ok(side),
     }
-}
-
-/// Least value that is displayed as the largest of 256 codes.
-const ALMOST_ONE: f64 = 0.9956;
-
-/// Inverse of the film: from displayed values to radiance.
-struct FilmInverse {
-    factor: f64,
-    tone: Tone,
-    is_unknown: bool,
-}
-
-impl FilmInverse {
-    fn radiance(&self, value: f64) -> f64 {
-        let exposed = match self.tone {
-            Tone::None | Tone::Filmic => value,
-            // Inverse of x / (1 + x), which maps 1 to infinity: a displayed 1 counts as the least
-            // value that is displayed so.
-            Tone::Reinhard => value.min(ALMOST_ONE) / (1.0 - value.min(ALMOST_ONE)),
-        };
-        exposed / self.factor
-    }
-}
-
-fn film(view: &View<'_>) -> Result<FilmInverse, ImageTargetError> {
-    let linear = FilmInverse { factor: 1.0, tone: Tone::None, is_unknown: false };
-    if view.picture.is_linear {
-        return Ok(linear);
-    }
-    let film = view.scene.film;
-    if film.tone == Tone::Filmic {
-        return Err(ImageTargetError::Tone(film.tone.name()));
-    }
-    Ok(match film.exposure {
-        Exposure::Auto => FilmInverse { tone: film.tone, is_unknown: true, ..linear },
-        Exposure::Ev(ev) => FilmInverse { factor: libm::exp2(ev), tone: film.tone, ..linear },
-    })
 }
 
 /// Joins the samples of several pictures.

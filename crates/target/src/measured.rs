@@ -10,8 +10,9 @@ use brood_brdf::{Brdf, DirectionPair};
 use brood_genome::RANGE;
 use glam::DVec3;
 
-use super::{Reflected, Samples, draw_pairs, from_half};
+use crate::draw::from_half;
 use crate::metric::e_log;
+use crate::{Reflected, Samples, draw_pairs};
 
 /// Number of pairs drawn for the fitted samples of a material that is defined everywhere.
 const FITTED: usize = 4096;
@@ -27,10 +28,6 @@ const LEAST: usize = 1024;
 const FEWEST: usize = 100;
 /// Seeds from which the fitted and the held-out pairs are drawn.
 const STREAMS: (u64, u64) = (1, 2);
-/// Largest f of a sample. A program's f is the square of a result (its layers and output stage
-/// aside), and results are at most [`RANGE`].
-pub(crate) const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
-
 /// Step from one sample of a slice to the next in shuffled order: a prime that does not divide
 /// their number, so that every sample is visited once.
 const STRIDE: usize = 1009;
@@ -65,11 +62,18 @@ pub enum TargetError {
     #[error("it reflects nothing at any of {0} samples")]
     Black(usize),
     /// A sample's f is negative, not finite, or greater than programs can reach.
-    #[error("reflectance must be a finite number from 0 to {LARGEST:.3e}, got {0}")]
+    #[error(
+        "reflectance must be a finite number from 0 to {most:.3e}, got {0}",
+        most = MeasuredTarget::LARGEST
+    )]
     Value(f64),
 }
 
 impl MeasuredTarget {
+    /// Largest f of a sample. A program's f is the square of a result (its layers and output stage
+    /// aside), and results are at most [`RANGE`].
+    pub const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
+
     /// Makes the target of a material that is defined everywhere, that is for all directions above
     /// the surface.
     ///
@@ -155,7 +159,7 @@ impl MeasuredTarget {
     /// Returns the target, or the error of its values.
     fn checked(self) -> Result<Self, TargetError> {
         let values = || [&self.fitted, &self.held].into_iter().flat_map(|samples| samples.values());
-        let wrong = |f: &f64| !(0.0..=LARGEST).contains(f);
+        let wrong = |f: &f64| !(0.0..=Self::LARGEST).contains(f);
         if let Some(f) = values().flatten().copied().find(wrong) {
             return Err(TargetError::Value(f));
         }

@@ -1,6 +1,11 @@
 //! Errors of pictures that cannot be targets.
 
-use super::{FEWEST, PixelCounts, SIDE};
+use super::pixel::PixelCounts;
+
+/// Least side of a picture, in pixels.
+pub(super) const SIDE: u32 = 8;
+/// Least number of usable pixels.
+pub(super) const FEWEST: usize = 100;
 
 /// Error of using a picture as a target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

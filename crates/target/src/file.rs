@@ -9,9 +9,9 @@ use brood_brdf::{
 };
 use brood_eval::{LinearPictureError, decode_linear};
 
-use super::bundle::{BundleError, PictureBundle};
-use super::known::Pictures;
-use super::{MeasuredTarget, TargetError};
+use crate::bundle::{BundleError, PictureBundle};
+use crate::known::Pictures;
+use crate::{MeasuredTarget, TargetError};
 
 /// Largest side of a slice. Above the side of any slice, so that the error is about the slice's
 /// size.

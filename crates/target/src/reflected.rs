@@ -6,7 +6,7 @@ use brood_eval::{LobeRule, direction_at};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Samples;
+use crate::Samples;
 
 /// Angles from the normal, in degrees. Little is measured closer than a degree to the horizon.
 const DEGREES: [f64; 14] =
@@ -29,7 +29,7 @@ impl Reflected {
     ///
     /// # Error
     /// 1 to 2 % of the albedo for smooth materials.
-    pub(super) fn most(brdf: &dyn Brdf) -> Self {
+    pub(crate) fn most(brdf: &dyn Brdf) -> Self {
         let rule = LobeRule::new(ORDER);
         let of = |theta_deg: &f64| {
             let (sin, cos) = libm::sincos(theta_deg.to_radians());
@@ -54,8 +54,24 @@ impl Reflected {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_PI;
+
+    use brood_brdf::{Claims, DirectionPair};
+
     use super::*;
-    use crate::test_material::Even;
+
+    /// Lambertian material with this albedo in the green channel.
+    struct Even(f64);
+
+    impl Brdf for Even {
+        fn f(&self, _: &DirectionPair) -> DVec3 {
+            DVec3::new(0.1, self.0, 0.2) * FRAC_1_PI
+        }
+
+        fn claims(&self) -> Claims {
+            Claims { reciprocal: true, conserving: self.0 <= 1.0 }
+        }
+    }
 
     #[test]
     fn reflected_is_the_albedo_of_a_lambertian() {

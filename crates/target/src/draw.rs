@@ -64,7 +64,8 @@ pub fn narrow_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
 /// Draws pairs of directions towards the horizon. Both cosines are log-uniform from 1e-4 to 1. In
 /// every second pair the deviation of the azimuths from opposite is log-uniform as well: as often
 /// between 0.01 and 0.1 degrees as between 1 and 10.
-pub(crate) fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+#[must_use]
+pub fn grazing_pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
     let mut stream = Stream::new(BirthKey { seed, slot: 2, attempt: 0 }, Operator::Directions);
     let mut drawn = || unit(&mut stream);
     let mut pair = |index: usize| {

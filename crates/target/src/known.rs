@@ -9,8 +9,8 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_scene::{Exposure, LightAssets, Mesh, Sampling, Scene};
 
-use super::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
-use super::{MeasuredTarget, Samples, TargetError};
+use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
+use crate::{MeasuredTarget, Samples, TargetError};
 
 /// Largest side of a picture in pixels, as for pictures rendered on the command line.
 const SIDE_MOST: u32 = 4096;

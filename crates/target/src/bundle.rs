@@ -12,8 +12,8 @@ use std::sync::Arc;
 use brood_scene::{IesProfile, LightAssets, Mesh, MeshRef, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
-use super::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
-use super::{MeasuredTarget, Samples};
+use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
+use crate::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
 const MAGIC: &[u8; 17] = b"brood pictures/1\n";
