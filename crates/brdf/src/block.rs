@@ -1,9 +1,10 @@
 //! Blocks of direction pairs (structure of arrays) and loops over their lanes.
 //!
-//! A [`Block`] holds the half vector and its angles, computed once for all models that evaluate the
-//! block. A [`Loop`] is written once for any number of lanes; a [`Machine`] chooses the
-//! instructions that it is compiled to. This crate has only the plain machine: the ones with SIMD
-//! instructions are in the evaluator crate. Independent of models.
+//! A lane is one pair of a [`Block`]. The block holds the half vectors and their cosines, computed
+//! once for all models that evaluate it. A [`Loop`] is written once for any number of lanes; a
+//! [`Machine`] chooses the instructions that it is compiled to. This crate has only the plain
+//! machine; the ones with SIMD instructions are in `crates/eval/src/level.rs`. Independent of
+//! models.
 
 use std::marker::PhantomData;
 

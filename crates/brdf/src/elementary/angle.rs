@@ -23,7 +23,7 @@ const DENOMINATOR: [f64; 5] = [
     7.703_815_055_590_194e-2,
 ];
 
-/// Returns an angle of at most pi/4 and whether `x` is above 1/2. The angle has sine `x`, or sine
+/// Returns an angle of at most pi/6, and true if `x` is above 1/2. The angle has sine `x`, or sine
 /// sqrt((1 - x) / 2) where `x` is above 1/2.
 #[inline(always)]
 fn small_angle(x: f64) -> (f64, bool) {
@@ -35,12 +35,15 @@ fn small_angle(x: f64) -> (f64, bool) {
     (s + s * ratio, is_far)
 }
 
+/// Angle with cosine `x`.
 #[inline(always)]
 pub(super) fn acos(x: f64) -> f64 {
     let (small, is_far) = small_angle(x);
     if is_far { 2.0 * small } else { FRAC_PI_2 - small }
 }
 
+/// Angle with this sine and cosine. Reads only the smaller of the two: the inverse of the larger
+/// loses digits where it is close to 1.
 #[inline(always)]
 pub(super) fn angle(sin: f64, cos: f64) -> f64 {
     let is_low = sin < cos;

@@ -11,8 +11,8 @@ use crate::{Brdf, Claims, DirectionPair};
 ///
 /// # Source
 /// Sztrajman, Rainer, Ritschel and Weyrich, *Neural BRDF Representation and Importance Sampling*
-/// (2021): input is the half vector and the difference vector, output is max(exp(x) - 1, 0). Not
-/// exactly reciprocal.
+/// (2021): input is the half vector, rotated to the xz plane, and the difference vector; output is
+/// max(exp(x) - 1, 0). Not exactly reciprocal.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Neural {
     w1: Vec<[f64; 21]>,

@@ -1,5 +1,6 @@
-//! Reader of RGL's `.bsdf` files: a material measured along directions uniform from its own
-//! microfacets, tabulated over the uniform numbers of that sampling.
+//! Reader of RGL's `.bsdf` files. A material is measured at directions that are drawn by importance
+//! sampling of its own microfacets, and tabulated over the two uniform numbers of each draw. The
+//! formula is in docs/maths/shading.md, section RGL.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -21,20 +22,21 @@ pub struct Rgl {
     phi: Axis,
     theta: Axis,
     symmetry: Symmetry,
-    /// Density of the normals, and their projected area in each direction.
+    /// Density of the facet normals.
     ndf: Grid,
+    /// Projected area of the facets seen from each direction.
     sigma: Grid,
-    /// Density of the visible normals for each direction.
+    /// Density of the visible normals for each incidence.
     vndf: Warp,
-    /// Slices of red, green and blue: f cos_o divided by the density of the sample.
+    /// Slices of red, green and blue: f cos_o, divided by ndf / (4 sigma) if `needs_density`.
     rgb: Grid,
-    /// True if `rgb` must be multiplied by that density.
+    /// Field `jacobian`: true if `rgb` must be multiplied by ndf / (4 sigma).
     needs_density: bool,
     /// True if interpolated values may be below 0.
     keeps_negative: bool,
 }
 
-/// Symmetry under rotation azimuth the normal, from the measured range of azimuths.
+/// Symmetry under rotation about the normal, from the measured range of azimuths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Symmetry {
     /// Unchanged by any rotation.

@@ -26,8 +26,8 @@ const FITTED: usize = 29;
 const FLOOR: f64 = 1e-3;
 /// Grid step of coordinates: samples in the same grid cell are merged.
 const CELL: f64 = 1e-6;
-/// A pair counts as unmeasured if the nearest sample is farther away than this times the usual
-/// distance.
+/// A swapped pair counts as unmeasured if the nearest sample is farther away than this times the
+/// distance of the last blended neighbour at the pair itself.
 const GAP: f64 = 2.0;
 /// Largest logarithm whose exponential is finite in f64.
 const MAX_LOGARITHM: f64 = 700.0;
@@ -118,10 +118,8 @@ fn merge(samples: &MeasuredSamples) -> Vec<(DVec3, DVec3)> {
     placed.chunk_by(|a, b| a.0 == b.0).map(group).collect()
 }
 
-/// Adds swapped samples where the swapped pair was not measured, that is, where the nearest sample
-/// to the swapped pair is farther away than `GAP` times the distance of the last blended neighbour
-/// at the sample itself. Where both pairs were measured both are kept: goniometers often contradict
-/// themselves there.
+/// Adds swapped samples where the swapped pair was not measured, by the rule of [`GAP`]. Where both
+/// pairs were measured both are kept: goniometers often contradict themselves there.
 fn complete(mut samples: Vec<(DVec3, DVec3)>) -> Vec<(DVec3, DVec3)> {
     let points: Vec<DVec3> = samples.iter().map(|(at, _)| *at).collect();
     let (tree, _) = Tree::new(&points);

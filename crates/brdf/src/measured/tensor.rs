@@ -152,6 +152,8 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
+    /// Reads an entry of the table: length and characters of the name, number of dimensions, type
+    /// code, offset of the data from the start of the file, sizes.
     fn field(&mut self) -> Result<Field<'a>, TensorError> {
         self.what = "its table of fields".to_owned();
         let length = u16::from_le_bytes(self.array()?);

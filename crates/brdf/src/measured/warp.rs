@@ -47,6 +47,7 @@ impl Axis {
 /// Interpolation weights of slices.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SliceWeights {
+    /// Index and weight of each slice.
     parts: [(usize, f64); MAX_SLICES],
     count: usize,
 }
@@ -55,7 +56,8 @@ impl SliceWeights {
     /// Weights for a table with one slice.
     pub(super) const WHOLE: Self = Self { parts: [(0, 1.0); MAX_SLICES], count: 1 };
 
-    /// Bilinear weights in two parameters, the second of which changes fastest.
+    /// Bilinear weights at a value on each of two axes. Slices are in order of the outer axis,
+    /// then of the inner one.
     pub(super) fn of(outer: (&Axis, f64), inner: (&Axis, f64)) -> Self {
         let ((row, down), (column, across)) = (outer.0.place(outer.1), inner.0.place(inner.1));
         let mut weights = Self { parts: [(0, 0.0); MAX_SLICES], count: 0 };

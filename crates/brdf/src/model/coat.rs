@@ -1,6 +1,6 @@
-//! Transmittance and internal reflectance of a rough boundary: tables over the cosine of the light,
-//! by quadrature over the visible facet normals. The loop is branch-free and runs in vector
-//! instructions.
+//! Transmittance and internal reflectance of a rough dielectric boundary: tables over the cosine of
+//! the light, by quadrature over the facet normals that are visible from the light. The loop is
+//! branch-free, so that it compiles to vector instructions.
 
 use std::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ pub struct CoatTables {
     /// Transmittance from outside at each tabulated cosine.
     pub(super) transmittance: [f64; TABLE_SIZE],
     /// Internal reflectance times twice the cosine, over the tabulated cosines: the sum, and
-    /// the last value.
+    /// the last value. `rough_plastic` computes the reflectance of diffuse light from both.
     pub(super) back: (f64, f64),
 }
 
@@ -80,19 +80,20 @@ struct Boundary {
     eta: f64,
 }
 
-/// Shares of the light from one direction.
+/// Shares of light at one cosine.
 #[derive(Debug, Clone, Copy, Default)]
 struct Shares {
-    /// Transmitted from outside.
+    /// Share of light from outside that is transmitted.
     transmitted: f64,
-    /// Reflected back inside.
+    /// Share of light from inside that is reflected back.
     reflected: f64,
 }
 
-/// Quadrature points: facet normals, distributed as the facets are.
+/// Quadrature points: facet normals, distributed approximately as the facets are, with D times the
+/// cosine of the normal as density.
 struct Grid {
     rows: Vec<Row>,
-    /// Half of the azimuths; the other half is symmetric.
+    /// Azimuths from 0 to pi; the other half is symmetric.
     columns: Vec<Columns>,
 }
 
@@ -101,10 +102,11 @@ struct Row {
     /// Distance of the normal from the axis, and its height.
     r: f64,
     z: f64,
-    /// Weight of each point, divided by `z`.
+    /// Weight of each point. Divided by `z`, so that sums over the points integrate with D.
     weight: f64,
 }
 
+/// Azimuths of `LANES` normals of a row.
 struct Columns {
     cos: [f64; LANES],
     sin: [f64; LANES],
@@ -183,7 +185,8 @@ impl<S: Facets, const N: usize> Loop for Integrals<'_, S, N> {
         let mut all = [Shares::default(); N];
         for (shares, cosine) in all.iter_mut().zip(self.cosines) {
             let wi = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, *cosine);
-            // Normalises to the facets that are visible from wi.
+            // Normalises to the facets that are visible from wi: their density is
+            // D G1 (wi . m) / cos_i.
             let seen = 1.0 / self.facets.cos_over_g1::<F>(wi);
             let (mut transmitted, mut reflected) = ([0.0; LANES], [0.0; LANES]);
             for row in &self.grid.rows {
@@ -205,8 +208,9 @@ impl<S: Facets, const N: usize> Loop for Integrals<'_, S, N> {
     }
 }
 
-/// The boundary as seen from one side.
+/// The boundary as seen from one side, and its facets with the normal `m`, where c = wi . m.
 struct Side {
+    /// Refractive index of the other side relative to this one.
     eta: f64,
     inverse: f64,
 }
@@ -231,7 +235,7 @@ impl Side {
         if z > 0.0 && !fresnel.is_total { share } else { 0.0 }
     }
 
-    /// Share that a facet reflects and other facets do not mask.
+    /// Share of the light from `wi` that a facet reflects and other facets do not mask.
     #[inline(always)]
     fn reflected<F: Elementary>(&self, facets: &impl Facets, wi: DVec3, m: DVec3, c: f64) -> f64 {
         let fresnel = fresnel::ReflectanceFraction::of(self.eta, c);

@@ -90,10 +90,11 @@ fn make(values: Values<'_>, diffuse: DVec3, boundary: Boundary) -> Microfacet {
     }
 }
 
-/// A reflectance with `facets`, D G / (4 cos_i cos_o) of each lane.
+/// Formula of [`Microfacet`] with the boundary as a type, so that the loop has no branch.
 struct Bounded<'a, B, const N: usize> {
     diffuse: DVec3,
     boundary: B,
+    /// D G / (4 cos_i cos_o) of each lane.
     facets: &'a [f64; N],
 }
 
@@ -157,8 +158,8 @@ impl Reflect for Microfacet {
     }
 
     fn claims(&self) -> Claims {
-        // V-grooves are consistent with no other distribution than their own, and a diffuse
-        // part that the facets do not shade adds to their albedo.
+        // V-grooves conserve energy only with their own distribution, and a diffuse part that
+        // the facets do not shade adds to their albedo.
         let one_part =
             self.diffuse == DVec3::ZERO || matches!(self.boundary, Boundary::Dielectric(_));
         Claims { reciprocal: true, conserving: one_part && self.conserving_facets() }

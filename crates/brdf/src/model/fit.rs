@@ -1,5 +1,5 @@
-//! Models for fits of measured materials, ABC and SGD, with the conventions of their published
-//! tables.
+//! Models made to fit measured materials: ABC and the shifted gamma distribution (SGD), with the
+//! conventions of their published tables of fits.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -150,15 +150,16 @@ struct ChannelFormula<'a, const N: usize> {
 }
 
 impl SgdChannel {
+    /// G = 1 + lambda (1 - exp(c max(theta - theta_0, 0)^k)), clamped to [0, 1].
     #[inline(always)]
     fn shadow<F: Elementary>(&self, theta: f64) -> f64 {
-        // No shadowing, also where the power overflows.
+        // Where the power overflows, 0 times infinity would be NaN.
         if self.lambda == 0.0 || self.c == 0.0 {
             return 1.0;
         }
         let past = larger(theta - self.theta0, 0.0);
         let hidden = 1.0 - F::exp(self.c * F::pow(past, self.k));
-        // `clamp` keeps NaN.
+        // `clamp` keeps NaN, for which f is 0.
         (1.0 + self.lambda * hidden).clamp(0.0, 1.0)
     }
 }
@@ -185,7 +186,7 @@ impl<const N: usize> Formula for ChannelFormula<'_, N> {
     }
 }
 
-/// Combines three channels to colours.
+/// Combines three channels to colours, which are 0 in unlit lanes.
 struct MergedChannels<'a, const N: usize>(&'a [[f64; N]; 3]);
 
 impl<const N: usize> Formula for MergedChannels<'_, N> {

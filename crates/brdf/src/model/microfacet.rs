@@ -31,7 +31,8 @@ pub(super) const DISTRIBUTIONS: &[&str] = &["ggx", "beckmann", "gaussian", "blin
 /// Words of the parameter `shadowing`.
 pub(super) const SHADOWINGS: &[&str] = &["smith", "smith-correlated", "v-groove"];
 
-/// Facets of one distribution.
+/// Facets of one distribution. Implementors are types of their own, so that the loop over lanes has
+/// no branch.
 pub(super) trait Facets: Copy {
     /// D(h) in 1/sr, normalised: the integral of D (n . h) over the hemisphere is 1.
     fn d<F: Elementary>(&self, half: &Half) -> f64;
@@ -145,8 +146,11 @@ fn shadowed<const N: usize>(
     }
 }
 
+/// D G / (4 cos_i cos_o) with [`Shadowing::Groove`].
 struct Groove<S>(S);
+/// D G / (4 cos_i cos_o) with [`Shadowing::Separable`].
 struct Separable<S>(S);
+/// D G / (4 cos_i cos_o) with [`Shadowing::Correlated`].
 struct Correlated<S>(S);
 
 impl<S: Facets> Formula for Groove<S> {
@@ -175,7 +179,7 @@ impl<S: Facets> Formula for Correlated<S> {
 
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> f64 {
-        // cos_i cos_o (1 + L(i) + L(o)), from cos / G1 = cos (1 + L).
+        // cos_i cos_o (1 + L(i) + L(o)), from cos / G1 = cos (1 + L) with Smith's Lambda, L.
         let (i, o) = (self.0.cos_over_g1::<F>(half.wi), self.0.cos_over_g1::<F>(half.wo));
         let (cos_i, cos_o) = (half.cos_i(), half.cos_o());
         let both = cos_o * i + cos_i * o - cos_i * cos_o;
@@ -219,7 +223,8 @@ impl Facets for Ggx {
     }
 }
 
-/// D = exp(-slope^2) / (pi alpha_x alpha_y cos^4).
+/// D = exp(-slope^2) / (pi alpha_x alpha_y h_z^4), slope^2 = ((h_x / alpha_x)^2 +
+/// (h_y / alpha_y)^2) / h_z^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beckmann {
     alpha: DVec2,
@@ -290,8 +295,7 @@ pub(super) fn square(x: f64) -> f64 {
     x * x
 }
 
-/// exp(-slope^2) / cos^4, with slopes divided by the roughness; `inverse` is 1 / alpha along x and
-/// y.
+/// exp(-slope^2) / h_z^4, with the slope of [`Beckmann`]; `inverse` is 1 / alpha along x and y.
 #[inline(always)]
 pub(super) fn gaussian_over_cos4<F: Elementary>(half: &Half, inverse: DVec2) -> f64 {
     let h = half.h;
@@ -307,7 +311,7 @@ fn cos_over_g1_isotropic<F: Elementary>(alpha: f64, w: DVec3) -> f64 {
 }
 
 /// cos / G1 for Beckmann, exact: G1 = 1 / (1 + L), L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a
-/// sqrt(pi)), a = cos / across.
+/// sqrt(pi)), a = cos / across. `across2` is across^2 = (alpha_x w_x)^2 + (alpha_y w_y)^2.
 ///
 /// # Source
 /// Smith 1967; Walter 2007, equation 27 and the text above it.
@@ -317,6 +321,7 @@ fn cos_over_g1_beckmann<F: Elementary>(across2: f64, cos: f64) -> f64 {
     const FRAC_1_SQRT_PI: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
     let across = across2.sqrt();
     let a = cos / larger(across, f64::MIN_POSITIVE);
+    // Beyond 6, L is below the rounding of f64, and `erf` is not defined.
     let is_open = a > 6.0;
     let a = smaller(a, 6.0);
     // cos (1 + L), with the pole of L at cos = 0 cancelled.

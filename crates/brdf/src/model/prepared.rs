@@ -33,6 +33,7 @@ pub(super) enum Prepared {
     Sgd(Box<Sgd>),
 }
 
+/// Evaluates an expression with the model of any variant.
 macro_rules! each {
     ($self:expr, $model:ident => $done:expr) => {
         match &$self.0 {

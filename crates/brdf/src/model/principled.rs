@@ -44,8 +44,11 @@ pub(super) struct Principled {
     tinted_f0: DVec3,
     roughness: f64,
     metallic: f64,
+    /// Refractive index whose reflectance at normal incidence is 0.08 times the parameter
+    /// `specular`.
     eta: f64,
     spec_tint: f64,
+    /// Colour times strength.
     sheen: DVec3,
     /// Clear coat, if its strength is above 0.
     coat: Option<Coat>,

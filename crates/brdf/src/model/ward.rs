@@ -12,7 +12,7 @@ use super::reflect::Reflect;
 use crate::block::Half;
 use crate::{Block, Claims, Elementary, Machine};
 
-/// In the order of the words of the table.
+/// Words of the parameter `form`.
 const FORMS: &[&str] = &["bounded", "ward", "duer"];
 const ALPHA: (f64, f64) = (1e-3, 1.0);
 
@@ -29,6 +29,10 @@ pub(super) const WARD: &[Parameter] = &[
     Parameter::choice("form", "how the highlight is normalised", FORMS),
 ];
 
+/// f = rho_d / pi + rho_s exp(-t^2) / (4 pi alpha_x alpha_y x), t^2 = ((h_x / alpha_x)^2 +
+/// (h_y / alpha_y)^2) / h_z^2. The forms differ in x: cos_d^2 h_z^4 (bounded), sqrt(cos_i cos_o)
+/// (ward) or cos_i cos_o (duer).
+///
 /// # Source
 /// Ward 1992 and the publications of each [`WardForm`].
 #[derive(Debug, Clone)]
@@ -62,6 +66,7 @@ pub(super) fn ward(values: Values<'_>) -> Ward {
 struct Lobe {
     diffuse: DVec3,
     specular: DVec3,
+    /// 1 / alpha along u and along v.
     inverse: DVec2,
 }
 
@@ -70,7 +75,7 @@ struct Classic(Lobe);
 struct Duer(Lobe);
 
 impl Lobe {
-    /// exp(-slope^2)
+    /// exp(-t^2)
     #[inline(always)]
     fn gaussian<F: Elementary>(&self, half: &Half) -> f64 {
         let h = half.h;
@@ -84,8 +89,7 @@ impl Formula for Bounded {
     #[inline(always)]
     fn at<F: Elementary>(&self, half: &Half, _: usize) -> DVec3 {
         let Self(lobe) = self;
-        // h h / (h . n)^4 of the half vector before normalisation equals 1 / (4 cos_d^2
-        // cos_h^4) of the normalised one.
+        // The source divides by (h . n)^4 / (h . h) of wi + wo, which is 4 cos_d^2 h_z^4.
         let high = gaussian_over_cos4::<F>(half, lobe.inverse) / (half.cos_d * half.cos_d);
         lobe.diffuse + lobe.specular * high
     }

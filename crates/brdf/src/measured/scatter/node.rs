@@ -24,7 +24,7 @@ const MARGIN_LOSS: f64 = 16.0;
 pub(super) struct Node {
     value: [f64; 3],
     terms: [[f32; TERMS]; 3],
-    /// Largest deviation from `value` that predictions may have.
+    /// Largest deviation from `value` that predictions may have, larger for a better fit.
     margin: [f64; 3],
 }
 
@@ -75,6 +75,7 @@ impl Node {
         (value - margin, value + margin)
     }
 
+    /// Computes the margin of a channel from the range of the neighbours and the fit's error.
     fn margin(&self, channel: usize, neighbours: &[Neighbour], radius: f64) -> f64 {
         let own = self.value[channel];
         let (mut error, mut spread, mut low, mut high) = (0.0, 0.0, own, own);
@@ -134,6 +135,7 @@ impl Fit {
     }
 }
 
+/// Solves the system of a Cholesky factor for the right-hand side `x`.
 fn solve(lower: &[[f64; TERMS]; TERMS], mut x: [f64; TERMS], terms: usize) -> [f64; TERMS] {
     for i in 0..terms {
         let known: f64 = (0..i).map(|k| lower[i][k] * x[k]).sum();

@@ -24,10 +24,12 @@ pub(super) struct Nearest<const K: usize> {
 }
 
 impl<const K: usize> Nearest<K> {
+    /// Squared distance at which a point is no longer among the nearest.
     fn limit(&self) -> f64 {
         if self.count < K { f64::INFINITY } else { self.squares[K - 1] }
     }
 
+    /// Inserts a point in order of distance if it is among the nearest.
     fn offer(&mut self, square: f64, position: usize) {
         if square >= self.limit() {
             return;
