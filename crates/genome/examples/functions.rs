@@ -178,8 +178,7 @@ fn subjects() -> Vec<Subject> {
 fn eighths_of_a_turn() -> Vec<f32> {
     let mut found: Vec<f32> =
         (0..=1304u16).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_4).collect();
-    // Arguments with the largest errors of an earlier reduction that rounded twice: just above a
-    // power of two.
+    // Arguments at which a range reduction that rounds twice has its largest errors.
     found.extend([581.210_27, 925.167_8, 1024.0]);
     found.extend(powers_of_two());
     found

@@ -12,8 +12,8 @@ use crate::{
 
 const HEAD: &[u8] = b"brood genome 1\n";
 
-/// Identity of a genome: BLAKE3 hash of its canonical bytes. Genomes are equal exactly if their
-/// hashes are.
+/// Identity of a genome: BLAKE3 hash of its canonical bytes. Hashes are equal exactly if all parts
+/// have the same bits; `==` of genomes does not distinguish constants 0 and -0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GenomeHash([u8; 32]);
 
@@ -121,6 +121,7 @@ impl Genome {
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
         let has_layers = !self.layers().is_empty();
+        // Bits 0 to 3 of one byte.
         let switches = [dialect.isotropic, dialect.homogeneous, self.is_limited(), has_layers];
         bytes.push((0..).zip(switches).map(|(bit, on)| u8::from(on) << bit).sum());
         for instruction in self.instructions() {
@@ -239,6 +240,8 @@ impl Reader<'_> {
         (0..count).map(|_| self.model()).collect()
     }
 
+    /// Reads a model: number of its kind, then its parameter values as f64. Rejects a value that
+    /// the model would store with other bits (-0), so that each genome has one encoding.
     fn model(&mut self) -> Result<Model, BytesError> {
         let at = self.at();
         let kind = self.byte(ModelKind::from_number)?;
@@ -280,6 +283,7 @@ impl Reader<'_> {
     }
 }
 
+/// Register (bit 7 is set for a constant), swizzle, and 1 if the value is negated.
 fn operand_bytes(operand: Operand) -> [u8; 3] {
     let register = match operand.register {
         Register::Temporary(index) => index,

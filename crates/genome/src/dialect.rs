@@ -89,7 +89,8 @@ enum Symbol {
 
 use Symbol::{P1, P3, P5, P6, Q1, Q2, U, V};
 
-/// Initial values of R0..R6; registers from R7 on repeat them.
+/// Initial values of R0..R6; registers from R7 on repeat them, except R7 to R9 of the extended
+/// dialect.
 const INITIAL: [[Symbol; 4]; 7] = [
     [P1, P3, P5, P6],
     [Q1, Q2, U, V],
@@ -139,6 +140,7 @@ impl Dialect {
         self.symbol(INITIAL[usize::from(register) % INITIAL.len()][component])
     }
 
+    /// Initial value of R7, R8 or R9 in the extended dialect.
     fn extended(&self, register: u8, component: usize) -> InitialValue {
         let input = match (register, component) {
             (7, 0) => Input::LogTanHalf,
@@ -157,6 +159,7 @@ impl Dialect {
         InitialValue::Input(input)
     }
 
+    /// Input of a quantity in this parametrisation, or zero where a switch removes it.
     fn symbol(&self, symbol: Symbol) -> InitialValue {
         use Parametrisation::{Paper, Smooth};
         InitialValue::Input(match (symbol, self.parametrisation) {

@@ -15,6 +15,9 @@ use crate::range::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
 /// for each use. Constants that it does not know are broadcast once before the loop and read from
 /// memory as operands. Known constants make such loops 1.5 times as long in instructions. The
 /// scalar operations of `f32` use [`Functions::KNOWN`].
+///
+/// Functions with a parameter `CLAMPS` clamp their argument if it is true; callers that have proved
+/// the range of the argument pass false.
 #[derive(Debug, Clone, Copy)]
 pub struct Functions {
     angle_range: f32,
@@ -54,8 +57,8 @@ fn clamp_to(x: f32, low: f32, high: f32) -> f32 {
     if x < high { x } else { high }
 }
 
-/// Returns the bits of `even` or of `odd` by masks. As a branch, the polynomials would move into it
-/// and nothing would vectorise.
+/// Returns the bits of `even` or of `odd` by the parity of `k`, with masks. As a branch, the
+/// polynomials would move into it and nothing would vectorise.
 #[inline(always)]
 fn select(k: u32, even: f32, odd: f32) -> u32 {
     let mask = (k & 1).wrapping_neg();
@@ -213,6 +216,7 @@ impl Functions {
     /// At most 2e-7 relative to max(1, |log2 t|) (`logarithm_is_within_bounds`).
     #[inline(always)]
     pub fn log2(&self, t: f32) -> f32 {
+        // t = 2^exponent (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)).
         let offset = t.to_bits().wrapping_sub(SQRT_HALF_BITS) & 0xff80_0000;
         let exponent = ((offset as i32) >> 23) as f32;
         let f = f32::from_bits(t.to_bits().wrapping_sub(offset)) - self.one;

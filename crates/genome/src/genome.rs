@@ -11,8 +11,9 @@ pub const LAYERS_MAX: usize = 4;
 
 /// A BRDF as a fixed-length program, layers of models, or both.
 ///
-/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the program. A
-/// genome without a program has length 0 and at least one layer.
+/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the program:
+/// R0.xyz after the last instruction. A genome without a program has length 0 and at least one
+/// layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::{CONSTANTS, Dialect, Opcode, OpcodeSet, Operand, Register, WriteMask};
 
 /// An instruction: opcode, destination register with write mask, operands. Validated by
-/// [`Instruction::new`].
+/// [`Instruction::new`]. Reads at most one constant register, as in the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Instruction {
     opcode: Opcode,

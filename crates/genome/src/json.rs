@@ -19,9 +19,12 @@ pub struct JsonError {
     pub reason: String,
 }
 
+/// The whole genome. Parts that are left out have their defaults: no energy limit, the identity as
+/// output stage, constants 0.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GenomeJson {
+    /// Version of the format, 1.
     brood: u32,
     dialect: Dialect,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -32,6 +35,7 @@ struct GenomeJson {
     offset: Option<[f32; 3]>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     limit: bool,
+    /// By name, C0 to C127.
     #[serde(default)]
     constants: BTreeMap<String, [f32; 4]>,
     #[serde(default)]
@@ -58,6 +62,7 @@ enum ValueJson {
     Word(String),
 }
 
+/// An instruction, with destination and operands as in the text form.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InstructionJson {
@@ -161,6 +166,7 @@ fn layer_json(model: &Model) -> LayerJson {
     LayerJson { model: model.kind().name().to_owned(), parameters: parameters.collect() }
 }
 
+/// Parses a layer. An error is a JSON pointer relative to the layer, and a reason.
 fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
     let kind: ModelKind =
         json.model.parse().map_err(|_| ("/model".to_owned(), "unknown model".to_owned()))?;
@@ -177,6 +183,7 @@ fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
     })
 }
 
+/// Parses an instruction. An error is a JSON pointer relative to the instruction, and a reason.
 fn parse_instruction(
     json: &InstructionJson,
     dialect: &Dialect,

@@ -20,8 +20,10 @@ pub struct Liveness {
 /// and is not used.
 pub(crate) type LiveComponents = [u8; REGISTERS + 1];
 
-/// Walks from the last instruction to the first. Calls `at` with the index of the instruction, the
-/// mask of its live components, and the components needed after it.
+/// Walks from the last instruction to the first, where `result` is the mask of the components of R0
+/// that are the result. Calls `at` with the index of the instruction, the mask of its live
+/// components, and the components needed after it. Returns the components that are read before they
+/// are written. A component that a move leaves unchanged is not live.
 pub(crate) fn walk_backwards(
     instructions: &[Instruction],
     result: u8,
@@ -103,7 +105,7 @@ pub fn channels_of_instructions(genome: &Genome) -> Vec<u8> {
     masks
 }
 
-/// Returns for each instruction whether it can change the result.
+/// Returns for each instruction true if it can change the result.
 #[must_use]
 pub fn live_instructions(genome: &Genome) -> Vec<bool> {
     Liveness::of(genome).components.into_iter().map(|components| components != 0).collect()

@@ -32,6 +32,7 @@ pub struct Preset {
     genome: LazyLock<Genome>,
 }
 
+/// A preset by name, title and description. The genome is parsed at its first use.
 macro_rules! preset {
     ($name:literal, $title:literal, $words:literal) => {{
         const TEXT: &str = include_str!(concat!("../presets/", $name, ".brood"));

@@ -29,6 +29,7 @@ pub struct Variation<'a> {
     locks: Option<&'a Locks>,
 }
 
+/// Operator with its parents and amounts.
 #[derive(Debug, Clone, Copy)]
 enum Origin<'a> {
     Random(Dialect),
@@ -196,6 +197,7 @@ impl<'a> Variation<'a> {
         }
     }
 
+    /// Applies constraints, output stage and energy limit.
     fn finish(&self, mut draft: Draft) -> Genome {
         if let Some(isotropic) = self.constraints.isotropic {
             draft.dialect.isotropic = isotropic;

@@ -66,6 +66,7 @@ impl<'a> Cursor<'a> {
         Err(word.error(format!("expected the end of the line before {}", quote(word.text))))
     }
 
+    /// Reads a number from `low` (0 or -65504) to 65504.
     pub(super) fn number(&mut self, low: f32) -> Result<f32, TextError> {
         let word = self.word("a number")?;
         let value = parse_number(word.text)
@@ -87,6 +88,7 @@ impl<'a> Cursor<'a> {
         self.take(space);
     }
 
+    /// Takes the next `bytes` bytes as a word.
     fn take(&mut self, bytes: usize) -> Word<'a> {
         let word = Word { text: &self.rest[..bytes], line: self.line, column: self.column };
         let characters = u32::try_from(word.text.chars().count()).unwrap_or(u32::MAX);

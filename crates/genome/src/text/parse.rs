@@ -47,10 +47,12 @@ fn check_version(line: &str) -> Result<(), TextError> {
     cursor.end()
 }
 
+/// Parts of the genome read so far. `None` if the directive has not been given.
 struct Reader {
     dialect: Option<Dialect>,
     instructions: Vec<Instruction>,
     constants: Box<[[f32; 4]; CONSTANTS]>,
+    /// True for constants that have been given; the others are 0.
     given: [bool; CONSTANTS],
     matrix: Option<[[f32; 3]; 3]>,
     scale: Option<[f32; 3]>,
@@ -205,6 +207,7 @@ impl Reader {
         Ok(())
     }
 
+    /// Returns the genome. `last` is the number of the last line, for errors.
     fn finish(self, last: u32) -> Result<Genome, TextError> {
         let error = |reason: String| TextError { line: last, column: 1, reason };
         let limited = self.limit.unwrap_or(false);
@@ -240,6 +243,7 @@ fn shortened(reason: &str) -> String {
     }
 }
 
+/// Stores the value of a directive; error if it was given before.
 fn once<T>(slot: &mut Option<T>, word: Word<'_>, value: T) -> Result<(), TextError> {
     match slot.replace(value) {
         None => Ok(()),
@@ -247,10 +251,12 @@ fn once<T>(slot: &mut Option<T>, word: Word<'_>, value: T) -> Result<(), TextErr
     }
 }
 
+/// Reads three numbers of the output stage.
 fn triple(cursor: &mut Cursor<'_>) -> Result<[f32; 3], TextError> {
     Ok([cursor.number(0.0)?, cursor.number(0.0)?, cursor.number(0.0)?])
 }
 
+/// Reads the words of a `.dialect` line. The length is set at the end of the text.
 fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect, TextError> {
     let mut dialect = Dialect { length: 1, ..Dialect::default() };
     let word = cursor.word("`paper` or `extended`")?;
@@ -293,6 +299,7 @@ fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect
     Ok(dialect)
 }
 
+/// Parses `R5` or `C12`; leading zeros are rejected.
 fn parse_register(text: &str) -> Option<Register> {
     let (kind, digits) = text.split_at_checked(1)?;
     let canonical = digits == "0" || !digits.starts_with('0');

@@ -7,7 +7,7 @@ use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "brood 1")?;
-        // Models need no dialect; it is written where breeding would otherwise lose it.
+        // Left out for models alone under the default dialect, which the parser assumes then.
         if *self.dialect() != (Dialect { length: 0, ..Dialect::default() }) {
             writeln!(f, ".dialect {}", self.dialect())?;
         }

@@ -200,18 +200,19 @@ fn different_kind(own: ModelKind, stream: &mut Stream) -> ModelKind {
     *others.nth(drawn).expect("there is more than one kind")
 }
 
-/// Number of words of a choice; `None` for a value.
+/// Number of words of a choice; `None` for a scalar or a colour.
 fn words(parameter: &Parameter) -> Option<u32> {
     parameter.words().map(|words| u32::try_from(words.len()).expect("there are few words"))
 }
 
+/// Iterates over all values, each with its parameter; a colour has three.
 fn each_value(model: &Model) -> impl Iterator<Item = (&'static Parameter, f64)> {
     model
         .parameters()
         .flat_map(|(parameter, values)| values.iter().map(move |value| (parameter, *value)))
 }
 
-/// Draws a different value of a value or a choice.
+/// Draws a different value. A choice of one word stays.
 fn different_value(parameter: &Parameter, value: f64, mutation: f32, stream: &mut Stream) -> f64 {
     match words(parameter) {
         Some(1) => value,

@@ -70,13 +70,14 @@ fn weight(live: bool) -> u32 {
     if live { LIVE_WEIGHT } else { 1 }
 }
 
-/// Mutation rate, given the rate for live code.
+/// Mutation rate of live or dead code, given the rate for live code.
 fn rate(of_live: f32, live: bool) -> f32 {
     of_live * weight(live) as f32 / LIVE_WEIGHT as f32
 }
 
-/// Mutates parts that are not locked. With `force`, something live changes at any amount above 0 if
-/// possible.
+/// Mutates parts that are not locked. With `force`, at least one instruction, or one constant that
+/// live code reads, changes at any amount above 0 if the locks allow it. Without a program, one
+/// value of a layer does.
 pub(super) fn draft(
     draft: &mut Draft,
     mutation: f32,
@@ -195,6 +196,7 @@ fn mutant(
     None
 }
 
+/// Draws a kind by weight.
 fn kind(stream: &mut Stream) -> Kind {
     let mut draw = stream.below(KINDS.iter().map(|(_, share)| share).sum());
     for (kind, share) in KINDS {
@@ -206,6 +208,7 @@ fn kind(stream: &mut Stream) -> Kind {
     Kind::Opcode
 }
 
+/// Returns the instruction with the field of this kind redrawn, which may give the same value.
 fn attempt(
     instruction: &Instruction,
     kind: Kind,

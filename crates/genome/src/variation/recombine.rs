@@ -77,7 +77,8 @@ fn program(
     draft
 }
 
-/// Two-state Markov chain with a stationary share of `true` of `share`.
+/// Returns true for each position taken from the second parent, by a two-state Markov chain in
+/// which a share of `share` is true on average.
 fn choose_blocks(length: usize, share: f32, stream: &mut Stream) -> Vec<bool> {
     let mut inside = stream.chance(share);
     let mut blocks = Vec::with_capacity(length);
