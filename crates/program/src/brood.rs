@@ -178,6 +178,7 @@ fn unchanged_parents(request: &BroodRequest<'_>) -> Vec<Program> {
     parents.map(|parent| Program::lower(&parent)).collect()
 }
 
+/// Returns the first draw of a slot that is no twin, or the last allowed one.
 fn settle(
     request: &BroodRequest<'_>,
     slot: u32,

@@ -1,5 +1,5 @@
-//! The builder: creates scalar nodes (value numbering), folds constants, and keeps signs out of
-//! operands.
+//! The builder: a graph of scalar nodes, in which equal nodes are stored once (value numbering),
+//! operations on constants are folded, and operands have no signs.
 //!
 //! Negation commutes with every rounding and clamp of the machine, so a sign is carried on the
 //! reference to a node and ends up in the choice between sum and difference. The sign of a zero may
@@ -9,7 +9,7 @@ use brood_genome::{Arithmetic, Input, RANGE};
 
 use crate::{Constant, Operation};
 
-/// A node, or the negative of it.
+/// A node, or the negative of it: twice the node's index, plus 1 if negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Reference(u32);
 
@@ -67,13 +67,16 @@ struct Entry {
 /// Initial number of slots of the node table; a usual genome fills less than half of them.
 const FIRST_SLOTS: usize = 512;
 
+/// Graph of scalar nodes under construction.
 pub(crate) struct Builder {
     /// Nodes, operands before their users.
     entries: Vec<Entry>,
     /// Open-addressing hash table by shape: index of a node plus 1, or 0 for an empty slot.
     known: Vec<u32>,
+    /// Values of constants and parameters.
     constants: Vec<Constant>,
-    /// Index of each parameter and its place in the genome.
+    /// Index of each parameter and its place in the genome, 4 times the register plus the
+    /// component.
     places: Vec<(u32, u32)>,
     fold: bool,
 }
@@ -169,6 +172,7 @@ impl Builder {
                 return self.constant(0.0);
             }
         }
+        // The sign of the first operand is factored out: -a + b = -(a - b).
         let (first, second) = self.ordered(a, b);
         let differ = first.is_negative() ^ second.is_negative();
         let operation = [Operation::Add, Operation::Sub][usize::from(differ)];
@@ -325,6 +329,7 @@ impl Builder {
         self.intern(Node::Operation { operation, a, b }, shape, need)
     }
 
+    /// Returns the node if it exists, otherwise adds it.
     #[inline(always)]
     fn intern(&mut self, node: Node, shape: u64, need: u16) -> Reference {
         match self.find(shape, |_, known| known == node) {
@@ -361,6 +366,7 @@ impl Builder {
         Reference::to(index)
     }
 
+    /// Doubles the hash table.
     #[cold]
     fn grow(&mut self) {
         let slots = 2 * self.known.len();
@@ -380,7 +386,8 @@ fn is_zero(value: Constant) -> bool {
     value.canonical.abs() <= 0.0 && value.reference.abs() <= 0.0
 }
 
-/// Hashes three numbers; multipliers and shifts are those of the MurmurHash3 finaliser.
+/// Hashes three numbers. `tag` separates the kinds of nodes: 1 for inputs, 2 for constants, from 3
+/// on for operations, 20 for parameters.
 fn mix(tag: u64, a: u64, b: u64) -> u64 {
     let mut hash = tag.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     for part in [a, b] {

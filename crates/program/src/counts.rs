@@ -29,6 +29,7 @@ impl Counts {
     pub fn of(genome: &Genome) -> Self {
         let live = Liveness::of(genome);
         let instructions = genome.instructions();
+        // Numbers values without folding.
         let mut builder = Builder::new(false);
         let results = scalarise(genome, &live, &mut builder, false);
         let numbered = Collected::default().collect(&builder, results, genome);

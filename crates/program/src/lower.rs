@@ -1,4 +1,6 @@
-//! Lowering of a genome to a program.
+//! Lowering of a genome to a program: liveness finds the components that can change the result,
+//! [`scalarise`] expands the instructions that write them into scalar nodes of a [`Builder`], and
+//! [`Collected`] orders the nodes that the results read.
 
 use std::cell::RefCell;
 
@@ -85,8 +87,10 @@ pub(crate) fn scalarise(
 /// Expansion of one instruction into scalar nodes.
 struct Expansion<'a> {
     genome: &'a Genome,
+    /// Values before the instruction.
     registers: &'a [[Reference; 4]; REGISTERS],
     instruction: &'a Instruction,
+    /// Mask of the components that are written and read later.
     live: u8,
     is_tunable: bool,
     builder: &'a mut Builder,
@@ -141,6 +145,7 @@ impl Expansion<'_> {
         }
     }
 
+    /// Calls `f` for each live component.
     fn componentwise(
         &mut self,
         mut f: impl FnMut(&mut Self, usize) -> Reference,
@@ -155,12 +160,14 @@ impl Expansion<'_> {
         result
     }
 
+    /// Applies a function of one component; all components get the result.
     fn function(&mut self, f: impl FnOnce(&mut Builder, Reference) -> Reference) -> [Reference; 4] {
         let argument = self.read(0, 0);
         let value = f(self.builder, argument);
         [value; 4]
     }
 
+    /// Product of places of the first and of the second operand.
     fn product(&mut self, place_a: usize, place_b: usize) -> Reference {
         let (a, b) = (self.read(0, place_a), self.read(1, place_b));
         self.builder.mul(a, b)
@@ -175,6 +182,7 @@ impl Expansion<'_> {
         sum
     }
 
+    /// Component of [`Opcode::X2d`]: x and z are the first row, y and w the second.
     fn transform(&mut self, component: usize) -> Reference {
         let row = component % 2;
         let mut sum = self.read(0, row);
@@ -186,6 +194,7 @@ impl Expansion<'_> {
         sum
     }
 
+    /// Value that operand `position` has in place 0..4 after its swizzle.
     fn read(&mut self, position: usize, place: usize) -> Reference {
         let operand = self.instruction.operand(position);
         let component = operand.swizzle.component(place);
@@ -243,6 +252,7 @@ impl Collected {
         }
     }
 
+    /// Collects a node and all that it reads, with a stack instead of recursion.
     fn visit(&mut self, builder: &Builder, root: u32) -> Operand {
         if let Some(operand) = self.operand_of(builder, root) {
             return operand;

@@ -8,7 +8,7 @@ use brood_genome::{Arithmetic, Functions, Input, RANGE};
 
 use crate::{Operand, Operation, Program};
 
-/// 1 / sqrt(e) of the e that keeps logarithm and reciprocals finite: the largest reciprocal root.
+/// 1 / sqrt(e), the largest reciprocal root, with e = [`Functions::EPSILON`].
 const RSQ_MAX: f32 = 4096.0;
 const _: () = assert!(
     (RSQ_MAX * RSQ_MAX * Functions::EPSILON).to_bits() == 1f32.to_bits(),
@@ -16,7 +16,7 @@ const _: () = assert!(
 );
 /// log2 of e, a power of two: its exponent.
 const LG2_MIN: f32 = (Functions::EPSILON.to_bits() >> 23) as f32 - 127.0;
-/// log2(x^2 + e) is less, because the range of the machine ends below 2^16.
+/// Bound of log2(x^2 + e): the range of the machine ends below 2^16.
 const LG2_MAX: f32 = 32.0;
 const _: () = assert!(RANGE < 65536.0, "the range ends below 2^16");
 
@@ -73,6 +73,7 @@ impl Range {
         Self { low: self.low - slack(self.low), high: self.high + slack(self.high) }
     }
 
+    /// Returns the range clamped to that of the machine, and true if that changes it.
     #[inline(always)]
     fn clamped(self) -> (Self, bool) {
         let result =
@@ -142,17 +143,21 @@ impl StepRange {
     }
 }
 
+/// Range of a sum, difference or product, given its range before the clamp.
 #[inline(always)]
 fn arithmetic(exact: Range) -> StepRange {
     let (result, clamps) = exact.clamped();
     StepRange { result, clamps, clamps_argument: false }
 }
 
+/// Range of a function without clamps, given the range of its exact values.
 #[inline(always)]
 fn function(result: Range) -> StepRange {
     StepRange { result: result.widened(), clamps: false, clamps_argument: false }
 }
 
+/// Range of a product before the clamp. With `square` it is that of one value with itself, which is
+/// not negative.
 #[inline(always)]
 fn product(a: Range, b: Range, square: bool) -> Range {
     let ends = [a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high];
@@ -168,6 +173,7 @@ fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
+/// Range of the power of two.
 #[inline(always)]
 fn power(argument: Range) -> StepRange {
     let ends = Range { low: argument.low.ex2(), high: argument.high.ex2() };

@@ -109,9 +109,13 @@ fn last_uses(program: &Program) -> Vec<usize> {
     last
 }
 
+/// State of the linear scan.
 struct Allocation {
+    /// Register of each step so far.
     register: Vec<u16>,
+    /// Registers whose value is not read any more.
     free: Vec<u16>,
+    /// Number of registers used.
     next: u16,
 }
 
@@ -124,6 +128,7 @@ impl Allocation {
         }
     }
 
+    /// Frees the register of an operand if step `now` is the last that reads it.
     fn release(&mut self, operand: Operand, now: usize, last: &[usize]) {
         if let Operand::Step(index) = operand
             && last[usize::from(index)] == now

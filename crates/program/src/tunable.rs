@@ -9,6 +9,7 @@ use crate::lower::{SCRATCH, Scratch, scalarise};
 #[derive(Debug, Clone)]
 pub struct Tunable {
     program: Program,
+    /// Register and component in the genome of each constant of the program.
     places: Vec<Option<(u8, u8)>>,
 }
 

@@ -5,9 +5,9 @@
 //! words per step. An operand has its kind in bits 22..24 and its index below. A step is the
 //! operation in the top byte with the first operand, then the second operand.
 //!
-//! Programs with layers have a version of their own, so the words of all others are unchanged. The
-//! number of layers follows the steps, then for each layer the number of its kind and two words for
-//! each of its numbers.
+//! Programs with layers have a version of their own, so that the words and hashes of all others do
+//! not depend on layers. The number of layers follows the steps, then for each layer the number of
+//! its kind and two words (low, high half) for each of its parameter values.
 
 use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
 
@@ -15,7 +15,9 @@ use crate::{Constant, Operand, Operation, Program, Step};
 
 const VERSION: u32 = 0x4252_4401;
 const LAYERED_VERSION: u32 = 0x4252_4402;
+/// Number of words before the output stage.
 const HEADER: usize = 6;
+/// Number of words of the output stage: matrix, scale and offset.
 const OUTPUT: usize = 15;
 const STEP_KIND: u32 = 0;
 const INPUT_KIND: u32 = 1;
@@ -181,6 +183,7 @@ impl Reader<'_> {
         if at == self.words.len() { Ok(layers) } else { Err(WordsError::Length) }
     }
 
+    /// Reads step `index` from the words at `at`.
     fn step(&self, at: usize, index: usize) -> Result<Step, WordsError> {
         let number = (self.words[at] >> 24) as usize;
         let operation = *Operation::ALL.get(number).ok_or(WordsError::Operation(at))?;
