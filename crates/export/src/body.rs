@@ -43,6 +43,7 @@ fn square(program: &Program, result: Operand, g: &str, channel: usize) -> String
     }
 }
 
+/// Value of a constant; `None` for other operands.
 fn constant(program: &Program, operand: Operand) -> Option<f32> {
     match operand {
         Operand::Constant(index) => Some(program.constants()[usize::from(index)].canonical),
@@ -70,6 +71,7 @@ fn output(output: &Output, language: Language) -> String {
     text
 }
 
+/// Expression of an operand: variable of a step, name of an input, or literal.
 fn value(program: &Program, operand: Operand, language: Language) -> String {
     match operand {
         Operand::Step(index) => format!("s{index}"),
@@ -80,9 +82,9 @@ fn value(program: &Program, operand: Operand, language: Language) -> String {
     }
 }
 
-/// Expression of an operation. Both a clamp and the barrier `brood_hold` prevent compilers from
-/// fusing operations. The barrier is cheaper where the clamp cannot act; clamps of arguments that
-/// cannot act are left out.
+/// Expression of an operation. Both a clamp (`brood_limit`) and the barrier `brood_hold` prevent
+/// compilers from fusing operations. A result gets the barrier where the clamp cannot act. Clamps
+/// of arguments that cannot act are left out.
 fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
     let rounded = if range.clamps { "brood_limit" } else { "brood_hold" };
     let within = |argument: String, bounds: &str| {

@@ -56,6 +56,7 @@ pub fn cases(kind: ModelKind) -> Vec<ModelCase> {
     std::iter::once(Model::new(kind)).chain(random).map(case).collect()
 }
 
+/// Returns a random model. The digits of `slot` choose the words, so that all words occur.
 fn random_model(kind: ModelKind, slot: u32) -> Model {
     let mut stream = Stream::new(BirthKey { seed: 7, slot, attempt: 0 }, Operator::RandomConstants);
     let mut turn = slot;

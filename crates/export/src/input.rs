@@ -57,8 +57,8 @@ impl Part {
         }
     }
 
-    /// Type, expression, and the parts that the expression uses. 9.1e-13 is 2^-40, which avoids
-    /// division by 0 at poles.
+    /// Type, expression, and the parts that the expression uses. VEC2 and VEC3 stand for the
+    /// language's names of these types. 9.1e-13 is 2^-40, which avoids division by 0 at poles.
     fn definition(self) -> (Type, &'static str, &'static [Self]) {
         match self {
             Self::CosI => (Type::Scalar, "dot(wi, n)", &[]),
@@ -166,6 +166,7 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
 pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
     let mut needed: Vec<Part> =
         inputs.iter().flat_map(|input| definition(input).1).copied().collect();
+    // Adds the parts that the needed parts use, until nothing new is found.
     let mut seen = 0;
     while seen < needed.len() {
         needed.extend(needed[seen].definition().2);

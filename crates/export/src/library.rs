@@ -5,7 +5,8 @@ use brood_genome::Functions;
 
 use crate::language::Language;
 
-/// Library files of both languages; each calls only earlier ones.
+/// Library files of both languages; each calls only earlier ones. `model/plastic` is not among
+/// them, because it is printed once for each layer.
 const FILES: [(&str, &str); 8] = [
     (include_str!("functions.glsl"), include_str!("functions.wgsl")),
     (include_str!("model/elementary.glsl"), include_str!("model/elementary.wgsl")),

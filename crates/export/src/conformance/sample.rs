@@ -45,7 +45,8 @@ fn direction(stream: &mut Stream) -> DVec3 {
     nearest_unit(DVec3::new(r * cos, r * sin, z))
 }
 
-/// Returns the direction with f32 components near `w` whose length is nearest to 1.
+/// Returns the direction with f32 components near `w` whose length is nearest to 1. Varies two
+/// components and keeps the third.
 fn nearest_unit(w: DVec3) -> DVec3 {
     let mut best = w.as_vec3();
     let (axis, other) = if w.z.abs() > 0.7 { (2, 0) } else { (0, 1) };
@@ -63,6 +64,7 @@ fn nearest_unit(w: DVec3) -> DVec3 {
     best.as_dvec3()
 }
 
+/// Changes a value by units in its last place; values near 0 stay.
 fn step(value: f32, steps: i32) -> f32 {
     if value.abs() < 1e-30 {
         value

@@ -12,7 +12,7 @@ use super::facet::facets;
 use super::term::Terms;
 use crate::language::{Language, Type};
 
-/// Stand-in for ln(0), whose exponential is 0.
+/// Replacement for ln(0): finite, with an exponential of 0.
 const LN_ZERO: f64 = -1e30;
 
 /// Returns the function, preceded by its table if it has one.
@@ -41,10 +41,12 @@ fn caption(number: usize, model: &Model) -> String {
 /// Printer of the body of a layer's function.
 struct Body {
     terms: Terms,
+    /// Number of the layer, from 1.
     number: usize,
 }
 
 impl Body {
+    /// Lines of the body. Calls functions of the library; see the `.glsl` files beside this one.
     fn lines(&self, constants: &ModelConstants) -> String {
         let terms = self.terms;
         let (number, color) = (|value| terms.number(value), |value| terms.color(value));
@@ -198,7 +200,7 @@ impl Body {
 
     fn sgd(&self, of: &SgdChannel) -> String {
         let ln = |value: f64| if value > 0.0 { libm::log(value) } else { LN_ZERO };
-        // A black highlight has no logarithm.
+        // K = 0, a black highlight, has no logarithm: the weight becomes 0 instead.
         let weight = if of.normal > 0.0 { of.rho_s * FRAC_1_PI * FRAC_1_PI } else { 0.0 };
         let (ln_k, ln_c) = (ln(of.normal).max(-1e3), ln(of.c));
         let literals = [

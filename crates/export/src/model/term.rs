@@ -1,4 +1,4 @@
-//! Literals of literals, vectors and colours for printed code.
+//! Literals of numbers, vectors and colours for printed code.
 
 use glam::{DVec2, DVec3};
 
@@ -23,6 +23,7 @@ impl Terms {
         self.vector(Type::Vec3, &value.to_array())
     }
 
+    /// Constructor of a vector; equal components are written once.
     fn vector(self, of: Type, values: &[f64]) -> String {
         let name = self.0.type_name(of);
         let literals: Vec<String> = values.iter().map(|value| self.number(*value)).collect();
