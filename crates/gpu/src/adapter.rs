@@ -147,6 +147,7 @@ fn can_compute(adapter: &wgpu::Adapter) -> bool {
     flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
 }
 
+/// Returns the place of a kind of adapter in the order of preference.
 fn rank(kind: wgpu::DeviceType) -> u8 {
     match kind {
         wgpu::DeviceType::DiscreteGpu => 0,

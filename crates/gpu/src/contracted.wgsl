@@ -1,12 +1,13 @@
-// For tests only: a + b c rounded once, as a driver that contracts would round it, by error-free
-// transformations. Replaces such a driver on machines that have none. No CPU twin: the result is
-// deliberately wrong.
+// For tests only: a + b c rounded about once, as a driver that contracts would round it. The errors
+// of product and sum are computed (Dekker's product, Knuth's two-sum) and added. Replaces such a
+// driver on machines that have none. No CPU twin: the result is deliberately not canonical.
 
 // Prevents drivers that reassociate from undoing the transformations.
 fn kept(x: V) -> V {
     return bitcast<V>(bitcast<VU>(x) ^ VU(tile.zero));
 }
 
+// x with the lower 12 bits of its significand cleared: products of two halves are exact.
 fn high_half(x: V) -> V {
     return bitcast<V>(bitcast<VU>(x) & VU(0xfffff000u));
 }

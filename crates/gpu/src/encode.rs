@@ -1,9 +1,10 @@
 //! Encoding of tapes as the words that the shader reads.
 //!
 //! A batch is a directory of one entry per program, then the constants and steps of all of them. An
-//! entry is first and end of the steps, first constant, three result operands, and fifteen numbers
-//! of the output stage. A step is two words: operation and destination, then both operands in 16
-//! bits each, a kind above an index.
+//! entry has 21 words: first and end of the steps, first constant, three result operands, and
+//! fifteen numbers of the output stage (matrix, scale, offset). A step has two words: the operation
+//! above the destination register, then the second operand above the first, 16 bits each. An
+//! operand is a kind above an index.
 
 use brood_brdf::InputMask;
 use brood_program::{Operation, Program, Tape, TapeOperand};
@@ -33,6 +34,7 @@ pub(crate) struct Encoded {
     results: [u32; 3],
     output: [u32; 15],
     registers: u32,
+    /// See [`Encoded::rounds`].
     rounds: u64,
 }
 
@@ -80,8 +82,8 @@ impl Encoded {
         })
     }
 
-    /// Returns the work per sample in iterations of the interpreter loop, including start and end
-    /// of the program.
+    /// Returns the estimated work per sample, in iterations of the interpreter loop, including
+    /// start and end of the program.
     pub(crate) fn rounds(&self) -> u64 {
         self.rounds
     }
@@ -131,6 +133,7 @@ fn cost(operation: Operation) -> u64 {
     }
 }
 
+/// Returns an encoded operand.
 fn word(kind: OperandKind, index: u32) -> u32 {
     (kind as u32) << INDEX_BITS | index
 }

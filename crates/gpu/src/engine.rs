@@ -1,5 +1,5 @@
 //! Engine: one device with its pipelines and buffers, which evaluates a batch of programs on rows
-//! of inputs.
+//! of inputs. plan.rs defines how a batch is divided.
 //!
 //! Independent of sample sets and evaluators; the owner of an engine handles failures.
 
@@ -29,28 +29,42 @@ use crate::timing::BatchTiming;
 use crate::{GpuError, GpuOptions};
 use batch::{Batch, BatchShader};
 
+/// A device with everything that evaluations on it need.
 #[derive(Debug)]
 pub(crate) struct Engine {
     pub device: Device,
+    /// Style of the shaders of the next batches.
     pub style: Style,
     /// Guards at which shaders contract deliberately, for tests of the guard search.
     pub contracting: Vec<Guard>,
     /// Cost since it was last reset.
     pub timing: BatchTiming,
+    /// Straight-line pipelines of single programs.
     own: OwnPipelines,
+    /// Inputs on the device.
     pub(crate) residency: Residency,
+    /// Targets on the device.
     resident_targets: Option<ResidentTargets>,
+    /// Timestamps, if the device has them.
     pub(crate) clock: Option<Clock>,
+    /// Layouts of the bindings, by [`Kernel`].
     layouts: [wgpu::BindGroupLayout; 2],
+    /// Uniform block of a dispatch.
     tile: Slot,
+    /// Encoded programs.
     words: Slot,
+    /// Results on the device.
     outputs: Slot,
+    /// Copy of the results that the CPU can map.
     staging: Slot,
+    /// Pipelines of the interpreter.
     pipelines: HashMap<Variant, Compiled>,
+    /// Target time of one submission, in seconds.
     submission_s: f64,
 }
 
 impl Engine {
+    /// Opens the best adapter that the options allow.
     pub(crate) fn open(options: &GpuOptions, style: Style) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as Usage;
         let device = Device::open(options)?;
@@ -80,7 +94,9 @@ impl Engine {
         self.style = Style { contracts: self.contracting.contains(&style.guard), ..style };
     }
 
-    /// Evaluates all programs on all samples.
+    /// Evaluates all programs on all samples. A single program runs in its own pipeline if it has
+    /// one; otherwise it is interpreted, and its own pipeline is compiled if that has become worth
+    /// while.
     ///
     /// # Shapes
     /// `out` is filled as [program][channel][sample].
@@ -114,6 +130,7 @@ impl Engine {
         let is_measured = compiled.has_run;
         self.reflectances(&batch, variant.style, &mut compiled, out)?;
         self.keep(variant, compiled);
+        // The first run may include the compilation of the interpreter.
         if is_measured {
             self.own.note(hash, self.timing.device_s - before_s);
         }
@@ -124,7 +141,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Returns the pipeline with the smallest register file that holds every program.
+    /// Returns the pipeline of the interpreter with the smallest register file that holds every
+    /// program.
     pub(crate) fn pipeline(
         &mut self,
         kernel: Kernel,
@@ -153,6 +171,7 @@ impl Engine {
         self.pipelines.insert(variant, compiled);
     }
 
+    /// Compiles a shader.
     pub(crate) fn compile(
         &self,
         kernel: Kernel,

@@ -33,7 +33,8 @@ pub struct GpuEvaluator {
 
 impl GpuEvaluator {
     /// Opens the best adapter that the options allow, finds the guards with which code is exact
-    /// there and, on hardware, the fastest layout, and probes the result.
+    /// there and, on hardware, the fastest of them and the fastest layout, and probes that
+    /// combination.
     ///
     /// # Errors
     /// Returns [`GpuError::NoAdapter`] if there is no driver or no matching device; any other error
@@ -148,12 +149,14 @@ impl GpuEvaluator {
         result
     }
 
+    /// Discards an engine and opens a new one on the same adapter.
     fn replace(&self, engine: Engine, error: &GpuError) -> Result<Engine, GpuError> {
         tracing::warn!(%error, adapter = self.report.name, "reopening the graphics device");
         discard(engine, error);
         self.reopen()
     }
 
+    /// Opens an engine on the adapter that was probed.
     fn reopen(&self) -> Result<Engine, GpuError> {
         let engine = Engine::open(&self.options, self.style)?;
         let report = describe(&engine.device.info);
@@ -200,6 +203,7 @@ impl Evaluator for GpuEvaluator {
     }
 }
 
+/// Returns the inputs of a batch.
 fn rows<'a>(
     programs: &[&Program],
     set: &SampleSet,

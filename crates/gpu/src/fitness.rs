@@ -1,5 +1,5 @@
-//! Fitness with sums on the device: one number per program and block of samples is read back, which
-//! the CPU adds in f64. The fitness module of brood-eval defines the order of additions.
+//! Fitness with sums on the device: one number per program and block of 256 samples is read back,
+//! and the CPU adds these in f64. The fitness module of brood-eval defines the order of additions.
 
 use std::ops::Range;
 

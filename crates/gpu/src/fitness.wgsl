@@ -9,6 +9,7 @@
 var<workgroup> errors: array<f32, SUM_SAMPLES>;
 var<workgroup> partial_sums: array<f32, PARTIAL_SUMS>;
 
+// Weighted f, or log2(1 + weighted f), minus the value to reach.
 fn deviation(f: V, channel: u32, block: u32) -> V {
     let wanted = targets[channel * tile.stride + block];
     let weighted = product(f, targets[(3u + channel) * tile.stride + block]);
@@ -25,8 +26,8 @@ fn evaluate(
 ) {
     let program = tile.first_program + group.y;
     let wanted = tile.first_block + group.x * WORKGROUP + local;
-    // All invocations must reach the barriers; those beyond the end evaluate the last block again
-    // and their result is not used.
+    // All invocations must reach the barriers. Those beyond the end evaluate the last block again,
+    // and their errors count as 0.
     let block = min(wanted, tile.stride - 1u);
     let f = reflectance(program, Place(block, local));
     let red = deviation(f[0], 0u, block);

@@ -3,8 +3,9 @@
 // that of the twin; none against it if the start-up probe passes.
 //
 // `V` is one f32, or several that are evaluated together (`VI`, `VU`: the same number of i32, u32).
-// `hold` marks every place where contraction or reassociation would be possible. Built-in sin,
-// exp2, mix, pow, sqrt and division are never used, because drivers choose their errors.
+// Every result that a compiler could contract or reassociate passes through `hold`: the identity,
+// or a barrier against that (see guard.rs). Built-in sin, exp2, mix, pow, sqrt and division are
+// never used, because drivers choose their errors.
 
 // Comparisons as in the twin, so that zeros keep their sign.
 fn limit_to(x: V, low: f32, high: f32) -> V {

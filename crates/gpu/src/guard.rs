@@ -1,5 +1,6 @@
-//! Guards: means that keep the compiler of a driver from contracting and reassociating, and the
-//! search for one that works when an adapter is opened.
+//! Guards: means that keep the compiler of a driver from contracting (rounding a product and a sum
+//! once, as a fused multiply-add) and from reassociating sums, both of which change bits. When an
+//! adapter is opened, a search finds the guards that work.
 
 use crate::GpuError;
 

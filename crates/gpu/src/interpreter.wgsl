@@ -1,18 +1,20 @@
 // The interpreter: reflectance of a program on one block of samples. CPU twin: execute.rs of
-// brood-program over a `Tape`, in the encoding of encode.rs. shader.rs generates the rest of the
-// text: operation numbers, widths, `hold`, and `load` and `store` of registers.
+// brood-program over a `Tape`. encode.rs defines the words of programs. shader.rs generates the
+// rest of the text: operation numbers, widths, `hold`, and `load` and `store` of registers.
 
 struct Place {
-    // Index of the block, in blocks of samples that are evaluated together.
+    // Index of the block in a row of inputs.
     block: u32,
-    // Column of the register file.
+    // Column of the register file in workgroup memory: the index of the invocation.
     column: u32,
 }
 
+// The f32 in a word.
 fn number(at: u32) -> V {
     return V(bitcast<f32>(words[at]));
 }
 
+// Value of an operand: a kind above an index. `constants` is the word of the first constant.
 fn fetch(operand: u32, constants: u32, place: Place) -> V {
     let index = operand & INDEX_MASK;
     switch operand >> INDEX_BITS {
@@ -28,6 +30,7 @@ fn fetch(operand: u32, constants: u32, place: Place) -> V {
     }
 }
 
+// Result of an operation. Operations that differ only in a sign or an argument share a case.
 fn execute(operation: u32, a: V, b: V) -> V {
     switch operation {
         case OP_ADD, OP_SUB: {
@@ -63,6 +66,7 @@ fn execute(operation: u32, a: V, b: V) -> V {
     }
 }
 
+// f of a program: its steps, then the squares of its results through the output stage.
 fn reflectance(program: u32, place: Place) -> array<V, 3> {
     let entry = program * ENTRY_WORDS;
     let end = words[entry + 1u];
@@ -78,6 +82,7 @@ fn reflectance(program: u32, place: Place) -> array<V, 3> {
     let green = fetch(words[entry + 4u], constants, place);
     let blue = fetch(words[entry + 5u], constants, place);
     let squares = array<V, 3>(product(red, red), product(green, green), product(blue, blue));
+    // Nine numbers of the matrix, row by row, then three scales and three offsets.
     let output = entry + 6u;
     var f: array<V, 3>;
     for (var channel = 0u; channel < 3u; channel += 1u) {

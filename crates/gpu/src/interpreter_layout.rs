@@ -42,8 +42,8 @@ impl InterpreterLayout {
         self.file
     }
 
-    /// Returns the number of samples that one invocation evaluates together: they share decoding
-    /// but not registers.
+    /// Returns the number of samples that one invocation evaluates together, as a vector: each step
+    /// is decoded once for all of them.
     #[must_use]
     pub fn lanes(self) -> u32 {
         self.lanes

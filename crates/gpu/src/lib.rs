@@ -1,12 +1,12 @@
 //! GPU evaluator: one compute shader that interprets the programs of a whole brood.
 //!
 //! This crate owns the choice of an adapter, the shaders and their encoding of programs,
-//! straight-line shaders for programs that are evaluated repeatedly, sums of errors on the device,
-//! the division of work into dispatches of bounded time, the start-up probe that decides whether an
-//! adapter is bit-exact and which guard against contraction it needs, and recovery from a lost
-//! device. Its main types are [`GpuEvaluator`], [`GpuOptions`] and [`AdapterReport`]. It is the
-//! only crate that uses wgpu. It does not depend on genomes as such or on pictures, and does not
-//! decide when a GPU is worth using.
+//! straight-line shaders for single programs that are evaluated repeatedly, sums of errors on the
+//! device, the division of work into dispatches of bounded time, the start-up probe that decides
+//! whether an adapter is bit-exact and which guard against contraction it needs, and recovery from
+//! a lost device. Its main types are [`GpuEvaluator`], [`GpuOptions`] and [`AdapterReport`]. It is
+//! the only crate that uses wgpu. It does not depend on pictures, and the caller decides when a GPU
+//! is worth using.
 //!
 //! ```
 //! use brood_eval::Evaluator;

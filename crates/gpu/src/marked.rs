@@ -10,7 +10,9 @@ use crate::shader::ENTRY_POINT;
 
 /// Number of words before the first instruction.
 const HEADER: usize = 5;
+/// Opcode of `OpDecorate`.
 const OP_DECORATE: u32 = 71;
+/// Number of the decoration `NoContraction`.
 const NO_CONTRACTION: u32 = 42;
 
 /// Creates a module of generated WGSL with every arithmetic result marked. Requires a device with

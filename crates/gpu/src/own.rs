@@ -1,4 +1,5 @@
-//! Pipelines of single programs: the decision to compile one, and the cache of them.
+//! Own pipelines: straight-line shaders of single programs (straight.rs). This module decides when
+//! to compile one, and caches them.
 
 use brood_program::ProgramHash;
 
@@ -14,18 +15,23 @@ const PIPELINES: usize = 32;
 /// where compilation is slow.
 const FIRST_GUESS_S: f64 = 1e-3;
 
+/// A program that was evaluated alone.
 #[derive(Debug)]
 struct Tracked {
     hash: ProgramHash,
     /// Seconds spent on interpreting it.
     spent_s: f64,
+    /// Value of [`OwnPipelines::clock`] at the last use.
     last_use: u64,
     state: State,
 }
 
+/// How a program is evaluated.
 #[derive(Debug)]
 enum State {
+    /// By the interpreter, so far.
     Interpreted,
+    /// By its own pipeline.
     Own(Compiled),
     /// Compilation of its own pipeline was rejected, or gave other bits; the program stays with the
     /// interpreter.
@@ -37,7 +43,9 @@ enum State {
 pub(crate) struct OwnPipelines {
     policy: OwnPipelinePolicy,
     tracked: Vec<Tracked>,
+    /// Estimate of the seconds of a compilation, per step.
     compile_s_per_step: f64,
+    /// Number of look-ups so far.
     clock: u64,
 }
 
@@ -61,8 +69,9 @@ impl OwnPipelines {
         }
     }
 
-    /// True if interpreting the program has taken as long as compiling it is expected to take:
-    /// whatever follows, this costs at most twice as much as the better choice.
+    /// True if interpreting the program has taken as long as compiling it is expected to take.
+    /// However often the program is evaluated later, this costs at most about twice as much as the
+    /// better choice.
     pub(crate) fn is_worth_while(&mut self, hash: ProgramHash, steps: usize) -> bool {
         let always = self.policy == OwnPipelinePolicy::Always;
         let compile_s = self.compile_s_per_step * steps.max(8) as f64;

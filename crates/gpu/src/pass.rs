@@ -1,4 +1,5 @@
-//! One pass: a group of programs over a slab of samples, and its uniform blocks.
+//! One pass: a group of programs over a slab of samples (see plan.rs), and the uniform block of
+//! each of its dispatches.
 
 use std::ops::Range;
 
@@ -6,7 +7,7 @@ use crate::encode::Encoded;
 use crate::plan::Grid;
 use crate::shader::Kernel;
 
-/// The uniform block of one dispatch: `Tile` of bindings.wgsl.
+/// The uniform block of one dispatch: `Tile` of bindings.wgsl, which explains the fields.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct TileUniform {
@@ -22,19 +23,28 @@ pub(crate) struct TileUniform {
     pub padding: [u32; 3],
 }
 
-/// Programs, buffers and range of one pass, which ends with one reading back.
+/// Programs, buffers and range of one pass. Its outputs are read back once, after its last
+/// dispatch.
 pub(crate) struct Pass<'a> {
     pub kernel: Kernel,
     pub programs: &'a [Encoded],
+    /// Words that the shader reads: encoded programs or, for an own pipeline, the row of each
+    /// input.
     pub words: &'a [u32],
+    /// Rows of inputs.
     pub inputs: &'a wgpu::Buffer,
-    /// Only for fitness.
+    /// Rows of values to reach and weights; only for fitness.
     pub targets: Option<&'a wgpu::Buffer>,
+    /// Samples of the slab.
     pub grid: Grid,
-    /// Blocks to evaluate, from the beginning of a workgroup on.
+    /// Blocks to evaluate; the range begins with a whole workgroup.
     pub blocks: Range<u32>,
+    /// Number of samples of the slab.
     pub samples: u32,
+    /// Number of sums per program; only for fitness.
     pub sums: u32,
+    /// True if logarithms are compared; only for fitness.
     pub logarithmic: bool,
+    /// Number of bytes of the outputs of all programs.
     pub output_bytes: u64,
 }

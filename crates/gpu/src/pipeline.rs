@@ -1,5 +1,4 @@
-//! Bind group layouts and compute pipelines, as the API describes them; the shaders define what
-//! they compute.
+//! Bind group layouts and compute pipelines, the same for all shaders.
 
 use crate::GpuError;
 use crate::device::Device;

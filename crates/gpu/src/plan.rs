@@ -1,6 +1,11 @@
-//! Division of a batch: into slabs of samples and groups of programs that fit the buffers of the
-//! device, and those into tiles that occupy the device for a bounded time. Pure arithmetic,
-//! independent of a device.
+//! Division of a batch of programs over a set of samples. Pure arithmetic, independent of a device.
+//!
+//! - A slab is a range of samples whose rows of inputs fit a buffer.
+//! - A group is a range of programs whose outputs over a slab, and whose words, fit a buffer.
+//! - A pass evaluates a group over a slab; its outputs are read back together.
+//! - A tile is the part of a pass that one dispatch evaluates in a bounded time.
+//! - A block is the samples that one invocation evaluates together, 1 or 4.
+//! - A sum adds the errors of 256 samples, a block of the CPU evaluator.
 
 use std::ops::Range;
 
@@ -13,6 +18,7 @@ const MAX_GROUPS: u64 = 65_535;
 const LEAST_SAMPLES: u64 = 64;
 /// Rows are padded to a multiple of this, the largest block of any layout.
 const BLOCK: u64 = 4;
+/// Number of bytes of a number.
 const BYTES: u64 = 4;
 const CHANNELS: u64 = 3;
 
@@ -24,8 +30,8 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Returns the number of samples of a slab: as many as fit with `rows` rows in one buffer and
-    /// the outputs of one program in another, in whole sums, at least one sum.
+    /// Returns the number of samples of a slab: the largest whole number of sums, at least one, for
+    /// which `rows` rows fit a buffer, and the reflectances of one program another.
     pub(crate) fn slab(&self, rows: usize) -> usize {
         let sum = u64::from(SUM_SAMPLES);
         let rows = CHANNELS.max(rows as u64);
@@ -73,7 +79,7 @@ pub(crate) struct Grid {
     pub blocks: u32,
     /// Number of samples in a block.
     pub lanes: u32,
-    /// Number of blocks of a workgroup.
+    /// Number of blocks per workgroup.
     pub group: u32,
 }
 
@@ -100,7 +106,7 @@ pub(crate) struct Tile {
     pub programs: Range<u32>,
     /// Blocks of the slab.
     pub blocks: Range<u32>,
-    /// Samples times loop iterations.
+    /// Samples times iterations of the interpreter loop, as estimated.
     pub work: u64,
 }
 
@@ -148,6 +154,7 @@ pub(crate) fn after(tile: &Tile, blocks: u32) -> (u32, u32) {
 /// Measures how much work a device does in the time of one tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TileBudget {
+    /// Target time of a tile, in seconds.
     target_s: f64,
     /// Sample iterations of the next tile.
     work: u64,
@@ -156,6 +163,7 @@ pub(crate) struct TileBudget {
 impl TileBudget {
     /// First guess, low enough for a software adapter.
     const FIRST: u64 = 4_000_000;
+    /// Smallest budget.
     const LEAST: u64 = 100_000;
 
     pub(crate) fn new(target_s: f64) -> Self {

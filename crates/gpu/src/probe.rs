@@ -1,9 +1,9 @@
 //! Start-up probe: checks that an adapter, with a given shader, is bit-equal to the canonical
 //! evaluator.
 //!
-//! A few dozen random programs and sweeps of every function run on the device and, by the
-//! definition of the steps, on the CPU; the bits are compared. The probe takes milliseconds and
-//! decides whether the adapter counts as exact.
+//! A few dozen random programs and sweeps of every function run on the device and on the CPU, there
+//! with [`execute`], which defines the results; the bits are compared. The probe takes milliseconds
+//! and decides whether the adapter counts as exact.
 
 use brood_brdf::{Input, InputMask};
 use brood_genome::{
@@ -36,6 +36,7 @@ pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
     Ok(compare(&programs, &inputs, &out))
 }
 
+/// Compares the values of the device with the canonical ones.
 fn compare(programs: &[Program], inputs: &[Vec<f32>], out: &[f32]) -> Finding {
     let (mut different, mut flushed) = (0u32, 0u32);
     let mut first = String::new();
@@ -72,6 +73,7 @@ fn compare(programs: &[Program], inputs: &[Vec<f32>], out: &[f32]) -> Finding {
     }
 }
 
+/// Returns the programs of the probe.
 fn programs() -> Vec<Program> {
     let mut genomes: Vec<Genome> = sweeps();
     for slot in 0..RANDOM_PROGRAMS {
@@ -91,8 +93,8 @@ fn programs() -> Vec<Program> {
     genomes.iter().map(Program::lower).collect()
 }
 
-/// Returns genomes of every function of one input. Squaring keeps the bits distinct, and adding 2
-/// shows the sign.
+/// Returns genomes that apply every function to an input. Results are squared, which loses their
+/// sign; the green channel adds 2 first, which shows it.
 fn sweeps() -> Vec<Genome> {
     let functions = ["SIN", "COS", "EX2", "LG2", "RCP", "RSQ", "SPL"];
     let mut texts: Vec<String> = functions

@@ -16,7 +16,7 @@ pub(crate) struct Rows<'a> {
     pub mask: InputMask,
     /// Number of samples.
     pub len: usize,
-    /// Returns the values of an input.
+    /// Returns the values of an input on all samples.
     pub row: &'a dyn Fn(Input) -> &'a [f32],
 }
 
@@ -24,6 +24,7 @@ pub(crate) struct Rows<'a> {
 #[derive(Debug)]
 struct Resident {
     set: u64,
+    /// Index of the first sample of the slab.
     first_sample: usize,
     mask: InputMask,
     buffer: wgpu::Buffer,

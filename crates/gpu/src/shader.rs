@@ -24,8 +24,8 @@ pub(crate) const REGISTER_FILES: [u32; 4] = [16, 32, 64, 128];
 /// Name of the entry point.
 pub(crate) const ENTRY_POINT: &str = "evaluate";
 
-/// Number of samples per sum. The order of additions is part of the definition of fitness; see
-/// fitness.wgsl.
+/// Number of samples per sum: a block of the CPU evaluator. The order of additions is part of the
+/// definition of fitness; see fitness.wgsl.
 pub(crate) const SUM_SAMPLES: u32 = 256;
 /// Number of partial sums of one sum, and of invocations that add them.
 const PARTIAL_SUMS: u32 = 16;

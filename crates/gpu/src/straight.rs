@@ -39,6 +39,7 @@ pub(crate) fn words(program: &Program, resident: InputMask) -> Vec<u32> {
     words
 }
 
+/// Writes the body of `reflectance`: one statement per input, constant and step.
 fn write_body(text: &mut String, program: &Program) -> std::fmt::Result {
     for (position, input) in program.inputs().iter().enumerate() {
         let index = input.index();
@@ -76,6 +77,7 @@ fn number(value: f32) -> String {
     format!("V(bitcast<f32>({:#010x}u))", value.to_bits())
 }
 
+/// Returns the variable that holds an operand.
 fn name(operand: Operand) -> String {
     match operand {
         Operand::Step(index) => format!("s{index}"),
@@ -84,6 +86,7 @@ fn name(operand: Operand) -> String {
     }
 }
 
+/// Returns the expression of an operation.
 fn call(operation: Operation, a: &str, b: &str) -> String {
     match operation {
         Operation::Add => format!("limit(hold({a} + {b}))"),

@@ -1,5 +1,5 @@
-//! Measurement of the fastest layout of the interpreter and the fastest exact guard on a device. It
-//! is measured because drivers place private arrays in registers, cache or memory.
+//! Measurement of the fastest layout of the interpreter and the fastest exact guard on a device.
+//! They cannot be predicted: drivers place private arrays in registers, cache or memory.
 
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,7 @@ use crate::shader::Style;
 
 /// No further candidate is tried after this time, to bound the start-up time.
 const LIMIT: Duration = Duration::from_millis(1200);
+/// Number of programs of the measured batch.
 const PROGRAMS: u32 = 20;
 const SAMPLES: usize = 1 << 16;
 const ROUNDS: u32 = 5;

@@ -11,11 +11,11 @@ pub(crate) struct Batch<'a, 'r> {
     pub shader: BatchShader<'a>,
     pub encoded: &'a [Encoded],
     pub rows: &'a Rows<'r>,
-    /// Rows on the device.
+    /// Inputs whose rows are on the device, which may be more than the programs read.
     pub mask: InputMask,
 }
 
-/// Shader that the words of a batch are for.
+/// Shader that evaluates a batch; it determines what the words mean.
 #[derive(Clone, Copy)]
 pub(crate) enum BatchShader<'a> {
     /// The interpreter.

@@ -1,4 +1,5 @@
-//! Dispatch of a pass, tile by tile; each submission is awaited and measured.
+//! Dispatch of a pass, tile by tile. Each submission is awaited and measured, so that the next tile
+//! can be sized to the target time.
 
 use std::time::Instant;
 

@@ -36,11 +36,11 @@ impl Engine {
         let (variant, mut compiled) = self.pipeline(Kernel::Fitness, &encoded)?;
         let width = SUM_SAMPLES as usize;
         let bounds = self.bounds();
-        // Six rows of targets, or the rows of inputs, in one buffer.
+        // A buffer holds the six rows of targets, another one the rows of inputs.
         let slab = bounds.slab(mask.len().max(6));
         for start in (0..rows.len).step_by(slab) {
             let samples = start..rows.len.min(start + slab);
-            // The requested sums of this slab.
+            // All sums of this slab, and the requested ones.
             let all = start / width..samples.end.div_ceil(width);
             let here = all.start.max(range.start)..all.end.min(range.end);
             if here.is_empty() {
@@ -84,7 +84,8 @@ impl Engine {
         Ok(out)
     }
 
-    /// Returns six rows on the device: values, then weights.
+    /// Returns a buffer of six rows, values to reach and then weights, and uploads it if it is not
+    /// the last one used.
     fn targets(
         &mut self,
         targets: &Targets<'_>,
