@@ -12,7 +12,7 @@ use brood_program::Program;
 use brood_search::{Candidate, Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 
-/// Number of pairs at which spikes are looked for.
+/// Number of pairs at which the largest f is measured, to detect spikes between samples.
 const NARROW: usize = 1 << 16;
 
 fn main() -> Result<(), Box<dyn Error>> {

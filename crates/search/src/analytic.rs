@@ -1,9 +1,14 @@
 //! Fits of well-known reflectance models, one or the sum of two, by their own parameters.
 //!
-//! A [`Form`] says which models are summed and which choices their parameters have. Its free
-//! parameters are coordinates in a box, linear or logarithmic according to the parameter's scale.
-//! The Levenberg-Marquardt method optimises them from many starts; an evolution strategy takes over
-//! where it gets stuck. docs/maths/fit.md explains the design.
+//! A [`Form`] says which models are summed, the values of their choice parameters (those that are
+//! one of a few words), and if highlights may be anisotropic. Its free parameters are coordinates
+//! in a box, linear or logarithmic according to the parameter's scale. The Levenberg-Marquardt
+//! method optimises them from many starts, and now and then an evolution strategy, which needs no
+//! derivatives. docs/maths/fit.md explains the design.
+//!
+//! `schedule` runs the generations of a search over forms. `vary` makes its starting points,
+//! `refine` and `evolve` optimise, `residual` evaluates models and their derivatives on samples,
+//! `albedo` has the quadratures of directional albedos. `recover` fits one given form.
 
 mod albedo;
 mod batch;

@@ -3,7 +3,8 @@
 //! render, a person, a laboratory.
 //!
 //! It uses the genetic operators of [`Strategy::Gp`](brood_target::Strategy::Gp), one population
-//! and tournament selection. No program is asked for twice.
+//! and tournament selection. A genome whose program was asked before is drawn again, up to sixteen
+//! times.
 
 use std::collections::HashSet;
 
@@ -76,7 +77,9 @@ pub struct AskTell {
     kept: Vec<Evaluated>,
     /// From the shortest to the longest; each has a smaller error than all shorter ones.
     front: Vec<Evaluated>,
+    /// Programs of all genomes whose errors are known.
     seen: HashSet<ProgramHash>,
+    /// Genomes of the current generation, whose errors are not known yet.
     asked: Vec<Genome>,
 }
 
@@ -233,6 +236,7 @@ impl AskTell {
         &self.front
     }
 
+    /// Draws the next generation. The first one begins with the genomes to start from.
     fn breed(&mut self) {
         let first = if self.generation == 0 { self.options.start.clone() } else { Vec::new() };
         let mut asked = HashSet::new();
@@ -262,6 +266,8 @@ impl AskTell {
         }
     }
 
+    /// Child of parents from tournaments; while there are no parents, a mutant of a start genome or
+    /// a random genome.
     fn child(&self, key: BirthKey) -> Genome {
         if self.kept.is_empty() {
             return match self.options.start.as_slice() {

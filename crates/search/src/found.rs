@@ -17,7 +17,7 @@ pub struct Found {
     pub operations: usize,
     /// Number of fitted parameters.
     pub parameters: usize,
-    /// E_log on the fitted samples.
+    /// E_log on the fitted samples: training and validation samples together.
     pub fitted: f64,
     /// E_log on the held-out samples.
     pub e_log: f64,

@@ -28,7 +28,7 @@ pub(crate) struct Hybrid {
     gp: Option<GpStage>,
 }
 
-/// State of the second stage.
+/// The second stage.
 struct GpStage {
     /// Front of lobes refined on all samples. Not part of the checkpoint: `None` after a resume,
     /// and then computed by [`Method::finish`].
@@ -50,8 +50,8 @@ impl Hybrid {
     /// Creates the second stage from the front of the lobes.
     fn gp_stage(&self, front: Vec<Fitted>) -> Option<GpStage> {
         let unrefined = outcome(front)?;
-        // The unrefined front: refined candidates have seen the held-back samples, by which genetic
-        // programs are chosen.
+        // The unrefined front: refined candidates are fitted to the validation samples, by which
+        // genetic programs are chosen.
         let genome = |candidate: &Candidate| candidate.genome.clone();
         let step = unrefined.front.len().div_ceil(GP_STARTS).max(1);
         let mut start = self.start.clone();
@@ -169,6 +169,7 @@ impl Method for Hybrid {
         let state: State = postcard::from_bytes(state).ok()?;
         self.lobes.load(&state.lobes)?;
         self.gp = match state.gp {
+            // The genomes that islands restart from are not in the checkpoint: prunes again.
             Some(state) => {
                 let mut stage = self.gp_stage(self.lobes.front().collect())?;
                 stage.gp.load(&state)?;

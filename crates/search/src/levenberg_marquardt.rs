@@ -8,8 +8,9 @@ const MIN_DAMPING: f64 = 1e-12;
 /// J^T J and J^T r of the free parameters of a point.
 #[derive(Debug, Clone)]
 pub(crate) struct NormalEquations {
-    /// Row by row, symmetric.
+    /// J^T J, row by row.
     pub(crate) matrix: Vec<f64>,
+    /// J^T r.
     pub(crate) gradient: Vec<f64>,
 }
 
@@ -36,32 +37,35 @@ pub(crate) trait Problem {
     /// Error of a point; not finite if the point is unusable.
     fn error(&mut self, point: &Self::Point) -> f64;
 
-    /// Normal equations of the free parameters at a point. May correct its error.
+    /// Normal equations of the free parameters at a point. May set its error, which is a by-product
+    /// of the derivatives.
     fn normal_equations(&mut self, at: &mut Solution<Self::Point>) -> NormalEquations;
 
-    /// Largest change of a free parameter in one step. Longer steps are shortened as a whole.
+    /// Largest change of the free parameter of this index in one step. If any parameter changes by
+    /// more, the whole step is scaled down.
     fn longest_step(&self, index: usize) -> f64;
 
-    /// Returns the point minus the change of each free parameter, within the bounds; `None` if this
-    /// is no step.
+    /// Returns the point minus the change of each free parameter, within the bounds; `None` if the
+    /// change is zero.
     fn moved(&self, point: &Self::Point, change: &[f64]) -> Option<Self::Point>;
 }
 
 /// Constants of a solver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rules {
-    /// Damping uses at least this share of the largest diagonal entry. Without, parameters with
-    /// almost no effect diverge.
+    /// A diagonal entry of J^T J is damped as if it were at least this share of the largest one.
+    /// Without this, parameters with almost no effect diverge.
     pub(crate) diagonal_floor: f64,
     /// Factor of the damping after a step that reduces the error.
     pub(crate) decrease: f64,
     /// Factor of the damping after a rejected step.
     pub(crate) increase: f64,
-    /// Damping at which the solver stops: steps no longer change anything.
+    /// Damping above which the solver stops, because steps no longer change anything.
     pub(crate) max_damping: f64,
     /// Error at which the solver stops.
     pub(crate) enough: f64,
-    /// The solver stops after this many steps in a row that reduce the error by a smaller share.
+    /// The solver stops after this many accepted steps in a row that each reduce the error by less
+    /// than this share; a share of 0 turns this off.
     pub(crate) converged: (u32, f64),
     /// True if the solver stops when the normal equations have no solution, instead of increasing
     /// the damping.
@@ -78,7 +82,7 @@ pub(crate) struct Solution<P> {
     /// Error, penalties included; infinite before it is measured.
     pub(crate) error: f64,
     pub(crate) damping: f64,
-    /// Number of evaluations since this was last counted.
+    /// Number of evaluations that the owner has not yet added to its total.
     pub(crate) evaluations: u64,
 }
 
@@ -93,7 +97,8 @@ impl<P> Solution<P> {
         self.damping = INITIAL_DAMPING;
     }
 
-    /// Tries up to `steps` steps; returns how many.
+    /// Tries up to `steps` steps; returns the number of steps tried. The error must be measured, by
+    /// [`Solution::start`] or by the problem's normal equations.
     pub(crate) fn minimise(
         &mut self,
         problem: &mut impl Problem<Point = P>,

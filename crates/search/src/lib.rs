@@ -3,7 +3,8 @@
 //! A [`Search`] fits samples of reflectance with one of the strategies of
 //! [`Strategy`](brood_target::Strategy), generation by generation; it is deterministic, and its
 //! state can be saved and resumed with the same bits. [`AskTell`] is a genetic search whose errors
-//! are measured by the caller. [`Found`] measures the results on a target.
+//! are measured by the caller. [`Found`] measures the results on a target, whose held-out samples
+//! searches do not read.
 //!
 //! The crate sees materials as programs and as reflectances for pairs of directions. It does not
 //! depend on files, networks, databases or jobs: the caller passes samples in and keeps the

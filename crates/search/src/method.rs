@@ -1,19 +1,24 @@
 //! Interface of a search strategy: generations, the best candidate, and a state that can be saved.
+//!
+//! A strategy splits the samples it is given into training samples, which fits minimise, and
+//! validation samples, by which it chooses between fits. In names, `fitted` and `held` (held back)
+//! are the errors on these two.
 
 use brood_genome::Genome;
 
 use crate::Probe;
 
-/// Stride of the held-back samples.
+/// One in this many samples is a validation sample.
 const HOLDOUT_STRIDE: usize = 7;
 
-/// True if the sample of this index is held back from the fit, to choose between candidates.
+/// True if the sample of this index is a validation sample: held back from fits, to choose between
+/// candidates.
 pub(crate) fn is_held_back(index: usize) -> bool {
     index % HOLDOUT_STRIDE == HOLDOUT_STRIDE - 1
 }
 
-/// Error used for ranking, comparable between strategies: the squares of E_log on the fitted and on
-/// the held-back samples, added. The held-back samples alone are few, and the best of many
+/// Error used for ranking, comparable between strategies: the squares of E_log on the training and
+/// on the validation samples, added. The validation samples alone are few, and the best of many
 /// candidates on them is often only lucky.
 pub(crate) fn ranking_error(fitted: f64, held: f64) -> f64 {
     fitted * fitted + held * held
@@ -26,9 +31,9 @@ pub struct Progress {
     pub generation: u32,
     /// Total number of evaluations of a material on samples.
     pub evaluations: u64,
-    /// E_log of the best candidate on the fitted samples.
+    /// E_log of the best candidate on the training samples.
     pub fitted: f64,
-    /// E_log of the best candidate on the held-back samples, which choose between candidates.
+    /// E_log of the best candidate on the validation samples.
     pub held: f64,
 }
 
@@ -46,9 +51,9 @@ pub struct Candidate {
     pub genome: Genome,
     /// Number of fitted parameters.
     pub parameters: usize,
-    /// E_log on the fitted samples.
+    /// E_log on the training samples.
     pub fitted: f64,
-    /// E_log on the held-back samples, before refinement on these as well.
+    /// E_log on the validation samples, before refinement on these as well.
     pub held: f64,
 }
 
@@ -62,7 +67,8 @@ impl Candidate {
 /// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Front, from the longest to the shortest.
+    /// Front, from the longest to the shortest: each candidate has a smaller error than all shorter
+    /// ones, or is the best.
     pub front: Vec<Candidate>,
     /// Index of the best in `front`.
     pub best: usize,
@@ -104,8 +110,9 @@ pub(crate) trait Method: Send {
     /// Best candidate so far; `None` before the first generation.
     fn best(&self) -> Option<Candidate>;
 
-    /// Front; `None` before the first generation. Calls `has_time` before each optional part, and
-    /// once before the part that is always done.
+    /// Result so far; `None` before the first generation. If finishing takes time, calls `has_time`
+    /// once before the part that is always done, and before each optional part, which it skips from
+    /// the first `false` on.
     fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome>;
 
     /// True if [`Method::finish`] has no fits to shorten, and so takes next to no time.

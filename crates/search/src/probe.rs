@@ -10,7 +10,7 @@ use brood_genome::{Genome, Instruction, Model, ModelKind, live_instructions};
 pub struct Probe {
     /// Number of members of all islands.
     pub members: u32,
-    /// Median E_log of the members on the fitted samples; infinite if there are no members.
+    /// Median E_log of the members on the training samples; infinite if there are no members.
     pub median: f64,
     /// Number of distinct structures (genomes that differ in more than constants) over the number
     /// of members; 0 if there are no members.

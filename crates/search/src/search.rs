@@ -109,14 +109,16 @@ impl Search {
         self.method.probe()
     }
 
-    /// Best candidate so far, by its errors on the fitted and on the held-back samples; `None`
-    /// before the first generation.
+    /// Best candidate so far; `None` before the first generation. [`Strategy::Analytic`] chooses by
+    /// the error on the validation samples, the other strategies by those on training and
+    /// validation samples.
     #[must_use]
     pub fn best(&self) -> Option<Candidate> {
         self.method.best()
     }
 
-    /// Front of error against length; `None` before the first generation.
+    /// Front of error against length; `None` before the first generation. Fits of lobes and of
+    /// models are refined on all samples first, validation samples included.
     #[must_use]
     pub fn finish(&self) -> Option<Outcome> {
         self.method.finish(&mut || true)

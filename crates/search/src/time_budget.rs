@@ -1,9 +1,9 @@
-//! Time budget of a search in seconds: starts no generation that would overrun it, and reserves
-//! time for finishing. The caller has the clock and passes elapsed seconds in.
+//! Time budget of a search in seconds: decides if another generation may start, and reserves time
+//! for finishing. The caller has the clock and passes elapsed seconds in.
 
 use crate::Search;
 
-/// Reserve for pruning at the end: this share of the budget, at most this many seconds.
+/// Reserve for [`Search::finish`]: this share of the budget, at most this many seconds.
 const KEPT: (f64, f64) = (0.3, 4.0);
 /// Decay of the longest duration per generation, so that one slow generation does not end the
 /// search early.
@@ -13,9 +13,10 @@ const FORGET: f64 = 0.7;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeBudget {
     seconds: f64,
-    /// Longest recent duration of a generation, decayed by [`FORGET`].
+    /// Longest recent duration of a generation in seconds, decayed by [`FORGET`].
     longest: f64,
-    /// Start of the current part of finishing, and the longest recent duration of one.
+    /// Start of the current part of finishing (see [`Search::finish_while`]), and the longest
+    /// recent duration of a part, in seconds.
     part: Option<f64>,
     longest_part: f64,
 }
@@ -27,8 +28,8 @@ impl TimeBudget {
         Self { seconds, longest: 0.0, part: None, longest_part: 0.0 }
     }
 
-    /// Records that a generation took `seconds`; `times` is the estimate of
-    /// [`Search::next_step_cost`] for it.
+    /// Records that a generation took `seconds`; `times` is what [`Search::next_step_cost`]
+    /// returned before it.
     pub fn took(&mut self, seconds: f64, times: f64) {
         self.longest = (seconds / times).max(FORGET * self.longest);
     }
@@ -39,8 +40,8 @@ impl TimeBudget {
         self.has_passed(spent, search.finishes_quickly(), search.next_step_cost())
     }
 
-    /// No time is reserved if the search `finishes_quickly`, or if the next generation takes more
-    /// than `times` = 1 of the usual time: it then does the work that the reserve is for.
+    /// `times` is [`Search::next_step_cost`]. No time is reserved if the search `finishes_quickly`,
+    /// or if `times` is above 1: the next generation then does the work that the reserve is for.
     fn has_passed(&self, spent: f64, finishes_quickly: bool, times: f64) -> bool {
         let is_kept = !finishes_quickly && times <= 1.0;
         let kept = if is_kept { (KEPT.0 * self.seconds).min(KEPT.1) } else { 0.0 };

@@ -1,8 +1,8 @@
-//! Directional albedos of models, which fits keep below 1.
+//! Quadratures of the directional albedos of models, and the residual that keeps them below 1.
 //!
 //! A picture with one light shows the surface at few angles. A model fitted there may reflect
-//! hundreds of times the light from other angles, and the energy limit divides f by the largest
-//! albedo.
+//! hundreds of times the light from other angles. The energy limit divides f by the largest albedo,
+//! which makes such a fit too dark at all angles.
 
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::{Level, LobeRule, direction_at};
@@ -11,18 +11,18 @@ use rayon::prelude::*;
 use super::batch::LANES;
 use crate::lobes::{ANGLES, IMPORTANCE};
 
-/// Quadrature orders: coarse for the steps (up to 25 % off for light from the horizon), fine for
-/// the result (1 % off).
+/// Quadrature orders ([`LobeRule`]): coarse for the steps (up to 25 % off for light from the
+/// horizon), fine for the result (1 % off).
 const COARSE_ORDER: usize = 8;
 const FINE_ORDER: usize = 32;
 /// Up to this albedo the coarse quadrature suffices.
 const COARSE_SUFFICES: f64 = 0.7;
-/// Between these albedos the fine quadrature cannot decide if the albedo is above 1. Results are
-/// measured exactly above `EXACT_ABOVE`.
+/// Between these albedos the fine quadrature cannot decide if the albedo is above 1. Of final
+/// results, albedos above `EXACT_ABOVE` are computed as the energy limit computes them.
 const NEAR_ONE: (f64, f64) = (0.985, 1.02);
 const EXACT_ABOVE: f64 = 0.95;
-/// Azimuths of the incident light, in turns. For both, one half of the hemisphere mirrors the
-/// other.
+/// Azimuths of the incident light, in turns: along u and along v. Models are their own mirror image
+/// across both axes, so half of the outgoing hemisphere suffices.
 const TURNS: [f64; 2] = [0.0, 0.25];
 
 /// Nodes of the quadratures of directional albedos.
@@ -87,13 +87,16 @@ impl Precision {
     }
 }
 
-/// Residual of an albedo above `level`, for a mean square over `total` residuals. Uses the log of
-/// the ratio, because models may exceed the level by any factor.
+/// Residual of an albedo, 0 up to `level`; its square is divided by `total`, the number of
+/// residuals of samples, like theirs. Uses the log of the ratio, because models may exceed the
+/// level by any factor.
 pub(super) fn residual(albedo: f64, level: f64, total: f64) -> f64 {
     let excess = if albedo > level { libm::log(albedo / level) } else { 0.0 };
     (IMPORTANCE * total).sqrt() * excess
 }
 
+/// Nodes in half of the hemisphere, with doubled weights, for light from this angle in degrees and
+/// azimuth in turns.
 fn nodes(rule: &LobeRule, (angle, turn): (f64, f64)) -> Vec<Nodes> {
     let (sin, cos) = libm::sincos(angle.to_radians());
     let wi = direction_at(sin, cos, turn);

@@ -1,4 +1,4 @@
-//! Checkpoint of a fit of models, and the fit as a [`Method`].
+//! Checkpoint of an analytic fit, and the fit as a [`Method`].
 
 use brood_brdf::ModelKind;
 use serde::{Deserialize, Serialize};

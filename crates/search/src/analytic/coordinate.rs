@@ -2,11 +2,11 @@
 
 use brood_brdf::{Parameter, ParameterScale};
 
-/// A linear range from 0 that is wider than this is logarithmic except near 0.
+/// A linear range of non-negative values that reaches above this gets logarithmic coordinates.
 const WIDE: f64 = 100.0;
-/// Offset of that logarithm.
+/// Offset of that logarithm, so that 0 has a coordinate.
 const NEAR_ZERO: f64 = 1e-3;
-/// Longest step: a share of a linear range, or in natural logarithms.
+/// Longest step: a share of a linear range, and a difference of natural logarithms.
 const LONGEST: (f64, f64) = (0.5, 1.5);
 
 /// Map from values to coordinates.
@@ -14,7 +14,7 @@ const LONGEST: (f64, f64) = (0.5, 1.5);
 enum Spread {
     Linear,
     Logarithmic,
-    /// ln (value + [`NEAR_ZERO`])
+    /// ln(value + [`NEAR_ZERO`]).
     Wide,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Coordinate {
     range: (f64, f64),
     /// Range of coordinates.
     pub(super) bounds: (f64, f64),
-    /// Longest step.
+    /// Longest step of the coordinate.
     pub(super) longest: f64,
     /// Index of the model, and of the parameter value in it.
     pub(super) lobe: usize,
@@ -85,11 +85,11 @@ fn into(spread: Spread, value: f64) -> f64 {
     }
 }
 
-/// Range of starts of a parameter. Excludes values that samples hardly show: highlights narrower
-/// than any sample, sheen alone.
+/// Shares of a parameter's bounds between which starts are drawn. Excludes values that samples
+/// hardly show: highlights narrower than any sample, sheen alone.
 fn starts(name: &str) -> (f64, f64) {
     match name {
-        // From 0.03 of the logarithmic range from 1e-4 (roughness) or 1e-3 (alpha).
+        // Values from 0.03 on: the logarithmic ranges begin at 1e-4 (roughness) and 1e-3 (alpha).
         "roughness" => (0.62, 1.0),
         "alpha_x" | "alpha_y" => (0.5, 1.0),
         "exponent" | "exponent_u" | "exponent_v" => (0.15, 0.8),

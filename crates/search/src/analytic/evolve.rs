@@ -1,14 +1,15 @@
-//! CMA-ES: an evolution strategy with covariance adaptation, for places where derivatives do not
-//! help.
+//! CMA-ES: an evolution strategy with covariance adaptation. It needs no derivatives and can leave
+//! local minima in which Levenberg-Marquardt steps end.
 
 use brood_genome::Stream;
 
 use crate::solve::factor;
 
-/// A sample of a generation: its penalised value, the normal draw z, and the step y it makes.
+/// A sample of a generation: its penalised value, the normal draw z, and y = L z, which the step
+/// size scales to the step from the mean. L is the Cholesky factor of the covariance.
 type Drawn = (f64, Vec<f64>, Vec<f64>);
 
-/// Stops once the largest deviation is below this.
+/// Stops once the largest standard deviation, as a share of the bounds' width, is below this.
 const SHORTEST: f64 = 1e-7;
 
 /// Start point, bounds and budget.
@@ -23,7 +24,8 @@ pub(super) struct Start<'a> {
 /// Minimises `objective`, and returns the best point with its value.
 ///
 /// Coordinates are shares of their bounds. A draw outside of them is evaluated at the nearest point
-/// inside, with a penalty.
+/// inside, with a penalty. Names are those of the tutorial: `mu` is mu_eff, `ds` the damping of
+/// sigma, `is_steady` h_sigma, `path` and `path_s` the evolution paths.
 ///
 /// # Source
 /// Hansen, *The CMA Evolution Strategy: A Tutorial* (2016), with Cholesky's factor in place of the
@@ -132,6 +134,7 @@ fn transposed(upper: &[f64], count: usize) -> Vec<f64> {
     (0..count * count).map(of).collect()
 }
 
+/// Product of a lower triangular matrix and a vector.
 fn times(lower: &[f64], z: &[f64]) -> Vec<f64> {
     let count = z.len();
     (0..count).map(|row| (0..=row).map(|k| lower[row * count + k] * z[k]).sum()).collect()

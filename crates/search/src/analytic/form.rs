@@ -1,5 +1,5 @@
 //! Form of a fit: one model or the sum of two, the values of its choice parameters, and which
-//! parameters are free.
+//! parameters are free, that is fitted.
 
 use brood_brdf::{Model, ModelKind, ParameterKind};
 use brood_genome::{Genome, GenomeError, Stream};
@@ -28,7 +28,7 @@ pub struct Form {
 const ANISOTROPY: [&str; 2] = ["stretch", "anisotropic"];
 /// Parameters that equal another one in isotropic forms.
 const TIED: [(&str, &str); 2] = [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")];
-/// Parameter that is fixed at 0 in the second model.
+/// Parameter that is fixed at 0 in the second model: one diffuse part suffices.
 const BASE: &str = "diffuse";
 
 impl LobeForm {
@@ -86,7 +86,7 @@ impl Form {
         &self.lobes
     }
 
-    /// True if the form is valid. Decoded forms may not be.
+    /// True if the form is valid. A form decoded from a checkpoint may be invalid.
     pub(super) fn is_sound(&self) -> bool {
         (1..=2).contains(&self.lobes.len()) && self.lobes.iter().all(LobeForm::is_sound)
     }
@@ -182,7 +182,7 @@ impl Form {
         self.lobes.iter().enumerate().map(of).collect()
     }
 
-    /// Models at this point.
+    /// Models with these coordinates' values at x.
     pub(super) fn models(&self, coordinates: &[Coordinate], x: &[f64]) -> Vec<Model> {
         let mut values = self.defaults();
         for (coordinate, x) in coordinates.iter().zip(x) {

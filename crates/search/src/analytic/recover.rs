@@ -1,4 +1,5 @@
-//! Inverse rendering: recovers the parameters of a model of known kind from random starts.
+//! Inverse rendering: recovers the parameters of a model of known form from samples, by random
+//! starts.
 
 use brood_brdf::Model;
 use brood_genome::{BirthKey, Operator, Stream};
@@ -14,13 +15,14 @@ use crate::levenberg_marquardt::Solution;
 /// Number of samples of the first steps, and of the last ones.
 const FEW: usize = 192;
 const MANY: usize = 768;
+/// Number of first steps, and of last ones.
 const STEPS: usize = 60;
 const LAST_STEPS: usize = 20;
 /// Largest number of starts. Every eighth start is refined by the evolution strategy first.
 const STARTS: u32 = 40;
 const EVOLVE: u32 = 8;
 const EVOLVE_GENERATIONS: usize = 120;
-/// E_log after the first steps up to which the last steps are done.
+/// The last steps follow only if E_log is below this after the first ones.
 const NEAR: f64 = 2e-2;
 
 /// A recovery problem: samples of a material, and the form to fit.

@@ -11,14 +11,15 @@ use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of residuals per block: three channels.
 const ROW: usize = 3 * LANES;
-/// Number of partial sums, for vectorisation.
+/// Number of partial sums of a dot product, so that it is vectorised.
 const SUMS: usize = 8;
-/// Step of the finite differences: a share of the range, or in natural logarithms.
+/// Step of the finite differences, in coordinates; a share of the range if that is below 1.
 const DIFFERENCE: f64 = 1e-6;
-/// Number of cached tables: those of the point itself and of both its neighbours.
+/// Number of cached tables of rough plastic. Normal equations of one model need four: coarse and
+/// full ones at the point, and coarse ones after a step in refractive index and in roughness.
 const KEPT: usize = 4;
 
-/// A form with its coordinates.
+/// The space that a fit of a form searches: one coordinate per free parameter.
 #[derive(Debug, Clone)]
 pub(super) struct Space {
     pub(super) form: Form,
@@ -28,8 +29,11 @@ pub(super) struct Space {
 /// Buffers and tables that are reused between evaluations.
 pub(super) struct Workspace {
     level: Level,
+    /// Tables by detail and by all parameter values but the albedo, on which they do not depend.
     tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
+    /// Residuals at a point.
     base: Vec<f64>,
+    /// Residuals after a step in each coordinate, and then the Jacobian, column by column.
     columns: Vec<f64>,
 }
 
@@ -59,6 +63,8 @@ impl Workspace {
         Self { level: Level::best(), tables: Vec::new(), base: Vec::new(), columns: Vec::new() }
     }
 
+    /// Prepares a model for evaluation, with cached tables if it is rough plastic, whose tables
+    /// take milliseconds.
     fn prepare(&mut self, model: &Model, detail: TableDetail) -> PreparedModel {
         if model.kind() != brood_brdf::ModelKind::RoughPlastic {
             return model.prepare();
@@ -103,6 +109,8 @@ impl Workspace {
         sum
     }
 
+    /// Writes the residuals of samples, then those of albedos, to `out`; returns the sum of their
+    /// squares.
     fn residuals(
         &mut self,
         space: &Space,
@@ -133,7 +141,7 @@ impl Workspace {
         sum
     }
 
-    /// Largest albedo of any channel over the sampled directions.
+    /// Largest albedo of any channel over the incident directions of the quadratures.
     pub(super) fn albedo(&mut self, space: &Space, x: &[f64], albedos: &Albedos) -> f64 {
         let models = self.prepared(space, x, TableDetail::Full);
         let most = |directions: &[Vec<Nodes>]| {
@@ -151,7 +159,8 @@ impl Workspace {
         space.models(x).iter().map(|model| self.prepare(model, detail)).collect()
     }
 
-    /// Normal equations at a point, by finite differences. Derivatives use coarse tables.
+    /// Normal equations at a point, by finite differences. Derivatives use coarse tables, residuals
+    /// those of `detail`.
     pub(super) fn normal_equations(
         &mut self,
         space: &Space,
@@ -210,7 +219,7 @@ fn reflected(level: Level, models: &[PreparedModel], nodes: &[Nodes]) -> [f64; 3
     sums
 }
 
-/// Adds f of one more model.
+/// Adds f of one more model. Negative values and NaN count as 0.
 struct Add<'a> {
     sum: &'a mut [[f64; LANES]; 3],
     f: &'a [[f64; LANES]; 3],
@@ -231,7 +240,8 @@ impl Loop for Add<'_> {
     }
 }
 
-/// Residuals ln(1 + share f cos_i) minus the target; returns the sum of their squares.
+/// Writes the residuals ln(1 + share f cos_i) minus the target; returns the sum of their squares.
+/// Negative f and NaN count as 0.
 struct Compare<'a> {
     lanes: &'a Lanes,
     f: &'a [[f64; LANES]; 3],
@@ -263,7 +273,7 @@ impl Loop for Compare<'_> {
     }
 }
 
-/// Turns a column of shifted residuals into derivatives.
+/// Turns a column of residuals after a step into derivatives.
 struct Difference<'a> {
     column: &'a mut [f64],
     base: &'a [f64],
@@ -281,7 +291,7 @@ impl SimdKernel for Difference<'_> {
     }
 }
 
-/// Products of the columns with each other and with the residuals.
+/// Products of the Jacobian's columns with each other and with the residuals.
 struct Products<'a> {
     columns: &'a [f64],
     base: &'a [f64],

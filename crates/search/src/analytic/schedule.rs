@@ -1,5 +1,5 @@
 //! Schedule of an analytic fit: which forms are started, varied and refined in which generation.
-//! Deterministic.
+//! Results depend only on samples, kinds, given genomes and seed.
 
 use std::sync::Arc;
 
@@ -28,8 +28,9 @@ const FEW: usize = 384;
 const MANY: usize = 2048;
 /// Number of starts of each kind in the first generation.
 const STARTS: u32 = 6;
-/// Number of these that are refined on all samples.
+/// Number of these that are refined on the samples of the later steps.
 const BETTER: usize = 2;
+/// Number of first steps, and of later ones.
 const STEPS: usize = 40;
 const LAST_STEPS: usize = 15;
 /// Number of steps of an albedo-constrained refinement.
@@ -39,14 +40,15 @@ const CONSTRAINED_STEPS: usize = 20;
 const ALBEDO_LEVEL: f64 = 0.975;
 const ALBEDO_REACHED: f64 = 0.985;
 const CONSTRAINED_ROUNDS: usize = 3;
-/// Number of fits kept: the best of each form, and the best of these.
+/// Number of fits kept, at most one of each form.
 const KEPT: usize = 24;
 /// Number of fits tried in each later generation.
 const TRIED: u32 = 16;
 const EVOLVE_GENERATIONS: usize = 80;
 /// Every fourth generation, the evolution strategy refines the best fit.
 const EVOLVE: u32 = 4;
-/// A fit with more parameters must be better by this share.
+/// The front has a fit with more parameters only if its mean square on the validation samples is
+/// smaller by this share.
 const MIN_GAIN: f64 = 0.01;
 
 /// A fit of models to samples.
@@ -54,13 +56,17 @@ pub struct Analytic {
     pub(super) seed: u64,
     pub(super) kinds: Vec<ModelKind>,
     given: Vec<Genome>,
+    /// [`FEW`] and [`MANY`] of the training samples.
     few: Batch,
     all: Batch,
+    /// Validation samples.
     held: Batch,
+    /// Training and validation samples.
     whole: Batch,
     albedos: Arc<Albedos>,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
+    /// The best fits so far, the least error on the validation samples first.
     pub(super) kept: Vec<Kept>,
 }
 
@@ -68,9 +74,9 @@ pub struct Analytic {
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     pub(super) space: Space,
-    /// Solution; its error is under the energy limit.
+    /// Solution; its error is the mean square on the training samples, under the energy limit.
     pub(super) fit: Solution<Vec<f64>>,
-    /// Mean square on the held-back samples, under the energy limit.
+    /// Mean square on the validation samples, under the energy limit.
     pub(super) held: f64,
 }
 
@@ -79,7 +85,7 @@ pub(super) struct Kept {
 pub(super) struct Finished {
     pub(super) models: Vec<Model>,
     pub(super) parameters: usize,
-    /// Mean squares on the fitted and on the held-back samples, before it was refined on both.
+    /// Mean squares on the training and on the validation samples, before it was refined on both.
     pub(super) fitted: f64,
     pub(super) held: f64,
 }
@@ -202,8 +208,8 @@ impl Analytic {
                 // Biased towards better fits.
                 let parent = &kept[stream.below(count).min(stream.below(count)) as usize];
                 let (space, mut fit) = match slot % 8 {
-                    // Slot 0 refines the best fit; the other slots of a generation vary fits in
-                    // fixed ways.
+                    // Every fourth generation, slots 0 and 8 apply the evolution strategy to the
+                    // best fit. The number of a slot decides how it varies a fit.
                     0 if self.generation.is_multiple_of(EVOLVE) => {
                         let fit = self.evolved(workspace, best, &mut stream);
                         (best.space.clone(), fit)
@@ -235,7 +241,7 @@ impl Analytic {
         self.refine_and_keep(tried);
     }
 
-    /// Evolution strategy from a kept fit, for places where derivatives do not help.
+    /// Applies the evolution strategy to a kept fit.
     fn evolved(
         &self,
         workspace: &mut Workspace,
@@ -258,7 +264,7 @@ impl Analytic {
         Solution { evaluations, ..Solution::new(x) }
     }
 
-    /// Refines the found fits on all samples, and keeps the best of each form.
+    /// Refines the found fits on more samples, and keeps the best of each form.
     fn refine_and_keep(&mut self, found: Vec<(Space, Solution<Vec<f64>>)>) {
         let done: Vec<Kept> = found
             .into_par_iter()
@@ -288,8 +294,8 @@ impl Analytic {
     }
 
     /// Refines from a point, and returns the solution with the divisor of its energy limit. If that
-    /// is above 1, also refines with the albedo constrained, and returns the better of both after
-    /// division.
+    /// is above 1, also refines from the same point with a penalty on albedos, and returns the
+    /// better of both after division.
     fn refined(
         &self,
         workspace: &mut Workspace,
@@ -303,8 +309,8 @@ impl Analytic {
             return (free, 1.0);
         }
         let mut best = free.divided(workspace, space, (batch, albedo));
-        // The constrained fit cannot be better than the free one, and a kept fit that is as short
-        // already is.
+        // With the penalty the error is at least that of the free fit before division. Skipped if a
+        // kept fit with no more parameters already is as good as that.
         let is_behind =
             |kept: &Kept| kept.space.len() <= space.len() && kept.fit.error <= free.error;
         if precision == Precision::Near && self.kept.iter().any(is_behind) {
@@ -336,7 +342,8 @@ impl Analytic {
         (best, divisor)
     }
 
-    /// Largest directional albedo.
+    /// Largest directional albedo, by quadrature or, if that is not precise enough, from the exact
+    /// energy limit.
     fn albedo(
         &self,
         workspace: &mut Workspace,

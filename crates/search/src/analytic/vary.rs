@@ -1,4 +1,5 @@
-//! Start points of later generations: given genomes, perturbed fits, and fits in another form.
+//! Starting points of fits: given genomes in the first generation; perturbed fits and fits in
+//! another form later.
 
 use brood_brdf::ModelKind;
 use brood_genome::{Genome, Stream};
@@ -9,7 +10,7 @@ use super::schedule::Kept;
 use super::{Form, LobeForm};
 use crate::levenberg_marquardt::Solution;
 
-/// Start point of a genome of one or two models; `None` for other genomes.
+/// Starting point with the models of a genome; `None` unless it consists of one or two models.
 pub(super) fn from_genome(genome: &Genome) -> Option<(Space, Solution<Vec<f64>>)> {
     let layers = genome.layers();
     let (first, rest) = layers.split_first()?;
@@ -35,7 +36,7 @@ pub(super) fn perturbed(parent: &Kept, stream: &mut Stream) -> (Space, Solution<
     (space, Solution::new(x))
 }
 
-/// A fit's parameters in another form of the same kinds.
+/// A fit's parameter values in another form of the same kinds.
 pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, Solution<Vec<f64>>) {
     let x = form.place(&parent.space.models(&parent.fit.point));
     (Space::new(form), Solution::new(x))

@@ -8,15 +8,17 @@ use super::cases::Cases;
 use super::evaluate::{Member, values};
 use super::population::Population;
 
-/// Number of samples per case of lexicase selection.
+/// Number of samples per case of lexicase selection: a case is a group of samples, with the sum of
+/// their squared errors.
 const GROUP: usize = 8;
-/// Mutation amounts; each child gets one of them.
+/// Mutation amounts; each child gets one of them at random.
 const AMOUNTS: [f32; 4] = [0.02, 0.06, 0.15, 0.35];
 
 /// Draws the children of one island in one generation.
 pub(super) struct Breeder<'a> {
+    /// Members of the island, the least sum first.
     pub(super) members: &'a [Member],
-    /// Errors of each member on each case, and the tolerance of each case.
+    /// Errors, [member][case], and the tolerance of each case.
     cases: (Vec<Vec<f64>>, Vec<f64>),
     population: &'a Population,
 }
@@ -89,12 +91,12 @@ pub(crate) fn child_of(
     }
 }
 
-/// A random genome of that dialect.
+/// Random genome of that dialect.
 pub(crate) fn random(dialect: Dialect, key: BirthKey) -> Genome {
     Variation::random(dialect).birth(key)
 }
 
-/// A mutant of a random start genome.
+/// Mutant of one of the start genomes, chosen at random.
 pub(crate) fn start_mutant(start: &[Genome], key: BirthKey) -> Genome {
     let mut stream = Stream::new(key, Operator::Genetic);
     let first = &start[stream.below(start.len() as u32) as usize];
@@ -102,6 +104,8 @@ pub(crate) fn start_mutant(start: &[Genome], key: BirthKey) -> Genome {
     Variation::mutate(first, amount).birth(key)
 }
 
+/// Sums of squared differences of ln(1 + f cos_i) over each group of [`Cases::few`],
+/// [member][case].
 fn errors(members: &[Member], cases: &Cases) -> Vec<Vec<f64>> {
     let programs: Vec<Program> =
         members.par_iter().map(|member| Program::lower(&member.genome)).collect();

@@ -1,5 +1,5 @@
-//! Samples by which genomes are evaluated: the fitted ones, the held-back ones, a small subset to
-//! solve for scale by, and directions where values are bounded.
+//! Samples by which genomes are evaluated: training and validation samples, a small subset for
+//! solving scale and offset, and pairs of directions at which f is bounded.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
@@ -17,11 +17,11 @@ const MARGIN: f64 = 1.5;
 
 /// Samples of a genetic search.
 pub(super) struct Cases {
-    /// All samples but those held back.
+    /// Training samples.
     pub(super) target: FitnessTarget,
-    /// An even subset of these.
+    /// At most [`FEW`] of these, evenly taken.
     pub(super) few: TargetSamples,
-    /// Held-back samples.
+    /// Validation samples.
     pub(super) held: TargetSamples,
     /// Pairs in regions with few samples.
     pub(super) narrow: SampleSet,

@@ -22,7 +22,7 @@ struct State {
     best: Option<(MemberState, f64, f64)>,
 }
 
-/// Hash and number of operations are computed from the genome.
+/// A [`Member`] without what is computed from its genome: hash and number of operations.
 #[derive(Serialize, Deserialize)]
 struct MemberState {
     genome: Vec<u8>,

@@ -18,14 +18,16 @@ pub(super) struct Member {
     pub(super) genome: Genome,
     /// Hash of the program without scale and offset, which identifies duplicates.
     pub(super) hash: ProgramHash,
+    /// Number of scalar operations per sample.
     pub(super) operations: u32,
-    /// Sum of squared differences over the fitted samples.
+    /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i).
     pub(super) sum: f64,
-    /// True if its constants have been tuned.
+    /// True if tuning of its constants has been tried.
     pub(super) is_tuned: bool,
 }
 
-/// A genome with the program and hash of what it computes without scale and offset.
+/// A genome with the program, and its hash, of what it computes with scale 1 and offset 0. Genomes
+/// of equal hash differ only in scale and offset, which are solved for.
 pub(super) struct BareGenome {
     genome: Genome,
     pub(super) hash: ProgramHash,
@@ -126,7 +128,7 @@ fn narrow(value: f64) -> f32 {
     value.min(f64::from(RANGE)) as f32
 }
 
-/// f of the programs, channel by channel.
+/// f of the programs, [program][channel][sample].
 pub(super) fn values(programs: &[&Program], samples: &TargetSamples) -> Vec<f32> {
     let mut out = Vec::new();
     CanonicalEvaluator::default()

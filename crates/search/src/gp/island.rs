@@ -1,4 +1,4 @@
-//! An island: one of several populations that breed separately.
+//! An island: one of several populations that breed separately, except for migrants.
 
 use std::collections::HashSet;
 
@@ -30,6 +30,7 @@ pub(super) struct Island {
 pub(super) struct IslandContext<'a> {
     pub(super) cases: &'a Cases,
     pub(super) population: &'a Population,
+    /// Programs that were evaluated before, on any island, and are skipped.
     pub(super) seen: &'a HashSet<ProgramHash>,
     pub(super) seed: u64,
     pub(super) generation: u32,
@@ -54,7 +55,8 @@ impl IslandContext<'_> {
 }
 
 impl Island {
-    /// Restarts the island with the genomes of `given` and with random ones from `first`.
+    /// Restarts the island with the genomes of `given`, and with [`Population::first`] genomes that
+    /// `first` draws. Does not skip programs that were evaluated before.
     pub(super) fn start(
         &mut self,
         context: &IslandContext<'_>,
@@ -94,6 +96,8 @@ impl Island {
         self.sort_and_truncate(population.kept);
     }
 
+    /// Evaluates the genomes whose programs are neither in `seen` nor in the island, and keeps the
+    /// best members.
     fn add_evaluated(
         &mut self,
         genomes: Vec<Genome>,
@@ -136,6 +140,7 @@ impl Island {
         evaluations
     }
 
+    /// Sorts the members by sum, drops duplicate programs and keeps `kept` members.
     fn sort_and_truncate(&mut self, kept: usize) {
         self.members.sort_by(|a, b| {
             a.sum.total_cmp(&b.sum).then_with(|| a.hash.as_bytes().cmp(b.hash.as_bytes()))

@@ -1,5 +1,5 @@
-//! Least-squares scale and offset of a channel, so that a program that is right up to a linear map
-//! is not lost.
+//! Least-squares scale and offset of a channel, so that a program whose results need only be scaled
+//! and shifted is not lost.
 
 /// Number of Gauss-Newton steps from the weighted start.
 const STEPS: usize = 3;
@@ -39,7 +39,8 @@ impl Problem<'_> {
         pairs.map(off).map(|off| off * off).sum()
     }
 
-    /// Solution of the problem with ln(1 + y) linearised about every y.
+    /// Solution with the logarithm linearised about each target value y: least squares with weights
+    /// 1 / (1 + y)^2.
     fn weighted(&self) -> [f64; 2] {
         let mut sums = Sums::default();
         for ((p, q), y) in self.p.iter().zip(self.q).zip(self.y) {
@@ -49,6 +50,7 @@ impl Problem<'_> {
         sums.solve()
     }
 
+    /// Damped Gauss-Newton steps from a point, while the error falls; returns error and point.
     fn improved(&self, from: [f64; 2]) -> (f64, [f64; 2]) {
         let mut best = (self.error(from), from);
         for _ in 0..STEPS {

@@ -23,6 +23,7 @@ const SEEN_CAPACITY: usize = 4096;
 /// A genetic search.
 pub(crate) struct Gp {
     pub(super) seed: u64,
+    /// Genomes to start from.
     pub(super) start: Vec<Genome>,
     /// True if every second island starts at random even when there are genomes to start from.
     pub(super) is_mixed: bool,
@@ -32,12 +33,13 @@ pub(crate) struct Gp {
     pub(super) evaluations: u64,
     pub(super) repeats: u64,
     pub(super) islands: Vec<Island>,
+    /// Hashes of programs that were evaluated, the oldest first.
     pub(super) seen: VecDeque<ProgramHash>,
     pub(super) front: Front,
     pub(super) best: Option<Best>,
 }
 
-/// Best member by the errors on the fitted and on the held-back samples.
+/// Best member by the ranking error; with E_log on the training and on the validation samples.
 #[derive(Debug, Clone)]
 pub(super) struct Best {
     pub(super) member: Member,
@@ -75,6 +77,7 @@ impl Gp {
         }
     }
 
+    /// Starts an island from the start genomes and mutants of them, or at random.
     fn begin(&self, island: &mut Island, context: &IslandContext<'_>) -> GenerationCounts {
         let is_fresh = self.is_mixed && !(context.slot / SLOTS).is_multiple_of(2);
         let start = if is_fresh { &[] } else { self.start.as_slice() };
@@ -84,6 +87,7 @@ impl Gp {
         })
     }
 
+    /// Runs one generation of every island.
     fn advance(&mut self) {
         let seen: HashSet<ProgramHash> = self.seen.iter().copied().collect();
         let mut islands = std::mem::take(&mut self.islands);
@@ -112,6 +116,7 @@ impl Gp {
         self.update_best();
     }
 
+    /// Copies the best member of each island to the next island.
     fn migrate(&mut self) {
         let best: Vec<Option<Member>> =
             self.islands.iter().map(|island| island.members.first().cloned()).collect();
@@ -141,13 +146,13 @@ impl Gp {
         }
     }
 
-    /// E_log on the fitted samples.
+    /// E_log on the training samples. Sums are of base-2 logarithms, E_log is of natural ones.
     fn fitted(&self, member: &Member) -> f64 {
         let count = 3.0 * self.cases.target.samples() as f64;
         std::f64::consts::LN_2 * (member.sum / count).sqrt()
     }
 
-    /// E_log on the held-back samples.
+    /// E_log on the validation samples.
     fn held(&self, member: &Member) -> f64 {
         let held = &self.cases.held;
         let values = values(&[&Program::lower(&member.genome)], held);

@@ -1,5 +1,5 @@
-//! Tuning of a genome's constants by their derivatives: Levenberg-Marquardt on the sum over all
-//! samples.
+//! Tuning of a genome's constants by their derivatives: Levenberg-Marquardt steps on the sum over
+//! all training samples.
 
 use brood_eval::{CanonicalEvaluator, Direction, FitnessEvaluator, normal_equations};
 use brood_genome::Genome;
@@ -13,7 +13,7 @@ const RULES: Rules = Rules {
     diagonal_floor: 1e-6,
     decrease: 0.2,
     increase: 5.0,
-    // Members get few steps.
+    // Off: members get so few steps that damping stays small.
     max_damping: f64::INFINITY,
     enough: f64::NEG_INFINITY,
     converged: (1, 1e-4),
@@ -25,8 +25,8 @@ const LONGEST_STEP: f64 = 2.0;
 /// gains.
 const MAX_CONSTANTS: usize = 256;
 
-/// Returns the member with constants, scale and offset that are at least as good, and the number of
-/// evaluations.
+/// Returns the member with tuned constants, scale and offset, or as it is if no change reduces its
+/// sum; and the number of evaluations.
 pub(super) fn tuned(member: &Member, cases: &Cases, steps: usize) -> (Member, u64) {
     let (genome, evaluations) = descend(&member.genome, cases, steps);
     let mut best = Member { is_tuned: true, ..member.clone() };
@@ -52,7 +52,7 @@ fn descend(genome: &Genome, cases: &Cases, steps: usize) -> (Genome, u64) {
     (solution.point.write(genome), tried)
 }
 
-/// The sum of squared differences by the constants of a program.
+/// The sum of squared differences as a function of the constants of a program.
 struct Tuning<'a> {
     cases: &'a Cases,
     /// Constants that can be written back to the genome.

@@ -1,8 +1,8 @@
-//! Directional albedos of fits, which are kept below 1.
+//! Directional albedos of fits, and the penalty that keeps them below 1.
 //!
 //! Few samples are near the horizon, and ln(1 + f cos_i) is insensitive to f there. A fit of white
-//! paper that was off by 0.009 had an albedo of 2 at 89 degrees, and the energy limit divides f by
-//! the largest albedo.
+//! paper with an E_log of 0.009 had an albedo of 2 at 89 degrees. The energy limit divides f by the
+//! largest albedo, which makes such a fit too dark at all angles.
 
 use brood_brdf::Input;
 use brood_eval::{Level, LobeRule, direction_at};
@@ -18,10 +18,10 @@ use crate::levenberg_marquardt::NormalEquations;
 /// Angles of the incident light, in degrees from the normal.
 pub(crate) const ANGLES: [f64; 12] =
     [0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5];
-/// Order of the quadrature.
+/// Order of the quadrature ([`LobeRule`]).
 const ORDER: usize = 12;
-/// Albedo of the penalty, and largest tolerated albedo. The quadrature is off by up to 3 %, usually
-/// far less; the energy limit covers the rest.
+/// Albedo above which the penalty is not 0, and albedo from which on a fit gets the penalty. The
+/// quadrature is off by up to 3 %, usually far less; the energy limit covers the rest.
 const PENALTY_ALBEDO: f64 = 0.975;
 pub(super) const TOLERATED_ALBEDO: f64 = 0.985;
 /// Weight of a squared excess, relative to the mean squared difference.
@@ -30,7 +30,7 @@ pub(crate) const IMPORTANCE: f64 = 0.3;
 /// Nodes of the quadratures of directional albedos.
 #[derive(Debug, Clone)]
 pub(super) struct Albedos {
-    /// Nodes of each angle.
+    /// Nodes of each of [`ANGLES`], as samples whose importance is the quadrature weight.
     nodes: Vec<Batch>,
 }
 
@@ -51,14 +51,14 @@ impl Albedos {
         self.values(lobes).as_flattened().iter().fold(0.0, |most, albedo| albedo.max(most))
     }
 
-    /// Albedo penalty, in mean squared differences.
+    /// Albedo penalty, in the unit of the mean squared difference to which it is added.
     pub(super) fn cost(&self, lobes: &Lobes) -> f64 {
         let values = self.values(lobes);
         IMPORTANCE * values.as_flattened().iter().map(|albedo| excess(*albedo).powi(2)).sum::<f64>()
     }
 
-    /// Adds the albedo penalty to the normal equations of `total` squared differences; returns the
-    /// penalty.
+    /// Adds the albedo penalty to normal equations that are sums of squared differences of total
+    /// weight `total`; returns the penalty as in [`Albedos::cost`].
     pub(super) fn add(&self, lobes: &Lobes, normal: &mut NormalEquations, total: f64) -> f64 {
         let parameters = Parameters::new(lobes);
         let albedo = |batch: &Batch| {
@@ -98,6 +98,8 @@ fn excess(albedo: f64) -> f64 {
     (albedo - PENALTY_ALBEDO).max(0.0)
 }
 
+/// Albedo of each channel at the angle of these nodes. Adds its gradients by all parameters to
+/// `gradients`, if present.
 fn reflected(
     parameters: &Parameters,
     batch: &Batch,
@@ -113,8 +115,8 @@ fn reflected(
     sums
 }
 
-/// Nodes of the outgoing directions with their weights. Half the hemisphere suffices for a material
-/// that is its own mirror image.
+/// Nodes of the outgoing directions with their weights, for light from this angle in degrees. Half
+/// the hemisphere suffices for a material that is its own mirror image.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch {
     let (sin, cos) = libm::sincos(angle.to_radians());

@@ -1,4 +1,5 @@
-//! Samples as the fit reads them: blocks of rows of lanes.
+//! Samples as the fit reads them: blocks of 256 samples, one per lane, with one row for each
+//! quantity.
 
 use std::sync::Arc;
 
@@ -26,7 +27,7 @@ impl Row {
 pub(super) struct Block {
     /// Values of each input of the shape.
     pub(super) inputs: Vec<Row>,
-    /// Factor of f: cos_i.
+    /// Factor of f: cos_i, or at least a floor if the sample is a bound.
     pub(super) weight: Row,
     /// Target ln(1 + f cos_i) of red, green and blue.
     pub(super) target: [Row; 3],
@@ -45,19 +46,20 @@ pub(super) struct Block {
 #[derive(Debug, Clone)]
 pub struct Batch {
     pub(super) blocks: Vec<Block>,
-    /// 1 / m.
+    /// 1 / m, as in [`Block::relative`].
     pub(super) gain: f32,
-    /// Sum of the weights of the squared differences, over samples and channels.
+    /// Sum over samples and channels of the weights of the squared differences of ln(1 + f cos_i),
+    /// bounds included. Divides sums to get means.
     pub(super) total: f64,
     /// Ridge weight of each parameter of the shape; multiplied by `cost`.
     pub(super) ridge: Vec<f64>,
-    /// Ridge cost, in units of the mean squared difference.
+    /// Factor of the ridge penalty, in the unit of the mean squared difference.
     pub(super) cost: f64,
     /// Quadrature of the albedo penalty, if there is one.
     pub(super) albedos: Option<Arc<Albedos>>,
 }
 
-/// A sample before it is put into a block.
+/// A sample before it is put into a block; fields as in [`Block`] and [`Batch`].
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub(super) inputs: Vec<f32>,
@@ -71,11 +73,13 @@ pub(super) struct Point {
 }
 
 /// Root of the weight of squared differences of ln(1 + f cos_i / m), relative to those of ln(1 + f
-/// cos_i). Without them, a dark body under a bright highlight fits as well as a black one.
+/// cos_i). Without the former, a black body under a bright highlight fits as well as the dark one
+/// that was measured.
 const SHARE: f64 = 0.6;
-/// m over the median target. Vision is sensitive to relative differences far below the median.
+/// m over the median of the target's f cos_i. Vision is sensitive to relative differences far below
+/// the median.
 const BELOW_MEDIAN: f64 = 0.125;
-/// Least m. The largest is 1, where both differences are the same.
+/// Least m. The largest m is 1: both differences are then the same.
 const DARKEST: f64 = 1e-5;
 
 impl Batch {
@@ -140,7 +144,7 @@ impl Batch {
         both
     }
 
-    /// Adds a penalty on albedos above 1.
+    /// Adds the albedo penalty.
     pub(super) fn with_albedo_penalty(self, albedos: &Arc<Albedos>) -> Self {
         Self { albedos: Some(albedos.clone()), ..self }
     }

@@ -1,4 +1,6 @@
 //! Bounds on fits in regions with few samples: close to the mirror direction and at grazing angles.
+//! They are one-sided samples at random pairs of directions there, with values from
+//! [`BoundEstimator`].
 //!
 //! Without them, a fit that agrees with every sample may reach 1e35 beyond 80 degrees.
 
@@ -10,24 +12,25 @@ use super::Shape;
 use super::batch::{Point, points};
 use super::known::{BoundEstimator, Place};
 
-/// Number of points that every fit is bounded at, from above and below.
+/// Number of points at which every fit is bounded, from above and below.
 const COUNT: usize = 1024;
-/// Number of points at which a finished fit is checked.
+/// Number of points at which a refined fit is checked.
 const POOL: usize = 4096;
-/// Number of points at which the final fits are bounded by the largest sample.
+/// Number of points at which the fits of the front are bounded by the largest sample.
 const CEILING: usize = 1 << 16;
 /// There is one grazing point for this many points close to the mirror direction.
 const CLOSE_PER_GRAZING: usize = 4;
-/// Weight of a squared excess when finished fits are checked.
+/// Weight of a squared excess in the check of refined fits.
 const IMPORTANCE_ABOVE: f64 = 2.0;
 /// Bound of this check, as a multiple of the bound during the fit.
 const CHECK_MARGIN: f64 = 1.4;
 /// Weight of a squared excess during the fit, relative to the squared difference of a sample.
 const IMPORTANCE: f64 = 0.2;
-/// Least value of cos_i in the weight of a point.
+/// Least factor of f at a bound. With cos_i itself, which tends to 0 towards the horizon, ln(1 + f
+/// cos_i) would hardly show an excess there.
 const FLOOR: f64 = 0.17;
-/// Least value of cos_i times the largest sample for the ceiling: ln(1 + f cos_i) shows by which
-/// factor the ceiling is exceeded only if f cos_i is far above 1.
+/// Least product of that factor and the largest sample at ceiling points: ln(1 + f cos_i) shows by
+/// which ratio the ceiling is exceeded only if f cos_i is far above 1.
 const BRIGHT: f64 = 10.0;
 
 /// Pairs of directions in regions with few samples, with their bounds.
@@ -35,7 +38,7 @@ pub(super) struct Bounds {
     pairs: Vec<DirectionPair>,
     /// Upper and lower bound of each pair.
     values: Vec<[Option<[f64; 3]>; 2]>,
-    /// Least value of cos_i in the weight of a point.
+    /// Least factor of f at each pair; cos_i if that is larger.
     floor: f64,
 }
 
@@ -45,7 +48,8 @@ impl Bounds {
         Self::new(known, narrow_pairs(COUNT, seed))
     }
 
-    /// Bounds at the points where finished fits are checked.
+    /// Bounds at the points where refined fits are checked: other points than those of
+    /// [`Bounds::of_fits`].
     pub(super) fn of_pool(known: &BoundEstimator, seed: u64) -> Self {
         Self::new(known, close_pairs(POOL, seed.wrapping_add(1 << 32)))
     }
@@ -67,7 +71,8 @@ impl Bounds {
         self.with(shape, IMPORTANCE, |[above, below]| [above, below])
     }
 
-    /// The points with the inputs of a shape, bounded from above.
+    /// The points with the inputs of a shape, bounded from above by [`CHECK_MARGIN`] times the
+    /// bound.
     pub(super) fn above(&self, shape: &Shape) -> Vec<Point> {
         self.with(shape, IMPORTANCE_ABOVE, |[above, _]| {
             [above.map(|bound| bound.map(|f| CHECK_MARGIN * f)), None]

@@ -1,5 +1,5 @@
-//! End of a fit: prunes the best, refines the results on all samples, and enforces bounds and
-//! albedo.
+//! End of a fit: prunes the best fit step by step, refines the results on all samples, and enforces
+//! bounds and albedo.
 
 use rayon::prelude::*;
 
@@ -18,11 +18,11 @@ const STEPS: usize = 10;
 pub struct Fitted {
     /// Parameters of the fit.
     pub lobes: Lobes,
-    /// E_log on the fitted samples, bounds included, before refinement on all samples.
+    /// E_log on the training samples, bounds included, before refinement on all samples.
     pub fitted: f64,
-    /// E_log on the held-back samples, before refinement on these as well.
+    /// E_log on the validation samples, before refinement on these as well.
     pub held: f64,
-    /// Error used for ranking: the minimised objective on the fitted samples plus the square of
+    /// Error used for ranking: the minimised objective on the training samples plus the square of
     /// `held`. Fits chosen by E_log alone have higher peaks where samples are few.
     pub(super) ranking_error: f64,
 }
@@ -42,9 +42,9 @@ impl Fit {
         })
     }
 
-    /// Refines fits of [`Fit::front`] on all samples, held-back ones included. Drops those that
+    /// Refines fits of [`Fit::front`] on all samples, validation samples included. Drops those that
     /// still exceed the ceiling or an albedo of 1, unless all do. The first one is always refined;
-    /// `has_time` is called before every few others.
+    /// the others as long as `has_time` returns true, which is called before every few of them.
     pub(crate) fn refine(
         &self,
         mut front: impl Iterator<Item = Fitted>,

@@ -1,4 +1,5 @@
-//! One pass over the nodes of a quadrature: the albedo of lobes per channel, and its gradient.
+//! One pass over a block of quadrature nodes: their part of the albedo of lobes, per channel, and
+//! its gradient.
 
 use brood_eval::SimdKernel;
 
@@ -31,7 +32,9 @@ impl SimdKernel for Flux<'_> {
 }
 
 impl Flux<'_> {
-    /// The derivative of f = S^2 by S is 2 S.
+    /// Sums q f over the nodes, q being the quadrature weight. Stores 2 q S, the derivative of
+    /// q f = q S^2 by S, in `residuals`; and 1 in `by_result`, so that [`Sweep::slots`] computes
+    /// derivatives of S.
     #[inline(always)]
     fn results(&mut self) -> [f64; 3] {
         let Sweep { parameters, block, workspace, .. } = &mut self.sweep;

@@ -13,15 +13,17 @@ use crate::levenberg_marquardt::Solution;
 const WORST: usize = 256;
 const ROUNDS: usize = 5;
 const STEPS: usize = 8;
-/// Number of steps per round at the end. Many points are bounded by then, and fewer steps would
-/// increase the error on the samples.
+/// Number of steps per round with the ceiling points. They add many bounds, and after fewer steps
+/// the error on the samples would be larger than before.
 const LAST_STEPS: usize = 16;
 /// Tolerated squared excess, summed over channels: 20 % in one channel.
 pub(super) const TOLERATED: f32 = 2.0 * 0.033;
 
-/// Points and directions at which a finished fit is checked for spikes and for albedos above 1.
+/// Points and directions at which a refined fit is checked for spikes and for albedos above 1.
 pub(super) struct Pool {
+    /// Points with upper bounds only.
     points: Vec<Point>,
+    /// The same points in blocks.
     batch: Batch,
     albedos: Arc<Albedos>,
     /// First index of the ceiling points, which are bounded by the largest sample.
@@ -93,4 +95,3 @@ impl Pool {
         fit.on(batch)
     }
 }
-//NOIMPORT

@@ -1,11 +1,12 @@
 //! Estimates of bounds from samples, in regions with few samples: close to the mirror direction and
 //! at grazing angles.
 //!
-//! Materials fall off from the mirror direction. So a point is bounded from below by samples
-//! farther from it, and from above by samples nearer to it, at about the same angle of incidence.
-//! If no sample is nearer, the upper bound extrapolates how fast samples grow towards the mirror
-//! direction, or uses by how much brighter samples get there at other angles of incidence. The
-//! value of the nearest sample is not used as a target: reflectance changes too fast there.
+//! f falls with the distance from the mirror direction (theta_h). So a point is bounded from below
+//! by samples farther from the mirror direction, and from above by samples nearer to it, at about
+//! the same theta_d. If no sample is nearer, the upper bound is an extrapolation: by the growth of
+//! f towards the mirror direction among samples of about that theta_d, or by the growth at other
+//! theta_d. The value of the nearest sample is not used as a target, because f changes too fast
+//! there.
 
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
@@ -24,8 +25,8 @@ const NEARER: f64 = 0.5;
 /// growth towards the mirror direction is measured.
 const WINDOW: f64 = 1.0;
 /// Bound as a multiple of the extrapolated samples, and growth as a multiple of the measured one.
-/// None of twenty MERL materials exceeds such a bound where it is within the bound by the largest
-/// sample; one of four RGL materials exceeds it by 9 % at a few points.
+/// Where the bound by the largest sample holds, none of twenty MERL materials exceeds this bound;
+/// one of four RGL materials exceeds it by 9 % at a few points.
 const GROWN: f64 = 1.5;
 const GROWTH: f64 = 1.5;
 /// ln tan 3 degrees: within this distance of the mirror direction every material falls off.
@@ -34,7 +35,7 @@ const CLOSE: f64 = -2.949;
 /// its lower bound.
 const ALIKE: (f64, f64) = (10.0 / 180.0 * std::f64::consts::PI, 2.0 / 180.0 * std::f64::consts::PI);
 
-/// Samples and their positions.
+/// Samples by position, from which bounds at other points are estimated.
 pub(super) struct BoundEstimator {
     places: Vec<Place>,
     values: Vec<[f64; 3]>,
@@ -45,16 +46,19 @@ pub(super) struct BoundEstimator {
     contrasts: Vec<OnceLock<Vec<Contrast>>>,
 }
 
-/// Largest ratio by which samples get brighter up to this distance from the mirror direction.
+/// Largest ratio, per channel, by which samples get brighter up to this distance from the mirror
+/// direction.
 struct Contrast {
+    /// As [`Place::half`].
     half: f64,
     most: [f64; 3],
 }
 
-/// Position of a pair, as bounds use it.
+/// Position of a pair of directions, as bounds use it.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
-    /// 1/2 ln(tan^2 theta_h + 1e-7).
+    /// 1/2 ln(tan^2 theta_h + 1e-7): about ln tan theta_h. Smaller is nearer to the mirror
+    /// direction.
     pub(super) half: f64,
     /// theta_d in radians.
     pub(super) theta_d: f64,
@@ -123,13 +127,15 @@ impl BoundEstimator {
 
     /// Extrapolates samples of about the same theta_d to a point nearer to the mirror direction: by
     /// their growth where they are nearest to it, or by the contrast of samples at any theta_d,
-    /// whichever is larger. In ln f over ln theta_h, highlights grow slower the nearer they are,
-    /// but may be hidden by a constant until they are close.
+    /// whichever is larger. In ln f over ln theta_h, a highlight flattens towards the mirror
+    /// direction, so that growth measured farther out bounds it. But a narrow highlight may be
+    /// below the diffuse part everywhere except close to the mirror direction, hence the contrast.
+    /// `None` if samples are missing.
     fn grown(&self, point: &Place) -> Option<[f64; 3]> {
         let beside = |k: &usize| self.places[*k].apart(point) < ALIKE.0;
         let beside: Vec<usize> = (0..self.places.len()).filter(beside).collect();
-        // Materials get brighter towards the horizon: only a sample at least as close to it as the
-        // point bounds the point.
+        // Materials get brighter towards the horizon, so only samples with at least the point's
+        // theta_d bound it.
         let lower = beside.iter().copied().filter(|k| self.places[*k].theta_d >= point.theta_d);
         let half = |k: usize| self.places[k].half;
         let at = lower.min_by(|a, b| half(*a).total_cmp(&half(*b)))?;
@@ -164,7 +170,7 @@ impl BoundEstimator {
     }
 
     /// Ratios by which samples get brighter from `from` towards the mirror direction, at any
-    /// theta_d.
+    /// theta_d; from the farthest to the nearest, each at least as large as those before.
     fn contrasts(&self, from: f64) -> Vec<Contrast> {
         let is_between = |k: &usize| self.places[*k].half <= from + WINDOW;
         let mut close: Vec<usize> = (0..self.places.len()).filter(is_between).collect();

@@ -1,4 +1,5 @@
-//! Normal equations of a fit: sums over blocks, assembled for the fitted parameters.
+//! Error and normal equations of a fit: sums over the blocks of a batch, assembled for the free
+//! parameters.
 
 use brood_eval::Level;
 use rayon::prelude::*;
@@ -8,10 +9,12 @@ use super::sweep::{Parameters, Sums, Sweep, Workspace, slots};
 use super::{Lobes, Shape};
 use crate::levenberg_marquardt::NormalEquations;
 
-/// Number of blocks per task. Sums are added within a task first, then across tasks in order.
+/// Number of blocks per task. Sums are added within a task first, then across tasks in order, so
+/// that the bits do not depend on the number of threads.
 const TOGETHER: usize = 4;
 
-/// Mean of the weighted squared differences, plus penalties.
+/// The objective that fits minimise: mean of the weighted squared differences, plus ridge and
+/// albedo penalties.
 ///
 /// # Error
 /// Bit-identical for any number of threads.
@@ -35,7 +38,8 @@ pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
     parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch) + above(lobes, batch)
 }
 
-/// E_log: root of the mean squared difference of ln(1 + f cos_i), without the other terms.
+/// E_log: root of the weighted mean squared difference of ln(1 + f cos_i), without the other terms.
+/// Bounds in the batch count.
 pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
     let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
@@ -57,7 +61,7 @@ pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
     (parts.iter().sum::<f64>() / batch.total).sqrt()
 }
 
-/// Weighted squared differences of each sample, summed over its channels.
+/// Weighted squared differences of each sample, summed over its channels; 0 for bounds that hold.
 ///
 /// # Shapes
 /// One per sample of the batch, padded to a whole number of blocks.
@@ -124,13 +128,14 @@ pub(super) fn normal_equations(lobes: &Lobes, batch: &Batch) -> (NormalEquations
     (normal, sums.error / batch.total + ridge(lobes, batch) + above.unwrap_or(0.0))
 }
 
-/// Meaning of a parameter: the weight of a feature in a slot, or a colour.
+/// Meaning of a parameter: the weight of a feature in a slot, or a colour (log2 C).
 #[derive(Clone, Copy)]
 pub(super) enum Place {
     Slot { slot: usize, feature: usize },
     Colour { channel: usize, term: usize },
 }
 
+/// Normal equations of the free parameters.
 fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
     let shape = &lobes.shape;
     let places: Vec<Place> = places(shape)
@@ -151,7 +156,7 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
     normal
 }
 
-/// Places in the order of the parameters.
+/// Places in the order of the parameters: weights of units, weights of terms, colours.
 pub(super) fn places(shape: &Shape) -> Vec<Place> {
     let mut places = Vec::with_capacity(shape.len());
     for unit in 0..shape.units {
@@ -169,6 +174,8 @@ pub(super) fn places(shape: &Shape) -> Vec<Place> {
     places
 }
 
+/// Entry of J^T J for two parameters. The derivative by log2 C of a term is, in its channel, that
+/// by the term's slot, because both scale C e; in the other channels it is 0.
 fn entry(shape: &Shape, sums: &Sums, a: Place, b: Place) -> f64 {
     let (features, slots) = (shape.features(), slots(shape));
     let one = features - 1;
@@ -190,6 +197,7 @@ fn entry(shape: &Shape, sums: &Sums, a: Place, b: Place) -> f64 {
     }
 }
 
+/// Entry of J^T r for a parameter.
 fn gradient(shape: &Shape, sums: &Sums, place: Place) -> f64 {
     let (features, slots, terms) = (shape.features(), slots(shape), shape.terms);
     match place {
@@ -203,7 +211,7 @@ fn gradient(shape: &Shape, sums: &Sums, place: Place) -> f64 {
     }
 }
 
-/// Index of (a, b), a <= b, among the pairs (0, 0), (0, 1), ... (1, 1), ...
+/// Index of (a, b), a <= b < `count`, among the pairs (0, 0), (0, 1), ... (1, 1), ...
 fn upper(count: usize, a: usize, b: usize) -> usize {
     a * count - a * (a + 1) / 2 + b
 }

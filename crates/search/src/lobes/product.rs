@@ -1,5 +1,5 @@
-//! Sums over samples of products of rows, every row of one side with every row of the other. Fits
-//! spend most of their time here.
+//! Sums over the samples of a block of products of rows: every row of one set with every row of
+//! another. Fits spend most of their time here.
 //!
 //! Loops run along contiguous memory and never add across lanes, so that compilers vectorise them.
 

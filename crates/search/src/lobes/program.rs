@@ -1,4 +1,4 @@
-//! Lobes as a genome. Operations and their order are those of the fit, so that the program has the
+//! Lobes as a genome. Operations and their order are those of the fit, so that results have the
 //! same bits.
 
 use brood_brdf::Input;
@@ -50,6 +50,7 @@ impl Lobes {
         let mut code = Code::new();
         let inputs: Vec<Operand> =
             self.shape.inputs.iter().map(|input| holds(*input)).collect::<Result<_, _>>()?;
+        // R9.w starts as 1 in the extended dialect; its weight is the bias.
         let one = operand(Register::Temporary(9), Some(3));
         let features: Vec<Operand> = inputs.iter().copied().chain([one]).collect();
         for first in (0..units).step_by(4) {
@@ -82,7 +83,7 @@ impl Lobes {
     }
 }
 
-/// Register offset of this index: four per register.
+/// Number of registers before the one that holds this unit or term: four per register.
 fn first_u8(index: usize) -> u8 {
     u8::try_from(index / 4).expect("there are few registers")
 }
@@ -150,6 +151,7 @@ impl Code {
         for (at, factor) in operands.iter().enumerate() {
             let value = |k: usize| if k < count { weight(k, at) as f32 } else { 0.0 };
             let constant = [0, 1, 2, 3].map(value).map(|value| value.clamp(-RANGE, RANGE));
+            // If all weights are 0, the last product is kept, to set the register to 0.
             let is_last = at + 1 == operands.len();
             if constant == [0.0; 4] && !(is_first && is_last) {
                 continue;

@@ -6,14 +6,16 @@ use super::normal_equations::normal_equations;
 use crate::levenberg_marquardt::Solution;
 use crate::solve::inverse_diagonal;
 
-/// Shares of the remaining weights to remove in a step; a smaller share is tried if a larger one
-/// fails.
+/// Shares of the remaining weights to remove in a step, at least one weight; a smaller share is
+/// tried if the fit without a larger one is too bad.
 const SHARES: [f64; 3] = [0.08, 0.02, 0.0];
+/// Number of refinement steps after each removal.
 const STEPS: usize = 8;
-/// Pruning stops at fits whose error is this multiple of the first one's, on fitted or held-back
-/// samples.
+/// Pruning stops when the root of the error on training samples would exceed this multiple of the
+/// first fit's, on training or on validation samples, whichever is larger.
 const WORST: f64 = 6.0;
-/// Regularisation, which separates weights without effect from undetermined ones.
+/// Share of the largest diagonal entry that is added to the diagonal, so that the inverse exists
+/// even if samples do not determine a weight.
 const REGULARISATION: f64 = 1e-9;
 
 /// Iterator over shorter fits, each pruned from the previous one.
@@ -29,7 +31,7 @@ pub(super) struct Shorter<'a> {
 }
 
 impl<'a> Shorter<'a> {
-    /// Starts from a fit whose mean squared error on the held-back samples is `held`.
+    /// Starts from a fit whose error on the validation samples is `held`.
     pub(super) fn new(fit: Solution<Lobes>, held: f64, batch: &'a Batch) -> Self {
         let worst = WORST * WORST * fit.error.max(held);
         Self { fit, batch, worst }
@@ -50,8 +52,8 @@ impl Iterator for Shorter<'_> {
     }
 }
 
-/// Removes that share of the weights, at least one, the least needed first; `None` if no weight
-/// would remain.
+/// Removes that share of the weights, at least one, the least salient first; `None` if no weight
+/// would remain. Colours are not removed.
 fn without_least(lobes: &Lobes, batch: &Batch, share: f64) -> Option<Lobes> {
     let mut next = lobes.clone();
     let colours = lobes.shape.colour(0, 0);

@@ -11,6 +11,7 @@ const RULES: Rules = Rules {
     increase: 4.0,
     max_damping: 1e9,
     enough: f64::NEG_INFINITY,
+    // Off: the number of steps is the limit.
     converged: (1, 0.0),
     stops_when_singular: false,
 };
@@ -19,7 +20,7 @@ const LONGEST_STEP: f64 = 4.0;
 /// Range of log2 of a factor C.
 const COLOUR_RANGE: (f64, f64) = (-24.0, 15.0);
 
-/// The mean squared difference on a batch, penalties included.
+/// The objective on a batch: mean squared difference plus penalties.
 struct OnBatch<'a>(&'a Batch);
 
 impl Problem for OnBatch<'_> {
@@ -51,12 +52,12 @@ impl Problem for OnBatch<'_> {
 }
 
 impl Solution<Lobes> {
-    /// Starts from these parameters.
+    /// Starts from these parameters on a batch, and measures their error.
     pub(super) fn of(lobes: Lobes, batch: &Batch) -> Self {
         Self::new(lobes).on(batch)
     }
 
-    /// Continues with the same parameters on other samples.
+    /// Continues with the same parameters on another batch: measures the error there.
     pub(super) fn on(mut self, batch: &Batch) -> Self {
         self.start(&mut OnBatch(batch));
         self.evaluations += 1;

@@ -1,5 +1,5 @@
-//! Schedule of a fit of lobes: a deterministic sequence of generations of starts and perturbations.
-//! The budget decides how many there are.
+//! Schedule of a fit of lobes: a deterministic sequence of generations, each of which makes new
+//! starts or perturbs kept fits. The caller decides how many there are.
 
 use std::mem::take;
 
@@ -21,16 +21,17 @@ use crate::{Probe, Progress};
 
 /// Number of starts in a generation of starts.
 const STARTS: usize = 16;
-/// Number of these that are refined, and number of those that are refined on all samples.
+/// Number of these that are refined further, and number of those that are refined on all training
+/// samples.
 const BETTER: usize = 4;
 const BEST: usize = 2;
 /// Steps of all starts, of the better ones, and of the best ones.
 const STEPS: [usize; 3] = [15, 40, 40];
 /// Number of fits that are kept and perturbed.
 const KEPT: usize = 8;
-/// Every fourth generation is one of starts.
+/// Every fourth generation makes new starts.
 const RESTART_INTERVAL: usize = 4;
-/// Number of perturbed fits in a generation, and of their steps.
+/// Number of perturbed fits in a generation, and number of steps of each.
 const PERTURBED: usize = 8;
 const PERTURBED_STEPS: usize = 30;
 /// Ridge cost of weights, relative to the error of the best fit of the first generation. Negligible
@@ -43,31 +44,42 @@ pub struct Fit {
     pub(super) shapes: Vec<Problem>,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
-    /// Ridge cost, in mean squared differences.
+    /// Ridge cost, as [`Batch::cost`]; 0 in the first generation.
     pub(super) cost: f64,
+    /// The best fits so far, of any shape, the best first.
     pub(super) kept: Vec<Kept>,
     /// Largest value of any sample or lower bound.
     pub(super) largest: f64,
-    /// True if the albedo penalty applies to all steps on all samples: a fit exceeded the tolerated
-    /// albedo before.
+    /// True if `all` and `whole` of each problem have the albedo penalty, because a fit of the
+    /// first generation exceeded the tolerated albedo.
     pub(super) has_albedo_penalty: bool,
 }
 
 /// The fitting problem of one shape.
 pub(super) struct Problem {
     pub(super) shape: Shape,
+    /// All samples, training and validation.
     points: Vec<Point>,
+    /// Every fourth training sample and bound, for the first steps of starts.
     part: Batch,
+    /// Training samples and bounds.
     pub(super) all: Batch,
+    /// Validation samples.
     pub(super) held: Batch,
+    /// Training and validation samples and bounds.
     pub(super) whole: Batch,
+    /// Points at which refined fits are checked.
     pub(super) pool: Pool,
 }
 
+/// A fit that is kept between generations.
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
+    /// Index in [`Fit::shapes`].
     pub(super) problem: usize,
+    /// Solution; its error is the objective on [`Problem::all`].
     pub(super) fit: Solution<Lobes>,
+    /// Mean weighted squared difference on the validation samples.
     pub(super) held: f64,
 }
 
@@ -120,7 +132,7 @@ impl Fit {
     pub fn step(&mut self) -> Progress {
         let generation = self.generation as usize;
         let count = self.shapes.len();
-        // Each shape is started once; later generations sometimes start one again.
+        // The first generations start each shape once, later restarts take turns.
         let again = generation / RESTART_INTERVAL;
         if generation < count {
             self.start(generation);
@@ -210,6 +222,7 @@ impl Fit {
         }
     }
 
+    /// Generation of starts of one shape.
     fn start(&mut self, problem: usize) {
         let Problem { shape, points, part, all, pool, .. } = &self.shapes[problem];
         let mut fits: Vec<Solution<Lobes>> = (0..STARTS)
@@ -239,6 +252,7 @@ impl Fit {
         self.keep(problem, found);
     }
 
+    /// Generation of perturbations: parents are kept fits, better ones more often.
     fn perturb(&mut self) {
         let chosen: Vec<(usize, usize)> = (0..PERTURBED)
             .map(|slot| {
@@ -265,6 +279,7 @@ impl Fit {
         }
     }
 
+    /// Adds the found fits of a shape, and keeps the best [`KEPT`] fits.
     fn keep(&mut self, problem: usize, found: Vec<Solution<Lobes>>) {
         for mut fit in found {
             self.evaluations += take(&mut fit.evaluations);

@@ -38,7 +38,7 @@ fn shining(threads: usize) -> Lobes {
     })
 }
 
-/// The best fit on the held-back samples, refined.
+/// The fit of the front with the least error on the validation samples, refined.
 fn best(fit: &Fit) -> Lobes {
     let best = fit.front().min_by(|a, b| a.held.total_cmp(&b.held));
     fit.refine(best.into_iter(), &mut || true).remove(0).lobes

@@ -1,4 +1,4 @@
-//! Random starts from which fits often succeed.
+//! Random starting points of fits, drawn so that refinement often succeeds.
 
 use brood_brdf::Input;
 use brood_genome::Stream;
@@ -8,14 +8,16 @@ use super::{Lobes, Shape};
 
 /// Standard deviation of the weights of terms.
 const SPREAD: f64 = 0.15;
-/// Largest fall-off of the terms after the first with the units of the half angle.
+/// The terms after the first get up to this negative weight on each unit of the half angle, so that
+/// they fall off from the mirror direction.
 const FALL: f64 = 1.5;
 /// Number of samples that colours are fitted to.
 const ENOUGH: usize = 512;
 
-/// Draws a start. Half of the units bend along ln tan theta_h at positions over its whole range,
-/// the others along one input each. The first term is diffuse, the others fall off from the mirror
-/// direction. Colours are fitted.
+/// Draws a start. A unit is flat on one side of a bend and linear on the other. Half of the units
+/// bend along ln tan theta_h at positions over its whole range, the others along one random input
+/// each. The first term is diffuse, the others fall off from the mirror direction. Colours are
+/// fitted.
 pub(super) fn start(shape: &Shape, points: &[Point], stream: &mut Stream) -> Lobes {
     let mut lobes = Lobes::new(shape.clone());
     let ranges: Vec<(f64, f64)> = (0..shape.inputs.len()).map(|at| range(points, at)).collect();
@@ -28,7 +30,7 @@ pub(super) fn start(shape: &Shape, points: &[Point], stream: &mut Stream) -> Lob
         let slope = if bends(unit) && half.is_some() {
             1.0 + 0.2 * bell(stream)
         } else {
-            // Bends about as much over the range as the others.
+            // The argument changes by 4 to 12 over the range of the input.
             8.0 / (high - low).max(1e-3) * (0.5 + unit_interval(stream))
         };
         let place = low + (high - low) * unit_interval(stream);
@@ -65,7 +67,8 @@ fn range(points: &[Point], input: usize) -> (f64, f64) {
     (low, points.iter().map(of).fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Fits the colours to the square roots of the target, with more weight on small values.
+/// Fits the colours by non-negative linear least squares to S, the square root of the target f,
+/// with more weight on small values.
 fn colour(lobes: &mut Lobes, points: &[Point]) {
     let terms = lobes.shape.terms;
     let points: Vec<&Point> = points.iter().step_by(points.len().div_ceil(ENOUGH)).collect();
@@ -92,6 +95,7 @@ fn colour(lobes: &mut Lobes, points: &[Point]) {
     }
 }
 
+/// Values of the terms, in f64.
 fn exponentials(lobes: &Lobes, point: &Point) -> Vec<f64> {
     let (shape, parameters) = (&lobes.shape, &lobes.parameters);
     let inputs = || point.inputs.iter().map(|value| f64::from(*value));

@@ -1,8 +1,8 @@
-//! Shape and parameters of a member of the family.
+//! Shape and parameters of a member of the family of lobes, and the order of the parameters.
 
 use brood_brdf::Input;
 
-/// Size of a member of the family.
+/// Inputs and size of a member of the family.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
     /// Inputs x; their number is d.
@@ -49,7 +49,7 @@ impl Shape {
         self.len() == 0
     }
 
-    /// Length of (u, x, 1).
+    /// Number of features: length of (u, x, 1).
     pub(super) fn features(&self) -> usize {
         self.units + self.inputs.len() + 1
     }
@@ -74,10 +74,9 @@ impl Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lobes {
     pub(super) shape: Shape,
-    /// Parameters by the indices of the shape. log2 C is -infinity where a term has no factor in a
-    /// channel.
+    /// Parameters by the indices of the shape: weights, biases and log2 C.
     pub(super) parameters: Vec<f64>,
-    /// True for fitted parameters; the others stay 0 (for colours, C = 0).
+    /// True for fitted parameters; the others are weights that pruning has set to 0.
     pub(super) free: Vec<bool>,
 }
 
@@ -88,7 +87,7 @@ impl Lobes {
         Self { shape, parameters: vec![0.0; count], free: vec![true; count] }
     }
 
-    /// Size.
+    /// Inputs and size.
     #[must_use]
     pub fn shape(&self) -> &Shape {
         &self.shape

@@ -33,9 +33,9 @@ pub(super) struct Sums {
     pub(super) error: f64,
     /// [pair of features k <= k'][pair of slots p <= p']: products of slots.
     pub(super) slots: Vec<f64>,
-    /// [row][feature]. Rows: for every channel and term the colour with each slot; then the
-    /// gradient of each slot; then for every channel and term the gradient of the colour (at
-    /// feature 1).
+    /// [row][feature]: sums of a product times the feature. Rows: for every channel and term the
+    /// derivative by the colour times that by each slot; then for each slot the gradient, summed
+    /// over channels; then for every channel and term the gradient of the colour (at feature 1).
     pub(super) rest: Vec<f64>,
     /// Row lengths of `slots` and `rest`: the pairs of slots and the features, padded.
     pub(super) widths: [usize; 2],
@@ -65,11 +65,12 @@ impl Sums {
     }
 }
 
-/// Number of slots: the arguments of the exponentials of terms, then of the activations of units.
+/// Number of slots: the arguments of terms, then those of units.
 pub(super) fn slots(shape: &Shape) -> usize {
     shape.terms + shape.units
 }
 
+/// Number of pairs (a, b), a <= b < `count`.
 pub(super) fn triangle(count: usize) -> usize {
     count * (count + 1) / 2
 }
@@ -89,8 +90,9 @@ pub(super) struct Workspace {
     squares: Row,
     /// Squared differences of ln(1 + f cos_i) only.
     logarithmic: Row,
-    /// [channel][slot]: derivative of the residual by the slot's argument.
+    /// [channel][slot]: derivative of the residual by the slot.
     pub(super) by_slot: Vec<Row>,
+    /// Operands of [`add_products`].
     left: Vec<Row>,
     pairs: Transposed,
     transposed: Transposed,
@@ -158,6 +160,7 @@ impl Sweep<'_> {
     /// Evaluates units, then terms.
     #[inline(always)]
     pub(super) fn forwards(&mut self) {
+        // Hidden from the compiler, which would otherwise rebuild the constants in every iteration.
         let functions = std::hint::black_box(Functions::KNOWN);
         let Parameters { shape, values, .. } = self.parameters;
         let Workspace { features, derivatives, terms, .. } = &mut *self.workspace;
@@ -182,6 +185,7 @@ impl Sweep<'_> {
         }
     }
 
+    /// Computes residuals, their derivatives by S, and squared differences.
     #[inline(always)]
     fn residuals(&mut self) {
         let functions = std::hint::black_box(Functions::KNOWN);
@@ -202,7 +206,8 @@ impl Sweep<'_> {
                 let whole = 1.0 + (s * s) * w;
                 let found = std::f32::consts::LN_2 * functions.log2(whole);
                 let difference = found - target[channel].0[lane];
-                // A bound that holds has no residual.
+                // An upper bound holds if the difference is negative, a lower bound if it is
+                // positive. A bound that holds has no residual.
                 let counts = if difference * side.0[lane] < 0.0 { 0.0 } else { counts };
                 let (first, by_first) = (counts * difference, counts * (2.0 * (s * w)) / whole);
                 let share = share.0[lane];
@@ -210,8 +215,8 @@ impl Sweep<'_> {
                 let found = std::f32::consts::LN_2 * functions.log2(whole);
                 let second = share * (found - relative[channel].0[lane]);
                 let by_second = share * (gain * (2.0 * (s * w))) / whole;
-                // One residual r of derivative j, such that j^2 and j r are the sums over both. If
-                // j is 0, so is r.
+                // One residual r with derivative j, such that j^2 and j r are the sums over both
+                // differences. r is 0 where j is.
                 let derivative = (by_first * by_first + by_second * by_second).sqrt();
                 let both = by_first * first + by_second * second;
                 residuals[channel].0[lane] = both / derivative.max(f32::MIN_POSITIVE);
@@ -222,7 +227,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Derivatives of the residuals by the arguments of terms and units.
+    /// Computes the derivatives of the residuals by the slots, by the chain rule through S.
     #[inline(always)]
     pub(super) fn slots(&mut self) {
         let Parameters { shape, values, factors } = self.parameters;
@@ -253,6 +258,7 @@ impl Sweep<'_> {
         }
     }
 
+    /// Adds the products of derivatives, residuals and features to `sums`.
     #[inline(always)]
     fn products(&mut self) {
         let Some(sums) = &mut self.sums else { return };
@@ -303,6 +309,7 @@ fn combine(out: &mut Row, weights: &[f32], rows: &[Row]) {
     }
 }
 
+/// Lane-wise product of two rows.
 #[inline(always)]
 pub(super) fn product(a: &Row, b: &Row) -> Row {
     let mut out = Row::ZERO;
@@ -312,6 +319,7 @@ pub(super) fn product(a: &Row, b: &Row) -> Row {
     out
 }
 
+/// Lane-wise sum of the products of three pairs of rows, one per channel.
 #[inline(always)]
 fn dot(pairs: [(&Row, &Row); 3]) -> Row {
     let mut out = Row::ZERO;
