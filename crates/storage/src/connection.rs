@@ -28,6 +28,7 @@ pub(crate) fn writing(file: &Path, create: bool) -> SqliteConnectOptions {
         .foreign_keys(true)
         .busy_timeout(BUSY_TIMEOUT)
         .pragma("journal_size_limit", JOURNAL_SIZE_LIMIT_BYTES.to_string())
+        // The writer task runs all checkpoints.
         .pragma("wal_autocheckpoint", "0")
         .thread_name(|_| "brood-sql-write".to_owned())
         .disable_statement_logging();

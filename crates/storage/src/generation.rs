@@ -38,7 +38,7 @@ pub struct NewGeneration {
     pub mutation: f32,
     /// Expected share of the second parent's blocks, 0 to 1.
     pub recombination: f32,
-    /// Effort for variety.
+    /// Filter for variety within the brood.
     pub curation: Curation,
     /// Overrides of the dialect, as requested.
     pub constraints: DialectConstraints,
@@ -103,7 +103,7 @@ record! {
         pub mutation: f32,
         /// Expected share of the second parent's blocks, 0 to 1.
         pub recombination: f32,
-        /// Effort for variety.
+        /// Filter for variety within the brood.
         pub curation: Curation,
         /// Colour saturation, as requested.
         pub saturation: Option<f32>,
@@ -228,6 +228,7 @@ pub(crate) async fn insert(
     Ok(stored(new, index, centre))
 }
 
+/// Inserts the row of the generation. Returns its index.
 async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<u64, StorageError> {
     let words = |locks| serde_json::to_string(locks).expect("locks are lists of numbers and words");
     let locks = new.locks.as_ref().map(words);

@@ -42,7 +42,7 @@ record! {
         pub favourite: bool,
         /// Note of a user.
         pub note: String,
-        /// Number of changes.
+        /// Version: 1 at first, incremented by each change of the mark or the note.
         pub version: u64,
     } and {
         /// Parents: by id, or by hash if they were given so or have been removed.
@@ -52,6 +52,7 @@ record! {
     }
 }
 
+/// Cover of each lineage of a set; NULL if it has no individuals.
 const COVERS: &str = "SELECT lineage.id, coalesce(
          (SELECT max(individual.id) FROM individual
           WHERE individual.favourite = 1 AND individual.lineage_id = lineage.id),
@@ -65,7 +66,8 @@ const FAVOURITES: &str = "WHERE individual.favourite = 1 AND (?1 IS NULL OR indi
          AND EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND hidden = 0)
      ORDER BY individual.id DESC LIMIT ?2";
 
-/// Query for individuals, to be read by [`with_parents`]; `rest` is its end.
+/// Query for individuals, to be read by [`with_parents`]; `rest` is its end. `unread_bytes` are the
+/// genome's bytes if only they have its layers.
 pub(crate) fn select_individuals(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
     select::<StoredIndividual>(&format!(
         ", genome.layers,

@@ -25,6 +25,7 @@ const MAX_DEATHS: i64 = 3;
 /// Number of failed and dead jobs that are kept for inspection.
 const MAX_KEPT_FAILURES: i64 = 100;
 
+/// Declares an enum whose cases have names, and implements `Column` for it.
 macro_rules! named_enum {
     ($(#[$doc:meta])* $name:ident { $($(#[$case_doc:meta])* $case:ident = $text:literal),* $(,)? }) => {
         $(#[$doc])*
@@ -151,8 +152,10 @@ impl QueueDepth {
     }
 }
 
+/// Leases the first job of a queue.
 const CLAIM: &str = "UPDATE job SET state = 'leased', epoch = epoch + 1, worker = ?1
     WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2 ORDER BY id LIMIT 1)";
+/// Parameters: 1 if the worker died, else 0; limit of deaths; id; epoch.
 const RELEASE: &str = "UPDATE job SET
         deaths = deaths + ?1,
         state = CASE WHEN deaths + ?1 >= ?2 THEN 'dead' ELSE 'queued' END,
@@ -355,6 +358,7 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<
     Ok(())
 }
 
+/// Deletes all failed and dead jobs except the newest [`MAX_KEPT_FAILURES`].
 async fn prune_failures(conn: &mut SqliteConnection) -> Result<(), StorageError> {
     sqlx::query(PRUNE_FAILURES).bind(MAX_KEPT_FAILURES).execute(conn).await?;
     Ok(())

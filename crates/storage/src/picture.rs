@@ -22,7 +22,7 @@ record! {
         pub genome_hash: GenomeHash,
         /// Id of the scene.
         pub scene: SceneId = "scene_id",
-        /// Position of the light on the scene's light circle, in degrees.
+        /// Position of the scene's lights on the light orbit, in degrees.
         pub light_deg: f64,
         /// Side in pixels.
         pub size_px: u32,

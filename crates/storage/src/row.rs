@@ -42,7 +42,8 @@ impl<T: Column> Column for Option<T> {
     }
 }
 
-/// Implements [`Column`] for types that SQLite stores as the type before the arrow.
+/// Implements [`Column`] for types: `SQL type => types: conversion`. The conversion returns `None`
+/// for an invalid value.
 macro_rules! columns {
     ($($sql:ty => $($name:ty),+: $convert:expr;)*) => {$($(
         impl $crate::row::Column for $name {
@@ -74,6 +75,7 @@ columns! {
     Vec<u8> => [u8; 32]: |bytes| bytes.try_into().ok();
 }
 
+/// Implements [`Key`] and [`Column`] for ids and hashes made of bytes.
 macro_rules! keys {
     ($($name:ty),*) => {$(
         impl Key for $name {
@@ -120,7 +122,8 @@ pub(crate) trait Record: Sized {
     fn read(row: &SqliteRow) -> Result<Self, StorageError>;
 }
 
-/// Query for records; `rest` continues the SELECT after the columns.
+/// Query for records; `rest` continues the SELECT after the columns. SQL text consists of literals
+/// of this crate; values are bound.
 pub(crate) fn select<T: Record>(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
     sqlx::query(AssertSqlSafe(format!("SELECT {} {rest}", T::COLUMNS)))
 }
@@ -130,8 +133,9 @@ pub(crate) fn returning<T: Record>(change: &str) -> Query<'static, Sqlite, Sqlit
     sqlx::query(AssertSqlSafe(format!("{change} RETURNING {}", T::COLUMNS)))
 }
 
-/// Implements [`Record`] for a struct, or declares the struct as well. A field is the column of the
-/// same name or the given SQL expression. Fields after `and` are set by the caller.
+/// Implements [`Record`] for a struct, or declares the struct as well. A field is read from the
+/// column of the same name, or from the SQL expression after `=`. Fields after `and` have their
+/// defaults; the caller sets them.
 macro_rules! record {
     (
         $(#[$meta:meta])*

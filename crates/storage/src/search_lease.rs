@@ -82,9 +82,11 @@ pub struct SearchEnd {
     pub ended_ms: i64,
 }
 
+/// Leases the queued search with the least turn.
 const CLAIM: &str = "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?1,
         started_ms = coalesce(started_ms, ?2)
     WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1)";
+/// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
 const RELEASE: &str = "UPDATE search SET
         deaths = deaths + ?1,
         epoch = epoch + 1,
@@ -183,7 +185,8 @@ async fn step_and_fetch(
     search::fetch(conn, step.id).await
 }
 
-/// Stores a step.
+/// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
+/// `recorded` becomes the validation error of the last line if the step records an individual.
 pub(crate) async fn apply(
     conn: &mut SqliteConnection,
     step: &SearchStep,
@@ -234,6 +237,8 @@ pub(crate) async fn apply(
     log(conn, step).await
 }
 
+/// Inserts the log lines of a step. The last one has the hash of the new best individual, if there
+/// is one; all others have the hash of the best before the step.
 async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), StorageError> {
     let last = step.lines.last().map(|line| line.generation);
     let new = step.best.as_ref().map(|best| best.hash);

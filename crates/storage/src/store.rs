@@ -30,10 +30,13 @@ pub struct Store {
 #[derive(Debug)]
 struct Inner {
     writer: Writer,
+    /// Writer task; `None` after [`Store::close`].
     task: Mutex<Option<JoinHandle<()>>>,
     readers: SqlitePool,
+    /// Options of the connection that copies the database for [`Store::backup`].
     backup: SqliteConnectOptions,
     sqlite_version: String,
+    /// Number of claims of render jobs granted since the start.
     claims: AtomicU64,
 }
 
@@ -131,6 +134,7 @@ impl Store {
             .await?;
         connection::assert_reading(&mut *readers.acquire().await?).await?;
         let (writer, task) = Writer::start(conn, lock);
+        // VACUUM INTO is refused on a connection with `query_only`.
         let backup = connection::reading(file).pragma("query_only", "OFF");
         let task = Mutex::new(Some(task));
         let claims = AtomicU64::new(0);

@@ -131,11 +131,13 @@ where
     }
 }
 
+/// Operation with the durability that its caller needs.
 struct Request {
     durability: Durability,
     operation: Box<dyn Operation>,
 }
 
+/// Message to the task.
 enum Message {
     Write(Request),
     Close(oneshot::Sender<Result<(), StorageError>>),
@@ -208,8 +210,9 @@ impl Writer {
     }
 }
 
+/// State of the task.
 struct WriterTask {
-    /// None once the store is poisoned.
+    /// `None` once the store is poisoned.
     conn: Option<SqliteConnection>,
     receiver: mpsc::Receiver<Message>,
     poisoned: Arc<AtomicBool>,
@@ -406,6 +409,8 @@ impl WriterTask {
     }
 }
 
+/// True if a transaction of durability `given` is durable enough for an operation that needs
+/// `wanted`.
 fn is_covered(wanted: Durability, given: Durability) -> bool {
     given == Durability::PowerLoss || wanted == Durability::ProcessDeath
 }
@@ -415,10 +420,13 @@ fn group_error(full: bool) -> StorageError {
     if full { StorageError::Full } else { StorageError::Poisoned }
 }
 
+// Statements that begin a group, separate its operations and end it. `operation` is the savepoint
+// of the current operation.
 const BEGIN: &str = "BEGIN IMMEDIATE; SAVEPOINT operation";
 // In WAL mode, the later FULL commit also flushes what earlier NORMAL commits have left in the log.
 const BEGIN_SYNCED: &str = "PRAGMA synchronous = FULL; BEGIN IMMEDIATE; SAVEPOINT operation";
 const BEGIN_UNSYNCED: &str = "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE; SAVEPOINT operation";
+/// Keeps the changes of an operation and opens the savepoint of the next.
 const RELEASE: &str = "RELEASE operation; SAVEPOINT operation";
 /// The savepoint stays, and the next operation runs in it.
 const ROLLBACK_TO: &str = "ROLLBACK TO operation";
