@@ -247,10 +247,12 @@ fn azimuth(pair: &DirectionPair, parametrisation: Parametrisation) -> Azimuth {
     }
 }
 
+/// The half vector before normalisation.
 fn half_sum(pair: &DirectionPair) -> DVec3 {
     pair.wi() + pair.wo()
 }
 
+/// sin^2 theta_h; 0 if the half vector is undefined.
 fn sin_squared_half(pair: &DirectionPair) -> f64 {
     let s = half_sum(pair);
     s.truncate().length_squared() / s.length_squared().max(POLE_FLOOR)

@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::polynomial::polynomial;
 
+/// Coefficients of R.
 const NUMERATOR: [f64; 6] = [
     1.666_666_666_666_666_6e-1,
     -3.255_658_186_224_009e-1,

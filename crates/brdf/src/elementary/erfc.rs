@@ -8,6 +8,7 @@
 use super::exponential::exp;
 use super::polynomial::polynomial;
 
+/// Coefficients of W.
 const SCALED: [f64; 19] = [
     0.321_585_416_454_317_5,
     -0.368_151_564_898_26,

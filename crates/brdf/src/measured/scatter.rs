@@ -62,6 +62,7 @@ impl Scattered {
         Self { tree, nodes, floor }
     }
 
+    /// Blends the predictions of the nearest samples at these coordinates, clamped to their ranges.
     fn at(&self, at: DVec3) -> DVec3 {
         let found = self.tree.nearest::<BLENDED>(at);
         let radius = found.squares[found.count - 1].sqrt() * (1.0 + 1e-6);
@@ -138,6 +139,7 @@ fn cell(at: DVec3) -> [i64; 3] {
     at.to_array().map(|part| (part / CELL).round() as i64)
 }
 
+/// Offset of the interpolated quantity; see [`FLOOR`].
 fn floor(samples: &[(DVec3, DVec3)]) -> f64 {
     let mut brightest: Vec<f64> = samples.iter().map(|(_, rgb)| rgb.max_element()).collect();
     let (_, middle, brighter) = {

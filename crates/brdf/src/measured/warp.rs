@@ -139,6 +139,7 @@ impl Grid {
         [cell.first, cell.first + 1, below, below + 1]
     }
 
+    /// Interpolates an entry between slices.
     fn interpolate(&self, entry: usize, weights: &SliceWeights) -> f64 {
         let slice = self.width * self.height;
         let part =

@@ -89,8 +89,8 @@ struct Shares {
     reflected: f64,
 }
 
-/// Quadrature points: facet normals, distributed approximately as the facets are, with D times the
-/// cosine of the normal as density.
+/// Quadrature points: facet normals by the inverse cumulative distribution of D (n . m), with more
+/// of them at steep angles than D has.
 struct Grid {
     rows: Vec<Row>,
     /// Azimuths from 0 to pi; the other half is symmetric.
@@ -102,7 +102,8 @@ struct Row {
     /// Distance of the normal from the axis, and its height.
     r: f64,
     z: f64,
-    /// Weight of each point. Divided by `z`, so that sums over the points integrate with D.
+    /// Weight of each point. Divided by `z`, so that sums over the points integrate with D, not
+    /// D (n . m).
     weight: f64,
 }
 
@@ -208,7 +209,7 @@ impl<S: Facets, const N: usize> Loop for Integrals<'_, S, N> {
     }
 }
 
-/// The boundary as seen from one side, and its facets with the normal `m`, where c = wi . m.
+/// The boundary as seen from one side. `m` is the normal of a facet and c = wi . m.
 struct Side {
     /// Refractive index of the other side relative to this one.
     eta: f64,

@@ -98,8 +98,11 @@ struct Bounded<'a, B, const N: usize> {
     facets: &'a [f64; N],
 }
 
+/// Boundary with Schlick's reflectance, given that at normal incidence.
 struct Schlick(DVec3);
+/// Boundary to a metal, for each channel.
 struct Metal<'a>(&'a [Conductor; 3]);
+/// Boundary to a dielectric, by its refractive index.
 struct Coat(f64);
 
 impl<const N: usize> Formula for Bounded<'_, Schlick, N> {

@@ -26,6 +26,7 @@ const EXPONENT: Parameter =
 
 pub(super) const PHONG: &[Parameter] = &[DIFFUSE, SPECULAR, EXPONENT];
 
+/// A diffuse part and a highlight of any of the forms.
 #[derive(Debug, Clone)]
 pub(super) struct Phong {
     lobe: Lobe,

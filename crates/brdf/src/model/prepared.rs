@@ -19,6 +19,7 @@ use crate::{Block, Brdf, Claims, DirectionPair, HORIZON, Libm, Machine, Plain};
 #[derive(Debug, Clone)]
 pub struct PreparedModel(pub(super) Prepared);
 
+/// A model of each family.
 #[derive(Debug, Clone)]
 pub(super) enum Prepared {
     Lambert(Lambert),

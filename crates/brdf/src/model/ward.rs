@@ -70,8 +70,11 @@ struct Lobe {
     inverse: DVec2,
 }
 
+/// Formula of [`WardForm::Bounded`].
 struct Bounded(Lobe);
+/// Formula of [`WardForm::Ward`].
 struct Classic(Lobe);
+/// Formula of [`WardForm::Duer`].
 struct Duer(Lobe);
 
 impl Lobe {

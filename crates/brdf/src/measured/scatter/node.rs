@@ -103,6 +103,7 @@ struct Fit {
 }
 
 impl Fit {
+    /// Adds a neighbour with its monomials `x` and its values `y`.
     fn add(&mut self, weight: f64, x: [f64; TERMS], y: [f64; 3]) {
         self.weight += weight;
         for i in 0..TERMS {
@@ -155,6 +156,7 @@ fn weight(offset: DVec3) -> f64 {
     left * left / (square + 0.01)
 }
 
+/// Linear, then quadratic terms of an offset.
 fn monomials(DVec3 { x, y, z }: DVec3) -> [f64; TERMS] {
     [x, y, z, x * x, y * y, z * z, x * y, x * z, y * z]
 }
