@@ -27,7 +27,8 @@ pub enum Opcode {
     Dp4,
     /// (1, a.y b.y, a.z, b.w).
     Dst,
-    /// Affine two-dimensional transform of b by c, added to a.
+    /// Linear transform of b.xy by the rows c.xy and c.zw, added to a.xy: (x, y, x, y) with
+    /// x = a.x + b.x c.x + b.y c.y and y = a.y + b.x c.z + b.y c.w.
     X2d,
     /// Sine of one component, to all.
     Sin,

@@ -1,4 +1,5 @@
-//! Text form of a genome: an assembly listing that round-trips to the same bits.
+//! Text form of a genome: an assembly listing that round-trips to the same bits. docs/guide.md has
+//! an annotated example.
 
 mod cursor;
 mod parse;

@@ -31,6 +31,7 @@ const KINDS: [(Kind, u32); 6] = [
     (Kind::Destination, 3),
 ];
 
+/// Field of an instruction that is redrawn.
 #[derive(Clone, Copy)]
 enum Kind {
     Opcode,
@@ -93,6 +94,7 @@ pub(super) fn draft(
     layer::mutate(&mut draft.layers, mutation, key, force, locked.layers());
 }
 
+/// Mutates instructions, then constants.
 fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, locked: &ResolvedLocks) {
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
