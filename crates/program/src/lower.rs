@@ -228,6 +228,7 @@ pub(crate) struct Collected {
 }
 
 impl Collected {
+    /// Returns the program of these results, with output stage and layers of the genome.
     pub(crate) fn collect(
         &mut self,
         builder: &Builder,
