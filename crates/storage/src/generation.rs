@@ -258,6 +258,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .column("position")
 }
 
+/// Inserts the parents of a generation, each with its genome hash. Error if one does not exist.
 async fn insert_parents(
     conn: &mut SqliteConnection,
     generation: GenerationId,

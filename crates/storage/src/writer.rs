@@ -238,6 +238,7 @@ impl Drop for WriterTask {
 }
 
 impl WriterTask {
+    /// Processes messages until the store is closed or all senders are dropped.
     async fn run(mut self) {
         let mut next = self.receiver.recv().await;
         while let Some(message) = next {
@@ -390,6 +391,7 @@ impl WriterTask {
         std::mem::forget(self.conn.take());
     }
 
+    /// Closes the connection. Rejects the messages that arrived after the request to close.
     async fn close(mut self, answer: oneshot::Sender<Result<(), StorageError>>) {
         self.receiver.close();
         while let Some(message) = self.receiver.recv().await {
