@@ -1,5 +1,5 @@
 //! Comparison of materials, for the command line and the API: curves over the angle of incidence,
-//! numbers for phenomena, the common exposure, differences of pictures.
+//! numbers for physical phenomena, exposures over the light orbit, differences between pictures.
 
 mod curve;
 mod difference;

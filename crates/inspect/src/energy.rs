@@ -26,7 +26,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Searches the largest albedo of a genome.
+    /// Searches for the largest directional albedo of a genome, without its limit, and applies the
+    /// limit to the result.
     pub(crate) fn of(genome: &Genome) -> Self {
         let free = energy_limit(&Program::lower(genome));
         let limited = genome.is_limited();

@@ -3,9 +3,9 @@
 //! [`inspect`] returns the source of a genome with its dead code, its scalar code, operation
 //! counts, physical checks, largest albedo, and reflectance over planes of incidence;
 //! [`image_slice`] draws its reflectance over half and difference angle. [`curves`], [`Phenomena`]
-//! and [`LinearImage`] compare materials and their pictures. [`Shot`] renders materials that are
-//! not programs. All values come from the canonical evaluator. The crate does not depend on
-//! storage or jobs.
+//! and [`LinearImage`] compare materials and their pictures. [`Shot`] renders any material, also a
+//! measured one. Values of genomes come from the canonical evaluator, those of measured materials
+//! from [`brood_eval::model_reflectance`]. The crate does not depend on storage or jobs.
 //!
 //! ```
 //! let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 0.5 0.5 0.5 0\nMOV R0, C0\n";

@@ -59,6 +59,7 @@ impl Physics {
         physics
     }
 
+    /// Adds reflectances to the counts and extremes.
     fn add(&mut self, f: &[f32]) {
         self.samples += f.len();
         self.non_finite += f.iter().filter(|value| !value.is_finite()).count();
@@ -66,6 +67,7 @@ impl Physics {
         self.max_f = f.iter().copied().fold(self.max_f, f32::max);
     }
 
+    /// Compares some pairs with the swapped ones at one texture position.
     fn check_swapped(&mut self, program: &Program, pairs: &[DirectionPair]) {
         let pairs: Vec<_> = pairs.iter().copied().step_by(SWAP_STEP).collect();
         let swapped: Vec<_> = pairs.iter().map(DirectionPair::swapped).collect();
@@ -86,6 +88,7 @@ fn texture_positions(reads_u: bool, reads_v: bool) -> impl Iterator<Item = DVec2
     rows.flat_map(move |v| (0..count(reads_u)).map(move |u| DVec2::new(side(u), side(v))))
 }
 
+/// Incident directions, ring by ring from the normal.
 fn incident() -> impl Iterator<Item = DVec3> {
     let rings = (0..RINGS).flat_map(|ring| (0..AZIMUTHS).map(move |step| (ring, step)));
     rings.map(|(ring, step)| {

@@ -1,5 +1,6 @@
-//! Pictures of materials that need not be programs, such as measured ones. Rough pixels are
-//! resampled as in pictures of programs.
+//! Pictures of materials that need not be programs, such as measured ones. Rough pixels (those that
+//! one sample cannot represent, see docs/maths/film.md) are resampled as a worker does in pictures
+//! of programs.
 
 use brood_brdf::Brdf;
 use brood_eval::{
@@ -10,7 +11,7 @@ use brood_scene::{LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Sce
 
 use crate::{LinearImage, Specimen};
 
-/// Reflectance of a sample set.
+/// A material that can be evaluated on a sample set.
 pub trait Shade {
     /// Evaluates f for the samples of `set`.
     ///
@@ -32,7 +33,7 @@ impl Shade for Specimen<'_> {
     }
 }
 
-/// Parameters of a picture.
+/// Scene and size of a picture: everything but the material.
 #[derive(Debug, Clone, Copy)]
 pub struct Shot<'a> {
     /// Object.
@@ -59,7 +60,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Returns the radiance after exposure, over black.
+    /// Returns the radiance after exposure, composed over black.
     #[must_use]
     pub fn linear(&self, exposure_ev: f64) -> LinearImage {
         let (width, height) = (self.radiance.width(), self.radiance.height());
@@ -74,7 +75,7 @@ impl Shot<'_> {
         self.take_on(&self.set(), material)
     }
 
-    /// Returns the sample set of the camera, independent of the material.
+    /// Returns the sample set of the picture, which does not depend on the material.
     #[must_use]
     pub fn set(&self) -> SampleSet {
         self.samples(self.sampling, PixelArea::whole(self.size_px))
@@ -108,6 +109,7 @@ impl Shot<'_> {
         Picture { developed, radiance, samples }
     }
 
+    /// Traces the samples of a part of the picture.
     fn samples(&self, sampling: Sampling, area: PixelArea) -> SampleSet {
         let raster = Raster { size_px: self.size_px, sampling, area };
         SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)

@@ -1,4 +1,5 @@
-//! Image slice of a program: f over half angle and difference angle.
+//! Image slice of a program: f over theta_h, the angle between half vector and normal, and theta_d,
+//! the angle between light and half vector.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{direction_at, encode_srgb};
@@ -7,7 +8,8 @@ use glam::{DVec2, DVec3};
 
 use crate::evaluate::evaluate;
 
-/// Share of the values below [`WHITE`], as in the film's automatic exposure.
+/// Quantile of the largest channels that is exposed to [`WHITE`], as in the film's automatic
+/// exposure.
 const SHARE: f64 = 0.97;
 /// Linear value that the quantile [`SHARE`] is exposed to.
 const WHITE: f32 = 0.9;

@@ -41,6 +41,8 @@ pub fn curves(of: &Specimen<'_>) -> Vec<CurvePoint> {
             direction_pair(direction_at(sin, cos, 0.0), direction_at(sin, cos, 0.5))
         })
         .collect();
+    // f of a microfacet model is D G F / (4 cos_i cos_o), and D is the same in every mirror
+    // direction.
     let bright: Vec<f64> = of
         .f(&pairs)
         .into_iter()

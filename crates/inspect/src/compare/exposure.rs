@@ -13,8 +13,8 @@ const PLACES: u32 = 8;
 /// Side of the pictures in pixels.
 const PX: u32 = 64;
 
-/// Small sample sets of a scene: with the light in its own position, and at positions all along its
-/// orbit.
+/// Small sample sets of a scene, one with its lights as they are, the others with the lights at
+/// equal steps along the light orbit.
 #[derive(Debug)]
 pub struct LightOrbit {
     own: SampleSet,
@@ -39,8 +39,8 @@ impl LightOrbit {
         Gain::common(program, &self.places).ev
     }
 
-    /// Returns the exposure of a material with the light in its own position, clamped to the range
-    /// of a scene, in EV.
+    /// Returns the exposure of a material by the film, with the lights as they are, clamped to the
+    /// range of a scene, in EV.
     #[must_use]
     pub fn ev(&self, of: &Specimen<'_>, film: Film) -> f64 {
         // Beyond this range a picture is black or clipped anyway.

@@ -25,6 +25,7 @@ pub fn difference(a: [f64; 3], b: [f64; 3], white: f64) -> f64 {
     720.0 * (i * i + t * t + p * p).sqrt()
 }
 
+/// Returns ITP of a colour.
 fn itp(rgb: [f64; 3], white: f64) -> [f64; 3] {
     let absolute = rgb.map(|value| value.max(0.0) * white);
     let lms = apply(&TO_LMS, apply(&TO_2020, absolute));

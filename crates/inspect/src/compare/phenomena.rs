@@ -42,6 +42,7 @@ impl Phenomena {
         Self::exposed(specimen, curves, orbit.extremes_ev(specimen))
     }
 
+    /// Computes the numbers, given the smallest and largest exposure.
     fn exposed(specimen: &Specimen<'_>, curves: &[CurvePoint], exposures_ev: [f64; 2]) -> Self {
         let largest = |rgb: &[f64; 3]| rgb.iter().copied().fold(0.0, f64::max);
         let (sin, cos) = (std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2);
@@ -50,6 +51,7 @@ impl Phenomena {
             direction_pair(light, direction_at(sin, cos, 0.5)),
             direction_pair(light, direction_at(sin, cos, 0.25)),
         ];
+        // The first pair shows highlight and body; the second, a quarter turn apart, only the body.
         let f = specimen.f(&pairs);
         let added = [0, 1, 2].map(|channel| (f[0][channel] - f[1][channel]).max(0.0));
         let grazing = curves.iter().find(|point| point.theta_deg == GRAZING_DEG);
@@ -67,12 +69,14 @@ impl Phenomena {
     }
 }
 
+/// Scales the largest channel to 1.
 fn chromaticity(rgb: [f64; 3]) -> [f64; 3] {
     let most = rgb.iter().copied().fold(0.0, f64::max);
     if most > 0.0 { rgb.map(|channel| channel / most) } else { [0.0; 3] }
 }
 
-/// Smallest over largest albedo of the models as their highlights widen.
+/// Smallest over largest albedo of a genome of models alone as their highlights widen. `None` for
+/// other genomes, and if no model has a width parameter.
 fn energy_kept(genome: &Genome) -> Option<f64> {
     let has_width = |model: &Model| WIDTHS.iter().any(|name| model.get(name).is_some());
     if !genome.instructions().is_empty() || !genome.layers().iter().any(has_width) {
@@ -92,6 +96,7 @@ fn energy_kept(genome: &Genome) -> Option<f64> {
     (largest > 0.0).then(|| least / largest)
 }
 
+/// Returns the model with its width parameters at a share of their ranges.
 fn widened(model: &Model, share: f64) -> Model {
     model.kind().parameters().iter().fold(model.clone(), |model, parameter| {
         if !WIDTHS.contains(&parameter.name) {

@@ -3,6 +3,7 @@
 /// Radius of a window in pixels, about 3.5 standard deviations.
 const REACH: usize = 5;
 const WINDOW: usize = 2 * REACH + 1;
+/// Standard deviation of the Gaussian window, in pixels.
 const DEVIATION: f64 = 1.5;
 /// (K1 L)^2 and (K2 L)^2 for values up to 1.
 const STABLE: [f64; 2] = [0.01 * 0.01, 0.03 * 0.03];
