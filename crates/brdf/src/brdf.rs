@@ -24,6 +24,6 @@ pub trait Brdf: Send + Sync {
 pub struct Claims {
     /// f(wi, wo) = f(wo, wi), in every bit.
     pub reciprocal: bool,
-    /// The albedo is at most 1 in every direction.
+    /// The directional albedo is at most 1 in every direction.
     pub conserving: bool,
 }
