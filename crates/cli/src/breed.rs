@@ -139,6 +139,8 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     report(&children, variation.operator_name(), seed, args.seed.is_none(), json)
 }
 
+/// Returns the variation that the options describe; an error if they contradict each other or do
+/// not fit the parents.
 fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
     let variation = match parents {
         [] => {
@@ -232,6 +234,7 @@ fn file_name(slot: u32) -> String {
     format!("{slot:02}.brood")
 }
 
+/// Prints the children; also the seed if it was `drawn` here.
 fn report(children: &[Child], operator: &str, seed: u64, drawn: bool, json: bool) -> Result<()> {
     if json {
         let individual = |child: &Child| {

@@ -44,7 +44,7 @@ pub struct ComparedMaterial {
     pub phenomena: Phenomena,
     /// Path of its picture, relative to the page.
     pub picture: String,
-    /// Path of its picture under the other light, relative to the page.
+    /// Path of its picture with the light moved by [`OTHER_LIGHT_DEG`], relative to the page.
     pub other_light: String,
     /// Difference from the reference; `None` for the reference itself.
     pub difference: Option<ReferenceDifference>,
@@ -55,6 +55,7 @@ pub struct ReferenceDifference {
     pub picture: String,
     /// RMSE of linear RGB after exposure.
     pub rmse: f64,
+    /// Mean FLIP error.
     pub flip: f64,
 }
 

@@ -50,6 +50,7 @@ impl FromStr for DialectWords {
     }
 }
 
+/// Returns the dialect with the extended opcodes and their default number of registers.
 fn extended(dialect: Dialect) -> Dialect {
     Dialect { opcodes: OpcodeSet::Extended, registers: 10, ..dialect }
 }

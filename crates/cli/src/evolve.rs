@@ -21,6 +21,7 @@ use crate::front;
 
 /// Largest length of an input line.
 const LINE_BYTES: u64 = 1 << 20;
+/// Largest size of a state file.
 const STATE_BYTES: u64 = 256 << 20;
 
 /// Options of `brood evolve`.
@@ -106,6 +107,7 @@ pub fn run(args: &EvolveArgs) -> Result<()> {
     output::print(&format!("{}\n", ending(&search)))
 }
 
+/// Starts a search, or resumes it from its state file.
 fn begin(options: AskOptions, state: Option<&Path>) -> Result<AskTell> {
     match state {
         Some(path) if path.exists() => {
@@ -134,6 +136,7 @@ fn read(input: &mut impl BufRead) -> Result<Option<Answer>> {
     }
 }
 
+/// Returns a line of output: progress, and the genomes to evaluate.
 fn question(search: &AskTell) -> Value {
     let (progress, probe) = (search.progress(), search.probe());
     let genome = |genome: &Genome| {
@@ -152,6 +155,7 @@ fn question(search: &AskTell) -> Value {
     })
 }
 
+/// Returns the last line of output: the front, from the longest to the shortest genome.
 fn ending(search: &AskTell) -> Value {
     let told = |told: &Evaluated| {
         let (error, operations) = (told.error, told.operations);

@@ -39,7 +39,7 @@ pub struct GalleryArgs {
     output: PathBuf,
 }
 
-/// Program that is rendered.
+/// Program as a material that [`Shot`] renders.
 struct Surface(Program);
 
 impl Shade for Surface {

@@ -153,6 +153,7 @@ fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
             channel_albedos(program, theta, order)
         }
     };
+    // The error is estimated by a quadrature of half the order.
     let rows = THETA_DEG.map(|theta| {
         let found = albedo_of(theta, order);
         let other = albedo_of(theta, order.div_ceil(2));

@@ -54,12 +54,14 @@ pub fn parse(text: &str) -> Result<Vec<Row>, PairsError> {
     lines.zip(1..).map(|(line, number)| row(line, number, &places, &uv)).collect()
 }
 
+/// Returns the index of a column; an error if it occurs twice.
 fn find(header: &[&str], name: &'static str) -> Result<Option<usize>, PairsError> {
     let mut found = header.iter().enumerate().filter(|(_, column)| **column == name);
     let first = found.next().map(|(place, _)| place);
     if found.next().is_some() { Err(PairsError::Column(name)) } else { Ok(first) }
 }
 
+/// Reads one row. `places` and `uv` are the indices of the columns.
 fn row(
     line: &str,
     number: usize,
@@ -88,6 +90,7 @@ fn row(
     Ok(Row { pair, uv: DVec2::new(texture(uv[0])?, texture(uv[1])?) })
 }
 
+/// Returns a field without surrounding spaces and quotes.
 fn field(text: &str) -> &str {
     let text = text.trim();
     text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)

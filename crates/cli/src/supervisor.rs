@@ -19,6 +19,7 @@ use tokio_util::sync::CancellationToken;
 
 /// Delay before the first restart; doubled after each early death.
 const INITIAL_BACKOFF: Duration = Duration::from_millis(200);
+/// Largest delay before a restart.
 const MAX_BACKOFF: Duration = Duration::from_secs(10);
 /// A worker that ran longer than this resets the back-off.
 const STABLE_AFTER: Duration = Duration::from_secs(30);
@@ -56,6 +57,8 @@ pub async fn supervise(workers: u16, plan: WorkerPlan, stop: CancellationToken) 
     while tasks.join_next().await.is_some() {}
 }
 
+/// Runs one worker until `stop`: starts it again when it dies, after a delay that grows while
+/// deaths are frequent, and returns its jobs to their queues.
 async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
     let mut backoff = INITIAL_BACKOFF;
     while !stop.is_cancelled() {
@@ -87,6 +90,7 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
     }
 }
 
+/// Starts a worker process.
 fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
     let binary = std::env::current_exe().context("find this binary")?;
     let mut command = Command::new(binary);
@@ -117,6 +121,7 @@ fn report(name: &str, ended: std::io::Result<ExitStatus>) {
     }
 }
 
+/// Waits for a worker whose stdin was closed, and kills it if it does not exit in time.
 async fn end(name: &str, mut child: Child) {
     if timeout(STOP_TIMEOUT, child.wait()).await.is_err() {
         tracing::warn!(name, "worker did not stop in time; killing it");

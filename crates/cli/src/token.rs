@@ -96,6 +96,7 @@ async fn add(args: &AddArgs, json: bool) -> Result<()> {
     let mut secret = [0; 32];
     getrandom::fill(&mut secret).context("draw a token")?;
     let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+    // The database holds only the hash.
     let hash = *blake3::hash(token.as_bytes()).as_bytes();
     let store = open(args.data.as_ref()).await?;
     let created = store.create_token(&args.name, args.scope.into(), hash, None).await;

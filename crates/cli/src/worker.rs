@@ -69,6 +69,8 @@ fn lower_priority() {
     }
 }
 
+/// Runs the renderer or the searcher until a signal, or until stdin is closed if that was
+/// requested.
 async fn work(args: WorkerArgs) -> Result<()> {
     let shutdown = serve::shutdown_on_signal()?;
     if args.while_stdin_is_open {

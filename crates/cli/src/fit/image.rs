@@ -43,8 +43,11 @@ struct ViewSpec {
     picture: PathBuf,
     /// Scene, or the name of its file.
     scene: SceneSpec,
+    /// OBJ file; needed only if the scene uses an uploaded mesh.
     mesh: Option<PathBuf>,
+    /// Picture whose white pixels are used; all by default.
     mask: Option<PathBuf>,
+    /// Samples per pixel.
     #[serde(default)]
     samples: Sampling,
     /// True if the brightness is unknown and a gain is solved for.
@@ -62,10 +65,12 @@ enum SceneSpec {
     Scene(Box<Scene>),
 }
 
-/// Pictures of a target, held-out ones last, and their names.
+/// The pictures of a target, held-out ones last, with the samples gathered from them.
 pub struct TargetPictures {
     target: MeasuredTarget,
+    /// The decoded pictures with their scenes.
     read: KnownPictures,
+    /// File names of the pictures.
     names: Vec<String>,
 }
 
@@ -130,6 +135,7 @@ fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
     })
 }
 
+/// The pictures that a JSON file lists.
 fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     let name = || args.target.display().to_string();
     ensure!(
@@ -149,6 +155,7 @@ fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     spec.views.into_iter().map(|view| source(view, folder, renderer)).collect()
 }
 
+/// Reads the scene and the mesh of a picture. `folder` is that of the JSON file.
 fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> {
     let picture = folder.join(&spec.picture);
     let (scene, beside) = match spec.scene {

@@ -90,6 +90,7 @@ pub fn sections() -> Result<Vec<Section>> {
     ])
 }
 
+/// Returns an exhibit on the default mesh under a point light and a light from behind.
 fn exhibit(name: &str, about: String, source: &str, genome: Genome) -> Result<Exhibit> {
     let text = genome.to_string();
     let of_model = |line: &&str| line.starts_with(".model") || line.starts_with(char::is_lowercase);
@@ -103,6 +104,7 @@ fn exhibit(name: &str, about: String, source: &str, genome: Genome) -> Result<Ex
     Ok(Exhibit { name, about, source, lines, genome, scene, assets })
 }
 
+/// Returns the exhibit of a model with its default parameters, except for the body colour.
 fn model(kind: ModelKind) -> Result<Exhibit> {
     let mut model = Model::new(kind);
     for name in BODY_PARAMETERS {
@@ -114,12 +116,13 @@ fn model(kind: ModelKind) -> Result<Exhibit> {
     exhibit(kind.name(), kind.about().to_owned(), kind.source(), genome)
 }
 
+/// Returns the text of a preset.
 fn preset(name: &str) -> Result<&'static str> {
     let found = PRESETS.iter().find(|preset| preset.name == name);
     Ok(found.with_context(|| format!("find the preset {name}"))?.text)
 }
 
-/// Text of a preset with `more` models inserted before its program.
+/// Returns the exhibit of a preset, with `more` models inserted before its program.
 fn layered(name: &str, about: &str, more: &str) -> Result<Exhibit> {
     let text = preset(name)?;
     let is_instruction = |line: &str| line.starts_with(|c: char| c.is_ascii_uppercase());
@@ -138,6 +141,7 @@ fn layered(name: &str, about: &str, more: &str) -> Result<Exhibit> {
     exhibit(&name, about.to_owned(), "", out.parse().with_context(|| format!("read {name}"))?)
 }
 
+/// Returns an exhibit for each kind of light.
 fn lights() -> Result<Vec<Exhibit>> {
     let one = |light: Value, about: &str| {
         let genome: Genome = preset(UNDER_LIGHTS)?.parse()?;
