@@ -67,6 +67,7 @@ pub fn run(args: &BenchAllArgs, json: bool) -> Result<()> {
 
 /// Benchmarks in the order they run.
 fn parts(short: bool, gpu: bool) -> Vec<Part> {
+    // Common arguments, then those of a long or of a short run.
     let words = |words: &str, long: &str, brief: &str| -> Vec<String> {
         let more = if short { brief } else { long };
         words.split_whitespace().chain(more.split_whitespace()).map(str::to_owned).collect()

@@ -35,6 +35,7 @@ pub struct BenchAmountArgs {
     seed: u64,
 }
 
+/// Amounts of mutation and of recombination.
 const AMOUNTS: [f32; 13] = [0.0, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
 /// Distances of the children from one parent, for each amount.

@@ -82,13 +82,15 @@ pub fn run(args: &BenchBreedArgs, json: bool) -> Result<()> {
 struct Measured {
     /// Without searches.
     alone: Vec<Sample>,
-    /// With searches running.
+    /// While searches run.
     beside: Vec<Sample>,
     /// Generations completed by the searches meanwhile.
     generations: u64,
+    /// Evaluator, as the server reports it.
     backend: Value,
 }
 
+/// Breeds all broods, each from a child of the last.
 async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
     let api = Api::new(url, args.token.clone())?;
     let body = json!({ "name": "bench", "thumbnail_px": args.size });
@@ -196,6 +198,7 @@ impl Measured {
     }
 }
 
+/// Returns a line for each stage.
 fn rows(samples: &[Sample]) -> String {
     let row = |(stage, times): (stage::StageName, Vec<_>)| {
         let f = figures(times);
@@ -207,6 +210,7 @@ fn rows(samples: &[Sample]) -> String {
     stages(samples).into_iter().map(row).collect()
 }
 
+/// Returns a line for each of the slowest broods.
 fn slow_rows(samples: &[Sample]) -> String {
     let mut text = String::from(
         "\nthe slowest      total    breed   commit   render     film  sets made  rough samples\n",

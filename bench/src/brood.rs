@@ -53,6 +53,7 @@ struct Figures {
     black: usize,
     /// Mean number of draws per brood.
     draws: f64,
+    /// Median time to breed a brood.
     median_ms: f64,
     p99_ms: f64,
 }

@@ -60,25 +60,32 @@ struct Row {
     floor: f64,
     /// One for each budget.
     runs: Vec<Run>,
+    /// E_log of each published fit, by the name of its source.
     published: Vec<(&'static str, Option<f64>)>,
     /// E_log of two microfacet lobes over a diffuse part.
     two_lobes: f64,
 }
 
+/// One fit.
 struct Run {
+    /// Time budget in seconds.
     budget: f64,
+    /// Time taken, in seconds.
     seconds: f64,
+    /// E_log on held-out samples.
     e_log: f64,
     operations: usize,
     generations: u32,
-    /// Largest f over that of the target, among pairs where samples are sparse.
+    /// Largest f over that of the target, among pairs where samples are sparse ([`narrow_pairs`]).
     spike: f64,
+    /// Number of these pairs whose f changes when light and eye are swapped.
     not_reciprocal: usize,
     /// Smallest f among these pairs.
     least_f: f64,
     max_albedo: f64,
+    /// Difference between pictures of fit and material.
     unseen: ViewDifference,
-    /// `None` if the material is known only at its samples.
+    /// PNG of these pictures; `None` if the material is known only at its samples.
     picture: Option<Vec<u8>>,
 }
 
@@ -119,6 +126,7 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     folder.finish_table("fit", ("", &table), &chart(&rows, args).svg(), json)
 }
 
+/// Fits a material within a budget and measures the result.
 fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
     let FitMaterial { target, brdf, .. } = measured;
     let begun = Instant::now();

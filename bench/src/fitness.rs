@@ -64,15 +64,20 @@ struct Row {
     selected_share: f64,
 }
 
-/// Times and counts of one population.
+/// Times and counts of one population under one screening.
 #[derive(Debug, Default, Clone, Copy)]
 struct RoundResult {
+    /// Time of lowering, translation, evaluation and selection.
     seconds: f64,
     lowering_seconds: f64,
     translation_seconds: f64,
+    /// Share of the blocks that were evaluated.
     evaluated: f64,
+    /// Scalar operations of the unlowered genomes, on all samples.
     written: f64,
+    /// Scalar operations executed, estimated.
     executed: f64,
+    /// Share of the selection of the full evaluation that was selected.
     same: f64,
 }
 

@@ -55,13 +55,17 @@ pub struct BenchInverseArgs {
 #[derive(Debug, Serialize)]
 struct Row {
     material: &'static str,
+    /// Number of parameters that are solved for.
     unknowns: usize,
+    /// Number of pixels used.
     pixels: u64,
     starts: u32,
     successes: usize,
     /// Time of a start, including the picture that it is judged by.
     ms: Figures,
+    /// Root mean square error of the picture of the result.
     rmse: Figures,
+    /// Mean number of models evaluated per start.
     evaluations: f64,
     /// Mean number of starting points used per start.
     restarts: f64,

@@ -44,11 +44,15 @@ pub struct BenchModelArgs {
     out: Option<PathBuf>,
 }
 
+/// Results of one kind of model.
 struct Row {
     kind: ModelKind,
+    /// Nanoseconds per sample in blocks, fastest pass.
     ns: f64,
     slowest_ns: f64,
+    /// Nanoseconds per sample of the scalar f64 reference.
     reference_ns: f64,
+    /// Microseconds to prepare the model.
     prepare_us: f64,
     stress: Stress,
 }

@@ -51,6 +51,7 @@ struct Row {
     programs_per_second: f64,
 }
 
+/// Opcodes that the instructions of random programs are limited to.
 struct Mix {
     name: &'static str,
     opcodes: &'static [Opcode],

@@ -11,7 +11,7 @@ use brood_eval::{
 use brood_program::Program;
 use brood_scene::{Exposure, Mesh, PixelArea, SampleSet, Sampling, Scene};
 
-/// Sampling of pixels; the default is the default of the product.
+/// Sampling of pixels; the default is that of brood.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Mode(Sampling);
 
@@ -27,7 +27,7 @@ impl Mode {
         self.0.to_string()
     }
 
-    /// True if the product uses this mode by default.
+    /// True if brood uses this mode by default.
     pub fn is_default(self) -> bool {
         self == Self::default()
     }
@@ -49,7 +49,7 @@ pub fn canonical(set: &SampleSet, program: &Program, f: &mut Vec<f32>) -> Result
     Ok(shade(set, f))
 }
 
-/// Renders one mesh in one mode as the product does, with the same caches.
+/// Renders one mesh in one mode as a worker does, with the same caches.
 pub struct ModeRenderer<'a> {
     mesh: &'a Mesh,
     scene: &'a Scene,

@@ -55,11 +55,15 @@ struct Saving {
     name: String,
     /// Unit of the counts.
     counted: &'static str,
+    /// Count without the optimisation.
     without: u64,
+    /// Count with it.
     with: u64,
     /// Work that is timed.
     timed: &'static str,
+    /// Time without the optimisation.
     without_ms: f64,
+    /// Time with it.
     with_ms: f64,
 }
 

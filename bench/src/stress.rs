@@ -67,6 +67,7 @@ struct Report {
     meshes: Meshes,
     #[serde(flatten)]
     pictures: PictureDifferences,
+    /// Time spent on [`Report::batches`].
     evaluation_seconds: f64,
     seconds: f64,
 }

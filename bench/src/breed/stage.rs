@@ -23,7 +23,7 @@ pub struct Sample {
     pub job: Option<JobAnswer>,
 }
 
-/// Name of a stage.
+/// Key and label of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StageName {
     /// Key in JSON.
@@ -44,6 +44,7 @@ pub struct StageTimes {
 /// Extracts a stage's time from a sample; `None` if its parts were not reported.
 type Extract = fn(&Sample) -> Option<Duration>;
 
+/// Stages in printed order: key, label and time.
 const STAGES: [(&str, &str, Extract); 15] = [
     ("total", "request to last picture", |it| Some(it.total)),
     ("breed", "  request to 201", |it| Some(it.breed)),
@@ -82,6 +83,7 @@ impl Sample {
         Some(of(self.work()?)).filter(|us| *us > 0).map(Duration::from_micros)
     }
 
+    /// Time of the lease minus rendering: transfers of the job and of the results.
     fn handover(&self) -> Option<Duration> {
         let leased_us = self.times()?.leased_us;
         Some(Duration::from_micros(leased_us.saturating_sub(self.work()?.busy_us)))

@@ -6,6 +6,7 @@ use super::canvas::{
 };
 use super::plot::heading;
 
+// Lengths in pixels of SVG.
 const WIDTH: f64 = 760.0;
 const RIGHT: f64 = 150.0;
 const TOP: f64 = 84.0;

@@ -5,6 +5,7 @@ use super::canvas::{
     Anchor, Area, Canvas, GRID, GRID_STRONG, INK, SOFT_INK, Text, colour, text_width,
 };
 
+// Lengths in pixels of SVG.
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 480.0;
 const LEFT: f64 = 84.0;

@@ -33,6 +33,7 @@ struct OrderResult {
     errors: Vec<f64>,
 }
 
+/// Results of the whole search for all genomes.
 struct Limits {
     ms: Vec<f64>,
     /// Relative error at the found place.

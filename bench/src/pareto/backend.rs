@@ -82,7 +82,8 @@ pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
     })
 }
 
-/// `f` holds the computed, the f64 and the canonical values, in this order.
+/// Compares values with both references: `f` holds the values, those of the f64 reference and the
+/// canonical ones.
 fn row(name: String, ms: f64, set: &SampleSet, f: [&[f32]; 3], is_default: bool) -> Row {
     let [own, exact, canonical] = f;
     let pictures = own.chunks(3 * set.len()).zip(exact.chunks(3 * set.len()));

@@ -18,6 +18,7 @@ const SELECTED: usize = 20;
 /// Share of the candidates that a race passes on.
 const SHARE: f64 = 0.05;
 
+/// Measures exact abort and racing.
 pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let population = programs(workload.seed, CANDIDATES * workload.genomes);
     let population: Vec<&Program> = population.iter().collect();

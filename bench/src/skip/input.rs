@@ -16,6 +16,7 @@ use crate::picture::Mode;
 /// Children of a brood, which share a sample set.
 const BROOD: usize = 20;
 
+/// Measures unused inputs, for single materials and for broods.
 pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let set = Mode::default().set(&mesh, &Scene::default(), workload.size_px);

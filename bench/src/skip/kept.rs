@@ -14,6 +14,7 @@ use crate::picture::{self, Mode};
 /// Children of a brood, which share a sample set.
 const BROOD: u32 = 20;
 
+/// Measures the cache of sample sets and that of programs.
 pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let mut savings = sample_sets(workload)?;
     savings.extend(translations(workload)?);

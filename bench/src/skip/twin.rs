@@ -16,6 +16,7 @@ const MUTANTS: u32 = 50;
 /// Largest number of parents.
 const PARENTS: u32 = 40;
 
+/// Measures the pictures that twins save, by amount of mutation.
 pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let parents = genomes(workload.seed, workload.genomes.min(PARENTS));
     let programs: Vec<Program> = parents.iter().take(10).map(Program::lower).collect();

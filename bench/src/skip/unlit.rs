@@ -11,11 +11,12 @@ use glam::DVec2;
 use super::{Saving, Workload};
 use crate::measure::{fastest_ms, programs};
 
-/// Number of positions on the light circle.
+/// Number of positions on the light orbit.
 const ANGLES: u32 = 12;
 /// Number of evaluated materials.
 const MATERIALS: u32 = 10;
 
+/// Measures the samples that are not evaluated, over the light orbit.
 pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let programs = programs(workload.seed, MATERIALS);
@@ -49,6 +50,7 @@ pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
     }])
 }
 
+/// Milliseconds of the fastest evaluation of all programs.
 fn time(set: &SampleSet, programs: &[Program], repeats: u32) -> Result<f64> {
     let evaluator = CanonicalEvaluator::default();
     let mut f = Vec::new();

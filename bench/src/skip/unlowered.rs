@@ -15,6 +15,7 @@ struct Signed {
     negate: bool,
 }
 
+/// Result of a step, input or constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Value {
     Step(usize),
@@ -23,6 +24,7 @@ enum Value {
     Constant(u32),
 }
 
+/// Operation and its operands; those of a unary operation are equal.
 type Step = (Operation, Value, Value);
 
 /// Scalar steps in the order of the genome, with the values of g for the three channels, up to
@@ -117,8 +119,9 @@ impl Unlowered {
         Program::from_words(&words)
     }
 
-    /// Rewrites the steps: `keep` returns `None` to drop a step, `Some(None)` to keep it and
-    /// `Some(Some(k))` to replace it by the kept step k.
+    /// Rewrites the steps. `keep` takes the index of a step, the step with operands among the kept
+    /// ones, and the index that it would get. It returns `None` to drop the step, `Some(None)` to
+    /// keep it and `Some(Some(k))` to replace it by the kept step k.
     fn rewritten(&self, mut keep: impl FnMut(usize, Step, usize) -> Option<Option<usize>>) -> Self {
         let mut moved: Vec<usize> = Vec::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::new();
@@ -179,6 +182,7 @@ fn constant(value: f32) -> Signed {
     Signed { value: Value::Constant(value.to_bits()), negate: false }
 }
 
+/// Scalar steps so far, and the value of each component of each register.
 struct Writer<'a> {
     genome: &'a Genome,
     registers: Vec<[Signed; 4]>,
@@ -265,6 +269,7 @@ impl Writer<'_> {
         [Some(Signed { value, negate: odd && a.negate }); 4]
     }
 
+    /// Dot product of the first components of both operands.
     fn dot(&mut self, instruction: &Instruction, components: usize) -> Signed {
         let product = |w: &mut Self, k| {
             let (a, b) = (w.read(instruction, 0, k), w.read(instruction, 1, k));
@@ -278,6 +283,7 @@ impl Writer<'_> {
         sum
     }
 
+    /// One row of X2D: a component of a, plus the product of a row of c with b.
     fn row(&mut self, instruction: &Instruction, row: usize) -> Signed {
         let mut sum = self.read(instruction, 0, row);
         for k in 0..2 {
@@ -288,6 +294,7 @@ impl Writer<'_> {
         sum
     }
 
+    /// Value of an operand for a written component: swizzle and sign applied.
     fn read(&self, instruction: &Instruction, position: usize, place: usize) -> Signed {
         let operand = instruction.operand(position);
         let component = operand.swizzle.component(place);
@@ -300,6 +307,7 @@ impl Writer<'_> {
         if operand.negate { value.negated() } else { value }
     }
 
+    /// Adds without a negation: the sign of a is moved to the result.
     fn add(&mut self, a: Signed, b: Signed) -> Signed {
         let operation = if a.negate == b.negate { Operation::Add } else { Operation::Sub };
         Signed { value: self.step(operation, a.value, b.value), negate: a.negate }

@@ -27,15 +27,20 @@ const GPU_SHARE: u64 = 16;
 /// Cosines below this count as grazing.
 const GRAZING_COS: f64 = 1e-3;
 
-/// Counts over all batches.
+/// Counts over all batches. Kinds of directions are counted once per program that runs on them.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Batches {
     pub evaluations_per_level: u64,
     pub evaluations_with_large_constants: u64,
+    /// At least one direction has a cosine below [`GRAZING_COS`].
     pub grazing: u64,
+    /// At least one direction is the normal.
     pub at_the_pole: u64,
+    /// The tangential parts of both directions cancel.
     pub antipodal: u64,
+    /// Both directions are equal, but not the normal.
     pub equal: u64,
+    /// Number of NaN and infinite values, of the scalar evaluator and of all levels.
     pub not_finite: u64,
     pub negative: u64,
     /// Values of any level whose bits differ from the scalar evaluator's.
@@ -89,6 +94,7 @@ pub fn run(seed: u64, evaluations: u64, gpu: &Renderer) -> Result<Batches> {
     total
 }
 
+/// Runs one batch at every level, and on the GPU if one is given.
 fn batch(seed: u64, gpu: Option<&Renderer>) -> Result<Batches> {
     let first = seed.wrapping_mul(PROGRAMS);
     let candidates: Vec<StressProgram> =

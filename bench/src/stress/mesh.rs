@@ -18,8 +18,9 @@ use serde::Serialize;
 use super::program::candidate;
 use crate::output;
 
-/// Rows and columns of the ball that the faults are applied to.
+/// Rows of the ball that the faults are applied to.
 const ROWS: usize = 14;
+/// Columns of the ball.
 const COLUMNS: usize = 20;
 /// Side of the pictures in pixels.
 const SIZE_PX: u32 = 32;
@@ -59,8 +60,10 @@ impl Meshes {
 /// Faults of one mesh; several may be combined.
 #[derive(Debug, Clone, Copy, Default)]
 struct Faults {
+    /// True if triangles without area are added.
     empty_triangles: bool,
     uv: Uv,
+    /// True if normals are replaced by [`broken_normal`].
     opposing_normals: bool,
     /// Factor on all coordinates.
     size: f64,
@@ -68,6 +71,7 @@ struct Faults {
     offset: f64,
 }
 
+/// Texture coordinates of a mesh.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum Uv {
     #[default]
@@ -96,6 +100,7 @@ pub fn run(seed: u64, meshes: u32) -> Result<Meshes> {
     found
 }
 
+/// Renders one mesh in several scenes and checks its samples.
 fn check_mesh(seed: u64, index: u32) -> Result<Meshes> {
     let key = BirthKey { seed, slot: index, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
@@ -134,6 +139,7 @@ impl Faults {
 }
 
 impl Meshes {
+    /// Counts the invalid samples of a set.
     fn check(&mut self, set: &SampleSet, programs: &[Program]) -> Result<()> {
         let batch: Vec<&Program> = programs.iter().collect();
         let mut f = Vec::new();
