@@ -1,5 +1,12 @@
 /**
  * Starts the page: draws it, and connects the stores with storage, server, address and keyboard.
+ *
+ * State is in stores, the `store.js` of each folder: objects whose fields are signals. If a signal
+ * changes, the components of `view` that have read it are drawn again, and the effects that have
+ * read it, which the `watch` functions create, run again. Folders: `api` (requests to the server),
+ * `page` (address, settings, problems), `lineage` (breeding and history), `scene` (object and
+ * light), `live` (drawing by WebGL 2), `search`, `compare`, `view` (components). The server's
+ * pictures are shown first; `live` draws over them.
  */
 import { render } from "./vendor/preact.js";
 import { effect } from "./vendor/signals-core.js";

@@ -1,19 +1,20 @@
 /**
  * Streams of server-sent events: one EventSource each, reopened after a refusal and closed while
  * the page is hidden, because browsers allow six connections to a host over all tabs. Independent
- * of what the events say.
+ * of the content of events.
  */
 
+/** Delay before a refused connection is opened again. */
 const AGAIN_MS = 3000;
 
 /**
  * @typedef {{url: string, opened: (missed: boolean) => void, lost?: () => void, on:
  *   Record<string, (news: any) => void>}} Subscription `lost`: called when a connection breaks.
  *   `opened`: called at every connection; `missed` if events may be lost that the server does not
- *   repeat.
+ *   repeat. `on`: functions by the name of the event that they take.
  */
 
-/** Creates a stream without a subscription. */
+/** Creates a stream without a subscription, that is without a connection. */
 export function eventStream() {
   /** @type {EventSource|null} */
   let source = null;

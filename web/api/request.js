@@ -1,6 +1,6 @@
 /**
- * Requests to the server: headers, retries, and problems as errors. Independent of the page's state
- * but for the question for a token.
+ * Requests to the server: headers, retries, and problems as errors. Independent of the page's
+ * state, except that a 401 opens the question for an access token.
  *
  * @import { Problem } from "../model.js"
  */
@@ -21,6 +21,7 @@ export class ProblemError extends Error {
 }
 
 /**
+ * Problem to show for an error: the server's, or a generic one.
  * @param {unknown} error
  * @returns {Problem}
  */
@@ -37,6 +38,7 @@ export function problemOf(error) {
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
 /**
+ * Reads the problem in a refusal; a generic one if the body is not JSON.
  * @param {Response} response
  * @returns {Promise<Problem>}
  */
@@ -65,8 +67,8 @@ async function readProblem(response) {
  */
 
 /**
- * Sends one request, again where that is safe: a POST carries one Idempotency-Key in all its
- * attempts.
+ * Sends one request, and repeats it after failures that may pass. A repeated POST is executed once,
+ * because all its attempts carry one Idempotency-Key.
  * @param {string} method
  * @param {string} path
  * @param {Options} options
@@ -197,7 +199,8 @@ export async function readAll(path) {
 }
 
 /**
- * Changes a resource by its version; after a conflict once more with the present version.
+ * Changes a resource of this version. If another client has changed it meanwhile, applies the
+ * change once more, to the present version.
  * @param {string} path
  * @param {number} version
  * @param {unknown} json

@@ -1,6 +1,6 @@
 /**
- * The server's routes as functions, but for those of targets and searches. Independent of the
- * page's state.
+ * The server's routes as functions, except those of targets and searches (`search/routes.js`).
+ * Independent of the page's state.
  *
  * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
  *   Locks, MeshAnswer, Preset, Scene, SystemAnswer } from "../model.js"

@@ -7,7 +7,9 @@
 const EMPTY = [204, 205, 304];
 
 /**
- * @param {{progress: (sent: number, whole: number) => void, signal: AbortSignal}} how
+ * Returns a function in place of fetch.
+ * @param {{progress: (sent: number, whole: number) => void, signal: AbortSignal}} how `progress`:
+ *   called with bytes
  * @returns {(path: string, init: RequestInit) => Promise<Response>}
  */
 export const sendingBy =

@@ -1,5 +1,6 @@
 /**
- * A/B comparison of the centre with a pinned individual, which takes the centre's place on demand.
+ * A/B comparison of the centre (A) with a pinned individual (B), which takes the centre's place on
+ * demand.
  *
  * @import { Cell, Individual } from "../model.js"
  */

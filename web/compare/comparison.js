@@ -18,9 +18,10 @@ import { compareStore } from "./store.js";
  *   individual, or name of a preset, whose genome is sent to the server first.
  */
 
-/** Limits of the server. */
+/** Numbers of materials that the server compares. */
 export const FEWEST = 2;
 export const MOST = 6;
+/** Side of the compared pictures. */
 const SIDE_PX = 256;
 
 /** @param {Choice[]} of */

@@ -152,7 +152,7 @@ export function cancelMate() {
 /** Breeds the same parents again with a new seed. */
 export function reroll() {
   const of = lineageStore.generation.value;
-  // Imported and searched individuals have no parents, so the re-roll breeds from themselves.
+  // Imported individuals and results of searches have no parents: breeds from the centre instead.
   const first = of && !isBred(of) ? centreOf(of) : null;
   return breed(first ? [first.id] : (of?.parents ?? []));
 }
@@ -160,7 +160,7 @@ export function reroll() {
 /** Breeds a random brood. */
 export const breedRandom = () => breed([]);
 
-/** @param {Cell} cell */
+/** Name of a frame in messages. @param {Cell} cell */
 export const nameOf = (cell) => (cell === "centre" ? "The centre" : `Frame ${cell + 1}`);
 
 /** @param {Cell} cell */

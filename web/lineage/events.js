@@ -12,14 +12,16 @@ import { pictureAvailable, retryFailed } from "./pictures.js";
  * @typedef {{known: (id: string) => boolean, onNewGeneration: (id: string) => Promise<void>,
  *   onLineageChanged: (version: number) => Promise<void>, onIndividualChanged: (news:
  *   IndividualNews) => void, onJob: (news: any) => void, resync: (all: boolean) =>
- *   Promise<void>}} Listener
+ *   Promise<void>}} Listener `known`: true if the page has that generation. `resync`: reads what
+ *   may have changed; `all` if events were missed.
  */
 
 const stream = eventStream();
 /** Id of the lineage whose events are read. */
 let listenedLineage = "";
 /**
- * Resolves when no brood is being bred by this page: those arrive with their own answers.
+ * Resolves when this page is breeding nothing. Its own broods arrive in the answers to its
+ * requests, so their events are ignored.
  * @type {Promise<unknown>}
  */
 let localBreeds = Promise.resolve();
@@ -33,6 +35,7 @@ export function deferGenerationEvents(work) {
 }
 
 /**
+ * Reads the events of a lineage, in place of those of the last one.
  * @param {string} lineage
  * @param {Listener} listener
  */

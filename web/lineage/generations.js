@@ -20,7 +20,10 @@ import { lineageStore } from "./store.js";
  */
 const sceneReadFor = new Map();
 
-/** Number of navigations so far. The newest wins over answers to earlier ones that arrive late. */
+/**
+ * Number of navigations so far: changes of the generation that is shown. An answer is dropped if
+ * another navigation has begun since its request.
+ */
 let navigations = 0;
 
 /** Number of navigations so far; a caller that waits compares it to see if the user moved on. */
@@ -45,7 +48,8 @@ export function noteSceneOf(read, sceneId) {
 export const clearSceneNotes = () => sceneReadFor.clear();
 
 /**
- * True if variation made it: results of a search and imported genomes do not say how to breed on.
+ * True if breeding made it, with knobs to breed on with. False for results of a search and for
+ * imported genomes.
  * @param {Generation} of
  */
 export const isBred = (of) => !["fit", "adopt"].includes(of.individuals[0]?.operator ?? "");
@@ -91,8 +95,9 @@ async function move(how, target) {
 }
 
 /**
+ * Reads a generation of the open lineage from the server into the store.
  * @param {string} id
- * @param {string} sceneId
+ * @param {string} sceneId present scene of the lineage
  */
 export async function readGeneration(id, sceneId) {
   const read = await api.getGeneration(id);

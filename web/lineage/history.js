@@ -45,7 +45,7 @@ function parentGenerations(inOrder) {
 }
 
 /**
- * A generation and all its ancestors.
+ * Ids of a generation and of all its ancestors.
  * @param {Map<string, string>} parents
  * @param {string|null} id
  * @returns {Set<string>}

@@ -9,6 +9,7 @@ import { clearProblems, guarded } from "../page/problem.js";
 import { inspect } from "./inspections.js";
 import { lineageStore } from "./store.js";
 
+/** Requests the inspection of the individual in the inspector. */
 const read = () =>
   guarded("inspector", async () => {
     if (lineageStore.inspected.value) await inspect(lineageStore.inspected.value.of);

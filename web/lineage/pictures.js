@@ -1,6 +1,7 @@
 /**
  * Loading of the frames' pictures: retries, the time from a click to the last picture, and
- * `body[data-ready]`.
+ * `body[data-ready]`, the id of the generation whose pictures are all loaded (browser tests wait
+ * for it).
  */
 import { effect } from "../vendor/signals-core.js";
 import { pageStore } from "../page/store.js";
@@ -8,11 +9,12 @@ import { sceneStore } from "../scene/store.js";
 import { twinsInWords } from "./locks.js";
 import { lineageStore } from "./store.js";
 
+/** Number of automatic retries of a picture. */
 const RETRIES = 6;
 
-/** @type {Map<string, ReturnType<typeof setTimeout>>} */
+/** Timers of the next retry, by address. @type {Map<string, ReturnType<typeof setTimeout>>} */
 const timers = new Map();
-/** @type {number|null} */
+/** Time of the click whose pictures are awaited. @type {number|null} */
 let clock = null;
 
 /** Starts measuring the time to the last picture, at a click. */

@@ -11,7 +11,7 @@ import { noteSceneOf, readGeneration, refreshShown } from "./generations.js";
 import { storeGenerations, updateIndividual } from "./individuals.js";
 import { lineageStore } from "./store.js";
 
-/** Follows the events of a lineage, and of no other any more. @param {string} id */
+/** Follows the events of this lineage only. @param {string} id */
 export function followChanges(id) {
   listenToLineage(id, {
     known: (one) => lineageStore.generations.value.has(one),
@@ -54,7 +54,7 @@ function onIndividualChanged({ id, ...news }) {
 }
 
 /**
- * Reads what other clients may have changed unheard.
+ * Reads what other clients may have changed without an event.
  * @param {boolean} all true if marks of any individual may have changed, and not only the
  *   lineage, its scene and its list of generations
  */

@@ -24,9 +24,10 @@ const DEGREE = Math.PI / 180;
  *
  * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, half: number, parallel: boolean,
  *   near: number, far: number}} View `half` is half the visible height: at distance 1, or anywhere
- *   if rays are parallel.
+ *   if rays are parallel. `near` and `far` enclose the object.
  *
- * @typedef {{place: Vec3, intensity: Vec3}} PointLight
+ * @typedef {{place: Vec3, intensity: Vec3}} PointLight With lengths in radii: irradiance at normal
+ *   incidence is intensity over squared distance.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -75,6 +76,7 @@ const relative = (world, { centre, radius }) => [
 export const rotationOf = (scene) => fromDegrees(scene.rotation_deg);
 
 /**
+ * Camera as the object sees it.
  * @param {Camera} camera
  * @param {Extent} extent
  * @param {{rotation: number[], scale: number}} pose of the object
@@ -141,6 +143,7 @@ const channels = (strength) =>
   typeof strength === "number" ? [strength, strength, strength] : (strength ?? null);
 
 /**
+ * Lights as the object sees them.
  * @param {Pick<Scene, "lights">} scene
  * @param {Extent} extent
  * @param {{rotation: number[], scale: number}} pose

@@ -15,7 +15,8 @@ const INSET_PX = 3;
  * @typedef {{cell: Cell, corner: [number, number]}} Square `corner`: lower left, pixels
  *
  * @typedef {{width: number, height: number, css: {left: string, top: string, width: string,
- *   height: string}, small: number, large: number, squares: Square[]}} Layout `css` aligns the
+ *   height: string}, small: number, large: number, squares: Square[]}} Layout `width`, `height`: of
+ *   the drawing buffer; `small`, `large`: side of a frame and of the centre in it; `css` aligns the
  *   canvas with the pixels of the screen, so that nothing is blurred.
  */
 

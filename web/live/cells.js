@@ -77,7 +77,12 @@ export function cellsOf(points, normals, side) {
   };
 }
 
-/** @param {Float64Array} bounds @param {number} first @param {PointLight} light */
+/**
+ * True if a light may be above the horizon of some pixel of a cell.
+ * @param {Float64Array} bounds
+ * @param {number} first index of the cell's bounds
+ * @param {PointLight} light
+ */
 function reaches(bounds, first, { place }) {
   let most = 0;
   for (let axis = 0; axis < 3; axis += 1)

@@ -1,17 +1,21 @@
 /**
- * Meshes in the server's binary format, decoded and uploaded to the GPU.
+ * Meshes in the server's binary format, decoded and uploaded to the GPU. Little-endian: the magic;
+ * u32 version, numbers of vertices and triangles, and 1 if there are texture coordinates; f64
+ * centre and radius of the bounding sphere; f32 positions, normals, tangents and texture
+ * coordinates; u32 vertices of the triangles' corners.
  *
  * @import { Extent } from "./camera.js"
  */
 import { getBytes } from "../api/request.js";
 
 const MAGIC = "broodgeo";
-/** Bytes before the arrays. */
+/** Number of bytes before the arrays. */
 export const HEAD_BYTES = 56;
 
 /**
  * @typedef {{extent: Extent, positions: Float32Array, within: number, corners: number, vertices:
- *   WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry
+ *   WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry `within`: bound on the texture
+ *   coordinates; `corners`: three times the number of triangles.
  *
  * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array,
  *   tangents: Float32Array, uvs: Float32Array, corners: Uint32Array}} Arrays
@@ -74,6 +78,7 @@ function reach(uvs) {
 }
 
 /**
+ * Requests a mesh and uploads it.
  * @param {WebGL2RenderingContext} gl
  * @param {string} mesh id, or the name of a built-in one
  * @returns {Promise<Geometry>}

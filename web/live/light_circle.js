@@ -10,7 +10,7 @@ const LONGEST_STEP_S = 0.1;
 
 /** Present angle, in degrees from the light's place in the scene. */
 let now = 0;
-/** @type {number|null} */
+/** Time of the last drawing under the moving light. @type {number|null} */
 let last = null;
 
 /** Angle of the light at a time. @param {number} milliseconds */

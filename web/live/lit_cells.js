@@ -11,7 +11,8 @@ import { CELL, cellsOf, litMiddles } from "./cells.js";
 /**
  * @typedef {{cells: Cells|null, fence: WebGLSync|null, pixels: WebGLBuffer|null, vertices:
  *   WebGLVertexArrayObject, buffer: WebGLBuffer, lit: number}} LitCells `cells`: null while
- *   unknown; `lit`: number of cells that lights may reach.
+ *   unknown; `fence`, `pixels`: of the read-back while it runs; `buffer`: middles of the cells that
+ *   lights may reach; `lit`: number of these.
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {LitCells} */
@@ -52,7 +53,7 @@ export function dropLitCells(gl, of) {
  * @returns {boolean} true if more steps are needed
  */
 export function readLitCells(gl, { side, foundFramebuffer, parts }) {
-  // Few GPUs, if any, cannot draw points of this size.
+  // Without points of this size the cells cannot be drawn. Almost all GPUs have them.
   if (parts.cells || gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1] < CELL) return false;
   const numbers = 4 * side * side;
   if (!parts.fence) {

@@ -43,12 +43,15 @@ let canvas = null;
 /** @type {Context|null} */
 let context = null;
 /**
+ * Resources that all materials share, made at the first drawing: programs, and the surface as the
+ * frames (`small`), the centre (`large`) and the exposure meter (`metering`) see it.
  * @type {{pens: SurfacePrograms, dark: Linked, meter: Meter, metering: Surface, small: Surface,
  *   large: Surface}|null}
  */
 let tools = null;
-/** @type {{mesh: string, geometry: Geometry}|null} */
+/** The mesh on the GPU. @type {{mesh: string, geometry: Geometry}|null} */
 let object = null;
+/** Mesh that is being loaded; empty if none. */
 let loading = "";
 /**
  * Keys of what the surfaces show, of the lights on them, and of what exposures were measured for.
@@ -56,6 +59,7 @@ let loading = "";
 let drawnKey = "";
 let litKey = "";
 let meteredKey = "";
+/** True if an animation frame is requested. */
 let requested = false;
 /** Delay before a failed request is repeated. */
 const AGAIN_MS = 5000;
@@ -132,7 +136,7 @@ function openOnce() {
   });
 }
 
-/** @param {WebGL2RenderingContext} gl @param {Scene} scene */
+/** Loads the mesh of a scene. @param {WebGL2RenderingContext} gl @param {Scene} scene */
 async function load(gl, scene) {
   loading = scene.mesh;
   try {
@@ -187,7 +191,7 @@ function prepare(gl, scene) {
   return tools.small.whole && tools.large.whole ? { layout, ...tools } : null;
 }
 
-/** @param {Set<Cell>} cells */
+/** Publishes which frames are drawn live; hides the canvas if none is. @param {Set<Cell>} cells */
 function showLive(cells) {
   // The last drawing must not show behind the server's pictures.
   if (canvas) canvas.style.visibility = cells.size > 0 ? "visible" : "hidden";
@@ -238,7 +242,11 @@ function followOnServer(scene, degrees) {
   if (liveStore.lightMoving.value) schedule();
 }
 
-/** @param {number} now */
+/**
+ * One animation frame: brings surface, light, exposures and materials up to date, each only if what
+ * it depends on has changed, and draws the materials that are ready.
+ * @param {number} now milliseconds
+ */
 function frame(now) {
   requested = false;
   const scene = sceneStore.editedScene.value;
@@ -309,7 +317,7 @@ function frame(now) {
   }
   /** @type {Individual[]} */
   const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
-  // The centre is last in the order of rows, but is looked at first.
+  // The centre's material is prepared first, because users look there first.
   const centre = individualIn("centre");
   const first = [centre, compareStore.pinned.value, ...individuals]
     .filter((one) => one !== null)

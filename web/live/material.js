@@ -1,5 +1,6 @@
 /**
- * A material on the GPU: the shader around its exported function, and its automatic exposure.
+ * A material on the GPU: the shader around its exported function, and its automatic exposure. The
+ * shader reads directions and light from the textures of a surface (`surface.js`).
  *
  * @import { Linked } from "./program.js"
  * @import { Surface } from "./surface.js"
@@ -21,8 +22,8 @@ export const METER_ANGLES = 8;
 const METER_SHARE = 0.97;
 const METER_LEVEL = 0.9;
 /**
- * So small that the display transfer is linear for the strongest reflected light and can be
- * inverted.
+ * Gain of the film while measuring: so small that the sRGB curve is linear for the strongest
+ * reflected light, and the radiance can be computed from the code.
  */
 export const METER_GAIN = 2 ** -44;
 /** Slope of the sRGB curve there. */
@@ -52,9 +53,10 @@ const NO_LIGHT = `
   vec3 code = vec3(0.0);`;
 
 /**
- * Fragment shader from the surface textures to a pixel's colour. Straight-line code except for
- * several lights: software runs both sides of every branch, and a branch around `evolved` costs it
- * more than `evolved` itself. A light below the horizon has cos_i 0.
+ * Fragment shader from the surface textures to a pixel's colour. Straight-line code, except for a
+ * loop over several lights: software renderers run both sides of every branch, and a branch around
+ * `evolved`, the material's f, costs them more than `evolved` itself. A light below the horizon has
+ * cos_i 0.
  *
  * The display transfer approximates the sRGB curve to 4e-5 (a hundredth of a code) by square roots,
  * which cost a tenth of a power.
@@ -100,11 +102,15 @@ void main() {
 /**
  * @typedef {{linked: Linked, lights: number, state: "linking"|"metering"|"ready"|"refused",
  *   drawable: boolean, gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
+ *   `state`: the shader is being compiled, the exposure is being measured, done, or the driver
+ *   rejected the shader. `drawable`: true from the first measurement on. `gain`: of automatic
+ *   exposure. `fence`, `pixels`: of the measurement while it runs.
  *
- * @typedef {{surface: Surface, lights: PointLight[]}} Look The lights that fall on the surface,
- *   in its slots; on the meter's, those of one place of the light after the other.
+ * @typedef {{surface: Surface, lights: PointLight[]}} Look A surface and the lights in its slots.
+ *   On the meter's surface these are the scene's lights at each measured angle, angle after angle.
  *
- * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter
+ * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter Holds one picture for
+ *   each measured angle, side by side.
  */
 
 /**
@@ -151,7 +157,12 @@ export function makeMeter(gl) {
   return { framebuffer, texture };
 }
 
-/** @param {WebGL2RenderingContext} gl @param {Linked} linked @param {Look} look */
+/**
+ * Binds textures and lights of a look to a program.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} linked
+ * @param {Look} look
+ */
 function bindLook(gl, linked, { surface, lights }) {
   gl.useProgram(linked.program);
   [surface.seen, surface.lit].forEach((texture, unit) => {
@@ -227,7 +238,11 @@ function startMetering(gl, of, meter, look) {
   gl.flush();
 }
 
-/** @param {WebGL2RenderingContext} gl @param {Material} of */
+/**
+ * Reads a finished measurement; returns the gain.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ */
 function readMeter(gl, of) {
   const pixels = new Float32Array(4 * METER_ANGLES * METER_SIDE * METER_SIDE);
   gl.bindBuffer(gl.PIXEL_PACK_BUFFER, of.pixels);
@@ -273,8 +288,8 @@ export function advance(gl, of, { meter, look }) {
       of.state = "refused";
       return true;
     }
-    // Measured under a fixed exposure too: software compiles at the first drawing, which is better
-    // done out of sight.
+    // Also if the film's exposure is fixed: software renderers compile at the first drawing, which
+    // is thus not on the screen.
     startMetering(gl, of, meter, look);
     of.state = "metering";
     return true;
@@ -289,7 +304,8 @@ export function advance(gl, of, { meter, look }) {
 }
 
 /**
- * Measures the exposure again after object or lights have changed.
+ * Measures the exposure again after object or lights have changed: `advance` finds the shader
+ * linked and starts a measurement.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  */

@@ -16,8 +16,9 @@ const AGAIN_MS = 5000;
 
 /**
  * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean,
- *   failed: boolean, used: number}} Entry `failed`: the server refused the request or could not be
- *   reached a moment ago.
+ *   failed: boolean, used: number}} Entry `source`: GLSL; `within`: bound on the texture
+ *   coordinates for which it was generated; `failed`: the server refused the request or could not
+ *   be reached a moment ago; `used`: time of the last use, in calls of `work`.
  */
 
 export class MaterialCache {

@@ -1,11 +1,11 @@
 /** Compiling and linking of shaders without waiting: callers check again in the next frame. */
 import { CELL } from "./cells.js";
 
-/** A triangle that covers the whole picture. */
+/** Vertex shader: a triangle that covers the whole picture. */
 export const EVERYWHERE = `#version 300 es
 void main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 
-/** Draws a polygon with given corners, or cells around points. */
+/** Vertex shader: a polygon with given corners, or square cells around points. */
 export const OUTLINED = `#version 300 es
 layout(location = 0) in vec2 corner_at;
 void main() {
@@ -89,6 +89,7 @@ export function uniformLocation(gl, linked, name) {
 }
 
 /**
+ * Compiles and links, waiting for the result; throws if that fails.
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex
  * @param {string} fragment

@@ -13,18 +13,18 @@ const GROWTH = 1.1;
 /** Largest fall in one step. */
 const SHRINKING = 0.6;
 /**
- * Frames that are judged together; the slowest, which something else may have delayed, does not
- * count.
+ * Number of frames that are judged together, and number of the slowest of them that do not count,
+ * because other work may have delayed them.
  */
 const JUDGED = 12;
 const DROPPED = 1;
-/** Relative to the display's interval: a mean beyond this misses frames of the display. */
+/** Relative to the display's interval: a mean above this misses frames of the display. */
 const MISSED = 1.08;
 /** Relative to the display's interval: a mean below this means a faster display. */
 const SOONER = 0.9;
 /**
- * Relative to the time at full resolution: if the least resolution takes more than this, drawing is
- * not the bottleneck.
+ * Relative to the time at full resolution: if the least resolution takes more than this, the number
+ * of pixels is not what makes drawing slow.
  */
 const NO_QUICKER = 0.75;
 /** Judgements before a failed change is tried again; doubles with each failure. */
@@ -44,22 +44,26 @@ const sorted = (values) => values.sort((a, b) => a - b);
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
 export class AdaptiveResolution {
+  /** Resolution of the drawing buffer relative to the canvas. */
   ratio = 1;
+  /** Milliseconds a frame above which the resolution falls, and below which it rises. */
   #slow = SLOW_MS;
   #quick = QUICK_MS;
   /** The display's interval if that is the aim, else null. @type {number|null} */
   #interval = null;
-  /** @type {number|null} */
+  /** Time of the last frame, milliseconds. @type {number|null} */
   #last = null;
-  /** @type {number[]} */
+  /** Milliseconds between frames since the last judgement. @type {number[]} */
   #steps = [];
   /** True if the last judgement raised the resolution. */
   #grown = false;
-  /** Milliseconds a frame before the resolution fell. */
+  /** Milliseconds a frame at full resolution, before it fell. */
   #whole = 0;
-  /** Remaining judgements without a rise; after resigning also without a fall. */
+  /** Number of judgements before the next rise; after resigning also before the next fall. */
   #waits = 0;
+  /** True while full resolution is kept although it is slow, because the least was no faster. */
   #resigned = false;
+  /** Number of judgements to wait after the next failed change. */
   #patience = PATIENCE;
 
   /**

@@ -29,7 +29,7 @@ export function nextStill(now, degrees, moves) {
   return now?.degrees === place && now.sharp === sharp ? now : { degrees: place, sharp };
 }
 
-/** @param {HTMLImageElement} image */
+/** True if a picture is loaded. @param {HTMLImageElement} image */
 const isThere = (image) => image.complete;
 
 /**

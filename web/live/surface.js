@@ -1,14 +1,17 @@
 /**
  * What the camera sees of the object, and the light that falls on it, in textures shared by all
- * materials. The surface is drawn again only if object, camera or size change, the light if it
- * moves.
+ * materials (deferred shading). The surface is drawn again only if object, camera or size change,
+ * the light if it moves.
  *
- * The light's shader is straight-line code: software renderers run both sides of every branch and
- * lose more time on the branch than on its content.
+ * Passes: the mesh into `layers` (position, normal, tangent of each pixel's centre); the mesh with
+ * multisampling into `mask` (coverage); a pass over all pixels that finds a shading point for each
+ * and writes `seen` and `found`; and for each light a pass that writes a slot of `lit`. The last is
+ * straight-line code: software renderers run both sides of every branch and lose more time on the
+ * branch than on its content.
  *
  * A material reads two texels a pixel: `seen` holds the direction to the eye (its tangential part
- * in the local frame) and the texture coordinates, `lit` the direction to a light, cos_i over the
- * squared distance, and the coverage.
+ * in the local frame) and the texture coordinates, `lit` the direction to a light (likewise), cos_i
+ * over the squared distance, and the coverage.
  *
  * @import { Geometry } from "./geometry.js"
  * @import { LitCells } from "./lit_cells.js"
@@ -113,7 +116,7 @@ ivec2 found(ivec2 at) {
 void main() {
   seen = vec4(0.0);
   point = vec4(0.0);
-  // So that nothing divides by nothing where there is nothing.
+  // Unit vectors, so that pixels off the object cause no division by 0.
   normal = vec4(0.0, 0.0, 1.0, 0.0);
   tangent = vec4(1.0, 0.0, 0.0, 0.0);
   ivec2 here = ivec2(gl_FragCoord.xy);
@@ -124,7 +127,7 @@ void main() {
   vec4 x = texelFetch(tangents, at, 0);
   vec3 wo = parallel ? -forward : normalize(eye - p);
   vec3 own = vec3(dot(wo, x.xyz), dot(wo, cross(n.xyz, x.xyz)), dot(wo, n.xyz));
-  // Where the interpolated normal turns away from the eye, just above the horizon.
+  // Where the interpolated normal faces away from the eye, the eye is put just above the horizon.
   if (own.z <= 0.0) own.xy = (length(own.xy) > 1e-9 ? normalize(own.xy) : vec2(1.0, 0.0)) * 0.999999995;
   seen = vec4(own.xy, n.w, x.w);
   point = vec4(p, 1.0);
@@ -153,7 +156,7 @@ void main() {
   result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 ? p.w * cos_i / squared : 0.0, n.w);
 }`;
 
-/** Samples a pixel for coverage. */
+/** Number of samples per pixel for coverage. */
 const MASK_SAMPLES = 4;
 
 /**
@@ -162,9 +165,11 @@ const MASK_SAMPLES = 4;
  *   WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture, lit:
  *   WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer:
  *   WebGLFramebuffer, foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many:
- *   WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface `slots`:
- *   how many lights there is room for, one picture above the other. `whole`: whether there was
- *   memory for all of it. `within`: the polygon that all of the object is in.
+ *   WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface `side`:
+ *   of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit` are
+ *   stacked. `whole`: false if there was not enough memory. `within`: a polygon around the object,
+ *   outside of which nothing is shaded. `parts`: cells that lights may reach. `found`: position,
+ *   normal and tangent of the shading points. `many`: the multisampled framebuffer of the mask.
  *
  * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} SurfacePrograms
  */
@@ -178,6 +183,7 @@ export const linkSurfacePrograms = (gl) => ({
 });
 
 /**
+ * Creates a texture that is read without filtering.
  * @param {WebGL2RenderingContext} gl
  * @param {number} format
  * @param {number} side
@@ -221,6 +227,7 @@ function drawsInto(gl, ...into) {
 }
 
 /**
+ * Creates the textures and framebuffers of a surface.
  * @param {WebGL2RenderingContext} gl
  * @param {number} side
  * @param {number} slots
@@ -298,6 +305,7 @@ export function dropSurface(gl, of) {
 }
 
 /**
+ * Draws the mesh with a program.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} pen
  * @param {Geometry} geometry
@@ -315,7 +323,7 @@ function draw(gl, pen, geometry, view) {
 }
 
 /**
- * Draws the object into the textures.
+ * Draws the object: fills `layers`, `mask`, `seen` and `found`.
  * @param {WebGL2RenderingContext} gl
  * @param {SurfacePrograms} pens
  * @param {Surface} into
@@ -403,7 +411,7 @@ export function lightSurface(gl, pens, into, lights) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 
-/** Draws where the object may be. @param {WebGL2RenderingContext} gl @param {Surface} surface */
+/** Draws the object's polygon. @param {WebGL2RenderingContext} gl @param {Surface} surface */
 export function drawWithin(gl, { within }) {
   gl.bindVertexArray(within.vertices);
   gl.drawArrays(gl.TRIANGLES, 0, within.corners);

@@ -1,12 +1,12 @@
 /**
- * The geometry of a line chart: round ticks, places on the paper, paths. Pure functions; knows
- * nothing of what is charted.
+ * Geometry of a line chart: round ticks, positions on the paper, paths. Pure functions, independent
+ * of what is charted.
  *
  * @typedef {{low: number, high: number, ticks: number[], log?: boolean}} Axis
  *
  * @typedef {{left: number, top: number, width: number, height: number}} Box
  *
- * @typedef {[number, number|null]} Point a value, and nothing where it is no number
+ * @typedef {[number, number|null]} Point x and y; y is null where it is missing
  */
 
 /** Mantissas of round steps. */
@@ -29,7 +29,7 @@ export function axisTo(largest, about) {
   return { low: 0, high: ticks[count], ticks };
 }
 
-/** Values below the top of their line divided by this are left out of the axis. */
+/** An axis of decades leaves out values below the largest of their line divided by this. */
 const FALL = 1000;
 /** Wanted number of ticks on an axis of decades. */
 const DECADES = 7;
@@ -78,7 +78,7 @@ export const largestOf = (lines) =>
  * @param {number} to
  */
 export function placeOn({ low, high, log }, value, from, to) {
-  // Values below a logarithmic axis, zeros above all, are placed at its low end.
+  // Values below a logarithmic axis, such as 0, are placed at its low end.
   const share = log
     ? Math.log(Math.max(value, low) / low) / Math.log(high / low)
     : (value - low) / (high - low);

@@ -22,8 +22,9 @@ export const BUILT_IN = ["sphere", "torus", "cube", "knob"];
 /** Largest OBJ file that the server accepts. */
 const OBJ_BYTES = 32 * 1024 * 1024;
 
-/** @type {Promise<unknown>} */
+/** Ends when all changes so far have been sent. @type {Promise<unknown>} */
 let queue = Promise.resolve();
+/** Number of changes that are queued or on their way. */
 let waiting = 0;
 /**
  * The next change in the queue; further changes for the same place are merged into it.
@@ -72,7 +73,7 @@ export function changeScene(place, change) {
 /** Number of attempts to apply a change on top of concurrent changes by other clients. */
 const TRIES = 4;
 
-/** @param {string} lineageId @param {Partial<Scene>} changes */
+/** Sends changes of the scene. @param {string} lineageId @param {Partial<Scene>} changes */
 async function apply(lineageId, changes) {
   for (let tried = 1; ; tried += 1) {
     const of = lineageStore.lineage.value;
@@ -95,7 +96,11 @@ async function apply(lineageId, changes) {
   }
 }
 
-/** @param {import("../model.js").Lineage} of @param {Scene} scene */
+/**
+ * Stores a lineage and its scene as the server has them.
+ * @param {import("../model.js").Lineage} of
+ * @param {Scene} scene
+ */
 function storeConfirmed(of, scene) {
   batch(() => {
     lineageStore.lineage.value = of;
@@ -130,7 +135,7 @@ async function lightsOn(lights, from, to) {
   );
 }
 
-/** @param {string} mesh */
+/** Shows another object, unturned and at its own size. @param {string} mesh */
 export async function chooseObject(mesh) {
   const present = sceneStore.editedScene.value;
   if (!present || mesh === present.mesh) return;

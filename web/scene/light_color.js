@@ -106,6 +106,7 @@ export function neutralIntensity({ position }, { centre, radius }) {
 }
 
 /**
+ * Strength per channel of a setting.
  * @param {LightSetting} lamp
  * @param {number} plain strength at 0 EV
  * @returns {Vec3|null} null for the default light
@@ -118,6 +119,7 @@ export function intensityOf({ color, ev }, plain) {
 }
 
 /**
+ * Setting of a strength: the inverse of `intensityOf`.
  * @param {Channels|undefined} strength
  * @param {number} plain strength at 0 EV
  * @returns {LightSetting|null} null if the light is dark

@@ -42,7 +42,8 @@ export function useTargetScene() {
 const QUICK_PX = 256;
 
 /**
- * The target as the centre is drawn. While it is visible searches light follows the moving light.
+ * The target's picture in place of the centre. While it is visible, its light follows the moving
+ * light.
  * @param {number} size
  */
 export function centreUrl(size) {

@@ -92,7 +92,7 @@ export function axisOfLengths(lengths) {
   return { low: ticks[0], high: ticks[ticks.length - 1], ticks };
 }
 
-/** Results that are better than every shorter one. @param {Found[]} front by operations */
+/** Results with a smaller error than every shorter one. @param {Found[]} front by operations */
 export function leadersOf(front) {
   let least = Infinity;
   return front.filter(({ e_log }) => {

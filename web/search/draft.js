@@ -19,8 +19,9 @@ import { nameOfTarget } from "./words.js";
  *   own: string|null, name: string, strategy: string, measure: Measure, seconds: string,
  *   generations: string, evaluations: string, seed: string, threads: string, mirrored: boolean,
  *   into: "own"|"open", start: {of: Individual, name: string}|null}} Draft Numbers are as they are
- *   typed. `file`: what was chosen, the first of several pictures; `views`: what is said of
- *   pictures; `own`: the target that this form has made and that nothing searches for yet.
+ *   typed. `file`: the chosen file, or the first of several pictures; `views`: pictures with their
+ *   settings; `own`: id of the target that this form has uploaded and that no search uses yet;
+ *   `into`: results go to a lineage of their own or to the open one.
  */
 
 /** Strategies of the server; none is sent unless one is chosen. */

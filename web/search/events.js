@@ -1,5 +1,5 @@
 /**
- * The server's events of the search that is looked at.
+ * The server's events of the open search.
  *
  * @import { Found, JobState } from "../model.js"
  */

@@ -1,6 +1,6 @@
 /**
- * The search that is looked at: reads its state, log, front and target, follows its events, and
- * pauses, resumes or cancels it.
+ * The open search, that is the one in view: reads its state, log, front and target, follows its
+ * events, and pauses, resumes or cancels it.
  *
  * @import { Found, Individual, Job, LogLine, Target } from "../model.js"
  */
@@ -18,7 +18,7 @@ import { closeSearches, storeJob } from "./searches.js";
 import { ALL, NEW, searchStore } from "./store.js";
 import { errorInWords, hasEnded, stateInWords } from "./words.js";
 
-/** Last generation that was read from the log; events leave gaps. */
+/** Last generation that was read from the log. Not from events, which leave gaps. */
 let lastLogged = 0;
 
 /** @param {Partial<Job>} news */
@@ -159,7 +159,7 @@ async function readIndividual(of) {
   return found;
 }
 
-/** Clears the last search and follows the one that is looked at now. @param {string|null} id */
+/** Clears the last search and follows the one that is open now. @param {string|null} id */
 function switchTo(id) {
   leaveJob();
   lastLogged = 0;

@@ -16,7 +16,11 @@ const RETRIES = 5;
  *   isFailed: ReadonlySignal<boolean>, start: () => void}} LoadingPicture
  */
 
-/** @param {() => PictureRequest|null} wanted a function of signals @returns {LoadingPicture} */
+/**
+ * Creates such a picture; `start` begins to follow the address.
+ * @param {() => PictureRequest|null} wanted a function of signals
+ * @returns {LoadingPicture}
+ */
 export function loadingPicture(wanted) {
   const next = computed(wanted);
   /** @type {import("../vendor/signals-core.js").Signal<PictureRequest|null>} */

@@ -7,16 +7,17 @@ import { pictureUrl } from "../api/routes.js";
 import { besideTargetUrl, inViewUrl, ownPictureUrl, targetUrl, targetViewUrl } from "./routes.js";
 import { hasEnded } from "./words.js";
 
+/** Side of the pictures. */
 const SIDE_PX = 384;
-/** Side while the search runs and the next result comes soon. */
+/** Side while the search runs, because the next result comes soon. */
 const QUICK_PX = 256;
 
 /** True for a target of pictures, false for a measured one. @param {Target} of */
 export const isPictures = (of) => (of.views ?? []).length > 0;
 
 /**
- * @typedef {{find: string|null, target: string|null}} PairUrls null where there is no picture, or
- *   not yet
+ * @typedef {{find: string|null, target: string|null}} PairUrls `find`: of the result; null where
+ *   there is no picture, or not yet
  */
 
 /**

@@ -1,6 +1,6 @@
 /**
- * Pictures of the search that is looked at: the shown result and the target beside it, under their
- * own light or another one.
+ * Pictures of the open search: the shown result and the target beside it, under their own light or
+ * another one.
  *
  * @import { Target } from "../model.js"
  */

@@ -1,6 +1,6 @@
 /**
- * Store of searches: the list, the form of a new one, the one that is looked at, and the target
- * that the open lineage was searched for. Does no requests and no drawing.
+ * Store of searches: the list, the form of a new one, the open one, and the target of the search
+ * that made the open lineage. Does no requests and no drawing.
  *
  * @import { Found, Individual, Job, LogLine, Scene, Target } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
@@ -78,7 +78,7 @@ class SearchStore {
    */
   setAside = signal(null);
 
-  /** The search that is looked at. @type {Signal<Job|null>} */
+  /** The open search. @type {Signal<Job|null>} */
   job = signal(null);
   /** Target of that search. @type {Signal<Target|null>} */
   target = signal(null);
@@ -115,7 +115,7 @@ class SearchStore {
   pictureLight = signal(null);
   /** The same while the slider is dragged. @type {Signal<number|null>} */
   draggedLight = signal(null);
-  /** Number of the target's picture that is looked at. @type {Signal<number>} */
+  /** Number of the target's picture that is shown. @type {Signal<number>} */
   pictureView = signal(0);
   /**
    * Ids of stored scenes of the target's pictures, by target and picture.

@@ -23,9 +23,10 @@ import { kindOf } from "./words.js";
 /** Largest upload of a target that the server accepts. */
 const FILE_BYTES = 64 * 1024 * 1024;
 
-/** @type {AbortController|null} */
+/** Stops the running upload. @type {AbortController|null} */
 let stopping = null;
 
+/** Reads the list of targets that the server has. */
 export const readTargets = () =>
   guarded("target", async () => {
     searchStore.targets.value = await api.listTargets();
@@ -67,10 +68,11 @@ function replaceTarget(change) {
 }
 
 /**
+ * Shows why a target cannot be used.
  * @param {string} title
  * @param {number} status
  * @param {string} detail
- * @param {{view: number|null, field: string}|null} [at] what it is about
+ * @param {{view: number|null, field: string}|null} [at] picture and field that it is about
  */
 function showRefusal(title, status, detail, at = null) {
   searchStore.wrongPicture.value = at;

@@ -16,8 +16,8 @@
  *
  * @typedef {{spec: Record<string, unknown>, parts: Record<string, File>}} Upload
  *
- * @typedef {{view: number|null, field: string, wrong: string}} Wrong What is wrong, with the
- *   picture and the field that it is about; null: no picture's.
+ * @typedef {{view: number|null, field: string, wrong: string}} Wrong Mistake, with the number of
+ *   the picture and the field that it is in; null if it is in no picture.
  */
 
 /** Largest number of pictures of a target. */

@@ -29,7 +29,7 @@ let startPose = { rotation: fromDegrees([0, 0, 0]), scale: 1 };
 
 /** @type {Map<number, ActivePointer>} */
 const pointers = new Map();
-/** @type {number|null} */
+/** Distance of the fingers at the begin of a pinch; null outside of one. @type {number|null} */
 let pinchStart = null;
 /** True if the click that ends a drag or a long press is to be ignored. */
 let swallowClick = false;
@@ -39,6 +39,7 @@ let longPress;
 let wheelRest;
 
 /**
+ * Frame that an element is in.
  * @param {EventTarget|null} target
  * @returns {Cell|null}
  */
@@ -93,6 +94,7 @@ function down(event) {
   }, LONG_PRESS_MS);
 }
 
+/** Distance of the two fingers of a pinch, in pixels. */
 function spread() {
   const [a, b] = [...pointers.values()];
   return Math.max(1, Math.hypot(a.x - b.x, a.y - b.y));
@@ -136,6 +138,7 @@ function pose() {
 }
 
 /**
+ * Changes the pose that is shown, without committing it.
  * @param {"rotate"|"scale"} kind
  * @param {number} x pixels dragged to the right
  * @param {number} y pixels dragged down
@@ -215,7 +218,8 @@ function click(event) {
 function wheel(event) {
   if (cellOf(event.target) === null || pointers.size > 0) return;
   event.preventDefault();
-  // Sideways only. `deltaY` is read before `deltaMode`, which makes Firefox report pixels.
+  // 0: the wheel moved sideways only. `deltaY` is read before `deltaMode`: Firefox then reports
+  // pixels.
   if (event.deltaY === 0) return;
   const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
   startPose = pose();

@@ -24,7 +24,7 @@ const REACH = 0.94;
 /** The dot; moved directly, without redrawing a component. @type {HTMLElement|null} */
 let dot = null;
 
-/** Milliseconds between two writes of the angle: each lays the pane out anew. */
+/** Milliseconds between two writes of the angle, because each causes a new layout of the pane. */
 const WRITE_MS = 100;
 let writtenAt = 0;
 

@@ -35,7 +35,7 @@ class ViewStore {
   /** Horizontal axis of the chart of errors. @type {Signal<"seconds"|"generation">} */
   errorAxis = signal("seconds");
   /**
-   * Picture that is looked at before a search, and its target.
+   * Picture that is shown before a search, and its target.
    * @type {Signal<{of: string, view: number}>}
    */
   understoodView = signal({ of: "", view: 0 });
