@@ -97,6 +97,7 @@ pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
     output::print(&(head + &rows.iter().map(line).collect::<String>()))
 }
 
+/// Measures one group of programs.
 fn row(group: &[&Program], target: &FitnessTarget, repeats: u32) -> Result<Row> {
     let evaluator = CanonicalEvaluator::default();
     let derive = |direction| {

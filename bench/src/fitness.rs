@@ -41,6 +41,8 @@ pub struct BenchFitnessArgs {
     out: Option<PathBuf>,
 }
 
+/// Rates and times under one screening: medians over the populations; of the shares selected, the
+/// least.
 #[derive(Debug, Default, Serialize)]
 struct Row {
     screening: &'static str,
@@ -142,6 +144,8 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
     output::print(&(head + &rows.iter().map(line).collect::<String>()))
 }
 
+/// Measures one population under one screening. `all` is the selection of the full evaluation,
+/// empty while that is measured.
 fn measure(
     args: &BenchFitnessArgs,
     seed: u64,

@@ -39,6 +39,7 @@ pub struct BenchFrameArgs {
     out: Option<PathBuf>,
 }
 
+/// Times of all pictures at one size and sampling.
 #[derive(Debug, Serialize)]
 struct Row {
     size_px: u32,
@@ -94,6 +95,7 @@ pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
     output::print(&rows.iter().map(line).collect::<String>())
 }
 
+/// Times the materials at one size and sampling.
 fn measure(
     args: &BenchFrameArgs,
     renderer: &Renderer,

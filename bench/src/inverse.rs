@@ -123,6 +123,7 @@ pub fn run(args: &BenchInverseArgs, json: bool) -> Result<()> {
     output::print(&rows.iter().map(|row| line(row) + "\n").collect::<String>())
 }
 
+/// Recovers one material from all starts.
 fn material(
     args: &BenchInverseArgs,
     (mesh, scene): (&Mesh, &Scene),

@@ -38,6 +38,7 @@ pub struct BenchOpsArgs {
     out: Option<PathBuf>,
 }
 
+/// Rates of the programs of one mix with one instruction set.
 #[derive(Debug)]
 struct Row {
     mix: &'static str,

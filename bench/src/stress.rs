@@ -55,6 +55,7 @@ pub struct BenchStressArgs {
     out: Option<PathBuf>,
 }
 
+/// Results of all parts of the test.
 #[derive(Debug, Serialize)]
 struct Report {
     levels: Vec<&'static str>,

@@ -76,6 +76,7 @@ impl Fitted {
         }
     }
 
+    /// Axis with gridlines at 1, 2 and 5 times powers of ten.
     fn log(low: f64, high: f64) -> Self {
         let decades = libm::floor(libm::log10(low)) as i32..=libm::ceil(libm::log10(high)) as i32;
         let lines: Vec<(i32, f64)> =
@@ -98,6 +99,7 @@ impl Fitted {
         Self { scale: Scale::Log, low, high, ticks }
     }
 
+    /// Axis with about six gridlines at multiples of 1, 2 or 5 times a power of ten.
     fn linear(low: f64, high: f64) -> Self {
         // Linear axes include zero.
         let (low, high) = (low.min(0.0), if high > low { high } else { low + 1.0 });

@@ -92,6 +92,7 @@ impl Published {
     }
 }
 
+/// Reads the models of a table, by material.
 fn models(source: &Source, text: &str) -> Result<HashMap<String, Model>> {
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().context("the table is empty")?.split(',').collect();

@@ -19,6 +19,7 @@ use crate::record::Finding;
 /// Relative error allowed for rounding in canonical f32, on top of the bound of the quadrature.
 const ROUNDING: f64 = 1e-6;
 
+/// Amount of work of the sweep.
 struct Workload {
     genomes: u32,
     orders: &'static [usize],

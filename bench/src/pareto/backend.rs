@@ -16,6 +16,7 @@ use crate::record::Finding;
 /// Number of programs: a brood and its centre.
 const PROGRAMS: u32 = 21;
 
+/// Result of one evaluator.
 struct Row {
     name: String,
     ms: f64,

@@ -110,6 +110,7 @@ fn sky() -> Result<EnvironmentMap> {
     Ok(EnvironmentMap::new(width, height, (0..width * height).map(pixel).collect())?)
 }
 
+/// Measures one light and one material at growing numbers of samples.
 fn sweep(
     series: &str,
     light: &str,

@@ -20,6 +20,7 @@ const VISIBLE: f64 = 1.0 / 255.0;
 /// the axis.
 const NEGLIGIBLE: f64 = 1e-9;
 
+/// Result for one genome.
 struct GenomeResult {
     difference: PixelDifference,
     /// True if any developed byte differs by more than 1.

@@ -19,6 +19,7 @@ const PASSED: f64 = 0.05;
 /// Samples of a block, the unit in which sums advance.
 const BLOCK: usize = 256;
 
+/// Amount of work of the sweep.
 struct Workload {
     population: u32,
     samples: usize,

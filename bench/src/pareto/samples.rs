@@ -63,6 +63,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
+/// Measures every mode and genome on one mesh.
 fn on_mesh(
     name: BuiltinMesh,
     programs: &[Program],

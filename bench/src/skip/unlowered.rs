@@ -246,6 +246,7 @@ impl Writer<'_> {
         }
     }
 
+    /// Computes each written component.
     fn each(
         &mut self,
         written: impl Fn(usize) -> bool,
@@ -318,6 +319,7 @@ impl Writer<'_> {
         Signed { value, negate: a.negate ^ b.negate }
     }
 
+    /// Adds a step and returns its value.
     fn step(&mut self, operation: Operation, a: Value, b: Value) -> Value {
         self.steps.push((operation, a, b));
         Value::Step(self.steps.len() - 1)

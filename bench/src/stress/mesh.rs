@@ -219,6 +219,7 @@ fn obj(faults: &Faults, stream: &mut Stream) -> String {
 }
 
 impl Faults {
+    /// Texture coordinates of a vertex.
     fn uv_at(&self, row: usize, column: usize) -> DVec2 {
         let (u, v) = (column as f64 / COLUMNS as f64, 1.0 - row as f64 / ROWS as f64);
         match self.uv {
@@ -230,6 +231,7 @@ impl Faults {
         }
     }
 
+    /// Corners of a triangle as OBJ, without texture coordinates if they are missing.
     fn face(&self, corners: [usize; 3]) -> String {
         let corner = |k: usize| match self.uv {
             Uv::Missing => format!("{k}//{k}"),

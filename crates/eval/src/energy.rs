@@ -27,6 +27,7 @@ pub use search::{ALBEDO_ORDER, Effort, LimitSearch, is_anisotropic};
 
 use subject::Subject;
 
+/// Search of the energy limit; its quadratures and samples are shared by all programs.
 static DEFAULT_SEARCH: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
 
 /// Expresses a genome: lowers its code and applies the energy limit if the genome asks for it.

@@ -163,6 +163,8 @@ impl<T: Curve> Development<'_, T> {
     }
 }
 
+/// Computes exposed radiance. The order of the products is that of shading followed by exposure, so
+/// that the bits are equal.
 #[inline(always)]
 fn expose(exposed: &mut [f32], f: &[f32], irradiance: &[f32], scale: f32, factor: f32) {
     for ((exposed, f), irradiance) in exposed.iter_mut().zip(f).zip(irradiance) {
@@ -170,12 +172,14 @@ fn expose(exposed: &mut [f32], f: &[f32], irradiance: &[f32], scale: f32, factor
     }
 }
 
+/// Returns the 8-bit alpha of a coverage.
 #[inline(always)]
 fn alpha(coverage: f32) -> u8 {
     (coverage * 255.0 + 0.5) as u8
 }
 
 impl<T: Curve> Transfer<'_, T> {
+    /// Develops a pixel, given its radiance times coverage.
     #[inline(always)]
     fn pixel(&self, radiance: [f32; 3], coverage: f32) -> [u8; 4] {
         let mut code = [0, 0, 0, alpha(coverage)];

@@ -19,6 +19,7 @@ pub trait SimdKernel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level(Kind);
 
+/// Instruction set of a [`Level`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Instruction set of every machine of the architecture: SSE2 on x86-64, NEON on AArch64.

@@ -45,6 +45,7 @@ impl Device {
         Err(failure)
     }
 
+    /// Opens a device with the buffer limits of the adapter and the optional features that it has.
     fn request(
         instance: &wgpu::Instance,
         adapter: &wgpu::Adapter,
@@ -205,6 +206,7 @@ impl Device {
         self.loss().is_some()
     }
 
+    /// Returns the error of a lost device.
     fn loss(&self) -> Option<GpuError> {
         let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
         lost.clone().map(GpuError::Lost)

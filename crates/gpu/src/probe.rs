@@ -18,6 +18,7 @@ use crate::residency::Rows;
 
 /// Not a multiple of any width in the shader, so that ends of rows are probed as well.
 const SAMPLES: usize = 1003;
+/// Number of random programs, besides the sweeps.
 const RANDOM_PROGRAMS: u32 = 24;
 
 /// Runs the probe on an engine with its current style.

@@ -19,7 +19,9 @@ use crate::shader::Style;
 const LIMIT: Duration = Duration::from_millis(1200);
 /// Number of programs of the measured batch.
 const PROGRAMS: u32 = 20;
+/// Number of samples of the measured batch.
 const SAMPLES: usize = 1 << 16;
+/// Number of runs of each candidate; the fastest counts.
 const ROUNDS: u32 = 5;
 
 /// Times each layout with each guard and returns those that ran, fastest first, with the device

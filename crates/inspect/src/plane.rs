@@ -43,6 +43,7 @@ pub fn planes(program: &Program) -> Vec<Plane> {
     azimuths.iter().map(|azimuth_deg| plane(program, *azimuth_deg)).collect()
 }
 
+/// Returns the curves in the plane of that azimuth.
 fn plane(program: &Program, azimuth_deg: f64) -> Plane {
     let steps = OUTGOING_MAX_DEG / OUTGOING_STEP_DEG;
     let theta_o_deg: Vec<f64> =

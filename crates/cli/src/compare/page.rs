@@ -47,6 +47,7 @@ pub fn html(all: &[ComparedMaterial], exposure_ev: f64) -> String {
     text + "<p><a href=\"curves.csv\">curves.csv</a>, <a href=\"report.json\">report.json</a></p>\n</html>\n"
 }
 
+/// Adds the rows of the differences and of the phenomena.
 fn numbers(text: &mut String, all: &[ComparedMaterial]) {
     let number = |value: Option<f64>| match value {
         Some(value) => format!("<td class=\"number\">{value:.4}</td>"),
@@ -74,6 +75,7 @@ fn numbers(text: &mut String, all: &[ComparedMaterial]) {
     });
 }
 
+/// Adds a row with a cell for each material.
 fn row(
     text: &mut String,
     name: &str,

@@ -58,6 +58,7 @@ struct ViewSpec {
     held_out: bool,
 }
 
+/// Scene in the JSON file itself, or the name of a file.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 enum SceneSpec {
@@ -224,6 +225,7 @@ impl TargetPictures {
     }
 }
 
+/// Writes the pictures of one view; returns its errors as JSON.
 fn write(
     (folder, index): (&Path, usize),
     (known, name): (&KnownView, &String),

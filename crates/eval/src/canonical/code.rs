@@ -62,6 +62,7 @@ impl<'a> Code<'a> {
         self.layers.as_ref()
     }
 
+    /// Translates a program for the samples of a set and an instruction set.
     pub(crate) fn new(program: &'a Program, set: &'a SampleSet, level: Level) -> Self {
         let layers = Layers::of(program);
         let code = TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level));
@@ -105,6 +106,7 @@ const PINNED: u32 = 1 << 30;
 const FIRST_CONSTANT: usize = Input::ALL.len();
 
 impl Translation {
+    /// Translates a program without its layers.
     fn run<'a>(&mut self, program: &'a Program, set: &'a SampleSet, level: Level) -> Code<'a> {
         let inputs = self.begin(program);
         self.find_ranges(program, set, inputs);

@@ -315,6 +315,7 @@ macro_rules! for_known {
     };
 }
 
+/// Computes the value of a step in each lane.
 #[inline(always)]
 fn value(step: &PlannedStep, a: &Quarter, b: &Quarter, out: &mut Quarter) {
     for_known!(step.operation, operation => apply(operation, a, b, out));

@@ -83,6 +83,7 @@ impl<'a> Subject<'a> {
         self.channels(places, &set, rule)
     }
 
+    /// Does the same as [`Subject::channels_at`], given the samples of the places.
     fn channels(&self, places: &[Incidence], set: &SampleSet, rule: &Quadrature) -> Vec<[f64; 3]> {
         let (squares, layers, output) = match self {
             Self::Plain(program) => return integrals(program, set, rule),
@@ -99,6 +100,7 @@ impl<'a> Subject<'a> {
         both.map(|(squares, layers)| stage(output, DVec3::from(squares) + layers)).collect()
     }
 
+    /// Returns the quadrature of the layers of that order.
     fn lobe_rule(&self, order: usize) -> Arc<LobeRule> {
         let Self::Layered { rules, .. } = self else { return Arc::new(LobeRule::new(1)) };
         let mut rules = rules.lock().unwrap_or_else(PoisonError::into_inner);

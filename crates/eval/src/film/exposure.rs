@@ -60,6 +60,7 @@ impl Gain {
         Self { tone, ..self }
     }
 
+    /// Returns the gain of a film; `centres` is called only for automatic exposure.
     pub(crate) fn of(film: Film, centres: impl FnOnce() -> Vec<f32>) -> Self {
         let gain = match film.exposure {
             Exposure::Auto => Self::automatic(centres()),

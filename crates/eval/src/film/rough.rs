@@ -78,6 +78,8 @@ impl FineSamples {
         together.map(move |rough| Self::pick(rough, inputs, directions))
     }
 
+    /// Picks the samples of the rough pixels of some tiles; `directions` is true if the program has
+    /// layers, which read directions.
     fn pick(rough: &[(&RoughTile, &SampleSet)], inputs: InputMask, directions: bool) -> Self {
         let indices = |tile: &RoughTile| tile.pixels.iter().map(|pixel| pixel.1).collect();
         let picked: Vec<Vec<u32>> = rough.iter().map(|(tile, _)| indices(tile)).collect();

@@ -45,6 +45,7 @@ pub(super) fn ssim(a: &[u8], b: &[u8], width: usize, height: usize) -> Option<f6
     Some((0..3).map(channel).sum::<f64>() / 3.0)
 }
 
+/// Weights of the Gaussian window, with sum 1.
 fn weights() -> [f64; WINDOW] {
     let weight = |k: usize| {
         let x = (k as f64 - REACH as f64) / DEVIATION;
