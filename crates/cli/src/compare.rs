@@ -52,6 +52,7 @@ pub struct ComparedMaterial {
 
 /// Difference of a picture from that of the reference.
 pub struct ReferenceDifference {
+    /// Path of the picture of absolute differences, relative to the page.
     pub picture: String,
     /// RMSE of linear RGB after exposure.
     pub rmse: f64,

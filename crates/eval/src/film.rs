@@ -34,6 +34,7 @@ pub fn develop(image: &RadianceImage, film: impl Into<Film>) -> Developed {
 /// Development of a radiance image with a tone curve known at compile time.
 struct Pixels<'a> {
     image: &'a RadianceImage,
+    /// Factor of radiance by the exposure.
     factor: f32,
 }
 
@@ -118,7 +119,8 @@ impl<T: Curve> SimdKernel for Development<'_, T> {
         for run in &layout.runs {
             let (first, last) = (run.pixel as usize, (run.pixel + run.pixels) as usize);
             if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
-                // One ray per pixel, all of which hit: no division by coverage is needed.
+                // One ray per pixel, which hit and is lit by one light: coverage is 1, so that no
+                // division is needed.
                 let mut sample = run.start as usize;
                 for pixel in (first..last).step_by(PIXELS_TOGETHER) {
                     let count = PIXELS_TOGETHER.min(last - pixel);

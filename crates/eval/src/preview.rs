@@ -39,7 +39,9 @@ fn samples() -> &'static SampleSet {
 /// A preview of a program: the colours of the pixels that the object covers, at automatic exposure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preview {
+    /// Red, green and blue of each covered pixel in sRGB codes.
     codes: Vec<[u8; 3]>,
+    /// Share of these pixels that are not dark.
     bright_share: f32,
 }
 

@@ -114,6 +114,7 @@ pub fn shade_each(set: &SampleSet, f: &[f32], mut put: impl FnMut(usize, [f32; 3
 pub(crate) struct ReflectedLight<'a> {
     pub(crate) layout: &'a ImageLayout,
     f: [&'a [f32]; 3],
+    /// Irradiance of each sample times cos_i, see [`SampleSet::irradiance`].
     irradiance: [&'a [f32]; 3],
 }
 

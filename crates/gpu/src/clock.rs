@@ -6,8 +6,11 @@ use crate::device::Device;
 /// Two timestamps around a compute pass.
 #[derive(Debug)]
 pub(crate) struct Clock {
+    /// Timestamps at the beginning and the end of the pass.
     queries: wgpu::QuerySet,
+    /// Both timestamps in ticks, on the device.
     resolved: wgpu::Buffer,
+    /// Copy of them that the CPU can map.
     staging: wgpu::Buffer,
     /// Length of a tick in nanoseconds.
     tick_ns: f64,

@@ -23,7 +23,9 @@ pub(crate) struct Device {
     pub buffer_bytes: u64,
     /// Largest number of bytes of workgroup memory.
     pub workgroup_bytes: u32,
+    /// Time after which a submission makes the device count as lost.
     timeout: Duration,
+    /// Reason of the loss, set by a callback of the API.
     lost: Arc<Mutex<Option<String>>>,
     _instance: wgpu::Instance,
 }

@@ -29,9 +29,11 @@ pub(crate) enum OperandKind {
 /// One encoded program, independent of its position in a batch.
 #[derive(Debug)]
 pub(crate) struct Encoded {
+    /// Constants as the bits of f32.
     constants: Vec<u32>,
     steps: Vec<u32>,
     results: [u32; 3],
+    /// Output stage as the bits of f32: matrix, scale, offset.
     output: [u32; 15],
     registers: u32,
     /// See [`Encoded::rounds`].

@@ -28,14 +28,17 @@ struct Resident {
     first_sample: usize,
     mask: InputMask,
     buffer: wgpu::Buffer,
+    /// Value of the clock at the last use.
     last_use: u64,
 }
 
 /// Sets whose inputs are on the device, evicted least recently used first.
 #[derive(Debug)]
 pub(crate) struct Residency {
+    /// Largest number of bytes on the device.
     most_bytes: u64,
     residents: Vec<Resident>,
+    /// Number of look-ups so far.
     clock: u64,
 }
 

@@ -44,6 +44,7 @@ pub(crate) struct Code<'a> {
     /// Inputs that the steps or results read.
     pub(super) inputs: InputMask,
     pub(super) set: &'a SampleSet,
+    /// Layers, which are evaluated by `layer.rs`.
     layers: Option<Layers>,
 }
 

@@ -14,6 +14,7 @@ pub(super) struct Plan<'a> {
     pub(super) program: &'a Program,
     /// Number of constants.
     pub(super) constants: usize,
+    /// Inputs that are read, in the order of their rows.
     pub(super) inputs: Vec<Input>,
     pub(super) steps: Vec<PlannedStep>,
     /// Rows of the results g of red, green and blue.

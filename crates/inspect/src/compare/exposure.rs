@@ -17,7 +17,9 @@ const PX: u32 = 64;
 /// equal steps along the light orbit.
 #[derive(Debug)]
 pub struct LightOrbit {
+    /// With the lights as they are.
     own: SampleSet,
+    /// With the lights at [`PLACES`] positions on the orbit.
     places: Vec<SampleSet>,
 }
 
