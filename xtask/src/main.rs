@@ -8,6 +8,7 @@ mod bench;
 mod callgrind;
 mod dev;
 mod golden;
+mod mutants;
 mod prerequisite;
 mod shell;
 mod suite;
@@ -34,6 +35,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               measure the frame rate of the page and the bits of exports with each available graphics driver
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               compare pictures of the same materials with those of another renderer
+  mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
+                              change the code in small ways and list the changes that no test detects
   tidy [PREFIX ...]           rules of the source tree: crate arrows, file lengths, wording; in all files or those
                               whose path begins with a PREFIX
   tidy --update-duplicates    writes the list of duplicate dependencies anew
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
         ["bench", "fit", options @ ..] => bench::fit(options),
         ["bench", "inverse", options @ ..] => bench::inverse(options),
         ["bench", "live", options @ ..] => bench::live(options),
+        ["mutants", options @ ..] => mutants::run(options),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         ["tidy", prefixes @ ..] => tidy::run(prefixes),
         [] | ["help" | "--help" | "-h"] => {
