@@ -44,7 +44,7 @@ pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
     /// 1 / sqrt(x^2 + 2^-24).
     #[must_use]
     fn rsq(self) -> Self;
-    /// log2(1 + 2^x), from `ex2` of -|x|.
+    /// log2(1 + 2^x), from `ex2` of -|x|, clamped.
     #[must_use]
     fn spl(self) -> Self;
     /// Square without clamp. The BRDF is the square of the result registers.
@@ -165,7 +165,7 @@ impl Arithmetic for f64 {
     }
 
     fn spl(self) -> Self {
-        self.max(0.0) + libm::log2(1.0 + (-self.abs()).ex2())
+        clamp(self.max(0.0) + libm::log2(1.0 + (-self.abs()).ex2()))
     }
 
     fn square(self) -> Self {

@@ -286,7 +286,7 @@ impl Builder {
 
     /// Returns a constant node of non-negative canonical value, with the sign on the reference.
     fn folded(&mut self, canonical: f32, reference: f64) -> Reference {
-        debug_assert!(canonical.abs() <= RANGE && reference.is_finite());
+        debug_assert!(canonical.abs() <= RANGE && reference.abs() <= f64::from(RANGE));
         let negate = canonical < 0.0;
         // Adding +0 turns -0 into 0, so that zeros are one node.
         let canonical = canonical.abs() + 0.0;

@@ -2,8 +2,8 @@
 //! a genome is written.
 
 use brood_genome::{
-    Arithmetic, BirthKey, Dialect, Genome, Input, OpcodeSet, Output, Variation, interpret,
-    live_instructions,
+    Arithmetic, BirthKey, Dialect, Genome, Input, Opcode, OpcodeSet, Output, RANGE, Variation,
+    interpret, live_instructions,
 };
 
 use crate::{Counts, Operand, Program, Tape, Tunable, execute};
@@ -102,6 +102,23 @@ fn words_round_trip_and_broken_words_are_rejected() {
         assert!(Program::from_words(&words[..words.len() - 1]).is_err());
     }
     assert!(Program::from_words(&[]).is_err());
+}
+
+#[test]
+fn words_are_accepted_when_constants_at_the_limits_are_folded() {
+    for opcode in Opcode::ALL {
+        for x in [-RANGE, -1.0, 0.0, 1.0, RANGE] {
+            let operands = ["C0.x", "C0.y", "C0.z"][..opcode.operands()].join(", ");
+            let text = format!(
+                "brood 1\n.dialect extended smooth registers 10\n.const C0 {x} {RANGE} {x} 0\n\
+                 {} R0.xyz, {operands}\n",
+                opcode.name()
+            );
+            let program = Program::lower(&text.parse::<Genome>().unwrap());
+            assert_eq!(program.operations(), 0, "{text}");
+            assert_eq!(Program::from_words(&program.to_words()), Ok(program), "{text}");
+        }
+    }
 }
 
 #[test]
