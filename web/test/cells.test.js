@@ -1,3 +1,4 @@
+/** Cells of a picture that lights may reach. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { CELL, cellsOf, litMiddles } from "../live/cells.js";

@@ -1,3 +1,4 @@
+/** A/B comparison: pasted links, the flip key, and what the centre shows. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { flipKeyB, individualSeenIn, parsePasted } from "../compare/ab.js";

@@ -1,3 +1,4 @@
+/** Colour and strength of a light, from controls to scene and back. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {

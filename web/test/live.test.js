@@ -1,3 +1,4 @@
+/** Live drawing without a GPU: cameras, lights, exposure, outline, resolution, geometry. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {

@@ -1,3 +1,4 @@
+/** Marks of burnt-out and black pixels. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { marked } from "../view/marks.js";

@@ -98,7 +98,7 @@ const dialogOf = (target) =>
     : null;
 
 /**
- * True inside a dialog: what lies below it must not change unseen.
+ * True inside a dialog: keys must not change the page behind it.
  * @param {EventTarget|null} target
  */
 const inDialog = (target) => dialogOf(target) !== null;

@@ -108,8 +108,8 @@ export function Compare() {
 }
 
 /**
- * The button that pins the individual it stands on. The style draws its letter, because the name of
- * a frame is read from its text.
+ * The button that pins the individual it stands on. CSS draws its letter, because screen readers
+ * take the name of a frame from its text.
  * @param {{name: string, on?: boolean, onClick: () => void}} props
  */
 export const Pin = ({ name, on = false, onClick }) => html`

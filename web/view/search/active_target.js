@@ -27,8 +27,8 @@ export function TargetInCentre({ size }) {
 }
 
 /**
- * Button that shows the target in the centre. The style draws its letter, because the name of a
- * frame is read from its text.
+ * Button that shows the target in the centre. CSS draws its letter, because screen readers take the
+ * name of a frame from its text.
  */
 export function TargetFlip() {
   if (!searchStore.activeTarget.value) return null;

@@ -28,8 +28,8 @@ pub struct Fitted {
 }
 
 impl Fit {
-    /// The best fit, then the shorter fits made by pruning its least needed weights one after
-    /// another; empty before the first generation.
+    /// The best fit, then the shorter fits that pruning of its least salient weights makes step by
+    /// step; empty before the first generation.
     pub(crate) fn front(&self) -> impl Iterator<Item = Fitted> {
         self.kept.first().into_iter().flat_map(|best| {
             let Problem { all, held, .. } = &self.shapes[best.problem];
