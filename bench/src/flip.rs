@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 use brood_eval::Developed;
+use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_scene::{Sampling, Scene};
 use brood_worker::Renderer;
 
 /// Pictures of programs on the sphere of the default scene, ready for comparison.

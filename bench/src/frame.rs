@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
+use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{BuiltinMesh, Sampling, Scene};
+use brood_scene::{Sampling, Scene};
 use brood_worker::Renderer;
 use clap::Args;
 use serde::Serialize;

@@ -8,8 +8,9 @@ use brood_eval::{
     CanonicalEvaluator, Evaluator, FineSamples, RadianceImage, ReferenceEvaluator, RoughTile,
     develop, rough_tiles, shade,
 };
+use brood_mesh::Mesh;
 use brood_program::Program;
-use brood_scene::{Exposure, Mesh, PixelArea, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, PixelArea, SampleSet, Sampling, Scene};
 
 /// Sampling of pixels; the default is that of brood.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -188,7 +189,7 @@ pub fn expose(pixels: &[[f64; 3]], ev: f64) -> Vec<[f64; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::BuiltinMesh;
+    use brood_mesh::BuiltinMesh;
 
     use super::super::measure::{difference, programs};
     use super::*;

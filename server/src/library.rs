@@ -5,12 +5,13 @@ use std::sync::Arc;
 use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
 use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
+use brood_mesh::Mesh;
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
     decode,
 };
-use brood_scene::{Mesh, MeshRef, PixelArea, Sampling, Scene};
+use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::sync::Cache;
 

@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use brood_eval::decode_environment;
+use brood_light::{AssetRef, IesProfile, Light, LightAssets};
 use brood_protocol::LightAssetKind;
-use brood_scene::{AssetRef, IesProfile, Light, LightAssets, Scene};
+use brood_scene::Scene;
 use brood_storage::{StorageError, Store};
 
 use crate::limit;

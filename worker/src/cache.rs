@@ -4,10 +4,12 @@
 
 use std::sync::Arc;
 
+use brood_light::LightAssets;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
-use brood_scene::{BuiltinMesh, Film, LightAssets, Mesh, MeshRef, SampleSet, Sampling, Scene};
+use brood_scene::{Film, MeshRef, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
 
 use crate::render_counters::RenderCounters;

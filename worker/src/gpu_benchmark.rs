@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use brood_eval::{EvalError, Evaluator};
 use brood_genome::{BirthKey, Dialect, Variation};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
+use brood_scene::{SampleSet, Scene};
 
 /// Required speed-up of the GPU: measurements on a shared machine vary.
 const MARGIN: f64 = 1.2;

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_light::{AssetRef, Light, LightAssets};
 use brood_protocol::{
     ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
     RenderOutcome, WorkerClient,
 };
-use brood_scene::{AssetRef, Light, LightAssets, MeshRef};
+use brood_scene::MeshRef;
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 

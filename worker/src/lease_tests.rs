@@ -4,12 +4,13 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use brood_genome::{BirthKey, Dialect, Variation};
+use brood_light::{IesLight, Light};
 use brood_program::Program;
 use brood_protocol::{
     Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
     PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, decode, encode,
 };
-use brood_scene::{IesLight, Light, MeshRef, Scene};
+use brood_scene::{MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;

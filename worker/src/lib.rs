@@ -8,7 +8,8 @@
 //! use brood_genome::{BirthKey, Dialect, Variation};
 //! use brood_program::Program;
 //! use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-//! use brood_scene::{BuiltinMesh, Scene};
+//! use brood_mesh::BuiltinMesh;
+//! use brood_scene::Scene;
 //! use brood_worker::Renderer;
 //!
 //! let key = BirthKey { seed: 1, slot: 0, attempt: 0 };

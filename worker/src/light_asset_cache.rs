@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use brood_eval::decode_environment;
+use brood_light::{EnvironmentMap, IesProfile, LightAssets};
 use brood_protocol::LightAssetKind;
-use brood_scene::{EnvironmentMap, IesProfile, LightAssets};
 use moka::sync::Cache;
 
 /// Number of cached assets. An environment map may take 100 MB.

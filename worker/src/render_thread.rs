@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use brood_genome::Input;
+use brood_light::LightAssets;
 use brood_program::Program;
 use brood_protocol::{RenderJob, RenderOutcome, RenderStats, RenderedPicture};
-use brood_scene::LightAssets;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::cache::LoadedMesh;

@@ -4,14 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use brood_eval::{Developed, EvalError, Gain};
+use brood_light::{FieldError, LightAssets};
+use brood_mesh::BuiltinMesh;
 use brood_program::{Program, WordsError};
 use brood_protocol::{
     Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderStats, RenderedPicture,
     WireError, WorkerReport,
 };
-use brood_scene::{
-    BuiltinMesh, Exposure, Film, LightAssets, PixelArea, SampleSet, Sampling, SceneError,
-};
+use brood_scene::{Exposure, Film, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
 use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
@@ -40,7 +40,7 @@ pub enum RenderError {
     Wire(#[from] WireError),
     /// The frame's scene has a value that is out of range.
     #[error("invalid scene: {0}")]
-    Scene(#[from] SceneError),
+    Scene(#[from] FieldError),
     /// The frame's area is empty or exceeds the picture.
     #[error("the area must be within the picture of {1} x {1} pixels, got {0}")]
     Area(PixelArea, u32),
@@ -460,10 +460,10 @@ mod tests {
     #[test]
     fn uploaded_mesh_is_rejected_when_content_hash_differs() {
         let renderer = Renderer::new(Backend::Cpu);
-        let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
+        let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
         let hash = *mesh.hash();
         assert!(matches!(renderer.cache_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
-        let mesh = LoadedMesh::new(brood_scene::Mesh::builtin(BuiltinMesh::Cube));
+        let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
         assert!(renderer.uploaded(&hash).is_none());
         renderer.cache_uploaded(&hash, mesh).unwrap();
         assert!(renderer.uploaded(&hash).is_some());

@@ -8,7 +8,9 @@ use brood_brdf::{Brdf, Claims, DirectionPair};
 use brood_eval::express;
 use brood_genome::Genome;
 use brood_inspect::{OTHER_LIGHT_DEG, Picture, Shade, Shot, Specimen};
-use brood_scene::{BuiltinMesh, Exposure, LightAssets, Mesh, MeshRef, Sampling, Scene};
+use brood_light::LightAssets;
+use brood_mesh::{BuiltinMesh, Mesh};
+use brood_scene::{Exposure, MeshRef, Sampling, Scene};
 use glam::DVec3;
 use image::{ImageFormat, RgbImage, imageops};
 

@@ -3,9 +3,10 @@
 
 use anyhow::{Result, ensure};
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, develop, shade};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::Backend;
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+use brood_scene::{Exposure, SampleSet, Scene};
 use brood_worker::Renderer;
 
 use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, Scale};

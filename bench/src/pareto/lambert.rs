@@ -6,8 +6,10 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
 use brood_genome::Genome;
+use brood_light::Light;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Camera, Light, Mesh, Scene};
+use brood_scene::{Camera, Scene};
 use glam::DVec3;
 use serde::Serialize;
 

@@ -6,10 +6,9 @@ use std::sync::Arc;
 use anyhow::Result;
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_eval::{model_reflectance, shade};
-use brood_scene::{
-    AREA_SAMPLES, BuiltinMesh, ENVIRONMENT_SAMPLES, EnvironmentMap, LightAssets, Mesh, PixelArea,
-    Raster, SampleSet, Sampling, Scene,
-};
+use brood_light::{AREA_SAMPLES, ENVIRONMENT_SAMPLES, EnvironmentMap, LightAssets};
+use brood_mesh::{BuiltinMesh, Mesh};
+use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
 use crate::measure::{fastest_ms, one_thread};

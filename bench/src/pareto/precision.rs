@@ -3,8 +3,9 @@
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, develop, shade};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+use brood_scene::{Exposure, SampleSet, Scene};
 
 use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
 use crate::measure::{

@@ -2,8 +2,9 @@
 //! reference at many samples.
 
 use anyhow::Result;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Mesh, Scene};
+use brood_scene::Scene;
 
 use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
 use crate::measure::{

@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use anyhow::Result;
 use brood_brdf::{DirectionPair, Input, InputMask};
 use brood_genome::{Dialect, InitialValue};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
+use brood_scene::{SampleSet, Scene};
 use glam::DVec2;
 
 use super::{Saving, Workload};

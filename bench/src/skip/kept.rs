@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, shade};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::Backend;
-use brood_scene::{BuiltinMesh, Mesh, Scene};
+use brood_scene::Scene;
 use brood_worker::Renderer;
 
 use super::{Saving, Workload};

@@ -4,8 +4,9 @@
 use anyhow::Result;
 use brood_brdf::DirectionPair;
 use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Mesh, SampleSet, Sampling, Scene};
+use brood_scene::{SampleSet, Sampling, Scene};
 use glam::DVec2;
 
 use super::{Saving, Workload};

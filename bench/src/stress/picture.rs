@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, ReferenceEvaluator, develop, shade};
-use brood_scene::{BuiltinMesh, Exposure, Mesh, Scene};
+use brood_mesh::{BuiltinMesh, Mesh};
+use brood_scene::{Exposure, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use brood_bench::output::read_file;
+use brood_light::Light;
+use brood_mesh::{BuiltinMesh, ObjLimits, parse_obj};
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{
-    BuiltinMesh, Exposure, Light, MeshRef, ObjLimits, Sampling, Scene, Tone, parse_obj,
-};
+use brood_scene::{Exposure, MeshRef, Sampling, Scene, Tone};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use brood_bench::output::read_file;
 use brood_eval::decode_environment;
-use brood_scene::{AssetRef, IesProfile, Light, LightAssets, Scene};
+use brood_light::{AssetRef, IesProfile, Light, LightAssets};
+use brood_scene::Scene;
 
 const PROFILE_BYTES: u64 = 16 << 20;
 const ENVIRONMENT_BYTES: u64 = 512 << 20;
@@ -49,7 +50,7 @@ mod tests {
             serde_json::from_str(&json).unwrap()
         };
         let assets = read(&scene("a.ies"), folder.path()).unwrap();
-        assert_eq!(assets.check(&scene("a.ies")), Ok(()));
+        assert_eq!(assets.check(&scene("a.ies").lights), Ok(()));
         assert!(read(&scene("b.ies"), folder.path()).is_err());
         assert!(read(&Scene::default(), folder.path()).unwrap().is_empty());
     }

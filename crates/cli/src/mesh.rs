@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use brood_bench::{logging, output};
-use brood_scene::{BuiltinMesh, Mesh};
+use brood_mesh::{BuiltinMesh, Mesh};
 use clap::Args;
 use serde_json::json;
 

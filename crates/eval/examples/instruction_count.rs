@@ -10,8 +10,9 @@ use std::process::ExitCode;
 
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, develop, encode_png, shade};
 use brood_genome::{BirthKey, Dialect, Genome, Variation};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Program, make_brood};
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+use brood_scene::{Exposure, SampleSet, Scene};
 
 const SEED: u64 = 3;
 /// Exit code if this machine does not have the instruction set.

@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use brood_eval::{CanonicalEvaluator, Evaluator, Level, ReferenceEvaluator, model_reflectance};
 use brood_genome::{BirthKey, Dialect, Genome, Model, ModelKind, Variation};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, Mesh, SampleSet, Scene};
+use brood_scene::{SampleSet, Scene};
 
 const PROGRAMS: u32 = 100;
 

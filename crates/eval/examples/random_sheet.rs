@@ -6,8 +6,9 @@ use brood_eval::{
     CanonicalEvaluator, Evaluator, Level, SheetCell, develop, encode_png, shade, sheet,
 };
 use brood_genome::{Dialect, Output, Variation};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Program, make_brood};
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+use brood_scene::{Exposure, SampleSet, Scene};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -12,11 +12,10 @@ use brood_eval::{
     shade,
 };
 use brood_genome::{BirthKey, Dialect, Genome, Variation};
+use brood_light::{DirectionalLight, Light};
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{
-    BuiltinMesh, Camera, DirectionalLight, Exposure, Light, Mesh, PixelArea, SampleSet, Sampling,
-    Scene,
-};
+use brood_scene::{Camera, Exposure, PixelArea, SampleSet, Sampling, Scene};
 
 const MODES: [Sampling; 5] = [
     Sampling::Fixed(1),

@@ -198,8 +198,10 @@ impl<T: Curve> Transfer<'_, T> {
 #[cfg(test)]
 mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
+    use brood_light::Light;
+    use brood_mesh::{BuiltinMesh, Mesh};
     use brood_program::Program;
-    use brood_scene::{BuiltinMesh, Exposure, Light, Mesh, Sampling, Scene, Tone};
+    use brood_scene::{Exposure, Sampling, Scene, Tone};
 
     use super::*;
     use crate::{CanonicalEvaluator, Evaluator, shade};

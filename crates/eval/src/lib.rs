@@ -9,7 +9,8 @@
 //!
 //! ```
 //! use brood_eval::{CanonicalEvaluator, Evaluator, develop, encode_png, express, shade};
-//! use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Scene};
+//! use brood_mesh::{BuiltinMesh, Mesh};
+//! use brood_scene::{Exposure, SampleSet, Scene};
 //!
 //! let program = express(&"brood 1\n.model lambert\n".parse().unwrap());
 //! let set = SampleSet::render(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), 16, 1);

@@ -7,8 +7,9 @@
 
 use std::sync::OnceLock;
 
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
-use brood_scene::{BuiltinMesh, Exposure, Mesh, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
 use crate::{CanonicalEvaluator, Evaluator, Gain, develop_samples};

@@ -206,7 +206,9 @@ mod tests {
     use std::sync::Arc;
 
     use brood_brdf::{Brdf, DirectionPair, Model, ModelKind};
-    use brood_scene::{BuiltinMesh, EnvironmentMap, LightAssets, Mesh, Raster, Sampling, Scene};
+    use brood_light::{EnvironmentMap, LightAssets};
+    use brood_mesh::{BuiltinMesh, Mesh};
+    use brood_scene::{Raster, Sampling, Scene};
     use glam::DVec3;
 
     use super::*;

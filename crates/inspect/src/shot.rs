@@ -7,7 +7,9 @@ use brood_eval::{
     Developed, Gain, RadianceImage, RoughTile, develop_samples, model_reflectance, rough_tiles,
     shade,
 };
-use brood_scene::{LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_light::LightAssets;
+use brood_mesh::Mesh;
+use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use crate::{LinearImage, Specimen};
 

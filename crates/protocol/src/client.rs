@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use brood_scene::Mesh;
+use brood_mesh::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 

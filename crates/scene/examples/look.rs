@@ -6,7 +6,8 @@
 use std::error::Error;
 use std::fs;
 
-use brood_scene::{BuiltinMesh, Mesh, ObjLimits, SampleSet, Sampling, Scene, parse_obj};
+use brood_mesh::{BuiltinMesh, Mesh, ObjLimits, parse_obj};
+use brood_scene::{SampleSet, Sampling, Scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();

@@ -5,7 +5,6 @@
 
 mod camera;
 mod film;
-mod light;
 mod mesh_ref;
 mod normals;
 #[cfg(feature = "schema")]
@@ -14,19 +13,15 @@ mod schema;
 mod tests;
 mod validate;
 
+use brood_light::Light;
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
 
 pub use camera::Camera;
 pub use film::{Exposure, Film, Tone};
-pub(crate) use light::Measure;
-pub use light::{
-    AREA_SAMPLES, AmbientLight, DirectionalLight, DiskLight, ENVIRONMENT_SAMPLES, EnvironmentLight,
-    IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
-};
-pub use mesh_ref::{BuiltinMesh, MeshRef};
+pub use mesh_ref::MeshRef;
 pub use normals::Normals;
-pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX, SceneError};
+pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX};
 
 /// Mesh, camera, lights and film of a picture. The world is right-handed with y up.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -2,8 +2,10 @@
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{Level, LinearPicture, RadianceImage, model_reflectance, shade};
+use brood_light::LightAssets;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{BuiltinMesh, LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
 use brood_target::{ImageView, MeasuredTarget, Samples, Strategy, View};
 
 use crate::analytic::{Form, Recovery};

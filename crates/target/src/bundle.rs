@@ -9,7 +9,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use brood_scene::{IesProfile, LightAssets, Mesh, MeshRef, Sampling, Scene};
+use brood_light::{IesProfile, LightAssets};
+use brood_mesh::Mesh;
+use brood_scene::{MeshRef, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};

@@ -4,7 +4,8 @@ use std::io::Cursor;
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{Developed, encode_exr, encode_png, model_reflectance, shade};
-use brood_scene::{BuiltinMesh, Exposure, PixelArea, Raster, SampleSet};
+use brood_mesh::BuiltinMesh;
+use brood_scene::{Exposure, PixelArea, Raster, SampleSet};
 
 use super::*;
 use crate::{ImageTargetError, TargetFile, TargetFileError, TargetKind};

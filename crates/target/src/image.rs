@@ -9,9 +9,9 @@ mod pixel;
 mod refusal;
 
 use brood_eval::{LinearPicture, RadianceImage};
-use brood_scene::{
-    Light, LightAssets, Mesh, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
-};
+use brood_light::{Light, LightAssets};
+use brood_mesh::Mesh;
+use brood_scene::{PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene};
 
 use crate::Samples;
 use film::FilmInverse;

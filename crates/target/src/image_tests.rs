@@ -2,7 +2,7 @@
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{model_reflectance, shade};
-use brood_scene::BuiltinMesh;
+use brood_mesh::BuiltinMesh;
 
 use super::*;
 

@@ -7,7 +7,9 @@
 use std::sync::Arc;
 
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
-use brood_scene::{Exposure, LightAssets, Mesh, Sampling, Scene};
+use brood_light::LightAssets;
+use brood_mesh::Mesh;
+use brood_scene::{Exposure, Sampling, Scene};
 
 use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use crate::{MeasuredTarget, Samples, TargetError};

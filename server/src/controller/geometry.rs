@@ -2,8 +2,9 @@
 
 use axum::extract::State;
 use axum::response::Response;
+use brood_mesh::Mesh;
 use brood_protocol::decode;
-use brood_scene::{Mesh, MeshRef};
+use brood_scene::MeshRef;
 use http::HeaderMap;
 
 use super::file::FileHead;
@@ -108,7 +109,7 @@ fn put<const N: usize>(bytes: &mut Vec<u8>, values: impl Iterator<Item = [f32; N
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::BuiltinMesh;
+    use brood_mesh::BuiltinMesh;
 
     use super::*;
 

@@ -4,8 +4,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::Response;
 use brood_eval::decode_environment;
+use brood_light::IesProfile;
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
-use brood_scene::IesProfile;
 use http::{Request, StatusCode};
 
 use super::created;

@@ -4,8 +4,8 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::Response;
+use brood_mesh::{Mesh, ObjFile, ObjLimits, ObjWarning, parse_obj};
 use brood_protocol::{MeshAnswer, MeshId, MeshWarning, encode};
-use brood_scene::{Mesh, ObjFile, ObjLimits, ObjWarning, parse_obj};
 use brood_storage::StoredMesh;
 use http::{Request, StatusCode};
 

@@ -1,7 +1,8 @@
 //! Conversions of library errors to problems.
 
 use brood_genome::{JsonError, TextError};
-use brood_scene::{ObjError, SceneError};
+use brood_light::FieldError;
+use brood_mesh::ObjError;
 use brood_storage::StorageError;
 
 use super::{ApiError, quote};
@@ -35,8 +36,8 @@ impl From<JsonError> for ApiError {
     }
 }
 
-impl From<SceneError> for ApiError {
-    fn from(error: SceneError) -> Self {
+impl From<FieldError> for ApiError {
+    fn from(error: FieldError) -> Self {
         Self::refused(error.reason).at(error.pointer)
     }
 }

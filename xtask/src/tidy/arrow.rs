@@ -10,14 +10,27 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly.
-const ARROWS: [(&str, &[&str]); 17] = [
+const ARROWS: [(&str, &[&str]); 19] = [
     ("brood-brdf", &[]),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it
     // are brdf's.
     ("brood-genome", &["brood-brdf"]),
     ("brood-program", &["brood-genome", "brood-brdf"]),
-    ("brood-scene", &["brood-brdf"]),
-    ("brood-eval", &["brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
+    ("brood-mesh", &[]),
+    // Lights are placed relative to a mesh and sampled in its frames of reference.
+    ("brood-light", &["brood-mesh"]),
+    ("brood-scene", &["brood-light", "brood-mesh", "brood-brdf"]),
+    (
+        "brood-eval",
+        &[
+            "brood-program",
+            "brood-genome",
+            "brood-scene",
+            "brood-light",
+            "brood-mesh",
+            "brood-brdf",
+        ],
+    ),
     (
         "brood-gpu",
         // Its tests run what export prints.
@@ -33,9 +46,28 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("brood-export", &["brood-program", "brood-genome", "brood-brdf"]),
     (
         "brood-inspect",
-        &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"],
+        &[
+            "brood-eval",
+            "brood-program",
+            "brood-genome",
+            "brood-scene",
+            "brood-light",
+            "brood-mesh",
+            "brood-brdf",
+        ],
     ),
-    ("brood-target", &["brood-eval", "brood-program", "brood-genome", "brood-scene", "brood-brdf"]),
+    (
+        "brood-target",
+        &[
+            "brood-eval",
+            "brood-program",
+            "brood-genome",
+            "brood-scene",
+            "brood-light",
+            "brood-mesh",
+            "brood-brdf",
+        ],
+    ),
     (
         "brood-search",
         &[
@@ -44,10 +76,15 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "brood-program",
             "brood-genome",
             "brood-scene",
+            "brood-light",
+            "brood-mesh",
             "brood-brdf",
         ],
     ),
-    ("brood-protocol", &["brood-genome", "brood-program", "brood-brdf", "brood-scene"]),
+    (
+        "brood-protocol",
+        &["brood-genome", "brood-program", "brood-brdf", "brood-scene", "brood-mesh"],
+    ),
     ("brood-storage", &["brood-protocol", "brood-genome"]),
     (
         "brood-server",
@@ -57,6 +94,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "brood-genome",
             "brood-program",
             "brood-brdf",
+            "brood-mesh",
+            "brood-light",
             "brood-scene",
             "brood-eval",
             "brood-export",
@@ -71,6 +110,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "brood-genome",
             "brood-program",
             "brood-brdf",
+            "brood-mesh",
+            "brood-light",
             "brood-scene",
             "brood-eval",
             "brood-gpu",
@@ -86,6 +127,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "brood-genome",
             "brood-program",
             "brood-brdf",
+            "brood-mesh",
+            "brood-light",
             "brood-scene",
             "brood-eval",
             "brood-export",

@@ -7,7 +7,8 @@ use anyhow::{Context, Result, ensure};
 use brood_brdf::{Model, ModelKind, model_presets};
 use brood_genome::Genome;
 use brood_genome::preset::PRESETS;
-use brood_scene::{EnvironmentMap, IesProfile, LightAssets, Scene};
+use brood_light::{EnvironmentMap, IesProfile, LightAssets};
+use brood_scene::Scene;
 use serde_json::{Value, json};
 
 /// Pictures under one heading.

@@ -262,7 +262,9 @@ fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::{BuiltinMesh, Light, Mesh, Scene};
+    use brood_light::Light;
+    use brood_mesh::{BuiltinMesh, Mesh};
+    use brood_scene::Scene;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use brood_scene::{EnvironmentError, EnvironmentMap};
+use brood_light::{EnvironmentError, EnvironmentMap};
 use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Rgba};
 
 use crate::RadianceImage;

@@ -1,10 +1,10 @@
 //! Exposures for a comparison, measured on small pictures over the light orbit.
 
 use brood_eval::Gain;
+use brood_light::LightAssets;
+use brood_mesh::Mesh;
 use brood_program::Program;
-use brood_scene::{
-    EV_MAX, Exposure, Film, LightAssets, Mesh, PixelArea, Raster, SampleSet, Sampling, Scene,
-};
+use brood_scene::{EV_MAX, Exposure, Film, PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use super::Specimen;
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Mesh by name. In JSON a string: the name of a built-in mesh, otherwise the id of an uploaded
@@ -47,40 +48,5 @@ impl Serialize for MeshRef {
 impl<'de> Deserialize<'de> for MeshRef {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Ok(Self::from(String::deserialize(deserializer)?.as_str()))
-    }
-}
-
-/// Procedural mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BuiltinMesh {
-    /// Unit sphere.
-    Sphere,
-    /// Torus.
-    Torus,
-    /// Cube with rounded edges.
-    Cube,
-    /// Turned knob with concave and convex curvature, grazing angles, a bead and a flange.
-    Knob,
-}
-
-impl BuiltinMesh {
-    /// All built-in meshes.
-    pub const ALL: [Self; 4] = [Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
-
-    /// Returns the name in scenes.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sphere => "sphere",
-            Self::Torus => "torus",
-            Self::Cube => "cube",
-            Self::Knob => "knob",
-        }
-    }
-
-    /// Returns the mesh of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mesh| mesh.name() == name)
     }
 }

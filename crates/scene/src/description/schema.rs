@@ -1,13 +1,10 @@
 //! OpenAPI schemas of the parts of a scene with a hand-written JSON form.
 
 #![expect(dead_code, reason = "the types here are only described, never made")]
-#![expect(unused_qualifications, reason = "the derive macro writes paths in full")]
-
-mod light;
 
 use std::borrow::Cow;
 
-use utoipa::openapi::schema::{AdditionalProperties, Object, OneOf, Schema, SchemaType, Type};
+use utoipa::openapi::schema::{Object, Schema, SchemaType, Type};
 use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
@@ -15,6 +12,7 @@ use super::{Camera, EV_MAX, Exposure, MeshRef};
 
 /// Position on a sphere about the centre of the mesh, looking at the centre.
 #[derive(ToSchema)]
+#[serde(deny_unknown_fields)]
 struct OrbitCamera {
     /// Azimuth (0 is +z, 90 is +x) and elevation, degrees.
     #[schema(default = json!([30, 20]))]
@@ -28,6 +26,7 @@ struct OrbitCamera {
 
 /// Position and target.
 #[derive(ToSchema)]
+#[serde(deny_unknown_fields)]
 struct LookAtCamera {
     /// Position of the eye.
     eye: [f64; 3],
@@ -44,36 +43,20 @@ struct LookAtCamera {
 
 /// Parallel rays along -z with the world's origin in the middle.
 #[derive(ToSchema)]
+#[serde(deny_unknown_fields)]
 struct OrthographicCamera {
     /// Half the height of the view.
     orthographic: f64,
-}
-
-/// Object schema of `T` without additional properties.
-fn closed<T: PartialSchema>() -> Schema {
-    match T::schema() {
-        RefOr::T(Schema::Object(mut object)) => {
-            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
-            Schema::Object(object)
-        }
-        RefOr::T(other) => other,
-        RefOr::Ref(_) => unreachable!("a derived struct's own schema is never a reference"),
-    }
-}
-
-fn one_of(items: OneOfBuilder) -> RefOr<Schema> {
-    let schema: OneOf = items.build();
-    RefOr::T(Schema::OneOf(schema))
 }
 
 impl PartialSchema for Camera {
     fn schema() -> RefOr<Schema> {
         let items = OneOfBuilder::new()
             .description(Some("Where the scene is seen from; the fields tell the form."))
-            .item(closed::<OrbitCamera>())
-            .item(closed::<LookAtCamera>())
-            .item(closed::<OrthographicCamera>());
-        one_of(items)
+            .item(OrbitCamera::schema())
+            .item(LookAtCamera::schema())
+            .item(OrthographicCamera::schema());
+        RefOr::T(Schema::OneOf(items.build()))
     }
 }
 
@@ -115,7 +98,7 @@ impl PartialSchema for Exposure {
             .description(Some("Measured from the picture, or a fixed number of EV."))
             .item(auto)
             .item(ev);
-        one_of(items)
+        RefOr::T(Schema::OneOf(items.build()))
     }
 }
 

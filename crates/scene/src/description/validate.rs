@@ -1,5 +1,7 @@
 //! Validation of scenes: finite numbers in ranges for which all later steps stay finite.
 
+use brood_light::FieldError;
+use brood_light::field::{finite, positive, require};
 use glam::DVec3;
 
 use super::{Camera, Exposure, MeshRef, Scene};
@@ -14,29 +16,17 @@ const SCALE_MAX: f64 = 1000.0;
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
 /// Largest absolute exposure, in EV.
 pub const EV_MAX: f64 = 64.0;
-/// Largest magnitude of positions, distances and intensities: the range of f32, as for vertices.
-const MAGNITUDE_MAX: f64 = f32::MAX as f64;
 /// Longest mesh id, in bytes.
 const ID_BYTES_MAX: usize = 128;
 /// Sine of the smallest angle between the view direction and up.
 const UP_SINE_MIN: f64 = 1e-6;
-
-/// Error if a scene is invalid.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{pointer}: {reason}")]
-pub struct SceneError {
-    /// JSON pointer to the field, such as `/camera/fov_y_deg`.
-    pub pointer: String,
-    /// Reason.
-    pub reason: String,
-}
 
 impl Scene {
     /// Checks every field.
     ///
     /// # Errors
     /// Returns the first field out of its range, in the order of the description.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<(), FieldError> {
         if let MeshRef::Uploaded(id) = &self.mesh {
             require(!id.is_empty(), "/mesh", "the id of the mesh is empty")?;
             require(id.len() <= ID_BYTES_MAX, "/mesh", "the id of the mesh is over 128 bytes")?;
@@ -60,7 +50,7 @@ impl Scene {
 }
 
 impl Camera {
-    fn validate(&self) -> Result<(), SceneError> {
+    fn validate(&self) -> Result<(), FieldError> {
         match self {
             Self::Orbit { orbit_deg, distance, fov_y_deg } => {
                 finite(orbit_deg, "/camera/orbit_deg")?;
@@ -89,25 +79,7 @@ impl Camera {
     }
 }
 
-pub(super) fn require(holds: bool, pointer: &str, reason: &str) -> Result<(), SceneError> {
-    if holds {
-        return Ok(());
-    }
-    Err(SceneError { pointer: pointer.to_owned(), reason: reason.to_owned() })
-}
-
-pub(super) fn finite(numbers: &[f64], pointer: &str) -> Result<(), SceneError> {
-    let holds = numbers.iter().all(|number| number.abs() <= MAGNITUDE_MAX);
-    require(holds, pointer, "must be finite and within the range of 32-bit floats")
-}
-
-/// Checks that a number is large enough above 0 for ratios of such numbers to stay finite.
-pub(super) fn positive(number: f64, pointer: &str) -> Result<(), SceneError> {
-    let holds = number >= f64::from(f32::MIN_POSITIVE) && number <= MAGNITUDE_MAX;
-    require(holds, pointer, "must be above 0 and within the range of 32-bit floats")
-}
-
-fn field_of_view(degrees: f64) -> Result<(), SceneError> {
+fn field_of_view(degrees: f64) -> Result<(), FieldError> {
     let holds = degrees > FOV_Y_DEG.0 && degrees < FOV_Y_DEG.1;
     require(holds, "/camera/fov_y_deg", "must be between 0.1 and 170 degrees")
 }

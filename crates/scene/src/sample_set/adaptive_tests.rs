@@ -3,9 +3,11 @@
 use std::f64::consts::PI;
 
 use brood_brdf::{Input, InputMask};
+use brood_light::Light;
+use brood_mesh::{BuiltinMesh, Mesh};
 
 use super::{PixelArea, SampleSet, Sampling};
-use crate::{BuiltinMesh, Camera, Light, Mesh, Scene};
+use crate::{Camera, Scene};
 
 /// Parallel projection, in which the sphere is a disc of radius 0.8 half sides of the picture.
 fn disc() -> Scene {

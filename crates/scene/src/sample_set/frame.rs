@@ -1,10 +1,10 @@
 //! Local shading frame of a hit (z = n, x = u, y = n x u), and directions in it.
 
+use brood_mesh::trace::Hit;
+use brood_mesh::{LocalFrame, MeshParts, fixed_tangent};
 use glam::{DVec2, DVec3};
 
-use crate::Normals;
-use crate::mesh::{MeshParts, fixed_tangent};
-use crate::trace::Hit;
+use crate::description::Normals;
 
 /// Cosine to which wo is clamped if the interpolated normal faces away from the eye.
 const SILHOUETTE_COS: f64 = 1e-4;
@@ -20,10 +20,8 @@ pub(super) struct ShadedPoint {
     pub uv: DVec2,
     /// Direction to the eye, in the local frame.
     pub wo: DVec3,
-    u: DVec3,
-    b: DVec3,
-    /// Shading normal, on the side that faces the eye.
-    pub n: DVec3,
+    /// Shading frame, its normal on the side that faces the eye.
+    pub frame: LocalFrame,
     side: Side,
     /// True if the shading normal faces away from the eye although the triangle does not.
     faces_away: bool,
@@ -53,14 +51,17 @@ impl ShadedPoint {
         let u = weighted(&parts.tangents);
         let u = u - n * u.dot(n);
         let u = if u.length() > MIN_LENGTH { u.normalize() } else { fixed_tangent(n) };
-        let b = n.cross(u);
+        let frame = LocalFrame::new(n, u);
         let uv = corners.iter().zip(hit.weights).map(|(corner, w)| parts.uvs[*corner] * w).sum();
-        let (position, wo) = (weighted(&parts.positions), DVec3::Z);
-        let mut point = Self { position, uv, wo, u, b, n, side, faces_away: false };
-        let wo = point.local(eye);
-        point.faces_away = wo.z <= 0.0;
-        point.wo = above_horizon(wo);
-        point
+        let wo = frame.local(eye);
+        Self {
+            position: weighted(&parts.positions),
+            uv,
+            wo: above_horizon(wo),
+            frame,
+            side,
+            faces_away: wo.z <= 0.0,
+        }
     }
 
     /// False if plain normals are used and the shading normal faces away from the eye: such points
@@ -94,26 +95,7 @@ impl ShadedPoint {
 
     /// Returns the geometric normal on the side that faces the eye.
     pub fn face(&self) -> DVec3 {
-        if self.side.face.is_finite() { self.side.face } else { self.n }
-    }
-
-    /// Transforms a local direction to the frame of the mesh.
-    pub fn global(&self, w: DVec3) -> DVec3 {
-        self.u * w.x + self.b * w.y + self.n * w.z
-    }
-
-    /// Makes a point at the origin with normal `n`, for tests.
-    #[cfg(test)]
-    pub fn facing(n: DVec3) -> Self {
-        let u = fixed_tangent(n);
-        let side = Side { face: n, sign: 1.0 };
-        let (position, uv, wo) = (DVec3::ZERO, DVec2::ZERO, DVec3::Z);
-        Self { position, uv, wo, u, b: n.cross(u), n, side, faces_away: false }
-    }
-
-    /// Transforms a direction of the mesh's frame to the local frame.
-    pub fn local(&self, w: DVec3) -> DVec3 {
-        DVec3::new(w.dot(self.u), w.dot(self.b), w.dot(self.n)).normalize()
+        if self.side.face.is_finite() { self.side.face } else { self.frame.n() }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{PixelArea, Sampling};
+use super::sampling::{PixelArea, Sampling};
 
 /// Mapping from the samples of a set to the pixels of its image.
 #[derive(Debug, Clone, PartialEq)]

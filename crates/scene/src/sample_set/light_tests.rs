@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use brood_brdf::DirectionPair;
+use brood_light::{EnvironmentMap, LightAssets};
+use brood_mesh::{BuiltinMesh, Mesh, MeshParts, ObjLimits, fixed_tangent, parse_obj};
 use glam::DVec2;
 
 use super::{PixelArea, Raster, SampleSet, Sampling};
-use crate::{
-    BuiltinMesh, EnvironmentMap, LightAssets, Mesh, MeshParts, Normals, ObjLimits, Scene, parse_obj,
-};
+use crate::{Normals, Scene};
 
 fn scene(json: &str) -> Scene {
     let scene: Scene = serde_json::from_str(json).unwrap();
@@ -141,7 +141,7 @@ fn ball(rows: u32, size: f64, offset: f64) -> Mesh {
                     .normalize();
             parts.positions.push(n * size + offset);
             parts.normals.push(n);
-            parts.tangents.push(crate::mesh::fixed_tangent(n));
+            parts.tangents.push(fixed_tangent(n));
             parts.uvs.push(DVec2::ZERO);
         }
     }

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use brood_brdf::DirectionPair;
+use brood_light::{LightSampler, Receiver};
+use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
+use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::ShadedPoint;
-use super::lighting::{LightSampler, Receiver};
-use super::round_to_f32;
-use crate::mesh::MeshParts;
-use crate::trace::{Hit, Ray, Stack, Tracer};
-use crate::{Mesh, Normals, Scene};
+use super::values::round_to_f32;
+use crate::description::{Normals, Scene};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -127,6 +127,7 @@ impl<'a> Surface<'a> {
         let (mut mask, mut fading, mut shade) = (0, 0, 0.0);
         (*skipped, *shadowed) = (0, 0);
         let reflects = shaded.reflects(self.normals);
+        let receiver = Receiver { position, frame: shaded.frame, wo: shaded.wo, seed };
         for (index, light) in self.lights.iter().enumerate() {
             if !reflects {
                 *skipped += u64::from(light.samples);
@@ -134,32 +135,29 @@ impl<'a> Surface<'a> {
             }
             let (before, shadowed_before) = (lit.len(), *shadowed);
             let (mut fades, soft) = (false, light.is_soft());
-            light.for_each_sample(
-                &Receiver { position, shaded: &shaded, seed },
-                |sample, light_sample| {
-                    let wi = shaded.local(light_sample.towards);
-                    // NaN, possible for extreme lights, is treated as unlit.
-                    if wi.z > 0.0 {
-                        if let Some((tracer, start)) = start {
-                            let ray = Ray { origin: start, direction: light_sample.towards };
-                            if tracer.is_occluded(ray, light_sample.distance, stack) {
-                                *shadowed += 1;
-                                return;
-                            }
+            light.for_each_sample(&receiver, |sample, light_sample| {
+                let wi = shaded.frame.local(light_sample.towards);
+                // NaN, possible for extreme lights, is treated as unlit.
+                if wi.z > 0.0 {
+                    if let Some((tracer, start)) = start {
+                        let ray = Ray { origin: start, direction: light_sample.towards };
+                        if tracer.is_occluded(ray, light_sample.distance, stack) {
+                            *shadowed += 1;
+                            return;
                         }
-                        fades |= light_sample.fading;
-                        let irradiance = light_sample.irradiance.map(|e| e * wi.z);
-                        if !soft {
-                            shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
-                        }
-                        lit.push(IncidentSample {
-                            slot: light.first_slot + sample as usize,
-                            wi,
-                            irradiance,
-                        });
                     }
-                },
-            );
+                    fades |= light_sample.fading;
+                    let irradiance = light_sample.irradiance.map(|e| e * wi.z);
+                    if !soft {
+                        shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
+                    }
+                    lit.push(IncidentSample {
+                        slot: light.first_slot + sample as usize,
+                        wi,
+                        irradiance,
+                    });
+                }
+            });
             let made =
                 u64::try_from(lit.len() - before).expect("a light has fewer than 2^32 samples");
             let all = u64::from(light.samples);
@@ -170,7 +168,7 @@ impl<'a> Surface<'a> {
             let partly = soft && (made < all || all == 1);
             fading |= u32::from(fades || (made > 0 && partly)) << index;
             if soft {
-                shade += light.unoccluded_irradiance(position, shaded.n);
+                shade += light.unoccluded_irradiance(position, shaded.frame.n());
             }
         }
         point.uv = shaded.uv;
@@ -179,7 +177,7 @@ impl<'a> Surface<'a> {
             covered: true,
             lights: mask,
             fading,
-            n: shaded.n.as_vec3(),
+            n: shaded.frame.n().as_vec3(),
             position: position.as_vec3(),
             shade: round_to_f32(shade * self.shade_scale),
         };

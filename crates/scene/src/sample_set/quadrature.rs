@@ -6,12 +6,12 @@
 //! ray represents its segment of the line. The same error needs a tenth of the rays
 //! (docs/maths/film.md).
 
+use brood_light::ray_seed;
+use brood_mesh::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 use glam::DVec2;
 
 use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
-use super::sequence::ray_seed;
 use super::view::View;
-use crate::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 
 /// Number of lines in an edge pixel, and of rays per line before bisection.
 const EDGE_LINES: usize = 10;

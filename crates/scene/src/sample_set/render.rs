@@ -1,16 +1,19 @@
 //! Sampling of a picture: rows in parallel, concatenated in order.
 
+use brood_light::{LightAssets, LightSampler};
+use brood_mesh::trace::Stack;
+use brood_mesh::{Mesh, UnitFrame};
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cluster::Groups;
-use super::lighting::LightSampler;
+use super::layout::{ImageLayout, PixelRun, SampleCounts};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::quadrature::{PixelSampler, Scratch};
-use super::view::{UnitFrame, View, subpixel_offsets};
-use super::{ImageLayout, PixelArea, PixelRun, Raster, SampleCounts, SampleSet, Sampling};
-use crate::trace::Stack;
-use crate::{LightAssets, Mesh, Scene};
+use super::sampling::{PixelArea, Raster, Sampling};
+use super::set::SampleSet;
+use super::view::{View, subpixel_offsets};
+use crate::description::Scene;
 
 /// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
 const MIN_RAYS_FOR_CANDIDATES: usize = 4;
@@ -37,52 +40,94 @@ struct CentreRow {
     unlit: (u64, u64),
 }
 
-pub(super) fn render(
-    mesh: &Mesh,
-    scene: &Scene,
-    assets: &LightAssets,
-    raster: Raster,
-) -> SampleSet {
-    let Raster { size_px, sampling, area } = raster;
-    assert!(size_px <= u32::from(u16::MAX), "`size_px` must be in 1..=65535, got {size_px}");
-    assert!(
-        area.is_within(size_px),
-        "the area {area} must be non-empty and within {size_px} x {size_px} pixels"
-    );
-    let frame = UnitFrame::new(mesh, scene);
-    let sampler = PixelSampler {
-        view: View::new(&scene.camera, &frame),
-        tracer: mesh.tracer(),
-        surface: Surface::new(mesh, LightSampler::all(scene, assets, &frame), scene),
-        size_px,
-    };
-    let rows = match sampling {
-        Sampling::Adaptive => adaptive(&sampler, area),
-        Sampling::Fixed(samples) => {
-            let offsets = subpixel_offsets(u32::from(samples));
-            (0..area.height)
-                .into_par_iter()
-                .map_init(Scratch::default, |scratch, row| {
-                    fixed_row(&sampler, area, row, &offsets, scratch)
-                })
-                .collect()
-        }
-    };
-    let scale = match sampling {
-        Sampling::Adaptive => 1.0,
-        Sampling::Fixed(samples) => 1.0 / f32::from(samples),
-    };
-    let image = ImageLayout {
-        width: area.width,
-        height: area.height,
-        size_px,
-        area,
-        sampling,
-        scale,
-        runs: Vec::new(),
-        coverage: Vec::new().into(),
-    };
-    concatenate(rows, image)
+impl SampleSet {
+    /// Samples a square picture of `mesh` in `scene`. The mesh reference in `scene` is ignored.
+    ///
+    /// # Domain
+    /// A scene that [`Scene::validate`] accepts; otherwise the set is meaningless. Lights that
+    /// refer to assets emit nothing.
+    ///
+    /// # Panics
+    /// If `size_px` is not in 1..=65535, the fixed number of samples is 0, or the set would have
+    /// 2^32 samples.
+    ///
+    /// # Error
+    /// Bit-identical for any number of threads.
+    #[must_use]
+    pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, sampling: impl Into<Sampling>) -> Self {
+        Self::render_area(mesh, scene, size_px, sampling, PixelArea::whole(size_px))
+    }
+
+    /// Samples a part of that picture, bit-identical to these pixels of the whole picture.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render`], and if the area is empty or not within the picture.
+    #[must_use]
+    pub fn render_area(
+        mesh: &Mesh,
+        scene: &Scene,
+        size_px: u32,
+        sampling: impl Into<Sampling>,
+        area: PixelArea,
+    ) -> Self {
+        let raster = Raster { size_px, sampling: sampling.into(), area };
+        Self::render_with_assets(mesh, scene, &LightAssets::default(), raster)
+    }
+
+    /// Samples a scene whose lights refer to assets. A light whose asset is missing emits nothing
+    /// ([`LightAssets::check`] reports it).
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_area`].
+    #[must_use]
+    pub fn render_with_assets(
+        mesh: &Mesh,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+    ) -> Self {
+        let Raster { size_px, sampling, area } = raster;
+        assert!(size_px <= u32::from(u16::MAX), "`size_px` must be in 1..=65535, got {size_px}");
+        assert!(
+            area.is_within(size_px),
+            "the area {area} must be non-empty and within {size_px} x {size_px} pixels"
+        );
+        let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
+        let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
+        let sampler = PixelSampler {
+            view: View::new(&scene.camera, &frame),
+            tracer: mesh.tracer(),
+            surface: Surface::new(mesh, lights, scene),
+            size_px,
+        };
+        let rows = match sampling {
+            Sampling::Adaptive => adaptive(&sampler, area),
+            Sampling::Fixed(samples) => {
+                let offsets = subpixel_offsets(u32::from(samples));
+                (0..area.height)
+                    .into_par_iter()
+                    .map_init(Scratch::default, |scratch, row| {
+                        fixed_row(&sampler, area, row, &offsets, scratch)
+                    })
+                    .collect()
+            }
+        };
+        let scale = match sampling {
+            Sampling::Adaptive => 1.0,
+            Sampling::Fixed(samples) => 1.0 / f32::from(samples),
+        };
+        let image = ImageLayout {
+            width: area.width,
+            height: area.height,
+            size_px,
+            area,
+            sampling,
+            scale,
+            runs: Vec::new(),
+            coverage: Vec::new().into(),
+        };
+        concatenate(rows, image)
+    }
 }
 
 /// Samples a row with the same rays in every pixel.

@@ -1,7 +1,7 @@
 //! Copying selected samples of a set into a new set.
 
-use super::SampleSet;
 use super::layout::SampleCounts;
+use super::set::SampleSet;
 
 impl SampleSet {
     /// Copies the samples at `indices`, in this order, into a set without an image.

@@ -1,18 +1,19 @@
 use brood_brdf::{DirectionPair, Input};
+use brood_light::{Light, PointLight, Quantity, Strength};
+use brood_mesh::angle::orbit_direction;
+use brood_mesh::{BuiltinMesh, Mesh, MeshParts, ObjLimits, fixed_tangent, parse_obj};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::{SampleSet, Sampling};
-use crate::{
-    BuiltinMesh, Camera, Light, Mesh, MeshParts, PointLight, Quantity, Scene, Strength, parse_obj,
-};
+use crate::{Camera, Scene};
 
 fn sphere() -> Mesh {
     Mesh::builtin(BuiltinMesh::Sphere)
 }
 
 fn obj(text: &str) -> Mesh {
-    parse_obj(text.as_bytes(), &crate::ObjLimits::default()).unwrap().mesh
+    parse_obj(text.as_bytes(), &ObjLimits::default()).unwrap().mesh
 }
 
 fn with_camera(camera: Camera) -> Scene {
@@ -30,7 +31,7 @@ fn orbit(azimuth: f64, elevation: f64) -> Camera {
 
 /// Scene with its light at the eye, so that everything visible is lit.
 fn headlight(azimuth: f64, elevation: f64) -> Scene {
-    let eye = crate::angle::orbit_direction(azimuth, elevation) * 100.0;
+    let eye = orbit_direction(azimuth, elevation) * 100.0;
     let light = Light::point_at(eye.to_array());
     Scene { lights: vec![light], ..with_camera(orbit(azimuth, elevation)) }
 }
@@ -343,7 +344,7 @@ fn arbitrary_mesh() -> impl Strategy<Value = Mesh> {
         let size = vertices[0].2;
         let count = vertices.len() as u32;
         let normals: Vec<DVec3> = vertices.iter().map(|vertex| vertex.1).collect();
-        let tangents = normals.iter().map(|n| crate::mesh::fixed_tangent(*n)).collect();
+        let tangents = normals.iter().map(|n| fixed_tangent(*n)).collect();
         let parts = MeshParts {
             positions: vertices.iter().map(|vertex| vertex.0 * size).collect(),
             uvs: vertices.iter().map(|vertex| vertex.0.truncate()).collect(),

@@ -92,6 +92,11 @@ fn range(values: &[f32]) -> (f32, f32) {
     values.iter().fold((*first, *first), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
+/// Rounds to the nearest f32; values out of range become the largest finite f32 of that sign.
+pub(super) fn round_to_f32(value: f64) -> f32 {
+    (value as f32).clamp(f32::MIN, f32::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

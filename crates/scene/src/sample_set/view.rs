@@ -1,59 +1,15 @@
 //! Camera rays in the unit frame of the mesh.
-//!
-//! The unit frame is the mesh as stored, with its bounding sphere moved to centre 0 and radius 1.
-//! The object's rotation and scale are applied inversely to camera and lights, so no vertex is ever
-//! moved.
 
-use glam::{DMat3, DVec2, DVec3};
+use brood_mesh::UnitFrame;
+use brood_mesh::angle::{orbit_direction, sin_cos_deg};
+use brood_mesh::trace::Ray;
+use glam::{DVec2, DVec3};
 
-use crate::angle::{orbit_direction, rotation_xyz_deg, sin_cos_deg};
-use crate::trace::Ray;
-use crate::{Camera, Mesh, Scene};
+use crate::description::Camera;
 
 /// Default distance of an orbit camera, divided by the distance at which the bounding sphere
 /// touches the picture's edge.
 const FRAMING_MARGIN: f64 = 1.04;
-
-/// Transform from the world to the unit frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct UnitFrame {
-    centre: DVec3,
-    radius: f64,
-    pub scale: f64,
-    /// World to object: the inverse of the object's rotation.
-    unturn: DMat3,
-}
-
-impl UnitFrame {
-    pub fn new(mesh: &Mesh, scene: &Scene) -> Self {
-        Self {
-            centre: mesh.centre(),
-            radius: mesh.radius(),
-            scale: scene.scale,
-            unturn: rotation_xyz_deg(scene.rotation_deg).transpose(),
-        }
-    }
-
-    /// Returns a world position relative to the mesh's centre, in radii of the mesh at scale 1.
-    pub fn relative(&self, world: [f64; 3]) -> DVec3 {
-        (DVec3::from(world) - self.centre) / self.radius
-    }
-
-    /// Transforms a position from [`UnitFrame::relative`] to the unit frame.
-    pub fn position(&self, relative: DVec3) -> DVec3 {
-        self.direction(relative) / self.scale
-    }
-
-    /// Transforms a world direction to the unit frame.
-    pub fn direction(&self, world: DVec3) -> DVec3 {
-        self.unturn * world
-    }
-
-    /// Converts a world length to radii of the mesh at scale 1.
-    pub fn length(&self, world: f64) -> f64 {
-        world / self.radius
-    }
-}
 
 /// Camera in the unit frame.
 #[derive(Debug, Clone, Copy)]
@@ -91,8 +47,8 @@ impl View {
             }
             Camera::Orthographic { orthographic } => {
                 // Rays start in front of the object, independent of the world's origin.
-                let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale);
-                let half = frame.length(orthographic) / frame.scale;
+                let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale());
+                let half = frame.length(orthographic) / frame.scale();
                 let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z].map(|axis| frame.direction(axis));
                 Self::with_axes(frame.position(middle), axes, half, true)
             }

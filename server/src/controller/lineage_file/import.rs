@@ -7,11 +7,12 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
+use brood_mesh::Mesh;
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, LineageId, ParentRef, PatchIndividual, SceneId,
     decode,
 };
-use brood_scene::{Mesh, MeshRef};
+use brood_scene::MeshRef;
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, StoredMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
+use brood_light::{AssetRef, Light};
+use brood_mesh::Mesh;
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
-use brood_scene::{AssetRef, Light, Mesh, Sampling, Scene};
+use brood_scene::{Sampling, Scene};
 use brood_target::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
     PixelCounts, TargetFileError, TargetKind, ViewError,

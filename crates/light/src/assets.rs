@@ -1,0 +1,145 @@
+//! IES profiles and environment maps that lights refer to by name.
+//!
+//! The table only stores what the caller inserts; loading files, uploads or database rows is the
+//! caller's task.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::environment::EnvironmentMap;
+use crate::field::FieldError;
+use crate::ies::IesProfile;
+use crate::light::Light;
+
+/// IES profiles and environment maps by the names used in scenes.
+#[derive(Debug, Clone, Default)]
+pub struct LightAssets {
+    profiles: BTreeMap<String, Arc<IesProfile>>,
+    environments: BTreeMap<String, Arc<EnvironmentMap>>,
+}
+
+/// Asset name that a light refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssetRef<'a> {
+    /// Name of an IES profile.
+    Profile(&'a str),
+    /// Name of an environment map.
+    Environment(&'a str),
+}
+
+impl LightAssets {
+    /// Inserts a profile, replacing the one of that name.
+    pub fn insert_profile(&mut self, name: impl Into<String>, profile: Arc<IesProfile>) {
+        self.profiles.insert(name.into(), profile);
+    }
+
+    /// Returns the profile of that name.
+    #[must_use]
+    pub fn profile(&self, name: &str) -> Option<&Arc<IesProfile>> {
+        self.profiles.get(name)
+    }
+
+    /// Inserts an environment map, replacing the one of that name.
+    pub fn insert_environment(&mut self, name: impl Into<String>, map: Arc<EnvironmentMap>) {
+        self.environments.insert(name.into(), map);
+    }
+
+    /// Returns the environment map of that name.
+    #[must_use]
+    pub fn environment(&self, name: &str) -> Option<&Arc<EnvironmentMap>> {
+        self.environments.get(name)
+    }
+
+    /// Checks that every asset that the lights of a scene refer to is present. A light whose asset
+    /// is missing emits nothing.
+    ///
+    /// # Errors
+    /// Returns [`FieldError`] for the first light whose asset is missing.
+    pub fn check(&self, lights: &[Light]) -> Result<(), FieldError> {
+        for (index, light) in lights.iter().enumerate() {
+            let Some(asset) = light.asset() else { continue };
+            let (field, known) = match asset {
+                AssetRef::Profile(name) => ("profile", self.profiles.contains_key(name)),
+                AssetRef::Environment(name) => ("image", self.environments.contains_key(name)),
+            };
+            if !known {
+                let pointer = format!("/lights/{index}/{field}");
+                return Err(FieldError {
+                    pointer,
+                    reason: "names an asset that does not exist".to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// True if both hold the same `Arc`s under the same names, which implies equal content hashes.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let profiles = self.profiles.iter().zip(&other.profiles);
+        let environments = self.environments.iter().zip(&other.environments);
+        self.profiles.len() == other.profiles.len()
+            && self.environments.len() == other.environments.len()
+            && profiles.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+            && environments.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+    }
+
+    /// True if there are no assets.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.profiles.is_empty() && self.environments.is_empty()
+    }
+
+    /// Hash of all names and contents. Cached sample sets depend on it besides scene and mesh.
+    #[must_use]
+    pub fn content_hash(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        let profiles = self.profiles.iter().map(|(name, asset)| (b'p', name, asset.content_hash()));
+        let environments =
+            self.environments.iter().map(|(name, asset)| (b'e', name, asset.content_hash()));
+        for (kind, name, hash) in profiles.chain(environments) {
+            hasher.update(&[kind]);
+            hasher.update(&(name.len() as u64).to_le_bytes());
+            hasher.update(name.as_bytes());
+            hasher.update(hash.as_bytes());
+        }
+        hasher.finalize()
+    }
+}
+
+impl Light {
+    /// Asset that the light refers to, if its kind uses one.
+    #[must_use]
+    pub fn asset(&self) -> Option<AssetRef<'_>> {
+        match self {
+            Self::Ies(light) => Some(AssetRef::Profile(&light.profile)),
+            Self::Environment(light) => Some(AssetRef::Environment(&light.image)),
+            Self::Point(_)
+            | Self::Directional(_)
+            | Self::Spot(_)
+            | Self::Sphere(_)
+            | Self::Disk(_)
+            | Self::Rectangle(_)
+            | Self::Ambient(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn check_returns_the_pointer_when_an_asset_is_missing() {
+        let json = r#"[{}, {"kind": "ies", "profile": "a.ies"}]"#;
+        let lights: Vec<Light> = serde_json::from_str(json).unwrap();
+        let mut assets = LightAssets::default();
+        assert_eq!(assets.check(&lights).unwrap_err().pointer, "/lights/1/profile");
+        assert_eq!(assets.check(&lights[..1]), Ok(()));
+        let empty = assets.content_hash();
+        let text = b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
+        assets.insert_profile("a.ies", Arc::new(IesProfile::parse(text).unwrap()));
+        assert_eq!(assets.check(&lights), Ok(()));
+        assert_ne!(assets.content_hash(), empty);
+    }
+}

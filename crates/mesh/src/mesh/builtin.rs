@@ -1,0 +1,181 @@
+//! Built-in meshes: sphere, torus, rounded cube and knob.
+
+use glam::{DVec2, DVec3};
+
+use super::assemble::{RawMesh, assemble};
+use super::parts::MeshParts;
+use super::revolution::{ProfilePoint, bezier_profile, revolve};
+use crate::angle::{rotation_xyz_deg, sin_cos_deg};
+
+/// Procedural mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BuiltinMesh {
+    /// Unit sphere.
+    Sphere,
+    /// Torus.
+    Torus,
+    /// Cube with rounded edges.
+    Cube,
+    /// Turned knob with concave and convex curvature, grazing angles, a bead and a flange.
+    Knob,
+}
+
+impl BuiltinMesh {
+    /// All built-in meshes.
+    pub const ALL: [Self; 4] = [Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
+
+    /// Returns the name in scenes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Torus => "torus",
+            Self::Cube => "cube",
+            Self::Knob => "knob",
+        }
+    }
+
+    /// Returns the mesh of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|mesh| mesh.name() == name)
+    }
+}
+
+/// Steps around the axis: at 512 pixels a silhouette deviates from its circle by under 0.04 pixels.
+const COLUMNS: u32 = 192;
+
+/// Builds the arrays of a built-in mesh.
+pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
+    match mesh {
+        BuiltinMesh::Sphere => sphere(),
+        BuiltinMesh::Torus => torus(),
+        BuiltinMesh::Cube => rounded_cube(),
+        BuiltinMesh::Knob => knob(),
+    }
+}
+
+/// Sphere of radius 1; u is the azimuth, v the polar angle from the bottom over half a turn.
+fn sphere() -> MeshParts {
+    let rows = 96u32;
+    let profile: Vec<ProfilePoint> = (0..=rows)
+        .map(|row| {
+            let v = f64::from(row) / f64::from(rows);
+            let (sin, cos) = sin_cos_deg(180.0 * v);
+            let position = DVec2::new(sin, -cos);
+            ProfilePoint { position, normal: position, v }
+        })
+        .collect();
+    revolve(&profile, COLUMNS)
+}
+
+/// Torus of radii 1 and 0.4 about the y axis, leaning towards +z so that the default view sees the
+/// hole.
+fn torus() -> MeshParts {
+    let rows = 96u32;
+    let profile: Vec<ProfilePoint> = (0..=rows)
+        .map(|row| {
+            let v = f64::from(row) / f64::from(rows);
+            // The order inside, bottom, outside, top makes v grow upwards on the outside.
+            let (sin, cos) = sin_cos_deg(360.0 * v - 180.0);
+            let normal = DVec2::new(cos, sin);
+            ProfilePoint { position: DVec2::new(1.0, 0.0) + 0.4 * normal, normal, v }
+        })
+        .collect();
+    let mut parts = revolve(&profile, COLUMNS);
+    let lean = rotation_xyz_deg([TORUS_LEAN_DEG, 0.0, 0.0]);
+    let arrays = [&mut parts.positions, &mut parts.normals, &mut parts.tangents];
+    for vector in arrays.into_iter().flatten() {
+        *vector = lean * *vector;
+    }
+    parts
+}
+
+const TORUS_LEAN_DEG: f64 = 35.0;
+
+/// Cube of edge length 1.6 with edges rounded at radius 0.2. Each face has the texture square
+/// [0, 1]^2, upright.
+fn rounded_cube() -> MeshParts {
+    // (n, u, v) of each face with n = u x v; v points up where the face allows it.
+    let faces = [
+        (DVec3::Z, DVec3::X, DVec3::Y),
+        (DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        (DVec3::NEG_Z, DVec3::NEG_X, DVec3::Y),
+        (DVec3::NEG_X, DVec3::Z, DVec3::Y),
+        (DVec3::Y, DVec3::X, DVec3::NEG_Z),
+        (DVec3::NEG_Y, DVec3::X, DVec3::Z),
+    ];
+    let steps = cube_steps();
+    let side = u32::try_from(steps.len()).expect("a face has few steps");
+    let mut raw = RawMesh {
+        positions: Vec::new(),
+        normals: Vec::new(),
+        uvs: Vec::new(),
+        smooth_group: Vec::new(),
+        smooth_groups: 0,
+        triangles: Vec::new(),
+    };
+    for (face, (n, u, v)) in (0u32..).zip(faces) {
+        for t in &steps {
+            for s in &steps {
+                let on_cube = n * CUBE_HALF + u * *s + v * *t;
+                let core = on_cube.clamp(DVec3::splat(-CUBE_CORE), DVec3::splat(CUBE_CORE));
+                let normal = (on_cube - core).normalize();
+                raw.positions.push(core + normal * (CUBE_HALF - CUBE_CORE));
+                raw.normals.push(Some(normal));
+                raw.uvs.push(Some(DVec2::new(*s, *t) / (2.0 * CUBE_HALF) + DVec2::splat(0.5)));
+            }
+        }
+        for row in 0..side - 1 {
+            for column in 0..side - 1 {
+                let a = face * side * side + row * side + column;
+                let (b, c, d) = (a + 1, a + side, a + side + 1);
+                raw.triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+    }
+    raw.smooth_group = (0u32..).take(raw.positions.len()).collect();
+    raw.smooth_groups = raw.positions.len();
+    assemble(raw).0
+}
+
+const CUBE_HALF: f64 = 0.8;
+const CUBE_CORE: f64 = 0.6;
+
+/// Steps along an edge of a face: equal angles over the rounding, equal lengths between.
+fn cube_steps() -> Vec<f64> {
+    let (rounding, flat) = (12i32, 12i32);
+    let bend = |k: i32| {
+        let (sin, cos) = sin_cos_deg(45.0 * f64::from(k) / f64::from(rounding));
+        CUBE_CORE + (CUBE_HALF - CUBE_CORE) * sin / cos
+    };
+    let low = (1..=rounding).rev().map(|k| -bend(k));
+    let middle = (0..=flat).map(|k| CUBE_CORE * f64::from(2 * k - flat) / f64::from(flat));
+    low.chain(middle).chain((1..=rounding).map(bend)).collect()
+}
+
+/// Turned knob: a flange, a bead, a slim neck and a bulb.
+fn knob() -> MeshParts {
+    let p = DVec2::new;
+    let line = |a: DVec2, b: DVec2| [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b];
+    let curves = [
+        line(p(0.0, -1.0), p(0.74, -1.0)),
+        [p(0.74, -1.0), p(0.80, -1.0), p(0.84, -0.96), p(0.84, -0.90)],
+        [p(0.84, -0.90), p(0.84, -0.84), p(0.80, -0.80), p(0.74, -0.79)],
+        [p(0.74, -0.79), p(0.56, -0.76), p(0.40, -0.68), p(0.36, -0.54)],
+        // The bead.
+        [p(0.36, -0.54), p(0.352, -0.512), p(0.37, -0.50), p(0.40, -0.49)],
+        [p(0.40, -0.49), p(0.46, -0.47), p(0.46, -0.37), p(0.40, -0.35)],
+        [p(0.40, -0.35), p(0.34, -0.33), p(0.28, -0.28), p(0.28, -0.18)],
+        // Neck and bulb.
+        [p(0.28, -0.18), p(0.28, 0.02), p(0.72, 0.04), p(0.72, 0.46)],
+        [p(0.72, 0.46), p(0.72, 0.84), p(0.42, 1.02), p(0.0, 1.02)],
+    ];
+    let mut parts = revolve(&bezier_profile(&curves, 20), COLUMNS);
+    // Rotating unit profile normals leaves rounding errors in their length; points on the axis must
+    // keep exact positions.
+    for normal in &mut parts.normals {
+        *normal = normal.normalize();
+    }
+    parts
+}
