@@ -10,6 +10,7 @@ import { searchStore } from "../search/store.js";
 import { html } from "./html.js";
 import { viewStore } from "./store.js";
 
+/** Copies the address, or shows it where the browser has no clipboard. */
 async function share() {
   try {
     await navigator.clipboard.writeText(location.href);
@@ -23,6 +24,7 @@ async function share() {
   }
 }
 
+/** Text of the status line. */
 function status() {
   const of = lineageStore.generation.value;
   const lostWords = pageStore.connectionLost.value ? ["Connection lost, retrying..."] : [];

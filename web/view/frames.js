@@ -32,7 +32,7 @@ import { viewStore } from "./store.js";
  */
 const LARGE_LIMIT_PX = 1024;
 
-/** @type {ResizeObserver|null} */
+/** Observes the grid, for the size of the large picture. @type {ResizeObserver|null} */
 let observer = null;
 
 /** Ref of the grid. @param {HTMLElement|null} element */
@@ -47,7 +47,7 @@ function attach(element) {
   observePixels(observer, element);
 }
 
-/** @param {Cell} cell @param {Individual} of */
+/** Name of a frame for screen readers. @param {Cell} cell @param {Individual} of */
 function label(cell, of) {
   const parts = [nameOf(cell), makeupInWords(of)];
   if (of.favourite) parts.push("favourite");
@@ -61,6 +61,7 @@ function label(cell, of) {
 }
 
 /**
+ * Thumbnail of an individual; a button that requests it again if it failed.
  * @param {{of: Individual, cell: Cell}} props
  */
 function Picture({ of, cell }) {
@@ -93,7 +94,7 @@ function largeUrl(of) {
   return wanted && !lineageStore.breeding.value && !sceneStore.busy.value ? pictureUrl(of.id, sceneId, viewStore.centre_px.value) : null;
 }
 
-/** @param {{url: string}} props */
+/** Large picture over the centre's thumbnail. @param {{url: string}} props */
 function Large({ url }) {
   return html`
     <img key=${`${url} ${lineageStore.pictureRetries.value.get(url) ?? 0}`} class=${lineageStore.loadedPictures.value.has(url) ? "large" : "large waiting"} src=${url} alt="" draggable=${false}
@@ -133,7 +134,7 @@ function stillUrl(of, centre) {
   return pictureUrl(of.id, sceneId, at.sharp ? whole : centre ? px : px / 2, (sceneStore.scene.value?.light_deg ?? 0) + at.degrees);
 }
 
-/** @param {string} url */
+/** Lets the light move on to its next step. @param {string} url */
 function stillLoaded(url) {
   if (liveStore.still.value?.sharp) pictureLoaded(url);
   schedule();
@@ -142,7 +143,7 @@ function stillLoaded(url) {
 /** A picture that stays visible until the next has loaded. @param {{url: string}} props */
 const Still = ({ url }) => html`<img class="still" src=${url} alt="" draggable=${false} onLoad=${() => stillLoaded(url)} onError=${schedule} />`;
 
-/** @param {HTMLCanvasElement|null} element */
+/** Ref that draws the marks. @param {HTMLCanvasElement|null} element */
 const marking = (element) => element && void mark(element, element.dataset.url ?? "");
 
 /**
@@ -168,7 +169,11 @@ function Globe() {
   `;
 }
 
-/** @param {{cell: Cell}} props */
+/**
+ * A frame. Its pictures lie over each other, in this order: thumbnail, large picture, picture under
+ * the moving light, marks, B, target. If the frame is drawn live they are hidden.
+ * @param {{cell: Cell}} props
+ */
 function Frame({ cell }) {
   const of = individualIn(cell);
   const centre = cell === "centre";

@@ -27,7 +27,7 @@ export function marked(pixels) {
   return { burnt, black };
 }
 
-/** @param {number} side */
+/** Context of a square canvas that is not on the page. @param {number} side */
 function sheet(side) {
   const context = new OffscreenCanvas(side, side).getContext("2d");
   if (!context) throw new Error("this browser has no 2D canvas");
@@ -50,6 +50,7 @@ function stripes(colors) {
 }
 
 /**
+ * Draws stripes where a mask is opaque, with the mask scaled to the canvas.
  * @param {CanvasRenderingContext2D} onto
  * @param {Uint8ClampedArray} mask
  * @param {number} side of the mask
