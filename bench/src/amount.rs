@@ -4,8 +4,6 @@
 //! Children are first draws, as under `curation: off`, so that the operators are measured without
 //! redraws.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use brood_genome::{BirthKey, Genome, Variation};
 use brood_program::Program;
@@ -14,25 +12,21 @@ use rayon::prelude::*;
 
 use super::flip::PictureSet;
 use super::measure::{quantile, visible_genomes};
-use super::record::{Finding, Folder};
-use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
-use crate::{logging, output};
+use super::record::{CommonArgs, Finding};
+use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
+use crate::output;
 
 /// Options of `brood bench amount`.
 #[derive(Debug, Args)]
 pub struct BenchAmountArgs {
-    /// Folder for amount.json, amount.csv and amount.svg
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
     /// Number of parents, and of pairs of parents
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     count: u32,
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
-    /// Seed of the parents and the children
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Amounts of mutation and of recombination.
@@ -56,10 +50,10 @@ impl Effect {
 
 /// Runs the command.
 pub fn run(args: &BenchAmountArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     // One extra, so that a single parent has a mate.
-    let parents: Vec<Genome> = visible_genomes(args.seed)?.take(args.count as usize + 1).collect();
+    let parents: Vec<Genome> =
+        visible_genomes(args.common.seed)?.take(args.count as usize + 1).collect();
     let bar = output::bar(u64::from(args.count), "breeding and comparing");
     let measured: Vec<[Vec<f64>; 3]> = (0..args.count as usize)
         .into_par_iter()
@@ -113,7 +107,7 @@ fn distances(
     mate: &Genome,
     slot: u32,
 ) -> Result<[Vec<f64>; 3]> {
-    let key = BirthKey { seed: args.seed, slot, attempt: 1 };
+    let key = BirthKey { seed: args.common.seed, slot, attempt: 1 };
     let mutant = |amount: &f32| Variation::mutate(parent, *amount).birth(key);
     let child = |amount: &f32| Variation::crossover(parent, mate, *amount, 0.0).birth(key);
     let genomes = [parent.clone(), mate.clone()];
@@ -134,15 +128,15 @@ fn table(effects: &[Effect]) -> ResultTable {
         for ((amount, distances), mean) in AMOUNTS.iter().zip(&effect.distances).zip(effect.means())
         {
             let share = |share| quantile(distances, share);
-            table.push([
-                ("knob", effect.name.into()),
-                ("value", f64::from(*amount).into()),
-                ("from", effect.from.into()),
-                ("mean", mean.into()),
-                ("p10", share(0.1).into()),
-                ("median", share(0.5).into()),
-                ("p90", share(0.9).into()),
-            ]);
+            table.push(cells! {
+                knob: effect.name,
+                value: f64::from(*amount),
+                from: effect.from,
+                mean: mean,
+                p10: share(0.1),
+                median: share(0.5),
+                p90: share(0.9),
+            });
         }
     }
     table
@@ -157,8 +151,8 @@ fn chart(effects: &[Effect], args: &BenchAmountArgs) -> Plot {
     Plot {
         title: "Change of pictures by amount".to_owned(),
         subtitle: format!("{} random parents; first draws, {} pixels", args.count, args.size),
-        x: Axis { title: "amount", scale: Scale::Linear },
-        y: Axis { title: "mean FLIP over the object", scale: Scale::Linear },
+        x: Axis::linear("amount"),
+        y: Axis::linear("mean FLIP over the object"),
         series: effects.iter().map(series).collect(),
     }
 }

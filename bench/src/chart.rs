@@ -10,8 +10,9 @@ mod canvas;
 mod plot;
 mod table;
 
-pub use axis::{Axis, Scale, number};
+pub use axis::{Axis, number};
 pub use bars::{Bar, BarChart, Group};
 pub use canvas::escape;
 pub use plot::{Plot, Point, Series};
+pub(crate) use table::cells;
 pub use table::{Cell, ResultTable};

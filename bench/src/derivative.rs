@@ -1,8 +1,6 @@
 //! `brood bench derivative`: times the normal equations of a program's constants, in forward and
 //! reverse mode, against plain evaluation of the same programs.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use brood_eval::{
     CanonicalEvaluator, Direction, FitnessEvaluator, FitnessTarget, normal_equations,
@@ -12,9 +10,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::measure::{fastest_of_each_ms, one_thread, programs};
-use super::record::Folder;
+use super::record::CommonArgs;
 use super::target;
-use crate::{logging, output};
+use crate::output;
 
 /// Most programs measured per group; more only take longer.
 const PER_GROUP: usize = 20;
@@ -33,12 +31,8 @@ pub struct BenchDerivativeArgs {
     /// Number of runs; the fastest counts
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeats: u32,
-    /// Seed of the genomes and of the target
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for derivative.json
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// One group of programs; times are microseconds per program, the fastest run, on one thread.
@@ -59,12 +53,11 @@ struct Row {
 
 /// Runs the command.
 pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
-    let population = programs(args.seed, args.genomes);
+    let folder = args.common.start()?;
+    let population = programs(args.common.seed, args.genomes);
     // Another seed, so that the target is not in the population.
-    let wanted = programs(args.seed.wrapping_add(1), 1).remove(0);
-    let target = target::of(&wanted, args.samples as usize, args.seed)?;
+    let wanted = programs(args.common.seed.wrapping_add(1), 1).remove(0);
+    let target = target::of(&wanted, args.samples as usize, args.common.seed)?;
     let (pool, mut rows, mut least) = (one_thread()?, Vec::new(), 1);
     let bar = output::bar(GROUPS.len() as u64, "groups");
     for most in GROUPS {
@@ -77,10 +70,6 @@ pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    folder.add_json("derivative", &rows)?;
-    if json {
-        return output::print_json(&serde_json::to_value(&rows)?);
-    }
     let head = format!(
         "normal equations against {} samples, one thread, us per program, fastest of {}\n\
          constants  programs  operations     plain   forward   reverse  chosen\n",
@@ -94,7 +83,7 @@ pub fn run(args: &BenchDerivativeArgs, json: bool) -> Result<()> {
             "{constants:>9} {programs:9} {mean_operations:11.1} {plain_us:9.1} {forward_us:9.1} {reverse_us:9.1}  {chosen}\n"
         )
     };
-    output::print(&(head + &rows.iter().map(line).collect::<String>()))
+    folder.finish_rows("derivative", &rows, (&head, line), json)
 }
 
 /// Measures one group of programs.

@@ -16,11 +16,11 @@ use brood_search::{Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
 
-use super::record::Folder;
+use super::record::CommonArgs;
 use super::target::samples_csv;
 use crate::budget::{FitBudget, spend};
-use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, Scale};
-use crate::{logging, output};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
+use crate::output;
 use material::{FitMaterial, MaterialFolder};
 use published::Published;
 use unseen::{Studio, ViewDifference};
@@ -45,12 +45,8 @@ pub struct BenchFitArgs {
     /// Number of threads
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Seed of the fits; the samples are the same for every seed
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for fit.json, fit.csv and fit.svg, and the samples of each material
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Results of one material.
@@ -91,32 +87,32 @@ struct Run {
 
 /// Runs the command.
 pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
-    logging::start_offline();
     let budget = |seconds: &f64| (0.01..=1e5).contains(seconds);
     ensure!(args.seconds.iter().all(budget), "--seconds must be from 0.01 to 100000");
     let source = MaterialFolder::open(&args.data)?;
     let published = Published::read(&args.data.join("tables"))?;
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
     let pool = pool.context("start the threads of the fits")?;
     let (studio, mut rows) = (Studio::new(), Vec::new());
     for name in source.names(&args.materials)? {
         let measured = source.read(&name)?;
         let FitMaterial { name, target, .. } = &measured;
-        if let Some(out) = &args.out {
+        if let Some(out) = &args.common.out {
             write_samples(out, name, target)?;
         }
-        let run =
-            |seconds: &f64| pool.install(|| fit_once(&measured, &studio, *seconds, args.seed));
+        let run = |seconds: &f64| {
+            pool.install(|| fit_once(&measured, &studio, *seconds, args.common.seed))
+        };
         let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
         let picture = runs.last().and_then(|run| run.picture.as_ref());
-        if let (Some(out), Some(picture)) = (&args.out, picture) {
+        if let (Some(out), Some(picture)) = (&args.common.out, picture) {
             let pictures = out.join("pictures");
             output::make_dir(&pictures)?;
             output::write_file(&pictures.join(format!("{name}.png")), picture)?;
         }
         let published = published.e_log(name, &target.held)?;
-        let two_lobes = pool.install(|| two_lobes(target, args.seed))?;
+        let two_lobes = pool.install(|| two_lobes(target, args.common.seed))?;
         let floor = target.floor.unwrap_or(0.0);
         let row = Row { material: name.clone(), floor, runs, published, two_lobes };
         eprintln!("{}", line(&row));
@@ -209,21 +205,21 @@ fn table(rows: &[Row]) -> ResultTable {
     let mut table = ResultTable::default();
     for row in rows {
         for run in &row.runs {
-            let cells: [(&str, Cell); 13] = [
-                ("material", row.material.as_str().into()),
-                ("budget_seconds", run.budget.into()),
-                ("e_log", run.e_log.into()),
-                ("seconds", run.seconds.into()),
-                ("generations", run.generations.into()),
-                ("operations", run.operations.into()),
-                ("largest_over_target", run.spike.into()),
-                ("not_reciprocal", run.not_reciprocal.into()),
-                ("least_f", run.least_f.into()),
-                ("max_albedo", run.max_albedo.into()),
-                ("unseen_itp", run.unseen.itp.into()),
-                ("unseen_flip", run.unseen.flip.into()),
-                ("reciprocal_floor", row.floor.into()),
-            ];
+            let cells = cells! {
+                material: row.material.as_str(),
+                budget_seconds: run.budget,
+                e_log: run.e_log,
+                seconds: run.seconds,
+                generations: run.generations,
+                operations: run.operations,
+                largest_over_target: run.spike,
+                not_reciprocal: run.not_reciprocal,
+                least_f: run.least_f,
+                max_albedo: run.max_albedo,
+                unseen_itp: run.unseen.itp,
+                unseen_flip: run.unseen.flip,
+                reciprocal_floor: row.floor,
+            };
             // Materials without a published fit.
             let published = row.published.iter().map(|(_, e_log)| e_log.unwrap_or(f64::NAN).into());
             let published = ["e_log_sgd", "e_log_abc", "e_log_ward"].into_iter().zip(published);
@@ -242,13 +238,13 @@ fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
             |(series, value): (usize, f64)| Bar { series, value, label: format!("{value:.4}") };
         Group { name: row.material.clone(), bars: all.enumerate().map(bar).collect() }
     };
-    BarChart {
-        title: "Fits of measured materials, E_log on held-out samples".to_owned(),
-        subtitle: format!(
+    BarChart::new(
+        "Fits of measured materials, E_log on held-out samples",
+        format!(
             "from top: brood fit on {} threads after its longest budget, published fits of SGD, ABC and Ward",
             args.threads
         ),
-        axis: Axis { title: "E_log", scale: Scale::Log },
-        groups: rows.iter().map(group).collect(),
-    }
+        Axis::log("E_log"),
+        rows.iter().map(group),
+    )
 }

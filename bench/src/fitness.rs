@@ -1,6 +1,5 @@
 //! `brood bench fitness`: genomes scored per second against a target, from lowering to selection.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
@@ -12,9 +11,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::measure::{self, genomes, median};
-use super::record::Folder;
+use super::record::CommonArgs;
 use super::target;
-use crate::{logging, output};
+use crate::output;
 
 /// Number of programs selected from a population.
 const SELECTED: usize = 20;
@@ -33,12 +32,8 @@ pub struct BenchFitnessArgs {
     /// Number of samples of the target
     #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: u32,
-    /// Seed of the first population; later ones use the numbers after it
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for fitness.json
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Rates and times under one screening: medians over the populations; of the shares selected, the
@@ -85,8 +80,7 @@ struct RoundResult {
 
 /// Runs the command.
 pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let screenings = [
         ("none", Screening::None),
         ("exact", Screening::Exact),
@@ -95,7 +89,7 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
     let bar = output::bar(u64::from(args.rounds), "populations");
     let mut rounds = [(); 3].map(|()| Vec::new());
     for round in 0..args.rounds {
-        let seed = args.seed.wrapping_add(round.into());
+        let seed = args.common.seed.wrapping_add(round.into());
         let genomes = genomes(seed, args.population);
         let mut all = Vec::new();
         for (rounds, (_, screening)) in rounds.iter_mut().zip(screenings) {
@@ -114,10 +108,6 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
         .map(|((name, _), rounds)| row(name, args.population, rounds))
         .collect();
     ensure!(rows[1].selected_share >= 1.0, "exact screening changed a selection");
-    folder.add_json("fitness", &rows)?;
-    if json {
-        return output::print_json(&serde_json::to_value(&rows)?);
-    }
     let line = |row: &Row| {
         format!(
             "{:<6} {:9.0} genomes/s  ({:9.0} without lowering)  {:5.1} us lowering {:5.1} translation {:5.1} evaluation  \
@@ -141,7 +131,7 @@ pub fn run(args: &BenchFitnessArgs, json: bool) -> Result<()> {
         args.samples,
         rayon::current_num_threads()
     );
-    output::print(&(head + &rows.iter().map(line).collect::<String>()))
+    folder.finish_rows("fitness", &rows, (&head, line), json)
 }
 
 /// Measures one population under one screening. `all` is the selection of the full evaluation,

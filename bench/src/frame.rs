@@ -1,7 +1,6 @@
 //! `brood bench frame`: times new materials on a known scene, in memory, with all the steps of a
 //! worker: lowering, evaluation, shading, film and PNG.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -14,8 +13,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::measure::{genomes, median, quantile};
-use super::record::Folder;
-use crate::{logging, output};
+use super::record::CommonArgs;
+use crate::output;
 
 /// Options of `brood bench frame`.
 #[derive(Debug, Args)]
@@ -32,12 +31,8 @@ pub struct BenchFrameArgs {
     /// Samples per pixel: `adaptive` or a number; both `adaptive` and 1 by default
     #[arg(long, value_name = "N")]
     samples: Option<Sampling>,
-    /// Seed of the first materials; later runs use the numbers after it
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for frame.json
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Times of all pictures at one size and sampling.
@@ -61,8 +56,7 @@ struct Figures {
 
 /// Runs the command.
 pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let renderer = Renderer::new(Backend::Cpu);
     let sizes = args.size.map_or(vec![128, 256], |size| vec![size]);
     let both = vec![Sampling::Adaptive, Sampling::Fixed(1)];
@@ -109,7 +103,7 @@ fn measure(
     let (mut total, mut lowering) = (Vec::new(), Vec::new());
     // The first round builds the sample set and is not counted.
     for round in 0..=args.repeats {
-        let genomes = genomes(args.seed.wrapping_add(round.into()), args.programs);
+        let genomes = genomes(args.common.seed.wrapping_add(round.into()), args.programs);
         let start = Instant::now();
         let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
         let lowered = start.elapsed().as_secs_f64() * 1e3;

@@ -1,7 +1,6 @@
 //! `brood bench inverse`: recovers known kinds of material from one picture of a sphere, from
 //! random starts, and reports the success rate, the error and the time per start.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -17,8 +16,8 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::measure::{median, one_thread, quantile};
-use super::record::Folder;
-use crate::{logging, output};
+use super::record::CommonArgs;
+use crate::output;
 
 /// Sphere and light of the benchmarks compared with.
 const SCENE: &str = r#"{
@@ -45,12 +44,8 @@ pub struct BenchInverseArgs {
     /// E_log over the used pixels at which a start ends
     #[arg(long, value_name = "E", default_value_t = 3e-6)]
     enough: f64,
-    /// Seed of the starts
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for inverse.json and the pictures
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Results of one material.
@@ -106,8 +101,7 @@ fn truths() -> Result<[(&'static str, Model); 3]> {
 
 /// Runs the command.
 pub fn run(args: &BenchInverseArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let scene: Scene = serde_json::from_str(SCENE).context("read the scene")?;
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let pool = one_thread()?;
@@ -160,7 +154,7 @@ fn material(
     let (mut evaluations, mut restarts) = (0.0, 0.0);
     for number in 0..args.starts {
         let begun = Instant::now();
-        let found = recovery.run(args.seed, number);
+        let found = recovery.run(args.common.seed, number);
         let error = view.compare(&picture(&found.model, view.set())).rmse;
         ms.push(begun.elapsed().as_secs_f64() * 1e3);
         ensure!(error.is_finite(), "the picture has a non-finite error");

@@ -2,7 +2,6 @@
 //! run, measures the error of blocks of samples against the f64 reference, and checks models at
 //! hard parameters and directions.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -15,10 +14,10 @@ use brood_scene::SampleSet;
 use clap::Args;
 
 use super::measure::{fastest_and_slowest_pass, one_thread, programs};
-use super::record::Folder;
+use super::record::CommonArgs;
 use super::target::random_pairs;
-use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
-use crate::{logging, output};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
+use crate::output;
 
 /// Number of samples of a set, as in the benchmarks of programs.
 const SAMPLES: usize = 4096;
@@ -36,12 +35,8 @@ pub struct BenchModelArgs {
     /// Number of passes; the fastest counts, the slowest is printed as well
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
-    /// Seed of the models and samples
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for model.json, model.csv and model.svg
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Results of one kind of model.
@@ -72,11 +67,10 @@ struct Stress {
 
 /// Runs the command.
 pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
-    let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
+    let folder = args.common.start()?;
+    let set = SampleSet::from_pairs(&random_pairs(args.common.seed, SAMPLES), &[]);
     let pool = one_thread()?;
-    let programs = programs(args.seed, PROGRAMS);
+    let programs = programs(args.common.seed, PROGRAMS);
     let programs: Vec<&Program> = programs.iter().collect();
     let (of_programs, _) = pool.install(|| time(&programs, &set, args.passes))?;
     let bar = output::bar(ModelKind::ALL.len() as u64, "models");
@@ -125,10 +119,10 @@ fn time_reference(model: &PreparedModel, set: &SampleSet, passes: u32) -> f64 {
 fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
     let mut found = Stress::default();
     for slot in 0..u64::from(args.models) {
-        let model = wild_model(kind, args.seed.wrapping_add(slot));
+        let model = wild_model(kind, args.common.seed.wrapping_add(slot));
         let prepared = model.prepare();
         let reciprocal = prepared.claims().reciprocal;
-        let set = hard_samples(args.seed.wrapping_add(slot), HARD_SAMPLES);
+        let set = hard_samples(args.common.seed.wrapping_add(slot), HARD_SAMPLES);
         let pairs = set.pairs(0..set.len());
         let swapped: Vec<DirectionPair> = pairs.iter().map(DirectionPair::swapped).collect();
         for (f, back) in values(&prepared, pairs).into_iter().zip(values(&prepared, &swapped)) {
@@ -156,23 +150,23 @@ fn values(model: &PreparedModel, pairs: &[DirectionPair]) -> Vec<f64> {
 }
 
 fn table(rows: &[Row], of_programs: f64) -> ResultTable {
-    let mut table = ResultTable::default();
-    for row in rows {
-        table.push([
-            ("model", row.kind.name().into()),
-            ("ns_per_sample", row.ns.into()),
-            ("slowest_ns_per_sample", row.slowest_ns.into()),
-            ("times_a_random_program", (row.ns / of_programs).into()),
-            ("reference_ns_per_sample", row.reference_ns.into()),
-            ("largest_relative_error", row.stress.error.into()),
-            ("prepare_us", row.prepare_us.into()),
-            ("stress_values", row.stress.values.into()),
-            ("not_finite", row.stress.not_finite.into()),
-            ("negative", row.stress.negative.into()),
-            ("not_reciprocal", row.stress.not_reciprocal.into()),
-        ]);
-    }
-    table
+    rows.iter()
+        .map(|row| {
+            cells! {
+                model: row.kind.name(),
+                ns_per_sample: row.ns,
+                slowest_ns_per_sample: row.slowest_ns,
+                times_a_random_program: row.ns / of_programs,
+                reference_ns_per_sample: row.reference_ns,
+                largest_relative_error: row.stress.error,
+                prepare_us: row.prepare_us,
+                stress_values: row.stress.values,
+                not_finite: row.stress.not_finite,
+                negative: row.stress.negative,
+                not_reciprocal: row.stress.not_reciprocal,
+            }
+        })
+        .collect()
 }
 
 fn chart(rows: &[Row], of_programs: f64) -> BarChart {
@@ -180,12 +174,12 @@ fn chart(rows: &[Row], of_programs: f64) -> BarChart {
         name: row.kind.name().to_owned(),
         bars: vec![Bar { series: 0, value: row.ns, label: format!("{:.1} ns", row.ns) }],
     };
-    BarChart {
-        title: "Reflectance models: time per sample on one core".to_owned(),
-        subtitle: format!(
+    BarChart::new(
+        "Reflectance models: time per sample on one core",
+        format!(
             "defaults, {SAMPLES} samples, f64, preparation included; a random program of a hundred instructions: {of_programs:.1} ns"
         ),
-        axis: Axis { title: "nanoseconds per sample", scale: Scale::Linear },
-        groups: rows.iter().map(group).collect(),
-    }
+        Axis::linear("nanoseconds per sample"),
+        rows.iter().map(group),
+    )
 }

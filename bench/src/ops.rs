@@ -4,13 +4,10 @@
 //! A GP operation is one scalar operation of a program on one sample. *Executed* counts the
 //! operations left after lowering, *equivalent* those of the genome as written.
 
-use std::path::PathBuf;
-
 use super::measure::{fastest_and_slowest_pass, one_thread};
-use super::record::Folder;
+use super::record::CommonArgs;
 use super::target::random_pairs;
-use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale};
-use crate::logging;
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Level};
 use brood_genome::{BirthKey, Dialect, Genome, Opcode, Output, Variation};
@@ -30,12 +27,8 @@ pub struct BenchOpsArgs {
     /// Number of passes over all programs; the fastest counts, the slowest is printed as well
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
-    /// Seed of the programs
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for ops.json, ops.csv and ops.svg
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Rates of the programs of one mix with one instruction set.
@@ -69,14 +62,13 @@ const MIXES: [Mix; 3] = [
 
 /// Runs the command.
 pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
-    let set = SampleSet::from_pairs(&random_pairs(args.seed, SAMPLES), &[]);
+    let folder = args.common.start()?;
+    let set = SampleSet::from_pairs(&random_pairs(args.common.seed, SAMPLES), &[]);
     let pool = one_thread()?;
     let mut rows = Vec::new();
     for mix in MIXES {
         let genomes: Vec<Genome> =
-            (0..args.programs).map(|slot| genome(&mix, args.seed, slot)).collect();
+            (0..args.programs).map(|slot| genome(&mix, args.common.seed, slot)).collect();
         for level in Level::available() {
             rows.push(pool.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
         }
@@ -87,20 +79,20 @@ pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
 }
 
 fn table(rows: &[Row]) -> ResultTable {
-    let mut table = ResultTable::default();
-    for row in rows {
-        table.push([
-            ("mix", row.mix.into()),
-            ("level", row.level.into()),
-            ("executed_per_second", row.executed_per_second.into()),
-            ("slowest_executed_per_second", row.slowest_executed_per_second.into()),
-            ("equivalent_per_second", row.equivalent_per_second.into()),
-            ("operations_per_program", row.operations_per_program.into()),
-            ("function_share", row.function_share.into()),
-            ("programs_per_second", row.programs_per_second.into()),
-        ]);
-    }
-    table
+    rows.iter()
+        .map(|row| {
+            cells! {
+                mix: row.mix,
+                level: row.level,
+                executed_per_second: row.executed_per_second,
+                slowest_executed_per_second: row.slowest_executed_per_second,
+                equivalent_per_second: row.equivalent_per_second,
+                operations_per_program: row.operations_per_program,
+                function_share: row.function_share,
+                programs_per_second: row.programs_per_second,
+            }
+        })
+        .collect()
 }
 
 fn chart(rows: &[Row], programs: u32) -> BarChart {
@@ -114,14 +106,14 @@ fn chart(rows: &[Row], programs: u32) -> BarChart {
         name: mix.name.to_owned(),
         bars: rows.iter().filter(|row| row.mix == mix.name).map(bar).collect(),
     };
-    BarChart {
-        title: "Scalar operations per second on one core".to_owned(),
-        subtitle: format!(
+    BarChart::new(
+        "Scalar operations per second on one core",
+        format!(
             "{programs} random programs of each mix on {SAMPLES} samples, executed operations, translation and output included"
         ),
-        axis: Axis { title: "10^9 operations per second", scale: Scale::Linear },
-        groups: MIXES.iter().map(group).collect(),
-    }
+        Axis::linear("10^9 operations per second"),
+        MIXES.iter().map(group),
+    )
 }
 
 /// Random genome of 100 instructions of the mix.

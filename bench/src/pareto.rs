@@ -12,20 +12,15 @@ mod precision;
 mod prefix;
 mod samples;
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 
-use super::record::{Finding, Findings, Folder};
-use crate::{logging, output};
+use super::record::{CommonArgs, Finding, Findings};
+use crate::output;
 
 /// Options of `brood bench pareto`.
 #[derive(Debug, Args)]
 pub struct BenchParetoArgs {
-    /// Folder for pareto.json, and a CSV and an SVG of each sweep
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
     /// Run this scene instead of the sweeps
     #[arg(long, value_name = "NAME")]
     scene: Option<SceneName>,
@@ -38,9 +33,8 @@ pub struct BenchParetoArgs {
     /// Measure the GPU too, even a software adapter
     #[arg(long)]
     gpu: bool,
-    /// Seed of the genomes
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Scenes with a run of their own.
@@ -71,8 +65,7 @@ enum Sweep {
 
 /// Runs the command.
 pub fn run(args: &BenchParetoArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     if args.scene == Some(SceneName::LambertSphere) {
         return lambert::run(args.short, &folder, json);
     }
@@ -95,7 +88,7 @@ pub fn run(args: &BenchParetoArgs, json: bool) -> Result<()> {
 }
 
 fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
-    let BenchParetoArgs { short, seed, .. } = *args;
+    let (short, seed) = (args.short, args.common.seed);
     Ok(match sweep {
         Sweep::Samples => samples::measure(short, seed)?,
         Sweep::Precision => vec![precision::measure(short, seed)?],

@@ -1,14 +1,36 @@
 //! Output of the benchmarks: a table or JSON on standard output and, with `--out`, CSV, SVG and
 //! JSON files in a folder.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
+use clap::Args;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use crate::chart::ResultTable;
-use crate::output;
+use crate::{logging, output};
+
+/// Options of a benchmark that writes files.
+#[derive(Debug, Args)]
+pub struct CommonArgs {
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for the results: NAME.json and, if the benchmark has them, tables as CSV, charts as
+    /// SVG and pictures
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+impl CommonArgs {
+    /// Starts the log and creates the folder if one is given.
+    pub fn start(&self) -> Result<Folder> {
+        logging::start_offline();
+        self.out.as_deref().map(output::make_dir).transpose()?;
+        Ok(Folder(self.out.clone()))
+    }
+}
 
 /// One result: a table, its chart, and a note on the method and the error.
 #[derive(Debug)]
@@ -56,12 +78,6 @@ impl Serialize for Findings<'_> {
 }
 
 impl Folder {
-    /// Creates the folder if one is given.
-    pub fn make(path: Option<&Path>) -> Result<Self> {
-        path.map(output::make_dir).transpose()?;
-        Ok(Self(path.map(Path::to_owned)))
-    }
-
     /// Writes a file into the folder; does nothing without one.
     pub fn write(&self, name: &str, text: &str) -> Result<()> {
         match &self.0 {
@@ -105,6 +121,21 @@ impl Folder {
         match json {
             true => output::print(&(serde_json::to_string_pretty(table)? + "\n")),
             false => output::print(&format!("{head}{}", table.text())),
+        }
+    }
+
+    /// Writes NAME.json, and prints the rows as text or as one line of JSON.
+    pub fn finish_rows<T: Serialize>(
+        &self,
+        name: &str,
+        rows: &[T],
+        (head, line): (&str, impl Fn(&T) -> String),
+        json: bool,
+    ) -> Result<()> {
+        self.add_json(name, &rows)?;
+        match json {
+            true => output::print_json(&serde_json::to_value(rows)?),
+            false => output::print(&(head.to_owned() + &rows.iter().map(line).collect::<String>())),
         }
     }
 

@@ -12,28 +12,22 @@ mod twin;
 mod unlit;
 mod unlowered;
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::Args;
 
 use super::measure::one_thread;
-use super::record::{Finding, Folder};
-use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, Scale, number};
-use crate::{logging, output};
+use super::record::{CommonArgs, Finding};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells, number};
+use crate::output;
 
 /// Options of `brood bench skip`.
 #[derive(Debug, Args)]
 pub struct BenchSkipArgs {
-    /// Folder for skip.json, skip.csv and skip.svg
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
     /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
-    /// Seed of the genomes
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Amount of work of the benchmark.
@@ -75,12 +69,11 @@ impl Saving {
 
 /// Runs the command.
 pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let workload = if args.short {
-        Workload { seed: args.seed, genomes: 10, size_px: 32, repeats: 1 }
+        Workload { seed: args.common.seed, genomes: 10, size_px: 32, repeats: 1 }
     } else {
-        Workload { seed: args.seed, genomes: 200, size_px: 256, repeats: 15 }
+        Workload { seed: args.common.seed, genomes: 200, size_px: 256, repeats: 15 }
     };
     let parts: [Measurement; 6] = [
         lowering::measure,
@@ -114,20 +107,21 @@ pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
 }
 
 fn table(savings: &[Saving]) -> ResultTable {
-    let mut table = ResultTable::default();
-    for saving in savings {
-        table.push([
-            ("skipped", saving.name.as_str().into()),
-            ("counted", saving.counted.into()),
-            ("without", saving.without.into()),
-            ("with", saving.with.into()),
-            ("timed", saving.timed.into()),
-            ("without_ms", saving.without_ms.into()),
-            ("with_ms", saving.with_ms.into()),
-            ("times_faster", saving.times_faster().into()),
-        ]);
-    }
-    table
+    savings
+        .iter()
+        .map(|saving| {
+            cells! {
+                skipped: saving.name.as_str(),
+                counted: saving.counted,
+                without: saving.without,
+                with: saving.with,
+                timed: saving.timed,
+                without_ms: saving.without_ms,
+                with_ms: saving.with_ms,
+                times_faster: saving.times_faster(),
+            }
+        })
+        .collect()
 }
 
 fn chart(savings: &[Saving]) -> BarChart {
@@ -137,12 +131,9 @@ fn chart(savings: &[Saving]) -> BarChart {
         let bar = Bar { series: 0, value: saving.times_faster(), label };
         Group { name: saving.name.clone(), bars: vec![bar] }
     };
-    BarChart {
-        title: "Speed-up by skipping work".to_owned(),
-        subtitle:
-            "time without over time with it, same run, one thread; labels give the share of work left"
-                .to_owned(),
-        axis: Axis { title: "times faster", scale: Scale::Log },
-        groups: savings.iter().map(group).collect(),
-    }
+    let subtitle =
+        "time without over time with it, same run, one thread; labels give the share of work left"
+            .to_owned();
+    let axis = Axis::log("times faster");
+    BarChart::new("Speed-up by skipping work", subtitle, axis, savings.iter().map(group))
 }

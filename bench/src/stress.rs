@@ -8,12 +8,12 @@
 //! reciprocity is exact. Invalid meshes are rendered. Pictures in f32 are compared with f64.
 
 mod batch;
+mod counts;
 mod mesh;
 mod picture;
 mod program;
 mod scalar;
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
@@ -29,8 +29,8 @@ use serde::Serialize;
 use self::batch::{Batches, SAMPLES};
 use self::mesh::Meshes;
 use self::picture::PictureDifferences;
-use super::record::Folder;
-use crate::{logging, output};
+use super::record::CommonArgs;
+use crate::output;
 
 /// Options of `brood bench stress`.
 #[derive(Debug, Args)]
@@ -47,12 +47,8 @@ pub struct BenchStressArgs {
     /// Number of invalid meshes to render
     #[arg(long, value_name = "N", default_value_t = 64)]
     meshes: u32,
-    /// Seed of the first batch; later ones use the numbers after it
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for stress.json, stress.csv and stress.svg
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonArgs,
 }
 
 /// Results of all parts of the test.
@@ -75,11 +71,10 @@ struct Report {
 
 /// Runs the command; returns an error if a count that must be 0 is not.
 pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
-    logging::start_offline();
-    let folder = Folder::make(args.out.as_deref())?;
+    let folder = args.common.start()?;
     let started = Instant::now();
     let gpu = Renderer::new(Backend::Gpu);
-    let batches = batch::run(args.seed, args.evaluations, &gpu)?;
+    let batches = batch::run(args.common.seed, args.evaluations, &gpu)?;
     let evaluation_seconds = started.elapsed().as_secs_f64();
     let (swapped_pairs, swapped_inputs_differing) = swap(args);
     let report = Report {
@@ -88,8 +83,8 @@ pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
         gpu: gpu.report().adapter,
         swapped_pairs,
         swapped_inputs_differing,
-        meshes: mesh::run(args.seed, args.meshes)?,
-        pictures: picture::run(args.seed, args.pictures)?,
+        meshes: mesh::run(args.common.seed, args.meshes)?,
+        pictures: picture::run(args.common.seed, args.pictures)?,
         evaluation_seconds,
         seconds: started.elapsed().as_secs_f64(),
     };
@@ -113,7 +108,7 @@ fn swap(args: &BenchStressArgs) -> (u64, u64) {
     let differing = (0..sets)
         .into_par_iter()
         .map(|index| {
-            let set = hard_samples(args.seed.wrapping_add(index), SAMPLES);
+            let set = hard_samples(args.common.seed.wrapping_add(index), SAMPLES);
             bar.inc(1);
             (0..set.len()).map(|sample| asymmetric(set.pair(sample))).sum::<u64>()
         })

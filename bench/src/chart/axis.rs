@@ -18,6 +18,20 @@ pub struct Axis {
     pub scale: Scale,
 }
 
+impl Axis {
+    /// Creates an axis with equal distances between equal differences.
+    #[must_use]
+    pub fn linear(title: &'static str) -> Self {
+        Self { title, scale: Scale::Linear }
+    }
+
+    /// Creates an axis with equal distances between equal ratios.
+    #[must_use]
+    pub fn log(title: &'static str) -> Self {
+        Self { title, scale: Scale::Log }
+    }
+}
+
 /// A gridline.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {

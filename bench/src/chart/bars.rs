@@ -48,6 +48,17 @@ pub struct Bar {
 }
 
 impl BarChart {
+    /// Creates a chart.
+    #[must_use]
+    pub fn new(
+        title: &str,
+        subtitle: String,
+        axis: Axis,
+        groups: impl Iterator<Item = Group>,
+    ) -> Self {
+        Self { title: title.to_owned(), subtitle, axis, groups: groups.collect() }
+    }
+
     /// Renders the chart as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
@@ -97,18 +108,14 @@ impl BarChart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::Scale;
 
     #[test]
     fn bars_are_as_long_as_their_values() {
         let bar = |value: f64| Bar { series: 0, value, label: format!("{value} x") };
         let group = |name: &str, value| Group { name: name.to_owned(), bars: vec![bar(value)] };
-        let chart = BarChart {
-            title: "Worth".to_owned(),
-            subtitle: String::new(),
-            axis: Axis { title: "ratio", scale: Scale::Linear },
-            groups: vec![group("a", 10.0), group("b", 5.0), group("c", 0.0)],
-        };
+        let axis = Axis::linear("ratio");
+        let groups = [group("a", 10.0), group("b", 5.0), group("c", 0.0)];
+        let chart = BarChart::new("Worth", String::new(), axis, groups.into_iter());
         let svg = chart.svg();
         let width = |at: usize| -> f64 {
             let rect = svg.lines().filter(|l| l.contains("fill=\"#0067a5\"")).nth(at).unwrap();

@@ -62,13 +62,13 @@ impl Series {
         Self { name: name.to_owned(), points: points.collect(), dots: true }
     }
 
-    /// Removes the labels and the marks of defaults.
+    /// Removes the labels and the marks of defaults from all series but the first.
     #[must_use]
-    pub fn unlabelled(mut self) -> Self {
-        for point in &mut self.points {
+    pub fn label_first<const N: usize>(mut series: [Self; N]) -> Vec<Self> {
+        for point in series.iter_mut().skip(1).flat_map(|other| &mut other.points) {
             (point.label, point.is_default) = (String::new(), false);
         }
-        self
+        series.into()
     }
 }
 
@@ -170,10 +170,9 @@ fn grid(canvas: &mut Canvas, Area([l, t, r, b]): Area, x: &Fitted, y: &Fitted) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::Scale;
 
     fn plot() -> Plot {
-        let axis = |title| Axis { title, scale: Scale::Log };
+        let axis = Axis::log;
         let point = |x, y, label: &str, is_default| Point {
             x,
             y,

@@ -92,6 +92,22 @@ impl Cell {
     }
 }
 
+/// Row of a table: each column with its value.
+macro_rules! cells {
+    ($($column:ident: $value:expr),* $(,)?) => {
+        [$((stringify!($column), $crate::chart::Cell::from($value))),*]
+    };
+}
+pub(crate) use cells;
+
+impl<R: IntoIterator<Item = (&'static str, Cell)>> FromIterator<R> for ResultTable {
+    fn from_iter<I: IntoIterator<Item = R>>(rows: I) -> Self {
+        let mut table = Self::default();
+        rows.into_iter().for_each(|row| table.push(row));
+        table
+    }
+}
+
 impl ResultTable {
     /// Adds a row of columns with their cells. The first row defines the columns.
     ///
@@ -198,7 +214,7 @@ mod tests {
     fn table() -> ResultTable {
         let mut table = ResultTable::default();
         let mut row = |mode: &str, count: u32, rmse: f64| {
-            table.push([("mode", mode.into()), ("count", count.into()), ("rmse", rmse.into())]);
+            table.push(cells! { mode: mode, count: count, rmse: rmse });
         };
         row("a, \"b\"", 3, 0.012_345);
         row("c", 12, f64::NAN);

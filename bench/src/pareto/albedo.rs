@@ -11,7 +11,7 @@ use brood_eval::{
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::output;
 use crate::record::Finding;
@@ -123,16 +123,16 @@ fn table(orders: &[OrderResult]) -> ResultTable {
     let mut table = ResultTable::default();
     for result in orders {
         let error = |share| quantile(&result.errors, share);
-        table.push([
-            ("knob", "albedo quadrature order".into()),
-            ("value", result.order.into()),
-            ("time_ms", median(&result.ms).into()),
-            ("error", error(0.5).into()),
-            ("error_metric", "median relative error".into()),
-            ("error_p90", error(0.9).into()),
-            ("error_worst", error(1.0).into()),
-            ("default", Cell::yes_if(is_default(result.order))),
-        ]);
+        table.push(cells! {
+            knob: "albedo quadrature order",
+            value: result.order,
+            time_ms: median(&result.ms),
+            error: error(0.5),
+            error_metric: "median relative error",
+            error_p90: error(0.9),
+            error_worst: error(1.0),
+            default: Cell::yes_if(is_default(result.order)),
+        });
     }
     table
 }
@@ -141,25 +141,25 @@ fn raw(orders: &[OrderResult], limits: &Limits) -> ResultTable {
     let mut table = ResultTable::default();
     for result in orders {
         for (genome, (ms, error)) in result.ms.iter().zip(&result.errors).enumerate() {
-            let bound = f64::NAN.into();
-            table.push([
-                ("genome", genome.into()),
-                ("order", result.order.to_string().into()),
-                ("ms", (*ms).into()),
-                ("relative_error", (*error).into()),
-                ("reported_bound", bound),
-            ]);
+            let bound = f64::NAN;
+            table.push(cells! {
+                genome: genome,
+                order: result.order.to_string(),
+                ms: *ms,
+                relative_error: *error,
+                reported_bound: bound,
+            });
         }
     }
     for (genome, (ms, error)) in limits.ms.iter().zip(&limits.errors).enumerate() {
-        let bound = limits.bounds[genome].into();
-        table.push([
-            ("genome", genome.into()),
-            ("order", "search".into()),
-            ("ms", (*ms).into()),
-            ("relative_error", (*error).into()),
-            ("reported_bound", bound),
-        ]);
+        let bound = limits.bounds[genome];
+        table.push(cells! {
+            genome: genome,
+            order: "search",
+            ms: *ms,
+            relative_error: *error,
+            reported_bound: bound,
+        });
     }
     table
 }
@@ -181,12 +181,11 @@ fn chart(orders: &[OrderResult], workload: &Workload) -> Plot {
             "{} random genomes at the incident direction of the largest albedo, one thread; against order {} in f64",
             workload.genomes, workload.reference_order
         ),
-        x: Axis { title: "time of one integral, ms", scale: Scale::Log },
-        y: Axis { title: "relative error of the albedo", scale: Scale::Log },
-        series: vec![
-            series("median genome", 0.5),
-            series("90th percentile", 0.9).unlabelled(),
-            series("worst genome", 1.0).unlabelled(),
-        ],
+        x: Axis::log("time of one integral, ms"),
+        y: Axis::log("relative error of the albedo"),
+        series: Series::label_first(
+            [("median genome", 0.5), ("90th percentile", 0.9), ("worst genome", 1.0)]
+                .map(|(name, share)| series(name, share)),
+        ),
     }
 }

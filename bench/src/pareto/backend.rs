@@ -9,7 +9,7 @@ use brood_protocol::Backend;
 use brood_scene::{Exposure, SampleSet, Scene};
 use brood_worker::Renderer;
 
-use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, Scale};
+use crate::chart::{Axis, Bar, BarChart, Cell, Group, ResultTable, cells};
 use crate::measure::{difference, fastest_ms, median, programs};
 use crate::picture::{self, Mode};
 use crate::record::Finding;
@@ -104,19 +104,19 @@ fn row(name: String, ms: f64, set: &SampleSet, f: [&[f32]; 3], is_default: bool)
 }
 
 fn table(rows: &[Row]) -> ResultTable {
-    let mut table = ResultTable::default();
-    for row in rows {
-        table.push([
-            ("knob", "backend".into()),
-            ("value", row.name.as_str().into()),
-            ("time_ms", row.ms.into()),
-            ("error", row.rmse.into()),
-            ("error_metric", "median RMSE after exposure".into()),
-            ("differing_from_canonical", row.differing.into()),
-            ("default", Cell::yes_if(row.is_default)),
-        ]);
-    }
-    table
+    rows.iter()
+        .map(|row| {
+            cells! {
+                knob: "backend",
+                value: row.name.as_str(),
+                time_ms: row.ms,
+                error: row.rmse,
+                error_metric: "median RMSE after exposure",
+                differing_from_canonical: row.differing,
+                default: Cell::yes_if(row.is_default),
+            }
+        })
+        .collect()
 }
 
 fn chart(rows: &[Row], size_px: u32) -> BarChart {
@@ -126,12 +126,12 @@ fn chart(rows: &[Row], size_px: u32) -> BarChart {
         let series = usize::from(!row.is_default);
         Group { name: row.name.clone(), bars: vec![Bar { series, value: row.ms, label }] }
     };
-    BarChart {
-        title: "Time of a brood by evaluator".to_owned(),
-        subtitle: format!(
+    BarChart::new(
+        "Time of a brood by evaluator",
+        format!(
             "{PROGRAMS} random programs on the sphere, {size_px} x {size_px} pixels, all threads; shorter is better"
         ),
-        axis: Axis { title: "time of a brood, ms", scale: Scale::Log },
-        groups: rows.iter().map(group).collect(),
-    }
+        Axis::log("time of a brood, ms"),
+        rows.iter().map(group),
+    )
 }

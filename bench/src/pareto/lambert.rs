@@ -13,7 +13,7 @@ use brood_scene::{Camera, Scene};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{difference, fastest_ms, one_thread};
 use crate::output;
 use crate::picture::{self, Mode, ReferenceRender};
@@ -63,14 +63,14 @@ pub fn run(short: bool, folder: &Folder, json: bool) -> Result<()> {
         let rmse =
             difference(&picture::exposed(image.premultiplied(), 0.0), &reference, f64::INFINITY)
                 .rmse;
-        table.push([
-            ("mode", mode.name().into()),
-            ("rmse", rmse.into()),
-            ("picture_ms_one_thread", picture_ms.into()),
-            ("set_ms_one_thread", set_ms.into()),
-            ("samples", set.len().into()),
-            ("default", Cell::yes_if(mode.is_default())),
-        ]);
+        table.push(cells! {
+            mode: mode.name(),
+            rmse: rmse,
+            picture_ms_one_thread: picture_ms,
+            set_ms_one_thread: set_ms,
+            samples: set.len(),
+            default: Cell::yes_if(mode.is_default()),
+        });
         points.push(Point {
             x: picture_ms,
             y: rmse,
@@ -128,8 +128,8 @@ fn chart(points: Vec<Point>, size_px: u32, reference_samples: u16) -> Plot {
         subtitle: format!(
             "{size_px} x {size_px} pixels, one thread, sample set precomputed; RMSE against {reference_samples} samples in f64"
         ),
-        x: Axis { title: "time of a picture, ms", scale: Scale::Log },
-        y: Axis { title: "RMSE of linear radiance", scale: Scale::Log },
+        x: Axis::log("time of a picture, ms"),
+        y: Axis::log("RMSE of linear radiance"),
         series: vec![Series::dotted("modes", points.into_iter())],
     }
 }

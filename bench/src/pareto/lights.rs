@@ -10,7 +10,7 @@ use brood_light::{AREA_SAMPLES, ENVIRONMENT_SAMPLES, EnvironmentMap, LightAssets
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, one_thread};
 use crate::output;
 use crate::record::Finding;
@@ -158,16 +158,16 @@ fn relative(pixels: &[f64], reference: &[f64]) -> f64 {
 fn finding(group: &Group, results: &[LightResult], workload: &Workload) -> Finding {
     let mut table = ResultTable::default();
     for result in results {
-        table.push([
-            ("knob", "samples of a light".into()),
-            ("value", result.samples.to_string().into()),
-            ("time_ms", result.time_ms.into()),
-            ("error", result.error.into()),
-            ("error_metric", "RMSE over mean".into()),
-            ("light", result.series.as_str().into()),
-            ("reference_error", result.reference_error.into()),
-            ("default", Cell::yes_if(result.samples == group.default_samples)),
-        ]);
+        table.push(cells! {
+            knob: "samples of a light",
+            value: result.samples.to_string(),
+            time_ms: result.time_ms,
+            error: result.error,
+            error_metric: "RMSE over mean",
+            light: result.series.as_str(),
+            reference_error: result.reference_error,
+            default: Cell::yes_if(result.samples == group.default_samples),
+        });
     }
     let point = |result: &LightResult| Point {
         x: f64::from(result.samples),
@@ -188,8 +188,8 @@ fn finding(group: &Group, results: &[LightResult], workload: &Workload) -> Findi
         subtitle: format!(
             "Lambert, or GGX of roughness 0.3: sphere, {size_px} x {size_px} pixels, without shadows; against {reference_samples} samples"
         ),
-        x: Axis { title: "samples per light at each point", scale: Scale::Log },
-        y: Axis { title: "RMSE of radiance over its mean", scale: Scale::Log },
+        x: Axis::log("samples per light at each point"),
+        y: Axis::log("RMSE of radiance over its mean"),
         series,
     };
     Finding {

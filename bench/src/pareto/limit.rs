@@ -4,7 +4,7 @@
 use anyhow::Result;
 use brood_eval::{ALBEDO_ORDER, Effort, LimitSearch, directional_albedo};
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::output;
 use crate::record::Finding;
@@ -142,19 +142,19 @@ fn table(outcomes: &[Outcome]) -> ResultTable {
     for outcome in outcomes {
         let error = |share| quantile(&outcome.missed, share);
         let within = outcome.missed.iter().filter(|missed| **missed <= 0.01).count();
-        table.push([
-            ("knob", "effort of the limit's search".into()),
-            ("value", effort_name(&outcome.effort).into()),
-            ("time_ms", median(&outcome.ms).into()),
-            ("error", error(0.5).into()),
-            ("error_metric", "median share missed".into()),
-            ("error_p90", error(0.9).into()),
-            ("error_worst", error(1.0).into()),
-            ("within_1_percent", (within as f64 / outcome.missed.len().max(1) as f64).into()),
-            ("limit_exceeded_worst", quantile(&outcome.exceeded, 1.0).into()),
-            ("samples", median(&outcome.samples).into()),
-            ("default", Cell::yes_if(outcome.effort == Effort::USUAL)),
-        ]);
+        table.push(cells! {
+            knob: "effort of the limit's search",
+            value: effort_name(&outcome.effort),
+            time_ms: median(&outcome.ms),
+            error: error(0.5),
+            error_metric: "median share missed",
+            error_p90: error(0.9),
+            error_worst: error(1.0),
+            within_1_percent: within as f64 / outcome.missed.len().max(1) as f64,
+            limit_exceeded_worst: quantile(&outcome.exceeded, 1.0),
+            samples: median(&outcome.samples),
+            default: Cell::yes_if(outcome.effort == Effort::USUAL),
+        });
     }
     table
 }
@@ -173,12 +173,11 @@ fn chart(outcomes: &[Outcome], seen: u32) -> Plot {
     Plot {
         title: "Effort of the search for the largest albedo".to_owned(),
         subtitle: format!("{seen} random genomes, one thread; missed share of the largest albedo"),
-        x: Axis { title: "time of the whole search, ms", scale: Scale::Log },
-        y: Axis { title: "missed share of the albedo", scale: Scale::Log },
-        series: vec![
-            series("worst genome", 1.0),
-            series("90th percentile", 0.9).unlabelled(),
-            series("median genome", 0.5).unlabelled(),
-        ],
+        x: Axis::log("time of the whole search, ms"),
+        y: Axis::log("missed share of the albedo"),
+        series: Series::label_first(
+            [("worst genome", 1.0), ("90th percentile", 0.9), ("median genome", 0.5)]
+                .map(|(name, share)| series(name, share)),
+        ),
     }
 }

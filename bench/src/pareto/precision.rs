@@ -7,7 +7,7 @@ use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_scene::{Exposure, SampleSet, Scene};
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{
     PixelDifference, difference, fastest_ms, median, one_thread, programs, quantile,
 };
@@ -88,44 +88,44 @@ fn table(results: &[GenomeResult]) -> ResultTable {
     let visible = visible / results.len() as f64;
     let metric = "median RMSE after exposure";
     for (index, level) in Level::available().into_iter().enumerate() {
-        table.push([
-            ("knob", "precision".into()),
-            ("value", format!("f32 {}", level.name()).into()),
-            ("time_ms", median(results.iter().map(|result| result.level_ms[index])).into()),
-            ("error", error(0.5).into()),
-            ("error_metric", metric.into()),
-            ("error_p90", error(0.9).into()),
-            ("error_worst", error(1.0).into()),
-            ("share_off_by_over_1_255", visible.into()),
-            ("default", Cell::yes_if(level == Level::best())),
-        ]);
+        table.push(cells! {
+            knob: "precision",
+            value: format!("f32 {}", level.name()),
+            time_ms: median(results.iter().map(|result| result.level_ms[index])),
+            error: error(0.5),
+            error_metric: metric,
+            error_p90: error(0.9),
+            error_worst: error(1.0),
+            share_off_by_over_1_255: visible,
+            default: Cell::yes_if(level == Level::best()),
+        });
     }
-    table.push([
-        ("knob", "precision".into()),
-        ("value", "f64 reference".into()),
-        ("time_ms", median(results.iter().map(|result| result.reference_ms)).into()),
-        ("error", 0.0.into()),
-        ("error_metric", metric.into()),
-        ("error_p90", 0.0.into()),
-        ("error_worst", 0.0.into()),
-        ("share_off_by_over_1_255", 0.0.into()),
-        ("default", "".into()),
-    ]);
+    table.push(cells! {
+        knob: "precision",
+        value: "f64 reference",
+        time_ms: median(results.iter().map(|result| result.reference_ms)),
+        error: 0.0,
+        error_metric: metric,
+        error_p90: 0.0,
+        error_worst: 0.0,
+        share_off_by_over_1_255: 0.0,
+        default: "",
+    });
     table
 }
 
 fn raw(results: &[GenomeResult]) -> ResultTable {
     let mut table = ResultTable::default();
     for (genome, result) in results.iter().enumerate() {
-        table.push([
-            ("genome", genome.into()),
-            ("rmse", result.difference.rmse.into()),
-            ("p999", result.difference.p999.into()),
-            ("max", result.difference.max.into()),
-            ("off_by_over_1_255", if result.is_visible { "yes" } else { "no" }.into()),
-            ("best_ms", result.level_ms.last().copied().unwrap_or(f64::NAN).into()),
-            ("reference_ms", result.reference_ms.into()),
-        ]);
+        table.push(cells! {
+            genome: genome,
+            rmse: result.difference.rmse,
+            p999: result.difference.p999,
+            max: result.difference.max,
+            off_by_over_1_255: if result.is_visible { "yes" } else { "no" },
+            best_ms: result.level_ms.last().copied().unwrap_or(f64::NAN),
+            reference_ms: result.reference_ms,
+        });
     }
     table
 }
@@ -150,8 +150,8 @@ fn chart(results: &[GenomeResult], size_px: u32) -> Plot {
             "{} random genomes on the sphere, {size_px} x {size_px} pixels, same samples and exposure; sorted by error",
             results.len()
         ),
-        x: Axis { title: "share of genomes with at most this error, %", scale: Scale::Linear },
-        y: Axis { title: "difference of linear light, 0..1", scale: Scale::Log },
+        x: Axis::linear("share of genomes with at most this error, %"),
+        y: Axis::log("difference of linear light, 0..1"),
         series: vec![
             curve("RMSE", &|result| result.difference.rmse),
             curve("largest difference of a channel", &|result| result.difference.max),

@@ -6,7 +6,7 @@ use brood_eval::{CanonicalEvaluator, FitnessEvaluator, FitnessTarget};
 use brood_program::Program;
 use rayon::prelude::*;
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, median, one_thread, programs, quantile};
 use crate::output;
 use crate::record::Finding;
@@ -168,17 +168,17 @@ fn table(results: &[PrefixResult], all: usize) -> ResultTable {
     let mut table = ResultTable::default();
     for result in results {
         let kept = median(&result.kept);
-        table.push([
-            ("knob", "fitness prefix".into()),
-            ("value", result.samples.into()),
-            ("time_ms", (result.us * 1e-3).into()),
-            ("error", (1.0 - median(&result.tau)).into()),
-            ("error_metric", "1 - Kendall tau, median target".into()),
-            ("kept", kept.into()),
-            ("kept_worst", quantile(&result.kept, 0.0).into()),
-            ("kendall_tau", median(&result.tau).into()),
-            ("default", Cell::yes_if(result.samples == all)),
-        ]);
+        table.push(cells! {
+            knob: "fitness prefix",
+            value: result.samples,
+            time_ms: result.us * 1e-3,
+            error: 1.0 - median(&result.tau),
+            error_metric: "1 - Kendall tau, median target",
+            kept: kept,
+            kept_worst: quantile(&result.kept, 0.0),
+            kendall_tau: median(&result.tau),
+            default: Cell::yes_if(result.samples == all),
+        });
     }
     table
 }
@@ -202,12 +202,9 @@ fn chart(results: &[PrefixResult], workload: &Workload) -> Plot {
             workload.targets,
             100.0 * PASSED
         ),
-        x: Axis { title: "time of one genome on one thread, us", scale: Scale::Log },
-        y: Axis {
-            title: "pairs of genomes ordered differently than on all samples, %",
-            scale: Scale::Linear,
-        },
-        series: vec![series("median target", 0.5), series("worst target", 0.0).unlabelled()],
+        x: Axis::log("time of one genome on one thread, us"),
+        y: Axis::linear("pairs of genomes ordered differently than on all samples, %"),
+        series: Series::label_first([series("median target", 0.5), series("worst target", 0.0)]),
     }
 }
 

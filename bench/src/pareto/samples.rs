@@ -6,7 +6,7 @@ use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_scene::Scene;
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{
     PixelDifference, difference, fastest_ms, median, one_thread, programs, quantile,
 };
@@ -144,18 +144,18 @@ fn table(result: &MeshResult) -> ResultTable {
     let mut table = ResultTable::default();
     for mode in &result.modes {
         let rmse = || mode.genomes.iter().map(|result| result.shown.rmse);
-        table.push([
-            ("knob", "samples a pixel".into()),
-            ("value", mode.mode.name().into()),
-            ("time_ms", median(mode.genomes.iter().map(|result| result.picture_ms)).into()),
-            ("error", median(rmse()).into()),
-            ("error_metric", "median RMSE".into()),
-            ("error_worst", quantile(rmse(), 1.0).into()),
-            ("p999", median(mode.genomes.iter().map(|result| result.shown.p999)).into()),
-            ("set_ms", mode.set_ms.into()),
-            ("samples", mode.samples.into()),
-            ("default", Cell::yes_if(mode.mode.is_default())),
-        ]);
+        table.push(cells! {
+            knob: "samples a pixel",
+            value: mode.mode.name(),
+            time_ms: median(mode.genomes.iter().map(|result| result.picture_ms)),
+            error: median(rmse()),
+            error_metric: "median RMSE",
+            error_worst: quantile(rmse(), 1.0),
+            p999: median(mode.genomes.iter().map(|result| result.shown.p999)),
+            set_ms: mode.set_ms,
+            samples: mode.samples,
+            default: Cell::yes_if(mode.mode.is_default()),
+        });
     }
     table
 }
@@ -164,17 +164,17 @@ fn raw(result: &MeshResult) -> ResultTable {
     let mut table = ResultTable::default();
     for mode in &result.modes {
         for (genome, genome_result) in mode.genomes.iter().enumerate() {
-            table.push([
-                ("mesh", result.name.into()),
-                ("genome", genome.into()),
-                ("mode", mode.mode.name().into()),
-                ("picture_ms", genome_result.picture_ms.into()),
-                ("rmse", genome_result.shown.rmse.into()),
-                ("rmse_unclipped", genome_result.unclipped_rmse.into()),
-                ("p999", genome_result.shown.p999.into()),
-                ("max", genome_result.shown.max.into()),
-                ("reference_rmse", result.reference_rmse[genome].into()),
-            ]);
+            table.push(cells! {
+                mesh: result.name,
+                genome: genome,
+                mode: mode.mode.name(),
+                picture_ms: genome_result.picture_ms,
+                rmse: genome_result.shown.rmse,
+                rmse_unclipped: genome_result.unclipped_rmse,
+                p999: genome_result.shown.p999,
+                max: genome_result.shown.max,
+                reference_rmse: result.reference_rmse[genome],
+            });
         }
     }
     table
@@ -201,15 +201,14 @@ fn chart(result: &MeshResult, workload: &Workload) -> Plot {
             workload.reference_samples,
             size = workload.size_px
         ),
-        x: Axis { title: "time of a picture, ms", scale: Scale::Log },
-        y: Axis { title: "RMSE of linear light after exposure", scale: Scale::Log },
-        series: vec![
+        x: Axis::log("time of a picture, ms"),
+        y: Axis::log("RMSE of linear light after exposure"),
+        series: Series::label_first([
             series("median material", &|mode| rmse(mode, 0.5)),
-            series("worst material", &|mode| rmse(mode, 1.0)).unlabelled(),
+            series("worst material", &|mode| rmse(mode, 1.0)),
             series("99.9th percentile of pixels, median material", &|mode| {
                 median(mode.genomes.iter().map(|s| s.shown.p999))
-            })
-            .unlabelled(),
-        ],
+            }),
+        ]),
     }
 }

@@ -1,8 +1,6 @@
 //! Evaluations of programs on samples: every level against the scalar evaluator, in parallel over
 //! batches.
 
-use std::ops::AddAssign;
-
 use anyhow::{Context, Result};
 use brood_brdf::DirectionPair;
 use brood_eval::conformance::{first_difference, hard_samples};
@@ -14,6 +12,7 @@ use brood_worker::Renderer;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::counts::counts;
 use super::program::{StressProgram, candidate};
 use super::scalar::Scalar;
 use crate::output;
@@ -27,51 +26,34 @@ const GPU_SHARE: u64 = 16;
 /// Cosines below this count as grazing.
 const GRAZING_COS: f64 = 1e-3;
 
-/// Counts over all batches. Kinds of directions are counted once per program that runs on them.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Batches {
-    pub evaluations_per_level: u64,
-    pub evaluations_with_large_constants: u64,
-    /// At least one direction has a cosine below [`GRAZING_COS`].
-    pub grazing: u64,
-    /// At least one direction is the normal.
-    pub at_the_pole: u64,
-    /// The tangential parts of both directions cancel.
-    pub antipodal: u64,
-    /// Both directions are equal, but not the normal.
-    pub equal: u64,
-    /// Number of NaN and infinite values, of the scalar evaluator and of all levels.
-    pub not_finite: u64,
-    pub negative: u64,
-    /// Values of any level whose bits differ from the scalar evaluator's.
-    pub differing_from_scalar: u64,
-    /// Evaluations in which the scalar evaluator was compared with the definition of the steps.
-    pub scalar_checked: u64,
-    /// Programs for which it differed.
-    pub scalar_differing: u64,
-    pub gpu_evaluations: u64,
-    /// Values whose bits differ, without subnormal ones flushed to zero.
-    pub gpu_differing: u64,
-    /// Values that are 0 or subnormal on both sides with differing bits.
-    pub gpu_subnormal_differing: u64,
-}
-
-impl AddAssign for Batches {
-    fn add_assign(&mut self, other: Self) {
-        self.evaluations_per_level += other.evaluations_per_level;
-        self.evaluations_with_large_constants += other.evaluations_with_large_constants;
-        self.grazing += other.grazing;
-        self.at_the_pole += other.at_the_pole;
-        self.antipodal += other.antipodal;
-        self.equal += other.equal;
-        self.not_finite += other.not_finite;
-        self.negative += other.negative;
-        self.differing_from_scalar += other.differing_from_scalar;
-        self.scalar_checked += other.scalar_checked;
-        self.scalar_differing += other.scalar_differing;
-        self.gpu_evaluations += other.gpu_evaluations;
-        self.gpu_differing += other.gpu_differing;
-        self.gpu_subnormal_differing += other.gpu_subnormal_differing;
+counts! {
+    /// Counts over all batches. Kinds of directions are counted once per program that runs on them.
+    #[derive(Debug, Clone, Copy, Default, Serialize)]
+    pub struct Batches {
+        pub evaluations_per_level: u64,
+        pub evaluations_with_large_constants: u64,
+        /// At least one direction has a cosine below [`GRAZING_COS`].
+        pub grazing: u64,
+        /// At least one direction is the normal.
+        pub at_the_pole: u64,
+        /// The tangential parts of both directions cancel.
+        pub antipodal: u64,
+        /// Both directions are equal, but not the normal.
+        pub equal: u64,
+        /// Number of NaN and infinite values, of the scalar evaluator and of all levels.
+        pub not_finite: u64,
+        pub negative: u64,
+        /// Values of any level whose bits differ from the scalar evaluator's.
+        pub differing_from_scalar: u64,
+        /// Evaluations in which the scalar evaluator was compared with the definition of the steps.
+        pub scalar_checked: u64,
+        /// Programs for which it differed.
+        pub scalar_differing: u64,
+        pub gpu_evaluations: u64,
+        /// Values whose bits differ, without subnormal ones flushed to zero.
+        pub gpu_differing: u64,
+        /// Values that are 0 or subnormal on both sides with differing bits.
+        pub gpu_subnormal_differing: u64,
     }
 }
 
@@ -86,10 +68,8 @@ pub fn run(seed: u64, evaluations: u64, gpu: &Renderer) -> Result<Batches> {
         bar.inc(1);
         found
     };
-    let total = (0..batches).into_par_iter().map(one).try_reduce(Batches::default, |mut a, b| {
-        a += b;
-        Ok(a)
-    });
+    let total = (0..batches).into_par_iter().map(one);
+    let total = total.try_reduce(Batches::default, |a, b| Ok(a.plus(b)));
     bar.finish_and_clear();
     total
 }

@@ -17,6 +17,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::counts::counts;
 use super::program::candidate;
 use crate::output;
 
@@ -31,31 +32,19 @@ const PROGRAMS: u64 = 4;
 /// Largest deviation of a direction from unit length.
 const UNIT_TOLERANCE: f64 = 1e-12;
 
-/// Counts over all meshes.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Meshes {
-    pub meshes: u32,
-    /// Meshes rejected by the reader with a reason; correct if no usable triangle is left.
-    pub meshes_refused: u32,
-    pub mesh_sets: u64,
-    pub mesh_samples: u64,
-    /// Samples with a non-finite direction, texture position, input, irradiance or reflectance.
-    pub mesh_samples_not_finite: u64,
-    /// Samples below the surface, not of unit length, or with negative irradiance.
-    pub mesh_samples_out_of_bounds: u64,
-}
-
-impl Meshes {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            meshes: self.meshes + other.meshes,
-            meshes_refused: self.meshes_refused + other.meshes_refused,
-            mesh_sets: self.mesh_sets + other.mesh_sets,
-            mesh_samples: self.mesh_samples + other.mesh_samples,
-            mesh_samples_not_finite: self.mesh_samples_not_finite + other.mesh_samples_not_finite,
-            mesh_samples_out_of_bounds: self.mesh_samples_out_of_bounds
-                + other.mesh_samples_out_of_bounds,
-        }
+counts! {
+    /// Counts over all meshes.
+    #[derive(Debug, Clone, Copy, Default, Serialize)]
+    pub struct Meshes {
+        pub meshes: u32,
+        /// Meshes rejected by the reader with a reason; correct if no usable triangle is left.
+        pub meshes_refused: u32,
+        pub mesh_sets: u64,
+        pub mesh_samples: u64,
+        /// Samples with a non-finite direction, texture position, input, irradiance or reflectance.
+        pub mesh_samples_not_finite: u64,
+        /// Samples below the surface, not of unit length, or with negative irradiance.
+        pub mesh_samples_out_of_bounds: u64,
     }
 }
 

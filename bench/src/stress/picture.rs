@@ -7,7 +7,7 @@ use brood_scene::{Exposure, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
+use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
 use crate::measure::programs;
 use crate::output;
 use crate::picture::Mode;
@@ -68,10 +68,10 @@ impl PictureDifferences {
         for difference in 0..=u8::MAX {
             let genomes = self.largest.iter().filter(|largest| **largest == difference).count();
             if genomes > 0 {
-                table.push([
-                    ("largest_difference_of_255", u32::from(difference).into()),
-                    ("genomes", genomes.into()),
-                ]);
+                table.push(cells! {
+                    largest_difference_of_255: u32::from(difference),
+                    genomes: genomes,
+                });
             }
         }
         table
@@ -95,11 +95,8 @@ impl PictureDifferences {
                 "{} random genomes on the sphere, {PICTURE_PX} x {PICTURE_PX} pixels, same samples and exposure",
                 self.pictures
             ),
-            x: Axis { title: "largest difference of a byte, of 255", scale: Scale::Log },
-            y: Axis {
-                title: "share of genomes with at least this difference, %",
-                scale: Scale::Log,
-            },
+            x: Axis::log("largest difference of a byte, of 255"),
+            y: Axis::log("share of genomes with at least this difference, %"),
             series: vec![Series {
                 name: "genomes".to_owned(),
                 points: (1..=u8::MAX).map(point).collect(),

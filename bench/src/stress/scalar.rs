@@ -78,20 +78,14 @@ impl<'a> Scalar<'a> {
 
 /// Applies one step to a few samples; the operation is a constant inside each loop.
 fn apply(operation: Operation, a: &Row, b: &Row, out: &mut Row) {
-    match operation {
-        Operation::Add => each(a, b, out, |a, b| Operation::Add.apply(a, b)),
-        Operation::Sub => each(a, b, out, |a, b| Operation::Sub.apply(a, b)),
-        Operation::Mul => each(a, b, out, |a, b| Operation::Mul.apply(a, b)),
-        Operation::Sin => each(a, b, out, |a, b| Operation::Sin.apply(a, b)),
-        Operation::Cos => each(a, b, out, |a, b| Operation::Cos.apply(a, b)),
-        Operation::Ex2 => each(a, b, out, |a, b| Operation::Ex2.apply(a, b)),
-        Operation::Ex2Neg => each(a, b, out, |a, b| Operation::Ex2Neg.apply(a, b)),
-        Operation::Lg2 => each(a, b, out, |a, b| Operation::Lg2.apply(a, b)),
-        Operation::Rcp => each(a, b, out, |a, b| Operation::Rcp.apply(a, b)),
-        Operation::Rsq => each(a, b, out, |a, b| Operation::Rsq.apply(a, b)),
-        Operation::Spl => each(a, b, out, |a, b| Operation::Spl.apply(a, b)),
-        Operation::SplNeg => each(a, b, out, |a, b| Operation::SplNeg.apply(a, b)),
+    macro_rules! each_of {
+        ($($name:ident)*) => {
+            match operation {
+                $(Operation::$name => each(a, b, out, |a, b| Operation::$name.apply(a, b)),)*
+            }
+        };
     }
+    each_of!(Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
 }
 
 /// Applies `f` to each value. `black_box` prevents vectorisation, so that the evaluators under test

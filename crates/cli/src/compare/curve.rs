@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use brood_bench::chart::{Axis, Plot, Point, ResultTable, Scale, Series};
+use brood_bench::chart::{Axis, Plot, Point, ResultTable, Series};
 use brood_bench::output;
 use brood_inspect::CurvePoint;
 
@@ -60,8 +60,8 @@ fn chart(
     Plot {
         title: title.to_owned(),
         subtitle: subtitle.to_owned(),
-        x: Axis { title: "angle of incidence, degrees", scale: Scale::Linear },
-        y: Axis { title: y, scale: Scale::Linear },
+        x: Axis::linear("angle of incidence, degrees"),
+        y: Axis::linear(y),
         series: all.iter().map(series).collect(),
     }
 }
