@@ -23,61 +23,63 @@ pub enum Parametrisation {
     Paper,
 }
 
-/// A scalar that a program may read. Symmetric under exchange of wi and wo, bit for bit.
-///
-/// # Source
-/// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the
-/// product form of docs/maths/inputs.md. The inputs from `LogTanHalf` on belong to the extended
-/// dialect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Input {
-    /// cos_o + cos_i.
-    P1,
-    /// Texture coordinate u, unwrapped.
-    U,
-    /// Texture coordinate v, unwrapped, upwards.
-    V,
-    /// cos(phi_o - phi_i), weighted by sin_i sin_o.
-    SmoothP3,
-    /// cos(phi_o + phi_i), weighted by sin_i sin_o.
-    SmoothP5,
-    /// sin(phi_o + phi_i), weighted by sin_i sin_o.
-    SmoothP6,
-    /// p2^2 - p4^2 with the weighted p4.
-    SmoothQ1,
-    /// 2 p2 p4 with the weighted p4.
-    SmoothQ2,
-    /// cos(phi_o - phi_i).
-    PaperP3,
-    /// cos(phi_o + phi_i).
-    PaperP5,
-    /// sin(phi_o + phi_i).
-    PaperP6,
-    /// p2^2 - p4^2.
-    PaperQ1,
-    /// 2 p2 p4.
-    PaperQ2,
-    /// 1/2 ln(tan^2 theta_h + 1e-7).
-    LogTanHalf,
-    /// h . wi.
-    HalfDotLight,
-    /// (cos_o - cos_i)^2 / (4 sin^2 theta_h + 1e-3).
-    CosineDifference,
-    /// 2 p2 p4 / (sin^2 theta_h + 1e-3) with the weighted p4.
-    MirrorAsymmetry,
-    /// cos_i cos_o.
-    CosineProduct,
-    /// ln(h . wi).
-    LogHalfDotLight,
-    /// 1/2 ln(1 - h . wi + 0.002).
-    LogHalfAngle,
-    /// ln(cos_i cos_o).
-    LogCosineProduct,
-    /// ln(cos_i + cos_o).
-    LogCosineSum,
-    /// n . h.
-    NormalDotHalf,
+crate::named_enum! {
+    /// A scalar that a program may read. Symmetric under exchange of wi and wo, bit for bit.
+    ///
+    /// # Source
+    /// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the
+    /// product form of docs/maths/inputs.md. The inputs from `LogTanHalf` on belong to the extended
+    /// dialect.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum Input {
+        /// cos_o + cos_i.
+        P1 => "p1",
+        /// Texture coordinate u, unwrapped.
+        U => "u",
+        /// Texture coordinate v, unwrapped, upwards.
+        V => "v",
+        /// cos(phi_o - phi_i), weighted by sin_i sin_o.
+        SmoothP3 => "p3",
+        /// cos(phi_o + phi_i), weighted by sin_i sin_o.
+        SmoothP5 => "p5",
+        /// sin(phi_o + phi_i), weighted by sin_i sin_o.
+        SmoothP6 => "p6",
+        /// p2^2 - p4^2 with the weighted p4.
+        SmoothQ1 => "q1",
+        /// 2 p2 p4 with the weighted p4.
+        SmoothQ2 => "q2",
+        /// cos(phi_o - phi_i).
+        PaperP3 => "p3.paper",
+        /// cos(phi_o + phi_i).
+        PaperP5 => "p5.paper",
+        /// sin(phi_o + phi_i).
+        PaperP6 => "p6.paper",
+        /// p2^2 - p4^2.
+        PaperQ1 => "q1.paper",
+        /// 2 p2 p4.
+        PaperQ2 => "q2.paper",
+        /// 1/2 ln(tan^2 theta_h + 1e-7).
+        LogTanHalf => "lt",
+        /// h . wi.
+        HalfDotLight => "h.wi",
+        /// (cos_o - cos_i)^2 / (4 sin^2 theta_h + 1e-3).
+        CosineDifference => "dx",
+        /// 2 p2 p4 / (sin^2 theta_h + 1e-3) with the weighted p4.
+        MirrorAsymmetry => "qn",
+        /// cos_i cos_o.
+        CosineProduct => "cos_i*cos_o",
+        /// ln(h . wi).
+        LogHalfDotLight => "ln(h.wi)",
+        /// 1/2 ln(1 - h . wi + 0.002).
+        LogHalfAngle => "ln(1-h.wi)/2",
+        /// ln(cos_i cos_o).
+        LogCosineProduct => "ln(cos_i*cos_o)",
+        /// ln(cos_i + cos_o).
+        LogCosineSum => "ln(cos_i+cos_o)",
+        /// n . h.
+        NormalDotHalf => "n.h",
+    }
 }
 
 /// Lower bound of the arguments of logarithms; bounds every input over the closed hemisphere.
@@ -90,33 +92,6 @@ const POLE_FLOOR: f64 = 1.0 / (1u64 << 40) as f64;
 const RANGE: f64 = 65504.0;
 
 impl Input {
-    /// All inputs, in the order of their indices.
-    pub const ALL: [Self; 23] = [
-        Self::P1,
-        Self::U,
-        Self::V,
-        Self::SmoothP3,
-        Self::SmoothP5,
-        Self::SmoothP6,
-        Self::SmoothQ1,
-        Self::SmoothQ2,
-        Self::PaperP3,
-        Self::PaperP5,
-        Self::PaperP6,
-        Self::PaperQ1,
-        Self::PaperQ2,
-        Self::LogTanHalf,
-        Self::HalfDotLight,
-        Self::CosineDifference,
-        Self::MirrorAsymmetry,
-        Self::CosineProduct,
-        Self::LogHalfDotLight,
-        Self::LogHalfAngle,
-        Self::LogCosineProduct,
-        Self::LogCosineSum,
-        Self::NormalDotHalf,
-    ];
-
     /// Position in [`Input::ALL`]; also the bit in an [`InputMask`] and the number in packed
     /// words.
     #[must_use]
@@ -128,36 +103,6 @@ impl Input {
     #[must_use]
     pub fn from_index(index: usize) -> Option<Self> {
         Self::ALL.get(index).copied()
-    }
-
-    /// Name in listings and in the program inspector.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::P1 => "p1",
-            Self::U => "u",
-            Self::V => "v",
-            Self::SmoothP3 => "p3",
-            Self::SmoothP5 => "p5",
-            Self::SmoothP6 => "p6",
-            Self::SmoothQ1 => "q1",
-            Self::SmoothQ2 => "q2",
-            Self::PaperP3 => "p3.paper",
-            Self::PaperP5 => "p5.paper",
-            Self::PaperP6 => "p6.paper",
-            Self::PaperQ1 => "q1.paper",
-            Self::PaperQ2 => "q2.paper",
-            Self::LogTanHalf => "lt",
-            Self::HalfDotLight => "h.wi",
-            Self::CosineDifference => "dx",
-            Self::MirrorAsymmetry => "qn",
-            Self::CosineProduct => "cos_i*cos_o",
-            Self::LogHalfDotLight => "ln(h.wi)",
-            Self::LogHalfAngle => "ln(1-h.wi)/2",
-            Self::LogCosineProduct => "ln(cos_i*cos_o)",
-            Self::LogCosineSum => "ln(cos_i+cos_o)",
-            Self::NormalDotHalf => "n.h",
-        }
     }
 
     /// Returns the value for a pair of directions at texture position `uv`.

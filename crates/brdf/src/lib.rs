@@ -28,6 +28,7 @@ mod elementary;
 mod input;
 mod measured;
 mod model;
+mod named_enum;
 mod swapped;
 
 pub use block::{Block, HORIZON, Loop, Machine, Plain};

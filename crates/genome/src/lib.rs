@@ -44,6 +44,7 @@ mod text;
 mod variation;
 
 pub use arithmetic::Arithmetic;
+pub use brood_brdf::named_enum;
 pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, InitialValue, OpcodeSet};
 pub use functions::Functions;

@@ -1,119 +1,57 @@
 //! Opcodes of the machine: names, numbers, operand counts. Their results are defined in `interpret`
 //! and `arithmetic`.
 
-/// An operation on four-component registers.
-///
-/// # Source
-/// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, table 1; the last four belong to
-/// the extended dialect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Opcode {
-    /// a + b.
-    Add,
-    /// a - b.
-    Sub,
-    /// a b.
-    Mul,
-    /// a.
-    Mov,
-    /// a b + c.
-    Mad,
-    /// a (b - c) + c.
-    Lrp,
-    /// Dot product of x, y, z, to all components.
-    Dp3,
-    /// Dot product of all four components, to all components.
-    Dp4,
-    /// (1, a.y b.y, a.z, b.w).
-    Dst,
-    /// Linear transform of b.xy by the rows c.xy and c.zw, added to a.xy: (x, y, x, y) with
-    /// x = a.x + b.x c.x + b.y c.y and y = a.y + b.x c.z + b.y c.w.
-    X2d,
-    /// Sine of one component, to all.
-    Sin,
-    /// Cosine of one component, to all.
-    Cos,
-    /// Two to the power of one component, to all.
-    Ex2,
-    /// log2(a^2 + 2^-24) of one component, to all.
-    Lg2,
-    /// a / (a^2 + 2^-24) of one component, to all.
-    Rcp,
-    /// 1 / sqrt(a^2 + 2^-24) of one component, to all.
-    Rsq,
-    /// log2(1 + 2^a) of one component, to all.
-    Spl,
+brood_brdf::named_enum! {
+    numbered
+    /// An operation on four-component registers.
+    ///
+    /// # Source
+    /// Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, table 1; the last four belong
+    /// to the extended dialect.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum Opcode {
+        /// a + b.
+        Add => "ADD",
+        /// a - b.
+        Sub => "SUB",
+        /// a b.
+        Mul => "MUL",
+        /// a.
+        Mov => "MOV",
+        /// a b + c.
+        Mad => "MAD",
+        /// a (b - c) + c.
+        Lrp => "LRP",
+        /// Dot product of x, y, z, to all components.
+        Dp3 => "DP3",
+        /// Dot product of all four components, to all components.
+        Dp4 => "DP4",
+        /// (1, a.y b.y, a.z, b.w).
+        Dst => "DST",
+        /// Linear transform of b.xy by the rows c.xy and c.zw, added to a.xy: (x, y, x, y) with
+        /// x = a.x + b.x c.x + b.y c.y and y = a.y + b.x c.z + b.y c.w.
+        X2d => "X2D",
+        /// Sine of one component, to all.
+        Sin => "SIN",
+        /// Cosine of one component, to all.
+        Cos => "COS",
+        /// Two to the power of one component, to all.
+        Ex2 => "EX2",
+        /// log2(a^2 + 2^-24) of one component, to all.
+        Lg2 => "LG2",
+        /// a / (a^2 + 2^-24) of one component, to all.
+        Rcp => "RCP",
+        /// 1 / sqrt(a^2 + 2^-24) of one component, to all.
+        Rsq => "RSQ",
+        /// log2(1 + 2^a) of one component, to all.
+        Spl => "SPL",
+    }
 }
 
 impl Opcode {
-    /// All opcodes in the order of their numbers; the paper's set is the first [`Opcode::PAPER`] of
-    /// them.
-    pub const ALL: [Self; 17] = [
-        Self::Add,
-        Self::Sub,
-        Self::Mul,
-        Self::Mov,
-        Self::Mad,
-        Self::Lrp,
-        Self::Dp3,
-        Self::Dp4,
-        Self::Dst,
-        Self::X2d,
-        Self::Sin,
-        Self::Cos,
-        Self::Ex2,
-        Self::Lg2,
-        Self::Rcp,
-        Self::Rsq,
-        Self::Spl,
-    ];
-
-    /// Number of opcodes in the paper's set.
+    /// Number of opcodes in the paper's set, which come first.
     pub const PAPER: usize = 13;
-
-    /// Number of the opcode in canonical bytes.
-    #[inline]
-    #[must_use]
-    pub fn number(self) -> u8 {
-        self as u8
-    }
-
-    /// Returns the opcode with this number, or `None` if there is none.
-    #[must_use]
-    pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(number)).copied()
-    }
-
-    /// Name in genome texts.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Add => "ADD",
-            Self::Sub => "SUB",
-            Self::Mul => "MUL",
-            Self::Mov => "MOV",
-            Self::Mad => "MAD",
-            Self::Lrp => "LRP",
-            Self::Dp3 => "DP3",
-            Self::Dp4 => "DP4",
-            Self::Dst => "DST",
-            Self::X2d => "X2D",
-            Self::Sin => "SIN",
-            Self::Cos => "COS",
-            Self::Ex2 => "EX2",
-            Self::Lg2 => "LG2",
-            Self::Rcp => "RCP",
-            Self::Rsq => "RSQ",
-            Self::Spl => "SPL",
-        }
-    }
-
-    /// Returns the opcode with this name, or `None` if there is none.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|opcode| opcode.name() == name)
-    }
 
     /// Number of operands.
     #[inline]

@@ -3,59 +3,40 @@
 
 use brood_genome::{Input, InputMask, Model, Output};
 
-/// A scalar operation. Signs are part of the operation, never of an operand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Operation {
-    /// a + b.
-    Add,
-    /// a - b.
-    Sub,
-    /// a b.
-    Mul,
-    /// sin a.
-    Sin,
-    /// cos a.
-    Cos,
-    /// 2^a.
-    Ex2,
-    /// 2^-a.
-    Ex2Neg,
-    /// log2(a^2 + 2^-24).
-    Lg2,
-    /// a / (a^2 + 2^-24).
-    Rcp,
-    /// 1 / sqrt(a^2 + 2^-24).
-    Rsq,
-    /// log2(1 + 2^a).
-    Spl,
-    /// log2(1 + 2^-a).
-    SplNeg,
+brood_brdf::named_enum! {
+    numbered
+    /// A scalar operation. Signs are part of the operation, never of an operand.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum Operation {
+        /// a + b.
+        Add => "add",
+        /// a - b.
+        Sub => "sub",
+        /// a b.
+        Mul => "mul",
+        /// sin a.
+        Sin => "sin",
+        /// cos a.
+        Cos => "cos",
+        /// 2^a.
+        Ex2 => "ex2",
+        /// 2^-a.
+        Ex2Neg => "ex2_neg",
+        /// log2(a^2 + 2^-24).
+        Lg2 => "lg2",
+        /// a / (a^2 + 2^-24).
+        Rcp => "rcp",
+        /// 1 / sqrt(a^2 + 2^-24).
+        Rsq => "rsq",
+        /// log2(1 + 2^a).
+        Spl => "spl",
+        /// log2(1 + 2^-a).
+        SplNeg => "spl_neg",
+    }
 }
 
 impl Operation {
-    /// All operations in the order of their numbers, which packed words and shaders carry.
-    pub const ALL: [Self; 12] = [
-        Self::Add,
-        Self::Sub,
-        Self::Mul,
-        Self::Sin,
-        Self::Cos,
-        Self::Ex2,
-        Self::Ex2Neg,
-        Self::Lg2,
-        Self::Rcp,
-        Self::Rsq,
-        Self::Spl,
-        Self::SplNeg,
-    ];
-
-    /// Returns the position in [`Operation::ALL`].
-    #[must_use]
-    pub fn number(self) -> u8 {
-        self as u8
-    }
-
     /// True if the operation takes a second operand.
     #[must_use]
     pub fn is_binary(self) -> bool {
@@ -63,25 +44,6 @@ impl Operation {
             Self::Add | Self::Sub | Self::Mul => true,
             Self::Sin | Self::Cos | Self::Ex2 | Self::Ex2Neg => false,
             Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl | Self::SplNeg => false,
-        }
-    }
-
-    /// Returns the name used in listings and shaders.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Add => "add",
-            Self::Sub => "sub",
-            Self::Mul => "mul",
-            Self::Sin => "sin",
-            Self::Cos => "cos",
-            Self::Ex2 => "ex2",
-            Self::Ex2Neg => "ex2_neg",
-            Self::Lg2 => "lg2",
-            Self::Rcp => "rcp",
-            Self::Rsq => "rsq",
-            Self::Spl => "spl",
-            Self::SplNeg => "spl_neg",
         }
     }
 }

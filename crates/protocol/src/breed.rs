@@ -63,18 +63,20 @@ impl<'de> Deserialize<'de> for ParentRef {
     }
 }
 
-/// Effort that the server makes for the variety of a brood.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Curation {
-    /// Keeps the first draw of every child.
-    Off,
-    /// Redraws a child until its program differs from those of its parents and siblings.
-    #[default]
-    Distinct,
-    /// Like `distinct`, and redraws a child also if a small preview of it is black or resembles
-    /// those of its parents and siblings.
-    Diverse,
+brood_brdf::named_enum! {
+    /// Effort that the server makes for the variety of a brood.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Curation {
+        /// Keeps the first draw of every child.
+        Off => "off",
+        /// Redraws a child until its program differs from those of its parents and siblings.
+        #[default]
+        Distinct => "distinct",
+        /// Like `distinct`, and redraws a child also if a small preview of it is black or resembles
+        /// those of its parents and siblings.
+        Diverse => "diverse",
+    }
 }
 
 /// Overrides of the lineage's dialect. The genomes of the children contain the result.

@@ -2,30 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Kind of a light asset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum LightAssetKind {
-    /// Luminaire profile: an IES file.
-    Profile,
-    /// Environment map: a Radiance HDR or EXR file.
-    Environment,
-}
-
-impl LightAssetKind {
-    /// Returns the name used in JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Profile => "profile",
-            Self::Environment => "environment",
-        }
-    }
-
-    /// Returns the kind with this name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Profile, Self::Environment].into_iter().find(|kind| kind.name() == name)
+brood_brdf::named_enum! {
+    /// Kind of a light asset.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+    #[serde(rename_all = "lowercase")]
+    pub enum LightAssetKind {
+        /// Luminaire profile: an IES file.
+        Profile => "profile",
+        /// Environment map: a Radiance HDR or EXR file.
+        Environment => "environment",
     }
 }
 

@@ -11,21 +11,23 @@ use crate::lease::Frame;
 /// Version of the renderer. Increment it whenever the pixels of an existing key would change.
 pub const RENDERER_VERSION: u32 = 6;
 
-/// Requested evaluator.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, utoipa::ToSchema,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Backend {
-    /// Fastest evaluator among the bit-exact ones.
-    #[default]
-    Auto,
-    /// Canonical f32 evaluator on the CPU.
-    Cpu,
-    /// GPU, if it is bit-exact.
-    Gpu,
-    /// f64 reference: slow, for measuring errors.
-    Reference,
+brood_brdf::named_enum! {
+    /// Requested evaluator.
+    #[derive(
+        Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, utoipa::ToSchema,
+    )]
+    #[serde(rename_all = "lowercase")]
+    pub enum Backend {
+        /// Fastest evaluator among the bit-exact ones.
+        #[default]
+        Auto => "auto",
+        /// Canonical f32 evaluator on the CPU.
+        Cpu => "cpu",
+        /// GPU, if it is bit-exact.
+        Gpu => "gpu",
+        /// f64 reference: slow, for measuring errors.
+        Reference => "reference",
+    }
 }
 
 /// Evaluators of one class compute the same bits, so they share pictures.
@@ -46,37 +48,26 @@ impl Backend {
             Self::Reference => ExactnessClass::Reference,
         }
     }
-
-    /// Returns the name used in JSON and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Cpu => "cpu",
-            Self::Gpu => "gpu",
-            Self::Reference => "reference",
-        }
-    }
 }
 
 impl FromStr for Backend {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Auto, Self::Cpu, Self::Gpu, Self::Reference]
-            .into_iter()
-            .find(|backend| backend.name() == text)
+        Self::from_name(text)
             .ok_or_else(|| "the backend must be auto, cpu, gpu or reference".to_owned())
     }
 }
 
-/// File format of a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum PictureFormat {
-    /// PNG: developed, 8-bit sRGB with alpha.
-    Png,
-    /// OpenEXR: linear radiance, 32-bit float.
-    Exr,
+brood_brdf::named_enum! {
+    /// File format of a picture.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    pub enum PictureFormat {
+        /// PNG: developed, 8-bit sRGB with alpha.
+        Png => "png",
+        /// OpenEXR: linear radiance, 32-bit float.
+        Exr => "exr",
+    }
 }
 
 /// Identity of a picture: hash of the program, frame, renderer version and exactness class.

@@ -67,48 +67,27 @@ pub enum Budget {
     Evaluations(u64),
 }
 
-/// State of a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum SearchState {
-    /// Waiting for a worker.
-    Queued,
-    /// Leased to a worker.
-    Running,
-    /// Paused by a user.
-    Paused,
-    /// Ended: the budget is used up or the target error is reached.
-    Succeeded,
-    /// Failed for good.
-    Failed,
-    /// Cancelled by a user. Results found so far are kept.
-    Cancelled,
+brood_brdf::named_enum! {
+    /// State of a search.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
+    #[serde(rename_all = "lowercase")]
+    pub enum SearchState {
+        /// Waiting for a worker.
+        Queued = "queued",
+        /// Leased to a worker.
+        Running = "running",
+        /// Paused by a user.
+        Paused = "paused",
+        /// Ended: the budget is used up or the target error is reached.
+        Succeeded = "succeeded",
+        /// Failed for good.
+        Failed = "failed",
+        /// Cancelled by a user. Results found so far are kept.
+        Cancelled = "cancelled",
+    }
 }
 
 impl SearchState {
-    /// All states.
-    pub const ALL: [Self; 6] =
-        [Self::Queued, Self::Running, Self::Paused, Self::Succeeded, Self::Failed, Self::Cancelled];
-
-    /// Returns the name used in JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Queued => "queued",
-            Self::Running => "running",
-            Self::Paused => "paused",
-            Self::Succeeded => "succeeded",
-            Self::Failed => "failed",
-            Self::Cancelled => "cancelled",
-        }
-    }
-
-    /// Returns the state with this name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.name() == name)
-    }
-
     /// True if the search has ended for good.
     #[must_use]
     pub fn is_final(self) -> bool {

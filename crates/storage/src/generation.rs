@@ -14,7 +14,7 @@ use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use crate::error::changed;
 use crate::genome::{self, CHUNK_ROWS, NewGenome};
 use crate::individual::{self, StoredIndividual};
-use crate::row::{Columns, Key, Record, columns, json_set, optional_key, record, select, signed};
+use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
 use crate::writer::operation;
 use crate::{
     CommitTimes, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency,
@@ -125,13 +125,6 @@ record! {
     }
 }
 
-columns! {
-    String => Curation: |name| {
-        let all = [Self::Off, Self::Distinct, Self::Diverse];
-        all.into_iter().find(|curation| curation_name(*curation) == name)
-    };
-}
-
 const CHILDREN: &str = "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
      ORDER BY individual.generation_id, individual.slot";
 
@@ -145,23 +138,13 @@ fn select_generations(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
 impl Store {
     /// Stores a generation with its individuals, genomes, parents, picture keys, job, search step
     /// and idempotency record, in one transaction. Its index is the next one of the lineage.
+    /// Returns it with the times of the commit. Once the future was polled, all later writes are
+    /// ordered after it.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage, a parent or a scene does not exist,
     /// [`StorageError::Conflict`] if an id or the idempotency key is in use or the search's lease
     /// is no longer valid.
-    pub async fn create_generation(
-        &self,
-        new: NewGeneration,
-    ) -> Result<StoredGeneration, StorageError> {
-        Ok(self.create_generation_timed(new).await?.0)
-    }
-
-    /// Like [`Store::create_generation`], and returns the times of the commit. Once the future was
-    /// polled, all later writes are ordered after it.
-    ///
-    /// # Errors
-    /// As [`Store::create_generation`].
     pub async fn create_generation_timed(
         &self,
         new: NewGeneration,
@@ -246,7 +229,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(optional_key(new.centre))
     .bind(new.mutation)
     .bind(new.recombination)
-    .bind(curation_name(new.curation))
+    .bind(new.curation.name())
     .bind(new.constraints.isotropic)
     .bind(new.constraints.homogeneous)
     .bind(new.saturation)
@@ -389,12 +372,4 @@ async fn read_with_relations(
         generation.individuals = own.cloned().collect();
     }
     Ok(generations)
-}
-
-fn curation_name(curation: Curation) -> &'static str {
-    match curation {
-        Curation::Off => "off",
-        Curation::Distinct => "distinct",
-        Curation::Diverse => "diverse",
-    }
 }

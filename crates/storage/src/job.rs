@@ -25,56 +25,34 @@ const MAX_DEATHS: i64 = 3;
 /// Number of failed and dead jobs that are kept for inspection.
 const MAX_KEPT_FAILURES: i64 = 100;
 
-/// Declares an enum whose cases have names, and implements `Column` for it.
-macro_rules! named_enum {
-    ($(#[$doc:meta])* $name:ident { $($(#[$case_doc:meta])* $case:ident = $text:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum $name {
-            $($(#[$case_doc])* $case,)*
-        }
-
-        impl $name {
-            /// Name in the table and in metrics.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Self::$case => $text,)*
-                }
-            }
-        }
-
-        columns! {
-            String => $name: |name| match name.as_str() {
-                $($text => Some(Self::$case),)*
-                _ => None,
-            };
-        }
-    };
-}
-
-named_enum! {
+brood_genome::named_enum! {
     /// Queue of a job; it decides the priority.
-    Queue {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum Queue {
         /// A person is waiting.
-        Interactive = "interactive",
+        Interactive => "interactive",
         /// A script or a search is waiting.
-        Batch = "batch",
+        Batch => "batch",
     }
 }
 
-named_enum! {
+brood_genome::named_enum! {
     /// State of a job. Completed render jobs are deleted.
-    JobState {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum JobState {
         /// Waiting for a worker.
-        Queued = "queued",
+        Queued => "queued",
         /// Leased to a worker.
-        Leased = "leased",
+        Leased => "leased",
         /// Failed for good.
-        Failed = "failed",
+        Failed => "failed",
         /// Given up: its workers died repeatedly.
-        Dead = "dead",
+        Dead => "dead",
     }
+}
+
+columns! {
+    String => JobState, Queue: |name| Self::from_name(&name);
 }
 
 /// Epoch of a job's first lease.

@@ -45,9 +45,6 @@ columns! {
         Some(samples) => Self::fixed(samples.try_into().ok()?).ok(),
         None => Some(Self::Adaptive),
     };
-    String => PictureFormat: |name| {
-        [Self::Png, Self::Exr].into_iter().find(|format| format_name(*format) == name)
-    };
 }
 
 /// Picture key to be stored; the same as is read back.
@@ -104,7 +101,7 @@ pub(crate) async fn insert(
                 .push_bind(picture.sampling.min_rays())
                 .push_bind(picture.sampling == Sampling::Adaptive)
                 .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
-                .push_bind(format_name(picture.format))
+                .push_bind(picture.format.name())
                 .push_bind(picture.backend.name())
                 .push_bind(picture.renderer_version);
         });
@@ -112,11 +109,4 @@ pub(crate) async fn insert(
         query.build().execute(&mut *conn).await?;
     }
     Ok(())
-}
-
-fn format_name(format: PictureFormat) -> &'static str {
-    match format {
-        PictureFormat::Png => "png",
-        PictureFormat::Exr => "exr",
-    }
 }

@@ -3,8 +3,9 @@
 
 use brood_genome::{Dialect, GenomeHash, Locks};
 use brood_protocol::{
-    Backend, FoundMaterial, GenerationId, IndividualId, JobId, LightAssetKind, LineageId, MeshId,
-    PictureKey, PixelArea, SceneId, SearchOptions, SearchState, Seed, Target, TargetId,
+    Backend, Curation, FoundMaterial, GenerationId, IndividualId, JobId, LightAssetKind, LineageId,
+    MeshId, PictureFormat, PictureKey, PixelArea, SceneId, SearchOptions, SearchState, Seed,
+    Target, TargetId,
 };
 use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
@@ -67,8 +68,9 @@ columns! {
     // Stored from an f32, so the conversion is exact.
     f64 => f32: |value| Some(value as f32);
     String => String: Some;
-    String => Backend, PixelArea: |name| name.parse().ok();
-    String => LightAssetKind, SearchState: |name| Self::from_name(&name);
+    String => Backend, Curation, LightAssetKind, PictureFormat, SearchState:
+        |name| Self::from_name(&name);
+    String => PixelArea: |text| text.parse().ok();
     String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>:
         |json| serde_json::from_str(&json).ok();
     Vec<u8> => Vec<u8>: Some;

@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 use crate::{
     Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
-    Store, StoredGeneration, StoredGenome,
+    StorageError, Store, StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -115,6 +115,15 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
         job: None,
         search: None,
         idempotency: None,
+    }
+}
+
+impl Store {
+    async fn create_generation(
+        &self,
+        new: NewGeneration,
+    ) -> Result<StoredGeneration, StorageError> {
+        Ok(self.create_generation_timed(new).await?.0)
     }
 }
 

@@ -6,17 +6,19 @@ use crate::row::{Record, columns, record, select};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
-/// Permissions of a token.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Scope {
-    /// Read only.
-    Read,
-    /// Read and breed.
-    Breed,
-    /// Lease jobs and submit results, nothing else.
-    Work,
-    /// Everything.
-    Admin,
+brood_genome::named_enum! {
+    /// Permissions of a token.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Scope {
+        /// Read only.
+        Read => "read",
+        /// Read and breed.
+        Breed => "breed",
+        /// Lease jobs and submit results, nothing else.
+        Work => "work",
+        /// Everything.
+        Admin => "admin",
+    }
 }
 
 impl Scope {
@@ -28,17 +30,6 @@ impl Scope {
             Self::Admin => true,
             Self::Breed => matches!(needed, Self::Read | Self::Breed),
             Self::Read | Self::Work => self == needed,
-        }
-    }
-
-    /// Returns the name used on the command line and in the table.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Breed => "breed",
-            Self::Work => "work",
-            Self::Admin => "admin",
         }
     }
 }
@@ -53,15 +44,13 @@ impl std::str::FromStr for Scope {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Read, Self::Breed, Self::Work, Self::Admin]
-            .into_iter()
-            .find(|scope| scope.name() == text)
+        Self::from_name(text)
             .ok_or_else(|| "the scope must be read, breed, work or admin".to_owned())
     }
 }
 
 columns! {
-    String => Scope: |name| name.parse().ok();
+    String => Scope: |name| Self::from_name(&name);
 }
 
 record! {

@@ -6,8 +6,7 @@ use brood_protocol::{
 
 use super::*;
 use crate::{
-    ClaimedSearch, NewSearch, NewTarget, SearchChange, SearchEnd, SearchStep, StorageError,
-    StoredSearch,
+    ClaimedSearch, NewSearch, NewTarget, SearchChange, SearchEnd, SearchStep, StoredSearch,
 };
 
 fn target() -> NewTarget {
