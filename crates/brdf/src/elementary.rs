@@ -95,34 +95,22 @@ impl Elementary for Libm {
 #[derive(Debug, Clone, Copy)]
 pub struct Branchless;
 
+macro_rules! call {
+    ($($name:ident($($x:ident),+) = $function:path;)+) => {$(
+        #[inline(always)]
+        fn $name($($x: f64),+) -> f64 {
+            $function($($x),+)
+        }
+    )+};
+}
+
 impl Elementary for Branchless {
-    #[inline(always)]
-    fn exp(x: f64) -> f64 {
-        exponential::exp(x)
-    }
-
-    #[inline(always)]
-    fn ln(x: f64) -> f64 {
-        exponential::ln(x)
-    }
-
-    #[inline(always)]
-    fn pow(x: f64, y: f64) -> f64 {
-        exponential::pow(x, y)
-    }
-
-    #[inline(always)]
-    fn acos(x: f64) -> f64 {
-        angle::acos(x)
-    }
-
-    #[inline(always)]
-    fn angle(sin: f64, cos: f64) -> f64 {
-        angle::angle(sin, cos)
-    }
-
-    #[inline(always)]
-    fn erf(x: f64) -> f64 {
-        erfc::erf(x)
+    call! {
+        exp(x) = exponential::exp;
+        ln(x) = exponential::ln;
+        pow(x, y) = exponential::pow;
+        acos(x) = angle::acos;
+        angle(sin, cos) = angle::angle;
+        erf(x) = erfc::erf;
     }
 }

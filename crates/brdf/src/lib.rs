@@ -38,7 +38,7 @@ pub use elementary::{Branchless, Elementary, Libm};
 pub use input::{Input, InputMask, Parametrisation};
 pub use measured::{
     CsvError, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples, Merl, MerlError,
-    Neural, NeuralError, Rgl, RglError, SampleError, Scattered, TensorError,
+    Neural, NeuralError, Rgl, RglError, SampleError, Scattered, TensorError, pairs_from_csv,
 };
 pub use model::{
     ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants, MetalConstants, Model,

@@ -16,7 +16,7 @@ mod spectrum;
 mod tensor;
 mod warp;
 
-pub use csv::CsvError;
+pub use csv::{CsvError, pairs_from_csv};
 pub use goniometer::GoniometerError;
 pub use merl::{Merl, MerlError};
 pub use neural::{Neural, NeuralError};

@@ -7,20 +7,22 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use brood_bench::material_file::{self, MaterialFile};
 use brood_bench::{logging, output};
-use brood_brdf::Brdf;
+use brood_brdf::{Brdf, DirectionPair, pairs_from_csv};
 use brood_eval::energy_limit;
 use brood_program::Program;
 use brood_protocol::Backend;
 use brood_scene::SampleSet;
 use brood_worker::Renderer;
 use clap::Args;
+use glam::DVec2;
 use serde_json::json;
-
-use crate::pairs::{self, Row};
 
 const LIMIT_BYTES: u64 = 1 << 30;
 /// Rows evaluated at once, to bound memory.
 const BATCH: usize = 1 << 18;
+
+/// Directions to the light and to the eye, and the texture position.
+type Row = (DirectionPair, [f64; 2]);
 
 /// Options of `brood eval`.
 #[derive(Debug, Args)]
@@ -62,8 +64,7 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     if let Some(limit) = limit.filter(|limit| limit.divisor > 1.0) {
         program = program.divided(limit.divisor);
     }
-    let text = read_text(&args.pairs)?;
-    let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
+    let rows = read_rows(&args.pairs)?;
     let renderer = Renderer::new(args.backend);
     let mut values = Vec::with_capacity(rows.len());
     for rows in rows.chunks(BATCH) {
@@ -96,9 +97,8 @@ fn run_brdf(args: &EvalArgs, brdf: &dyn Brdf, kind: &str, json: bool) -> Result<
         !args.limit,
         "--limit needs a genome; `brood model albedo` prints the albedo of measured materials"
     );
-    let text = read_text(&args.pairs)?;
-    let rows = pairs::parse(&text).with_context(|| args.pairs.display().to_string())?;
-    let values: Vec<[f64; 3]> = rows.iter().map(|row| brdf.f(&row.pair).to_array()).collect();
+    let rows = read_rows(&args.pairs)?;
+    let values: Vec<[f64; 3]> = rows.iter().map(|(pair, _)| brdf.f(pair).to_array()).collect();
     if json {
         return output::print_json(&json!({ "measured": kind, "f": values }));
     }
@@ -120,16 +120,22 @@ fn evaluate(
     program: &Program,
     rows: &[Row],
 ) -> Result<Vec<[f32; 3]>> {
-    let directions: Vec<_> = rows.iter().map(|row| row.pair).collect();
-    let uvs: Vec<_> = rows.iter().map(|row| row.uv).collect();
+    let (directions, uvs): (Vec<_>, Vec<_>) =
+        rows.iter().map(|(pair, uv)| (*pair, DVec2::from(*uv))).unzip();
     let set = SampleSet::from_pairs(&directions, &uvs);
     let f = renderer.reflectance(backend, &[program], &set)?;
     let count = rows.len();
-    let value = |(index, row): (usize, &Row)| {
-        let above = row.pair.cos_i() > 0.0 && row.pair.cos_o() > 0.0;
+    let value = |(index, pair): (usize, &DirectionPair)| {
+        let above = pair.cos_i() > 0.0 && pair.cos_o() > 0.0;
         if above { [f[index], f[count + index], f[2 * count + index]] } else { [0.0; 3] }
     };
-    Ok(rows.iter().enumerate().map(value).collect())
+    Ok(directions.iter().enumerate().map(value).collect())
+}
+
+/// Reads the direction pairs with their texture positions, which are 0 without the columns u and v.
+fn read_rows(path: &Path) -> Result<Vec<Row>> {
+    pairs_from_csv(&read_text(path)?, [("u", false), ("v", false)])
+        .with_context(|| path.display().to_string())
 }
 
 fn read_text(path: &Path) -> Result<String> {

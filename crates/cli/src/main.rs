@@ -20,7 +20,6 @@ mod light_file;
 mod lock;
 mod mesh;
 mod model;
-mod pairs;
 mod place;
 mod preset;
 mod render;

@@ -1,6 +1,8 @@
 //! Sizes of blocks. Loops over the samples of a set process it in blocks of 256 samples, each of 4
 //! quarters of 64 lanes; a lane holds one sample.
 
+use std::ops::AddAssign;
+
 use bytemuck::{Pod, Zeroable};
 
 /// Number of lanes in a quarter, which is processed by one iteration of the outer loops.
@@ -15,3 +17,17 @@ pub(crate) const BLOCK: usize = LANES * QUARTERS;
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Quarter(pub(crate) [f32; LANES]);
+
+/// Adds sum k + N / 2 to sum k, then k + N / 4, and so on; N is a power of two.
+#[inline(always)]
+pub(crate) fn pairwise_sum<T: Copy + AddAssign, const N: usize>(mut sums: [T; N]) -> T {
+    let mut half = N / 2;
+    while half > 0 {
+        for at in 0..half {
+            let other = sums[at + half];
+            sums[at] += other;
+        }
+        half /= 2;
+    }
+    sums[0]
+}

@@ -56,6 +56,16 @@ pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
     fn output_mul_add(self, factor: Self, addend: Self) -> Self;
 }
 
+/// Methods that call the canonical function of the same name.
+macro_rules! known {
+    ($($name:ident)+) => {$(
+        #[inline(always)]
+        fn $name(self) -> Self {
+            Functions::KNOWN.$name(self)
+        }
+    )+};
+}
+
 impl Arithmetic for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
@@ -92,25 +102,7 @@ impl Arithmetic for f32 {
         Functions::KNOWN.ex2::<true>(self)
     }
 
-    #[inline(always)]
-    fn lg2(self) -> Self {
-        Functions::KNOWN.lg2(self)
-    }
-
-    #[inline(always)]
-    fn rcp(self) -> Self {
-        Functions::KNOWN.rcp(self)
-    }
-
-    #[inline(always)]
-    fn rsq(self) -> Self {
-        Functions::KNOWN.rsq(self)
-    }
-
-    #[inline(always)]
-    fn spl(self) -> Self {
-        Functions::KNOWN.spl(self)
-    }
+    known!(lg2 rcp rsq spl);
 
     #[inline(always)]
     fn square(self) -> Self {

@@ -3,34 +3,6 @@
 use super::*;
 use crate::Arithmetic;
 
-fn sin(x: f32) -> f32 {
-    x.sine()
-}
-
-fn cos(x: f32) -> f32 {
-    x.cosine()
-}
-
-fn ex2(x: f32) -> f32 {
-    x.ex2()
-}
-
-fn lg2(x: f32) -> f32 {
-    x.lg2()
-}
-
-fn rcp(x: f32) -> f32 {
-    x.rcp()
-}
-
-fn rsq(x: f32) -> f32 {
-    x.rsq()
-}
-
-fn spl(x: f32) -> f32 {
-    x.spl()
-}
-
 /// Every `step`-th positive and negative f32 up to `limit`.
 fn sweep(limit: f32, step: u32) -> impl Iterator<Item = f32> {
     (0..=limit.to_bits())
@@ -60,10 +32,10 @@ fn sine_and_cosine_are_within_bounds() {
         (-40i32..=40).map(move |d| f32::from_bits((x.to_bits() as i32 + d) as u32))
     });
     for x in sweep(1100.0, 377).chain(near_zeros.filter(|x| x.is_finite())) {
-        check_angle_function(sin(x), Arithmetic::sine(f64::from(x)), x);
-        check_angle_function(cos(x), Arithmetic::cosine(f64::from(x)), x);
-        assert_eq!(sin(-x), -sin(x), "odd at {x}");
-        assert_eq!(cos(-x), cos(x), "even at {x}");
+        check_angle_function(x.sine(), Arithmetic::sine(f64::from(x)), x);
+        check_angle_function(x.cosine(), Arithmetic::cosine(f64::from(x)), x);
+        assert_eq!((-x).sine(), -x.sine(), "odd at {x}");
+        assert_eq!((-x).cosine(), x.cosine(), "even at {x}");
     }
 }
 
@@ -71,10 +43,10 @@ fn sine_and_cosine_are_within_bounds() {
 fn power_of_two_is_within_two_ulp() {
     for x in sweep(30.0, 211) {
         let exact = Arithmetic::ex2(f64::from(x));
-        assert!(ulps(ex2(x), exact) <= 2.0, "{x}: {} {exact}", ex2(x));
+        assert!(ulps(x.ex2(), exact) <= 2.0, "{x}: {} {exact}", x.ex2());
     }
     for k in -24i8..=16 {
-        assert_eq!(f64::from(ex2(f32::from(k))), f64::from(k).exp2().min(f64::from(RANGE)));
+        assert_eq!(f64::from(f32::from(k).ex2()), f64::from(k).exp2().min(f64::from(RANGE)));
     }
 }
 
@@ -82,12 +54,12 @@ fn power_of_two_is_within_two_ulp() {
 fn smooth_functions_are_within_bounds() {
     for x in sweep(RANGE, 1013) {
         let exact = f64::from(x);
-        assert!((f64::from(lg2(x)) - exact.lg2()).abs() <= 2.5e-6, "lg2 {x}: {}", lg2(x));
-        assert!(ulps(rsq(x), exact.rsq()) <= 4.0, "rsq {x}: {} {}", rsq(x), exact.rsq());
+        assert!((f64::from(x.lg2()) - exact.lg2()).abs() <= 2.5e-6, "lg2 {x}: {}", x.lg2());
+        assert!(ulps(x.rsq(), exact.rsq()) <= 4.0, "rsq {x}: {} {}", x.rsq(), exact.rsq());
         if x.abs() > 1e-30 {
-            assert!(ulps(rcp(x), exact.rcp()) <= 4.0, "rcp {x}: {} {}", rcp(x), exact.rcp());
+            assert!(ulps(x.rcp(), exact.rcp()) <= 4.0, "rcp {x}: {} {}", x.rcp(), exact.rcp());
         }
-        let (got, exact) = (f64::from(spl(x)), exact.spl());
+        let (got, exact) = (f64::from(x.spl()), exact.spl());
         assert!((got - exact).abs() <= 1e-6 + exact * 1.2e-7, "spl {x}: {got} {exact}");
     }
 }
@@ -106,10 +78,10 @@ fn logarithm_is_within_bounds() {
 fn clamps_change_nothing_within_the_domain_without_them() {
     let functions = Functions::KNOWN;
     for x in sweep(1024.0, 733) {
-        assert_eq!(functions.sin::<false>(x).to_bits(), sin(x).to_bits(), "{x}");
-        assert_eq!(functions.cos::<false>(x).to_bits(), cos(x).to_bits(), "{x}");
+        assert_eq!(functions.sin::<false>(x).to_bits(), x.sine().to_bits(), "{x}");
+        assert_eq!(functions.cos::<false>(x).to_bits(), x.cosine().to_bits(), "{x}");
         if (-24.0..15.9).contains(&x) {
-            assert_eq!(functions.ex2::<false>(x).to_bits(), ex2(x).to_bits(), "{x}");
+            assert_eq!(functions.ex2::<false>(x).to_bits(), x.ex2().to_bits(), "{x}");
         }
     }
 }

@@ -32,110 +32,70 @@ pub struct Preset {
     genome: LazyLock<Genome>,
 }
 
-/// A preset by name, title and description. The genome is parsed at its first use.
-macro_rules! preset {
-    ($name:literal, $title:literal, $words:literal) => {{
-        const TEXT: &str = include_str!(concat!("../presets/", $name, ".brood"));
-        let genome = || TEXT.parse().expect("presets are genomes");
-        Preset {
-            name: $name,
-            title: $title,
-            words: $words,
-            text: TEXT,
-            genome: LazyLock::new(genome),
-        }
-    }};
+/// Presets by name, title and description. A genome is parsed at its first use.
+macro_rules! presets {
+    ($($name:literal $title:literal $words:literal)+) => {
+        /// All presets, the simplest first.
+        pub static PRESETS: [Preset; [$($name),+].len()] = [$({
+            const TEXT: &str = include_str!(concat!("../presets/", $name, ".brood"));
+            let genome = || TEXT.parse().expect("presets are genomes");
+            Preset {
+                name: $name,
+                title: $title,
+                words: $words,
+                text: TEXT,
+                genome: LazyLock::new(genome),
+            }
+        }),+];
+    };
 }
 
-/// All presets, the simplest first.
-pub static PRESETS: [Preset; 22] = [
-    preset!("matt-clay", "Matt clay", "Unglazed terracotta, nearly the same from everywhere."),
-    preset!(
-        "red-plastic",
-        "Red plastic",
+presets! {
+    "matt-clay" "Matt clay"
+        "Unglazed terracotta, nearly the same from everywhere."
+    "red-plastic" "Red plastic"
         "A glossy red body under a small, crisp, white highlight."
-    ),
-    preset!("velvet", "Velvet", "Deep crimson cloth with glowing edges."),
-    preset!(
-        "gold",
-        "Gold",
+    "velvet" "Velvet"
+        "Deep crimson cloth with glowing edges."
+    "gold" "Gold"
         "Polished metal, from deep orange in the shade to pale yellow in the highlight."
-    ),
-    preset!(
-        "brushed-metal",
-        "Brushed metal",
+    "brushed-metal" "Brushed metal"
         "Steel brushed in one direction, its highlight drawn out into a streak."
-    ),
-    preset!(
-        "car-paint",
-        "Two-tone car paint",
+    "car-paint" "Two-tone car paint"
         "Turquoise in the light, violet towards the edges, under a hard clear coat."
-    ),
-    preset!("pearl", "Pearl", "Creamy white over which rose and sea green drift with the angle."),
-    preset!(
-        "satin",
-        "Satin",
+    "pearl" "Pearl"
+        "Creamy white over which rose and sea green drift with the angle."
+    "satin" "Satin"
         "Blue cloth with a long, soft sheen and a rosy shimmer at the edges."
-    ),
-    preset!("soap-film", "Soap film", "Rings of interference colours on a dark bubble."),
-    preset!(
-        "checkered-ceramic",
-        "Checkered ceramic",
+    "soap-film" "Soap film"
+        "Rings of interference colours on a dark bubble."
+    "checkered-ceramic" "Checkered ceramic"
         "Cobalt blue and ivory squares under a smooth glaze."
-    ),
-    preset!("marble", "Marble", "Polished white stone with wandering grey veins."),
-    preset!("moon-dust", "Moon dust", "Grey powder that looks as flat as the full moon."),
-    preset!(
-        "retro-vest",
-        "Retro-reflective vest",
+    "marble" "Marble"
+        "Polished white stone with wandering grey veins."
+    "moon-dust" "Moon dust"
+        "Grey powder that looks as flat as the full moon."
+    "retro-vest" "Retro-reflective vest"
         "Lime cloth with silver bands that flare up when the light is behind the eye."
-    ),
-    preset!(
-        "rainbow-grooves",
-        "Rainbow grooves",
+    "rainbow-grooves" "Rainbow grooves"
         "Fine grooves that split white light into bands of pure colour."
-    ),
-    preset!(
-        "model-gold",
-        "Gold, by its constants",
+    "model-gold" "Gold, by its constants"
         "Real gold: a rough conductor with the metal's refractive index and extinction."
-    ),
-    preset!(
-        "model-copper",
-        "Copper, brushed",
+    "model-copper" "Copper, brushed"
         "Copper by its reflectance at normal incidence, its highlight drawn out along u."
-    ),
-    preset!(
-        "model-plastic",
-        "Plastic, physical",
+    "model-plastic" "Plastic, physical"
         "A blue body under a coat that sends light back and forth."
-    ),
-    preset!(
-        "model-car-paint",
-        "Car paint, principled",
+    "model-car-paint" "Car paint, principled"
         "A dark red metallic body under a clear coat."
-    ),
-    preset!(
-        "model-velvet",
-        "Cloth, principled",
+    "model-velvet" "Cloth, principled"
         "Green cloth with the principled model's sheen at its edges."
-    ),
-    preset!(
-        "model-clay",
-        "Clay, Oren-Nayar",
+    "model-clay" "Clay, Oren-Nayar"
         "Rough clay that is as bright at its edges as in the middle."
-    ),
-    preset!(
-        "model-two-layers",
-        "Varnished wood",
+    "model-two-layers" "Varnished wood"
         "A warm diffuse base and two highlights, one wide and one narrow: three models, added."
-    ),
-    preset!(
-        "model-phong",
-        "Phong, 1975",
+    "model-phong" "Phong, 1975"
         "The first highlight of computer graphics, over a teal body."
-    ),
-];
+}
 
 impl Preset {
     /// Returns the preset of that name.

@@ -251,21 +251,31 @@ fn new_materials(findings: &Findings) -> Vec<Row> {
     let peers: Vec<_> = peers.collect();
     let pair = |(brood, brood_value): (&'static str, f64)| {
         let peers = peers.clone().into_iter();
-        peers.map(move |(kind, (peer_value, row))| Row {
-            work: "20 new materials, 128 x 128",
-            peer: format!(
-                "Mitsuba, 2 threads, 4 samples a pixel, {kind}, {} kernels compiled",
-                row["kernels_compiled"]
-            ),
-            peer_value,
-            brood: brood.to_owned(),
-            brood_value,
-            unit: "ms",
-            ratio: Some(peer_value / brood_value),
-            goal: None,
+        peers.map(move |(kind, (peer_value, row))| {
+            let peer = format!("{kind}, {} kernels compiled", row["kernels_compiled"]);
+            materials("20 new materials, 128 x 128", &peer, peer_value, (brood, brood_value))
         })
     };
     brood_thumbnails(findings).into_iter().flat_map(pair).collect()
+}
+
+/// Row of a comparison of twenty thumbnails with Mitsuba.
+fn materials(
+    work: &'static str,
+    peer: &str,
+    peer_value: f64,
+    (brood, brood_value): (&str, f64),
+) -> Row {
+    Row {
+        work,
+        peer: format!("Mitsuba, 2 threads, 4 samples a pixel, {peer}"),
+        peer_value,
+        brood: brood.to_owned(),
+        brood_value,
+        unit: "ms",
+        ratio: Some(peer_value / brood_value),
+        goal: None,
+    }
 }
 
 /// Materials with changed parameters: the peer reuses its compiled kernel, brood lowers the
@@ -278,16 +288,9 @@ fn known_materials(findings: &Findings) -> Vec<Row> {
     let row = |material: &str| {
         let of_material = peers.iter().copied().filter(|row| row["material"] == material);
         let (peer_value, _) = least(of_material, "total_ms")?;
-        Some(Row {
-            work: "20 materials with other parameters, 128 x 128",
-            peer: format!("Mitsuba, 2 threads, 4 samples a pixel, {material}, kernel warm"),
-            peer_value,
-            brood: brood.to_owned(),
-            brood_value,
-            unit: "ms",
-            ratio: Some(peer_value / brood_value),
-            goal: None,
-        })
+        let peer = format!("{material}, kernel warm");
+        let work = "20 materials with other parameters, 128 x 128";
+        Some(materials(work, &peer, peer_value, (brood, brood_value)))
     };
     ["diffuse", "roughconductor", "principled"].into_iter().filter_map(row).collect()
 }

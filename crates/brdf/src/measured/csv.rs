@@ -1,13 +1,15 @@
-//! Samples as CSV with the columns wix, wiy, wiz, wox, woy, woz, r, g, b in any order.
+//! Tables of direction pairs as CSV, with the columns wix, wiy, wiz, wox, woy, woz and others in
+//! any order.
 
 use glam::DVec3;
 
 use super::sample::{MeasuredSamples, SampleError};
 use crate::{DirectionError, DirectionPair};
 
-const COLUMNS: [&str; 9] = ["wix", "wiy", "wiz", "wox", "woy", "woz", "r", "g", "b"];
+const DIRECTIONS: [&str; 6] = ["wix", "wiy", "wiz", "wox", "woy", "woz"];
 
-/// Error of [`MeasuredSamples::from_csv`]. Rows count from 1 after the header.
+/// Error of [`pairs_from_csv`] and [`MeasuredSamples::from_csv`]. Rows count from 1 after the
+/// header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CsvError {
     /// A column is missing or appears twice.
@@ -25,51 +27,74 @@ pub enum CsvError {
 }
 
 impl MeasuredSamples {
-    /// Reads a table: a header, then one row per sample. Ignores other columns, empty lines and
-    /// lines that begin with `#`.
+    /// Reads a table with the columns r, g and b, one row per sample.
     ///
     /// # Errors
     /// Returns [`CsvError`] with the row and the column that are wrong.
     pub fn from_csv(bytes: &[u8]) -> Result<Self, CsvError> {
         let text = String::from_utf8_lossy(bytes);
-        let text = text.trim_start_matches('\u{feff}');
-        let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
-        let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(field).collect();
-        let mut places = [0; COLUMNS.len()];
-        for (place, name) in places.iter_mut().zip(COLUMNS) {
-            *place = find(&header, name)?;
-        }
-        let rows: Result<Vec<_>, CsvError> =
-            lines.zip(1..).map(|(line, number)| row(line, number, &places)).collect();
-        Ok(Self::new(rows?)?)
+        let rows = pairs_from_csv(&text, [("r", true), ("g", true), ("b", true)])?;
+        Ok(Self::new(rows.into_iter().map(|(pair, rgb)| (pair, DVec3::from(rgb))).collect())?)
     }
 }
 
-/// Index of a column; names may have underscores, as in `wi_x`.
-fn find(header: &[&str], name: &'static str) -> Result<usize, CsvError> {
+/// Reads a table of direction pairs: a header, then one row per pair. Returns the pairs with the
+/// values in the other given columns; a column that is not required reads as 0 where the table
+/// lacks it. Ignores other columns, empty lines and lines that begin with `#`.
+///
+/// # Errors
+/// Returns [`CsvError`] with the row and the column that are wrong.
+pub fn pairs_from_csv<const N: usize>(
+    text: &str,
+    others: [(&'static str, bool); N],
+) -> Result<Vec<(DirectionPair, [f64; N])>, CsvError> {
+    let text = text.trim_start_matches('\u{feff}');
+    let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(field).collect();
+    let mut directions = [(0, ""); 6];
+    for (column, name) in directions.iter_mut().zip(DIRECTIONS) {
+        *column = (find(&header, name)?.ok_or(CsvError::Column(name))?, name);
+    }
+    let mut columns = [None; N];
+    for (column, (name, is_required)) in columns.iter_mut().zip(others) {
+        *column = find(&header, name)?.map(|place| (place, name));
+        if is_required && column.is_none() {
+            return Err(CsvError::Column(name));
+        }
+    }
+    let row = |(line, number): (&str, usize)| {
+        let fields: Vec<&str> = line.split(',').map(field).collect();
+        let read = |(place, name): (usize, &'static str)| {
+            let value = fields.get(place).and_then(|text| text.parse::<f64>().ok());
+            value.filter(|value| value.is_finite()).ok_or(CsvError::Number(number, name))
+        };
+        let mut values = [0.0; 6];
+        for (value, column) in values.iter_mut().zip(directions) {
+            *value = read(column)?;
+        }
+        let mut other_values = [0.0; N];
+        for (value, column) in other_values.iter_mut().zip(columns) {
+            *value = column.map_or(Ok(0.0), read)?;
+        }
+        let [wix, wiy, wiz, wox, woy, woz] = values;
+        let (wi, wo) = (DVec3::new(wix, wiy, wiz), DVec3::new(wox, woy, woz));
+        let refused = |name| move |error| CsvError::Direction(number, name, error);
+        // Checks each direction paired with itself first, so that the error names the right
+        // one.
+        DirectionPair::new(wi, wi).map_err(refused("wi"))?;
+        Ok((DirectionPair::new(wi, wo).map_err(refused("wo"))?, other_values))
+    };
+    lines.zip(1..).map(row).collect()
+}
+
+/// Index of a column, if there is one; names may have underscores, as in `wi_x`.
+fn find(header: &[&str], name: &'static str) -> Result<Option<usize>, CsvError> {
     let same = |column: &str| column.chars().filter(|c| *c != '_').eq(name.chars());
     let mut found = header.iter().enumerate().filter(|(_, column)| same(column));
     match (found.next(), found.next()) {
-        (Some((place, _)), None) => Ok(place),
+        (first, None) => Ok(first.map(|(place, _)| place)),
         _ => Err(CsvError::Column(name)),
     }
-}
-
-fn row(line: &str, number: usize, places: &[usize; 9]) -> Result<(DirectionPair, DVec3), CsvError> {
-    let fields: Vec<&str> = line.split(',').map(field).collect();
-    let mut values = [0.0; COLUMNS.len()];
-    for ((value, place), name) in values.iter_mut().zip(places).zip(COLUMNS) {
-        let read = fields.get(*place).and_then(|text| text.parse::<f64>().ok());
-        *value = read.filter(|v| v.is_finite()).ok_or(CsvError::Number(number, name))?;
-    }
-    let [wix, wiy, wiz, wox, woy, woz, r, g, b] = values;
-    let (wi, wo) = (DVec3::new(wix, wiy, wiz), DVec3::new(wox, woy, woz));
-    let refused = |name| move |error| CsvError::Direction(number, name, error);
-    // Checks each direction paired with itself first, so that the error names the right
-    // one.
-    DirectionPair::new(wi, wi).map_err(refused("wi"))?;
-    let pair = DirectionPair::new(wi, wo).map_err(refused("wo"))?;
-    Ok((pair, DVec3::new(r, g, b)))
 }
 
 fn field(text: &str) -> &str {
@@ -116,6 +141,19 @@ mod tests {
         assert!(row("0,0.1,1,0,0,1,1,1,1").starts_with("row 2: wi: the length of the direction"));
         assert!(refused(HEADER).starts_with("no sample has both directions above"));
         assert!(refused(&format!("{HEADER}0,0,-1,0,0,1,1,1,1")).contains("(1 skipped)"));
+    }
+
+    #[test]
+    fn columns_that_are_not_required_read_as_zero() {
+        let others = [("u", false), ("v", false)];
+        let text = "v,wix,wiy,wiz,wox,woy,woz\n0.25,0.6,0,0.8,0,0,1\n";
+        let rows = pairs_from_csv(text, others).unwrap();
+        assert_eq!((rows.len(), rows[0].1), (1, [0.0, 0.25]));
+        assert_eq!(rows[0].0.wo(), DVec3::Z);
+        let head = "wix,wiy,wiz,wox,woy,woz";
+        assert_eq!(pairs_from_csv(head, others), Ok(Vec::new()));
+        let twice = format!("{head},u,u\n");
+        assert_eq!(pairs_from_csv(&twice, others), Err(CsvError::Column("u")));
     }
 
     #[test]

@@ -47,6 +47,15 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    const fn new(
+        name: &'static str,
+        about: &'static str,
+        kind: ParameterKind,
+        range: (f64, f64),
+    ) -> Self {
+        Self { name, about, unit: "", kind, range, scale: ParameterScale::Linear }
+    }
+
     /// One value in `range`, on a linear scale.
     pub(super) const fn scalar(
         name: &'static str,
@@ -54,14 +63,7 @@ impl Parameter {
         default: f64,
         range: (f64, f64),
     ) -> Self {
-        Self {
-            name,
-            about,
-            unit: "",
-            kind: ParameterKind::Scalar { default },
-            range,
-            scale: ParameterScale::Linear,
-        }
+        Self::new(name, about, ParameterKind::Scalar { default }, range)
     }
 
     /// Three values in `range`, on a linear scale.
@@ -71,14 +73,7 @@ impl Parameter {
         default: [f64; 3],
         range: (f64, f64),
     ) -> Self {
-        Self {
-            name,
-            about,
-            unit: "",
-            kind: ParameterKind::Color { default },
-            range,
-            scale: ParameterScale::Linear,
-        }
+        Self::new(name, about, ParameterKind::Color { default }, range)
     }
 
     /// A choice among words.
@@ -87,9 +82,8 @@ impl Parameter {
         about: &'static str,
         words: &'static [&'static str],
     ) -> Self {
-        let kind = ParameterKind::Choice { words };
         let most = words.len() as f64 - 1.0;
-        Self { name, about, unit: "", kind, range: (0.0, most), scale: ParameterScale::Linear }
+        Self::new(name, about, ParameterKind::Choice { words }, (0.0, most))
     }
 
     /// Returns the parameter with a logarithmic scale.

@@ -10,7 +10,7 @@ use super::local::partials;
 use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep};
 use crate::canonical::reflectance;
 use crate::fitness::{FitnessTarget, Loss};
-use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
 use crate::level::SimdKernel;
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
@@ -367,12 +367,5 @@ fn dot(a: &[Quarter], b: &[Quarter]) -> f64 {
     for (wide, sum) in wide.iter_mut().zip(sums) {
         *wide = f64::from(sum);
     }
-    let mut half = PARTIAL_SUMS / 2;
-    while half > 0 {
-        for at in 0..half {
-            wide[at] += wide[at + half];
-        }
-        half /= 2;
-    }
-    wide[0]
+    pairwise_sum(wide)
 }

@@ -13,7 +13,7 @@ use crate::canonical::{
     BoundCode, CanonicalEvaluator, Code, Span, Workspace, reflectance, with_workspace,
 };
 use crate::evaluator::EvalError;
-use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter};
+use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
 use crate::layer::SharedBlocks;
 use crate::level::{Level, SimdKernel};
 
@@ -179,17 +179,4 @@ fn deviations(
         let deviation = scale(f * weight) - value;
         *error = join(*error, deviation * deviation);
     }
-}
-
-/// Adds sum k + 8 to sum k, then k + 4, and so on.
-#[inline(always)]
-fn pairwise_sum(mut sums: [f32; PARTIAL_SUMS]) -> f32 {
-    let mut half = PARTIAL_SUMS / 2;
-    while half > 0 {
-        for at in 0..half {
-            sums[at] += sums[at + half];
-        }
-        half /= 2;
-    }
-    sums[0]
 }
