@@ -12,6 +12,9 @@ use crate::output::read_file;
 const LIMIT_BYTES: u64 = 1 << 20;
 
 /// Reads the genome at `path`; `-` is stdin.
+///
+/// # Errors
+/// If the file cannot be read or is not a genome.
 pub fn read(path: &PathBuf) -> Result<Genome> {
     let bytes = read_bytes(path)?;
     let name = || {
@@ -25,6 +28,9 @@ pub fn read(path: &PathBuf) -> Result<Genome> {
 }
 
 /// Reads the bytes of the file or of stdin.
+///
+/// # Errors
+/// If the file cannot be read or is longer than any genome.
 pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
     if path != Path::new("-") {
         return read_file(path, LIMIT_BYTES);
@@ -40,6 +46,9 @@ pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
 }
 
 /// Parses a genome as text or JSON.
+///
+/// # Errors
+/// Returns the line and column, or the path in JSON, that is not a genome.
 pub fn parse(bytes: &[u8]) -> Result<Genome> {
     let text = std::str::from_utf8(bytes).context("a genome must be UTF-8 text")?;
     if text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {

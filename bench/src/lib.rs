@@ -74,6 +74,9 @@ pub enum BenchCommand {
 }
 
 /// Runs the command.
+///
+/// # Errors
+/// Returns the error of the benchmark.
 pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
     match command {
         BenchCommand::All(args) => all::run(args, json),

@@ -30,6 +30,9 @@ pub enum MaterialFile {
 }
 
 /// Reads the material at `path`; `-` is stdin. The file extension selects a measured format.
+///
+/// # Errors
+/// If the file cannot be read or is not of the format of its extension.
 pub fn read(path: &PathBuf) -> Result<MaterialFile> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
         return Ok(MaterialFile::Bred(Box::new(genome_file::read(path)?)));
@@ -44,6 +47,9 @@ pub fn read(path: &PathBuf) -> Result<MaterialFile> {
 }
 
 /// Like [`read`]; `keep_negative` keeps values below 0, which only RGL tables have.
+///
+/// # Errors
+/// As [`read`], and if `keep_negative` is given for another format.
 pub fn read_with(path: &PathBuf, keep_negative: bool) -> Result<MaterialFile> {
     if !keep_negative {
         return read(path);
@@ -66,6 +72,9 @@ fn limit_bytes(kind: TargetKind) -> u64 {
 }
 
 /// Reads the target of a search; also returns the kind of its table.
+///
+/// # Errors
+/// If the file cannot be read or is not of the format of its extension.
 pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
         let is_file = path != Path::new("-");

@@ -10,6 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 /// Writes a file atomically: readers see the old content or the new one.
+///
+/// # Errors
+/// Returns the path that cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let context = || format!("write {}", path.display());
     let mut builder = tempfile::Builder::new();
@@ -22,6 +25,9 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Unused name in the folder of `path` for a file that is renamed to `path` later.
+///
+/// # Errors
+/// If `path` has no file name, or the system gives no random bytes.
 pub fn name_beside(path: &Path) -> Result<PathBuf> {
     let name = path.file_name().context("the output must be a file name")?;
     let mut random = [0; 8];
@@ -31,11 +37,17 @@ pub fn name_beside(path: &Path) -> Result<PathBuf> {
 }
 
 /// Creates a directory and its parents if missing.
+///
+/// # Errors
+/// Returns the path that cannot be created.
 pub fn make_dir(dir: &Path) -> Result<()> {
     fs::create_dir_all(dir).with_context(|| format!("create the directory {}", dir.display()))
 }
 
 /// Reads a whole file of at most `limit_bytes`.
+///
+/// # Errors
+/// If the file cannot be read or is longer.
 pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let context = || format!("read {}", path.display());
     let length = fs::metadata(path).with_context(context)?.len();
@@ -48,6 +60,9 @@ pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
 }
 
 /// Prints a text to stdout; a closed pipe is not an error.
+///
+/// # Errors
+/// If stdout fails, except because its reader has closed it.
 pub fn print(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -57,6 +72,9 @@ pub fn print(text: &str) -> Result<()> {
 }
 
 /// Prints a value as one line of JSON.
+///
+/// # Errors
+/// As [`print`].
 pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", serde_json::to_string(value).context("write JSON")?))
 }
