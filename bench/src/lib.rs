@@ -3,6 +3,20 @@
 //! [`run`] runs one benchmark. It starts the current binary again as `brood bench` and as
 //! `brood serve`, so only the binary `brood` can call it. The public modules are shared with the
 //! other commands of that binary.
+//!
+//! ```
+//! use brood_bench::chart::{Axis, Plot, Point, Series};
+//!
+//! let points = [(1.0, 0.1), (4.0, 0.03)].map(|(x, y)| Point { x, y, ..Point::default() });
+//! let plot = Plot {
+//!     title: "Error of a picture".to_owned(),
+//!     subtitle: "one sphere".to_owned(),
+//!     x: Axis::log("time, ms"),
+//!     y: Axis::log("RMSE"),
+//!     series: vec![Series::dotted("adaptive", points.into_iter())],
+//! };
+//! assert!(plot.svg().starts_with("<svg"));
+//! ```
 
 mod all;
 mod amount;

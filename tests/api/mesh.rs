@@ -6,18 +6,7 @@ use serde_json::json;
 const OBJ: &str = "model/obj";
 
 /// Square pyramid without texture coordinates and normals.
-const PYRAMID: &str = "\
-v -1 0 -1
-v 1 0 -1
-v 1 0 1
-v -1 0 1
-v 0 1.5 0
-f 1 2 3 4
-f 1 5 2
-f 2 5 3
-f 3 5 4
-f 4 5 1
-";
+const PYRAMID: &str = include_str!("../data/pyramid.obj");
 
 #[tokio::test(flavor = "multi_thread")]
 async fn mesh_is_rendered_when_a_scene_names_it() {

@@ -4,7 +4,7 @@
 
 import { strict as assert } from "node:assert";
 import { existsSync } from "node:fs";
-import { mkdir } from "node:fs/promises";
+import { mkdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
@@ -39,17 +39,10 @@ const TIMEOUT_MS = 60_000;
 const pictures =
   process.env.BROOD_PICTURES ?? fileURLToPath(new URL("../../target/browser", import.meta.url));
 
-const PYRAMID = `v -1 0 -1
-v 1 0 -1
-v 1 0 1
-v -1 0 1
-v 0 1.5 0
-f 1 2 3 4
-f 1 5 2
-f 2 5 3
-f 3 5 4
-f 4 5 1
-`;
+const PYRAMID = await readFile(new URL("../data/pyramid.obj", import.meta.url), "utf8");
+
+/** Saves a picture of the page by name. */
+const shotOf = (app) => (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) });
 
 let steps = 0;
 
@@ -67,7 +60,7 @@ async function step(name, work) {
 }
 
 async function wide(app) {
-  const shot = (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) });
+  const shot = shotOf(app);
 
   const first = await step("opens with a random brood", async () => {
     const id = await app.open();
@@ -222,7 +215,7 @@ async function wide(app) {
 }
 
 async function coming(app) {
-  const shot = (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) });
+  const shot = shotOf(app);
   await materials(app, step, shot);
   await compare(app, step, shot);
   await comparison(app, step, shot);
@@ -230,16 +223,11 @@ async function coming(app) {
 }
 
 async function looking(app, base) {
-  await inspect(
-    app,
-    step,
-    (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-    base,
-  );
+  await inspect(app, step, shotOf(app), base);
 }
 
 async function searching(app, base) {
-  const shot = (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) });
+  const shot = shotOf(app);
   await search(app, step, shot, base);
   await target(app, step, shot, base);
 }
@@ -249,7 +237,7 @@ async function inAHurry(app, base) {
 }
 
 async function drawn(app, base) {
-  const shot = (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) });
+  const shot = shotOf(app);
   await live(app, step, shot, base);
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
@@ -259,42 +247,22 @@ async function drawn(app, base) {
 }
 
 async function first(app, base) {
-  await visitor(
-    app,
-    step,
-    (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-    base,
-  );
+  await visitor(app, step, shotOf(app), base);
 }
 
 async function narrow(app, base) {
   await step("breeds by tap on a screen of 360 pixels", async () => {
     await app.open();
-    const sideways = () =>
-      document.documentElement.scrollWidth - document.documentElement.clientWidth;
-    assert.ok((await app.page.evaluate(sideways)) <= 0, "nothing sticks out sideways");
+    await app.fits(app.page.locator("html"));
     await app.becomes(() => app.cell(5).tap());
     await app.page.screenshot({ path: join(pictures, "7-narrow.png") });
     await app.accessible("360 x 740");
   });
-  await compareByFinger(app, step, (name) =>
-    app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-  );
-  await inspectByFinger(app, step, (name) =>
-    app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-  );
-  await comparisonByFinger(app, step, (name) =>
-    app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-  );
-  await searchByFinger(app, step, (name) =>
-    app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-  );
-  await targetByFinger(
-    app,
-    step,
-    (name) => app.page.screenshot({ path: join(pictures, `${name}.png`) }),
-    base,
-  );
+  await compareByFinger(app, step, shotOf(app));
+  await inspectByFinger(app, step, shotOf(app));
+  await comparisonByFinger(app, step, shotOf(app));
+  await searchByFinger(app, step, shotOf(app));
+  await targetByFinger(app, step, shotOf(app), base);
   app.quiet();
 }
 

@@ -2,12 +2,8 @@
 // and exported programs compared bit for bit.
 
 import { strict as assert } from "node:assert";
-import { execFile } from "node:child_process";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { promisify } from "node:util";
 
+import { runExports } from "./exports.mjs";
 import { around } from "./materials.mjs";
 
 /** Programs that are run both ways. */
@@ -195,44 +191,26 @@ export async function live(app, step, shot, base) {
 /** Runs exported programs in this browser and compares them bit for bit. */
 export async function exported(app, step, binary) {
   await step(`runs ${PROGRAMS} exported programs to the bit`, async () => {
-    const folder = await mkdtemp(join(tmpdir(), "brood-export-"));
-    try {
-      const file = join(folder, "export.html");
-      await promisify(execFile)(binary, [
-        "bench",
-        "export",
-        "--programs",
-        String(PROGRAMS),
-        "--output",
-        file,
-      ]);
-      await app.page.goto(`file://${file}`);
-      await app.page.waitForFunction(() =>
-        document.getElementById("result").textContent.startsWith("{"),
-      );
-      const result = JSON.parse(await app.page.locator("#result").innerText());
-      assert.deepEqual(result.failures, []);
-      assert.deepEqual(
-        [result.programs, result.exact, result.differing],
-        [PROGRAMS, PROGRAMS, 0],
-        JSON.stringify(result),
-      );
-      // The page draws with the shorter text.
-      assert.deepEqual(
-        [result.within_exact, result.within_differing],
-        [PROGRAMS, 0],
-        JSON.stringify(result),
-      );
-      // Inputs are f32 instead of f64: errors of a few units in the last place, more where a
-      // program amplifies them.
-      assert.ok(result.directions_p99 < 1e-3, JSON.stringify(result));
-      assert.deepEqual(
-        result.models.filter(({ kept }) => !kept),
-        [],
-        JSON.stringify(result.models),
-      );
-    } finally {
-      await rm(folder, { recursive: true, force: true });
-    }
+    const result = await runExports(app.page, binary, PROGRAMS);
+    assert.deepEqual(result.failures, []);
+    assert.deepEqual(
+      [result.programs, result.exact, result.differing],
+      [PROGRAMS, PROGRAMS, 0],
+      JSON.stringify(result),
+    );
+    // The page draws with the shorter text.
+    assert.deepEqual(
+      [result.within_exact, result.within_differing],
+      [PROGRAMS, 0],
+      JSON.stringify(result),
+    );
+    // Inputs are f32 instead of f64: errors of a few units in the last place, more where a
+    // program amplifies them.
+    assert.ok(result.directions_p99 < 1e-3, JSON.stringify(result));
+    assert.deepEqual(
+      result.models.filter(({ kept }) => !kept),
+      [],
+      JSON.stringify(result.models),
+    );
   });
 }

@@ -36,6 +36,12 @@ export class BroodPage {
     return this.id(`cell-${slot}`);
   }
 
+  /** Asserts that nothing in an element sticks out sideways. */
+  async fits(element) {
+    const sideways = await element.evaluate((it) => it.scrollWidth - it.clientWidth);
+    assert.ok(sideways <= 0, "nothing sticks out sideways");
+  }
+
   /** Opens the page; on an empty server it creates a lineage with a random brood. */
   async open(hash = "") {
     await this.page.goto(this.#base + "/" + hash);

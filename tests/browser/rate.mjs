@@ -7,13 +7,10 @@
 // JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
 // software draws. `cargo xtask bench live` makes tables of the output.
 
-import { execFile } from "node:child_process";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { parseArgs, promisify } from "node:util";
+import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
+import { runExports } from "./exports.mjs";
 import { binary, startServer } from "./server.mjs";
 
 const { values } = parseArgs({
@@ -135,38 +132,22 @@ async function rates(page, url) {
 
 /** Runs exported programs and compares them bit for bit. */
 async function exports(page) {
-  const folder = await mkdtemp(join(tmpdir(), "brood-export-"));
-  try {
-    const file = join(folder, "export.html");
-    await promisify(execFile)(binary, [
-      "bench",
-      "export",
-      "--programs",
-      values.programs,
-      "--output",
-      file,
-    ]);
-    await page.goto(`file://${file}`);
-    await page.waitForFunction(() => document.getElementById("result").textContent.startsWith("{"));
-    const found = JSON.parse(await page.locator("#result").innerText());
-    const kept = found.models.filter(({ kept }) => kept).length;
-    const { renderer, programs, exact, values: count, differing, within_exact, failures } = found;
-    return {
-      renderer,
-      exports: {
-        programs,
-        exact,
-        values: count,
-        differing,
-        within_exact,
-        failures: failures.length,
-        kinds: found.models.length,
-        kinds_kept: kept,
-      },
-    };
-  } finally {
-    await rm(folder, { recursive: true, force: true });
-  }
+  const found = await runExports(page, binary, values.programs);
+  const kept = found.models.filter(({ kept }) => kept).length;
+  const { renderer, programs, exact, values: count, differing, within_exact, failures } = found;
+  return {
+    renderer,
+    exports: {
+      programs,
+      exact,
+      values: count,
+      differing,
+      within_exact,
+      failures: failures.length,
+      kinds: found.models.length,
+      kinds_kept: kept,
+    },
+  };
 }
 
 const server = await startServer();
