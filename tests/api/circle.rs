@@ -20,8 +20,7 @@ fn chunks(bytes: &[u8]) -> Vec<String> {
 async fn strip_and_animation_show_the_light_going_around() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
-    let generation = lineage.random(4).await;
-    let id = &ids(&generation)[0];
+    let id = &lineage.random_child(4).await;
     let path = format!("/v1/individuals/{id}/strip.png?size=40&frames=8");
     let strip = server.get(&path).await.expect(200);
     let picture = strip.picture();

@@ -6,8 +6,7 @@ use brood_tests::{TestLineage, TestServer, text_of};
 async fn individual_is_exported_in_every_listed_format() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
-    let generation = lineage.random(3).await;
-    let id = text_of(&generation["individuals"][0]["id"]).to_owned();
+    let id = lineage.random_child(3).await;
     let formats = server.get("/v1/exports").await.expect(200).json();
     let formats = formats.as_array().unwrap();
     assert!(formats.len() >= 3);
@@ -50,8 +49,7 @@ async fn export_has_fewer_clamps_when_the_texture_is_bounded_and_bad_bounds_are_
 async fn unknown_formats_and_individuals_are_refused() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
-    let generation = lineage.random(1).await;
-    let id = text_of(&generation["individuals"][0]["id"]).to_owned();
+    let id = lineage.random_child(1).await;
     let problem = server.get(&format!("/v1/individuals/{id}/exports/cg")).await.problem(404);
     assert!(text_of(&problem["detail"]).contains("glsl-es-300"), "{problem}");
     let unknown = "0197f3c0-0000-7000-8000-000000000000";

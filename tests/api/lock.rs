@@ -67,8 +67,7 @@ async fn locked_channel_is_unchanged_in_every_picture() {
 async fn locks_of_missing_parts_are_refused_with_a_pointer() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
-    let first = lineage.random(1).await;
-    let parent = &ids(&first)[0];
+    let parent = &lineage.random_child(1).await;
     let rows = [
         (json!([]), json!({"channels": ["r"]}), 422, "/locks"),
         (json!([parent]), json!({"instructions": [1, 100]}), 422, "/locks/instructions/1"),

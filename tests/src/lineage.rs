@@ -34,6 +34,11 @@ impl<'a> TestLineage<'a> {
         self.breed(json!({"parents": [], "count": 4, "seed": seed})).await
     }
 
+    /// Breeds a small random brood; returns the id of its first child.
+    pub async fn random_child(&self, seed: u64) -> String {
+        ids(&self.random(seed).await).swap_remove(0)
+    }
+
     /// Returns a route below this lineage.
     #[must_use]
     pub fn path(&self, rest: &str) -> String {
