@@ -41,12 +41,12 @@ pub struct JobAnswer {
     /// State of the job.
     pub state: JobStatus,
     /// Reason of a failure.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Render counters; present once the job has completed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub work: Option<RenderStats>,
     /// Durations; present once the job has completed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub times: Option<JobTimes>,
 }

@@ -15,7 +15,6 @@ pub struct CreateLineage {
     #[serde(default)]
     pub notes: String,
     /// Scene of the thumbnails. Default: the built-in scene.
-    #[serde(default)]
     pub scene: Option<SceneId>,
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
@@ -45,19 +44,14 @@ fn default_saturation() -> f32 {
 #[serde(deny_unknown_fields)]
 pub struct PatchLineage {
     /// New name, 1 to 200 characters.
-    #[serde(default)]
     pub name: Option<String>,
     /// New notes, up to 10,000 characters.
-    #[serde(default)]
     pub notes: Option<String>,
     /// New scene, for all thumbnails of the lineage.
-    #[serde(default)]
     pub scene: Option<SceneId>,
     /// New colour saturation of random children, 0 to 1.
-    #[serde(default)]
     pub saturation: Option<f32>,
     /// New default for the energy limit of random children.
-    #[serde(default)]
     pub energy_limit: Option<bool>,
 }
 
@@ -69,7 +63,7 @@ pub struct ListedLineage {
     pub lineage: Lineage,
     /// Path of the cover picture: of the newest favourite, else of the newest generation's centre
     /// or first child.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cover: Option<String>,
 }
 

@@ -17,38 +17,29 @@ pub struct CreateSearch {
     /// Id of the target to match.
     pub target: TargetId,
     /// Display name, 1 to 200 characters. Default: the name of the target.
-    #[serde(default)]
     pub name: Option<String>,
     /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `hybrid`, or `gp` if no
     /// other strategy can start from the given individuals.
-    #[serde(default)]
     pub strategy: Option<String>,
     /// Seed of the search. Default: 1.
-    #[serde(default)]
     pub seed: Option<Seed>,
     /// Number of threads, 1 to 256. Default: all threads of the worker. Does not affect the result.
-    #[serde(default)]
     pub threads: Option<u64>,
     /// Time budget in seconds, above 0 and at most 604,800 (7 days).
-    #[serde(default)]
     pub seconds: Option<f64>,
     /// Number of generations, 1 to 100,000. The result is the same on every machine.
-    #[serde(default)]
     pub generations: Option<u64>,
     /// Number of evaluated candidates, 1 to 10^12. The search ends after the generation that
     /// reaches it. The result is the same on every machine.
-    #[serde(default)]
     pub evaluations: Option<u64>,
     /// Error at which the search ends before its budget is used up: E_log on the validation
     /// samples, above 0. Default: none.
-    #[serde(default)]
     pub target_error: Option<f64>,
     /// True if the material is mirror symmetric, so that the fit need not distinguish left from
     /// right. Default: false.
     #[serde(default)]
     pub mirrored: bool,
     /// Lineage of the results. Default: a new lineage.
-    #[serde(default)]
     pub lineage: Option<LineageId>,
     /// Individuals to start from, at most 64. Not every strategy can use every individual.
     #[serde(default)]
@@ -73,17 +64,17 @@ brood_brdf::named_enum! {
     #[serde(rename_all = "lowercase")]
     pub enum SearchState {
         /// Waiting for a worker.
-        Queued = "queued",
+        Queued => "queued",
         /// Leased to a worker.
-        Running = "running",
+        Running => "running",
         /// Paused by a user.
-        Paused = "paused",
+        Paused => "paused",
         /// Ended: the budget is used up or the target error is reached.
-        Succeeded = "succeeded",
+        Succeeded => "succeeded",
         /// Failed for good.
-        Failed = "failed",
+        Failed => "failed",
         /// Cancelled by a user. Results found so far are kept.
-        Cancelled = "cancelled",
+        Cancelled => "cancelled",
     }
 }
 
@@ -121,10 +112,9 @@ pub struct FoundMaterial {
     pub generation: u32,
     /// Difference from each image of the target, in the target's order; null unless the target is
     /// an image.
-    #[serde(default)]
     pub views: Option<Vec<FoundView>>,
     /// Path of the thumbnail.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub thumbnail: Option<String>,
 }
 
@@ -175,7 +165,7 @@ pub struct SearchAnswer {
     /// State of the search.
     pub state: SearchState,
     /// Reason of a failure. `worker_lost`: its workers died repeatedly.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Id of the target.
     pub target: TargetId,
