@@ -20,7 +20,7 @@ use rayon::prelude::*;
 pub(crate) use block::{BoundCode, Span, Workspace};
 pub(crate) use code::Code;
 
-use crate::evaluator::{EvalError, Evaluator};
+use crate::evaluator::{EvalResult, Evaluator};
 use crate::lanes::{BLOCK, LANES, Quarter};
 use crate::layer;
 use crate::level::{Level, SimdKernel};
@@ -64,12 +64,7 @@ impl Evaluator for CanonicalEvaluator {
         true
     }
 
-    fn eval(
-        &self,
-        programs: &[&Program],
-        set: &SampleSet,
-        out: &mut Vec<f32>,
-    ) -> Result<(), EvalError> {
+    fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult {
         let samples = set.len();
         // Not cleared first: every value is written below.
         out.resize(programs.len() * 3 * samples, 0.0);

@@ -14,6 +14,9 @@ pub enum EvalError {
     Device(String),
 }
 
+/// Success or failure of a batch.
+pub type EvalResult = Result<(), EvalError>;
+
 /// Evaluates programs on samples, always in batches.
 pub trait Evaluator: Send + Sync {
     /// Returns the name of the backend: `cpu`, `gpu` or `reference`.
@@ -31,10 +34,5 @@ pub trait Evaluator: Send + Sync {
     /// # Errors
     /// Returns [`EvalError::Unsupported`] if the evaluator does not support one of the programs,
     /// [`EvalError::Device`] if the device failed.
-    fn eval(
-        &self,
-        programs: &[&Program],
-        set: &SampleSet,
-        out: &mut Vec<f32>,
-    ) -> Result<(), EvalError>;
+    fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult;
 }

@@ -45,7 +45,7 @@ pub use energy::{
     channel_albedos, direction_at, direction_pair, directional_albedo, energy_limit, express,
     express_brood, is_anisotropic, limited,
 };
-pub use evaluator::{EvalError, Evaluator};
+pub use evaluator::{EvalError, EvalResult, Evaluator};
 pub use film::{
     Developed, FineSamples, Gain, RoughTile, develop, develop_samples, encode_srgb,
     rough_tile_count, rough_tiles,

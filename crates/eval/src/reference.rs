@@ -5,7 +5,7 @@ use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::evaluator::{EvalError, Evaluator};
+use crate::evaluator::{EvalResult, Evaluator};
 use crate::layer::Layers;
 use crate::rounding::round_to_f32;
 
@@ -48,12 +48,7 @@ impl Evaluator for ReferenceEvaluator {
         false
     }
 
-    fn eval(
-        &self,
-        programs: &[&Program],
-        set: &SampleSet,
-        out: &mut Vec<f32>,
-    ) -> Result<(), EvalError> {
+    fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult {
         out.clear();
         for program in programs {
             let f = Self::reflectance(program, set);

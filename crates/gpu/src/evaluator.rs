@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use brood_brdf::{Input, InputMask};
-use brood_eval::{EvalError, Evaluator};
+use brood_eval::{EvalError, EvalResult, Evaluator};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
@@ -193,12 +193,7 @@ impl Evaluator for GpuEvaluator {
         self.report.exact
     }
 
-    fn eval(
-        &self,
-        programs: &[&Program],
-        set: &SampleSet,
-        out: &mut Vec<f32>,
-    ) -> Result<(), EvalError> {
+    fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult {
         self.eval_timed(programs, set, out).map(|_| ())
     }
 }

@@ -4,7 +4,9 @@
 use std::ops::Range;
 
 use brood_brdf::InputMask;
-use brood_eval::{EvalError, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss};
+use brood_eval::{
+    EvalError, EvalResult, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss,
+};
 use brood_program::Program;
 
 use crate::evaluator::{eval_error, reject_layers};
@@ -76,12 +78,7 @@ impl FitnessPopulation for GpuPopulation<'_> {
 
     /// Evaluates in rounds. The device may evaluate further than a program needs; the recorded
     /// fitness is the same.
-    fn extend(
-        &mut self,
-        programs: &[usize],
-        range: Range<usize>,
-        bound: f64,
-    ) -> Result<(), EvalError> {
+    fn extend(&mut self, programs: &[usize], range: Range<usize>, bound: f64) -> EvalResult {
         self.timing = BatchTiming::default();
         let mut active = programs.to_vec();
         let mut from = range.start;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use brood_program::Program;
 
 use super::target::FitnessTarget;
-use crate::evaluator::EvalError;
+use crate::evaluator::{EvalError, EvalResult};
 
 /// Known part of the error of one program.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -30,12 +30,7 @@ pub trait FitnessPopulation {
     ///
     /// # Errors
     /// As [`crate::Evaluator::eval`].
-    fn extend(
-        &mut self,
-        programs: &[usize],
-        range: Range<usize>,
-        bound: f64,
-    ) -> Result<(), EvalError>;
+    fn extend(&mut self, programs: &[usize], range: Range<usize>, bound: f64) -> EvalResult;
 }
 
 /// Evaluators that can sum errors without returning reflectances.

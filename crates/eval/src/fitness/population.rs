@@ -12,7 +12,7 @@ use super::target::FitnessTarget;
 use crate::canonical::{
     BoundCode, CanonicalEvaluator, Code, Span, Workspace, reflectance, with_workspace,
 };
-use crate::evaluator::EvalError;
+use crate::evaluator::EvalResult;
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
 use crate::layer::SharedBlocks;
 use crate::level::{Level, SimdKernel};
@@ -53,12 +53,7 @@ impl FitnessPopulation for CanonicalPopulation<'_> {
         &self.fitness
     }
 
-    fn extend(
-        &mut self,
-        programs: &[usize],
-        range: Range<usize>,
-        bound: f64,
-    ) -> Result<(), EvalError> {
+    fn extend(&mut self, programs: &[usize], range: Range<usize>, bound: f64) -> EvalResult {
         let Self { codes, target, blocks, level, fitness } = self;
         let (level, blocks): (Level, &SharedBlocks<'_>) = (*level, blocks);
         let known: &[Fitness] = fitness;

@@ -23,7 +23,7 @@ pub(super) fn draft(
     key: BirthKey,
     locked: &ResolvedLocks,
 ) -> Draft {
-    let mut draft = program(first, second, recombination, key, locked);
+    let mut draft = program((first, second), recombination, key, locked);
     let may_lose = !draft.instructions.is_empty();
     let parents = (first.layers(), second.layers());
     draft.layers = layer::recombine(parents, recombination, key, (locked.layers(), may_lose));
@@ -33,8 +33,7 @@ pub(super) fn draft(
 /// Returns the first parent's program with blocks of the second's. If only the second has a
 /// program, the child takes all of it or none.
 fn program(
-    first: &Genome,
-    second: &Genome,
+    (first, second): (&Genome, &Genome),
     recombination: f32,
     key: BirthKey,
     locked: &ResolvedLocks,
