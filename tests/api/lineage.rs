@@ -62,14 +62,20 @@ async fn patch_needs_the_current_version() {
     server.patch(&path, Some(&tag), &json!({"id": "x"})).await.problem(400);
 }
 
+/// Creates lineages; returns their ids.
+async fn lineages(server: &TestServer, count: u32) -> Vec<String> {
+    let mut made = Vec::new();
+    for number in 0..count {
+        let body = json!({"name": format!("lineage {number}"), "thumbnail_px": 32});
+        made.push(TestLineage::with(server, body).await.id);
+    }
+    made
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn list_is_read_in_pages_when_there_are_many() {
     let server = TestServer::start();
-    let mut made = Vec::new();
-    for number in 0..5 {
-        let body = json!({"name": format!("lineage {number}"), "thumbnail_px": 32});
-        made.push(TestLineage::with(&server, body).await.id);
-    }
+    let mut made = lineages(&server, 5).await;
     let mut seen = Vec::new();
     let mut path = "/v1/lineages?limit=2".to_owned();
     loop {
@@ -90,11 +96,7 @@ async fn list_is_read_in_pages_when_there_are_many() {
 #[tokio::test(flavor = "multi_thread")]
 async fn list_continues_when_the_last_item_of_a_page_is_purged() {
     let server = TestServer::start();
-    let mut made = Vec::new();
-    for number in 0..3 {
-        let body = json!({"name": format!("lineage {number}"), "thumbnail_px": 32});
-        made.push(TestLineage::with(&server, body).await.id);
-    }
+    let made = lineages(&server, 3).await;
     let first = server.get("/v1/lineages?limit=2").await.expect(200).json();
     let last = text_of(&first["items"][1]["id"]);
     server.delete(&format!("/v1/lineages/{last}?purge=true")).await.expect(204);

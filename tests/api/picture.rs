@@ -34,13 +34,18 @@ async fn thumbnails_are_256_square_and_immutable_by_default() {
     }
 }
 
+/// Breeds; returns the URL of a child's thumbnail, and its bytes.
+async fn thumbnail(server: &TestServer) -> (String, Vec<u8>) {
+    let generation = TestLineage::new(server).await.random(1).await;
+    let url = text_of(&generation["individuals"][0]["thumbnail"]);
+    let bytes = server.get(&url).await.expect(200).body;
+    (url, bytes)
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn pictures_are_the_same_when_the_cache_was_deleted() {
     let mut server = TestServer::start();
-    let lineage = TestLineage::new(&server).await;
-    let generation = lineage.random(1).await;
-    let url = text_of(&generation["individuals"][0]["thumbnail"]);
-    let before = server.get(&url).await.expect(200).body;
+    let (url, before) = thumbnail(&server).await;
     assert_eq!(server.terminate(), 0);
     let cache = server.data().join("cache");
     assert!(cache.is_dir(), "pictures are cached in their own folder");
@@ -147,10 +152,7 @@ async fn area_has_the_pixels_of_the_whole_picture() {
 #[tokio::test(flavor = "multi_thread")]
 async fn key_of_an_older_renderer_is_gone_with_the_location_of_the_current_picture() {
     let mut server = TestServer::start();
-    let lineage = TestLineage::new(&server).await;
-    let generation = lineage.random(1).await;
-    let url = text_of(&generation["individuals"][0]["thumbnail"]);
-    let picture = server.get(&url).await.expect(200).body;
+    let (url, picture) = thumbnail(&server).await;
     assert_eq!(server.terminate(), 0);
     let key = url.rsplit('/').next().unwrap().trim_end_matches(".png").to_owned();
     let old = age(&server.data().join("brood.db"), &key).await;

@@ -155,6 +155,7 @@ fn headless_docs(name: &str, text: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::assert_refused;
     use super::violations;
 
     #[test]
@@ -168,11 +169,7 @@ mod tests {
             ("docs/a.md", format!("{}\n", "word ".repeat(30)), "beyond 120 columns"),
             ("docs/a.md", "From the one to\nthe other.\n".to_owned(), "the one ... the other"),
         ];
-        for (name, text, part) in cases {
-            let found = violations(name, &text);
-            assert_eq!(found.len(), 1, "{part}: {found:?}");
-            assert!(found[0].contains(part), "{part}: {found:?}");
-        }
+        assert_refused(violations, &cases);
     }
 
     #[test]

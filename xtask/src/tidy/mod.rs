@@ -51,6 +51,18 @@ fn violations() -> Result<Vec<String>> {
 
 #[cfg(test)]
 mod tests {
+    /// Asserts that a rule finds one violation, with these words, in each file.
+    pub(super) fn assert_refused(
+        rule: fn(&str, &str) -> Vec<String>,
+        files: &[(&str, String, &str)],
+    ) {
+        for (name, text, words) in files {
+            let found = rule(name, text);
+            assert_eq!(found.len(), 1, "{name} {words}: {found:?}");
+            assert!(found[0].contains(words), "{words}: {found:?}");
+        }
+    }
+
     #[test]
     fn repository_is_tidy() {
         let violations = super::violations().unwrap();
