@@ -9,12 +9,14 @@ use brood_protocol::{
 };
 use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
+use sqlx::{Sqlite, SqliteConnection};
 
 use crate::error::changed;
-use crate::genome::{self, CHUNK_ROWS, NewGenome};
+use crate::genome::{self, NewGenome};
 use crate::individual::{self, StoredIndividual};
-use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
+use crate::row::{
+    Columns, Key, Record, insert_rows, json_set, optional_key, record, select, signed,
+};
 use crate::writer::operation;
 use crate::{
     CommitTimes, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency,
@@ -273,24 +275,19 @@ async fn insert_individuals(
     conn: &mut SqliteConnection,
     new: &NewGeneration,
 ) -> Result<(), StorageError> {
-    for chunk in new.individuals.chunks(CHUNK_ROWS) {
-        let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO individual (id, lineage_id, generation_id, slot, genome_hash, operator,
-                                     attempts, twin) ",
-        );
-        query.push_values(chunk, |mut row, child| {
-            row.push_bind(child.id.key())
-                .push_bind(new.lineage.key())
-                .push_bind(new.id.key())
-                .push_bind(child.slot)
-                .push_bind(child.hash.key())
-                .push_bind(child.operator)
-                .push_bind(child.attempts)
-                .push_bind(child.twin);
-        });
-        query.build().execute(&mut *conn).await?;
-    }
-    Ok(())
+    let head = "INSERT INTO individual (id, lineage_id, generation_id, slot, genome_hash, operator,
+     attempts, twin) ";
+    insert_rows(conn, (head, ""), &new.individuals, |row, child| {
+        row.push_bind(child.id.key())
+            .push_bind(new.lineage.key())
+            .push_bind(new.id.key())
+            .push_bind(child.slot)
+            .push_bind(child.hash.key())
+            .push_bind(child.operator)
+            .push_bind(child.attempts)
+            .push_bind(child.twin);
+    })
+    .await
 }
 
 fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {

@@ -4,15 +4,12 @@
 use std::collections::HashMap;
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
+use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteRow;
-use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::row::{Columns, Key, corrupt_column, json_set};
+use crate::row::{Columns, Key, corrupt_column, insert_rows, json_set};
 use crate::writer::operation;
 use crate::{StorageError, Store};
-
-/// Number of rows per INSERT, so that statements stay small for large broods.
-pub(crate) const CHUNK_ROWS: usize = 256;
 
 /// Genome to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,23 +98,18 @@ pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     genomes: &[NewGenome],
 ) -> Result<(), StorageError> {
-    for chunk in genomes.chunks(CHUNK_ROWS) {
-        let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ",
-        );
-        query.push_values(chunk, |mut row, genome| {
-            row.push_bind(genome.hash.key())
-                .push_bind(genome.program_hash.as_slice())
-                .push_bind(genome.live_instructions)
-                .push_bind(layer_names(&genome.layers))
-                .push("0")
-                .push("''")
-                .push_bind(genome.bytes.as_slice());
-        });
-        query.push(" ON CONFLICT (hash) DO NOTHING");
-        query.build().execute(&mut *conn).await?;
-    }
-    Ok(())
+    let head =
+        "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ";
+    insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), genomes, |row, genome| {
+        row.push_bind(genome.hash.key())
+            .push_bind(genome.program_hash.as_slice())
+            .push_bind(genome.live_instructions)
+            .push_bind(layer_names(&genome.layers))
+            .push("0")
+            .push("''")
+            .push_bind(genome.bytes.as_slice());
+    })
+    .await
 }
 
 /// Encodes layers for the column `layers`.

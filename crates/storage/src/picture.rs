@@ -5,10 +5,9 @@ use std::collections::HashSet;
 
 use brood_genome::GenomeHash;
 use brood_protocol::{Backend, PictureFormat, PictureKey, PixelArea, Sampling, SceneId};
-use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
+use sqlx::SqliteConnection;
 
-use crate::genome::CHUNK_ROWS;
-use crate::row::{Columns, Key, Record, columns, json_set, record, select};
+use crate::row::{Columns, Key, Record, columns, insert_rows, json_set, record, select};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -87,26 +86,20 @@ pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     pictures: &[NewPicture],
 ) -> Result<(), StorageError> {
-    for chunk in pictures.chunks(CHUNK_ROWS) {
-        let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
-                                  backend, renderer_version) ",
-        );
-        query.push_values(chunk, |mut row, picture| {
-            row.push_bind(picture.key.key())
-                .push_bind(picture.genome_hash.key())
-                .push_bind(picture.scene.key())
-                .push_bind(picture.light_deg)
-                .push_bind(picture.size_px)
-                .push_bind(picture.sampling.min_rays())
-                .push_bind(picture.sampling == Sampling::Adaptive)
-                .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
-                .push_bind(picture.format.name())
-                .push_bind(picture.backend.name())
-                .push_bind(picture.renderer_version);
-        });
-        query.push(" ON CONFLICT (key) DO NOTHING");
-        query.build().execute(&mut *conn).await?;
-    }
-    Ok(())
+    let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
+     backend, renderer_version) ";
+    insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |row, picture| {
+        row.push_bind(picture.key.key())
+            .push_bind(picture.genome_hash.key())
+            .push_bind(picture.scene.key())
+            .push_bind(picture.light_deg)
+            .push_bind(picture.size_px)
+            .push_bind(picture.sampling.min_rays())
+            .push_bind(picture.sampling == Sampling::Adaptive)
+            .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
+            .push_bind(picture.format.name())
+            .push_bind(picture.backend.name())
+            .push_bind(picture.renderer_version);
+    })
+    .await
 }

@@ -8,8 +8,9 @@ use brood_protocol::{
     Target, TargetId,
 };
 use sqlx::query::Query;
+use sqlx::query_builder::Separated;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{AssertSqlSafe, Decode, Row, Sqlite, Type};
+use sqlx::{AssertSqlSafe, Decode, QueryBuilder, Row, Sqlite, SqliteConnection, Type};
 
 use crate::StorageError;
 
@@ -133,6 +134,22 @@ pub(crate) fn select<T: Record>(rest: &str) -> Query<'static, Sqlite, SqliteArgu
 /// Query that returns records; `change` is an INSERT, UPDATE or DELETE.
 pub(crate) fn returning<T: Record>(change: &str) -> Query<'static, Sqlite, SqliteArguments> {
     sqlx::query(AssertSqlSafe(format!("{change} RETURNING {}", T::COLUMNS)))
+}
+
+/// Inserts rows: `head` begins the statement, `tail` ends it, `push` adds the values of a row. A
+/// statement has up to 256 rows, so that it stays small for large broods.
+pub(crate) async fn insert_rows<T>(
+    conn: &mut SqliteConnection,
+    (head, tail): (&str, &str),
+    rows: &[T],
+    push: impl Fn(&mut Separated<'_, Sqlite, &'static str>, &T),
+) -> Result<(), StorageError> {
+    for chunk in rows.chunks(256) {
+        let mut query = QueryBuilder::new(head);
+        query.push_values(chunk, |mut values, row| push(&mut values, row));
+        query.push(tail).build().execute(&mut *conn).await?;
+    }
+    Ok(())
 }
 
 /// Implements [`Record`] for a struct, or declares the struct as well. A field is read from the

@@ -7,10 +7,10 @@
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
-use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
+use sqlx::SqliteConnection;
 
 use crate::error::{LEASE_ENDED, changed};
-use crate::row::{Key, Record, optional_key, record, returning, signed};
+use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::writer::operation;
 use crate::{StorageError, Store};
@@ -18,8 +18,6 @@ use crate::{StorageError, Store};
 /// A search fails after this many consecutive worker deaths without progress. Every step resets the
 /// count: a long search must not fail because its machine runs out of memory once a day.
 const MAX_DEATHS: i64 = 3;
-/// Number of log lines per INSERT.
-const CHUNK_LINES: usize = 100;
 
 record! {
     /// Search that has just been leased.
@@ -242,28 +240,23 @@ pub(crate) async fn apply(
 async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), StorageError> {
     let last = step.lines.last().map(|line| line.generation);
     let new = step.best.as_ref().map(|best| best.hash);
-    for chunk in step.lines.chunks(CHUNK_LINES) {
-        let mut query = QueryBuilder::<Sqlite>::new(
-            "INSERT INTO search_log (search_id, generation, evaluations, seconds, fitted, held,
-                                     median, diversity, repeats, best_hash) ",
-        );
-        query.push_values(chunk, |mut row, line| {
-            let is_last = Some(line.generation) == last;
-            let best = new.filter(|_| is_last).or(step.best_before);
-            row.push_bind(step.id.key())
-                .push_bind(line.generation)
-                .push_bind(signed(line.evaluations))
-                .push_bind(line.seconds)
-                .push_bind(finite(line.fitted))
-                .push_bind(finite(line.held))
-                .push_bind(finite(line.median))
-                .push_bind(finite(line.diversity))
-                .push_bind(signed(line.repeats))
-                .push_bind(optional_key(best));
-        });
-        query.build().execute(&mut *conn).await?;
-    }
-    Ok(())
+    let head = "INSERT INTO search_log (search_id, generation, evaluations, seconds, fitted, held,
+     median, diversity, repeats, best_hash) ";
+    insert_rows(conn, (head, ""), &step.lines, |row, line| {
+        let is_last = Some(line.generation) == last;
+        let best = new.filter(|_| is_last).or(step.best_before);
+        row.push_bind(step.id.key())
+            .push_bind(line.generation)
+            .push_bind(signed(line.evaluations))
+            .push_bind(line.seconds)
+            .push_bind(finite(line.fitted))
+            .push_bind(finite(line.held))
+            .push_bind(finite(line.median))
+            .push_bind(finite(line.diversity))
+            .push_bind(signed(line.repeats))
+            .push_bind(optional_key(best));
+    })
+    .await
 }
 
 /// Returns `None` for an infinite error, which neither SQLite nor JSON can represent. Errors are
