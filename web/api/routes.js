@@ -43,7 +43,7 @@ export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.vers
  * @param {string} scene
  * @returns {Promise<Lineage>}
  */
-export const putScene = (of, scene) =>
+export const patchScene = (of, scene) =>
   request("PATCH", `/v1/lineages/${of.id}`, { json: { scene }, version: of.version });
 
 /** @param {Lineage} of */

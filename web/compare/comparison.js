@@ -24,9 +24,6 @@ export const MOST = 6;
 /** Side of the compared pictures. */
 const SIDE_PX = 256;
 
-/** @param {Choice[]} of */
-const keysOf = (of) => of.map(({ key }) => key).join();
-
 /** @param {Individual} of @param {string} name @returns {Choice} */
 const choice = (of, name) => ({ key: of.id, name, picture: of.thumbnail });
 

@@ -17,7 +17,7 @@ export const HEAD_BYTES = 56;
  *   WebGLVertexArrayObject, buffers: WebGLBuffer[]}} Geometry `within`: bound on the texture
  *   coordinates; `corners`: three times the number of triangles.
  *
- * @typedef {{extent: Extent, hasUv: boolean, positions: Float32Array, normals: Float32Array,
+ * @typedef {{extent: Extent, positions: Float32Array, normals: Float32Array,
  *   tangents: Float32Array, uvs: Float32Array, corners: Uint32Array}} Arrays
  */
 
@@ -57,7 +57,6 @@ export function readGeometry(bytes) {
   const corners = new Uint32Array(bytes, at, 3 * triangles);
   return {
     extent,
-    hasUv: head.getUint32(20, true) === 1,
     positions,
     normals,
     tangents,

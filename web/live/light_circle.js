@@ -3,8 +3,6 @@ import { effect } from "../vendor/signals-core.js";
 import { loadSetting, saveSetting } from "../page/memory.js";
 import { liveStore } from "./store.js";
 
-/** Degrees a second at which the light starts. */
-const SPEED = 40;
 /** Longest time step; a longer pause of drawing must not make the light jump. */
 const LONGEST_STEP_S = 0.1;
 

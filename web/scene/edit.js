@@ -83,7 +83,7 @@ async function apply(lineageId, changes) {
     // After a retry the scene may be right already, and only the pictures missing.
     if (!wanted.id || wanted.id === present.id) return refreshShown();
     try {
-      const changed = await api.putScene(of, wanted.id);
+      const changed = await api.patchScene(of, wanted.id);
       if (lineageStore.lineage.value?.id !== lineageId) return;
       storeConfirmed(changed, wanted);
       return refreshShown();
