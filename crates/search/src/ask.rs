@@ -201,7 +201,9 @@ impl AskTell {
         self.kept.sort_by(|a, b| {
             a.error.total_cmp(&b.error).then_with(|| a.hash.as_bytes().cmp(b.hash.as_bytes()))
         });
-        self.kept.dedup_by(|a, b| a.hash == b.hash);
+        // A measure with noise may give one program several errors.
+        let mut kept = HashSet::new();
+        self.kept.retain(|evaluated| kept.insert(evaluated.hash));
         self.kept.truncate(self.options.kept);
         self.generation += 1;
         self.repeats_before = self.repeats;

@@ -83,3 +83,17 @@ fn ask_begins_with_the_given_genomes() {
     assert_eq!(search.ask()[0], start[0]);
     assert_ne!(search.ask()[1], start[0]);
 }
+
+#[test]
+fn program_is_kept_once_when_its_error_varies() {
+    let twin = AskTell::new(options()).ask()[0].clone();
+    let start = vec![twin.clone(), twin.clone()];
+    let mut search = AskTell::new(AskOptions { start, kept: 24, ..options() });
+    let mut errors = vec![0.2; 24];
+    (errors[0], errors[1]) = (0.3, 0.1);
+    search.tell(&errors).unwrap();
+    let hash = hash_of(&twin);
+    let kept: Vec<f64> =
+        search.kept.iter().filter(|it| it.hash == hash).map(|it| it.error).collect();
+    assert_eq!(kept, [0.1]);
+}
