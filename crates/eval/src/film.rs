@@ -118,7 +118,8 @@ impl<T: Curve> SimdKernel for Development<'_, T> {
         }
         for run in &layout.runs {
             let (first, last) = (run.pixel as usize, (run.pixel + run.pixels) as usize);
-            if layout.scale >= 1.0 && run.samples == 1 && run.centre == 1 {
+            let counts = (run.samples, run.centre, run.radiance_start);
+            if layout.scale >= 1.0 && counts == (1, 1, 0) {
                 // One ray per pixel, which hit and is lit by one light: coverage is 1, so that no
                 // division is needed.
                 let mut sample = run.start as usize;
@@ -246,5 +247,20 @@ mod tests {
             }
             scene.lights.push(Light::point_at([-4.0, 1.0, f64::from(lights)]));
         }
+    }
+
+    #[test]
+    fn pixel_is_transparent_when_only_the_ray_through_its_centre_hits() {
+        let scene = Scene { scale: 1e-3, ..Scene::default() };
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &scene, 17, Sampling::Adaptive);
+        let layout = set.image().unwrap();
+        let lone = layout.spans().find(|span| span.radiance_start == span.end);
+        let pixel = lone.expect("the sphere is smaller than the distance of rays").pixel as usize;
+        assert_eq!(layout.coverage[pixel], 0.0);
+        let f = vec![0.3; 3 * set.len()];
+        let developed = develop_samples(&set, &f, Gain::new(Film::default(), &set, &f));
+        assert_eq!(developed, develop(&shade(&set, &f), Film::default()));
+        assert_eq!(developed.rgba[4 * pixel..][..4], [0; 4]);
     }
 }

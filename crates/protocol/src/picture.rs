@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::lease::Frame;
 
 /// Version of the renderer. Increment it whenever the pixels of an existing key would change.
-pub const RENDERER_VERSION: u32 = 6;
+pub const RENDERER_VERSION: u32 = 7;
 
 brood_brdf::named_enum! {
     /// Requested evaluator.
