@@ -9,7 +9,7 @@ use brood_mesh::Mesh;
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
-    decode,
+    Subject, decode,
 };
 use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
@@ -109,7 +109,7 @@ pub struct Framed {
 impl Framed {
     /// Returns the key of a program's picture in this frame.
     pub fn key(&self, program: ProgramHash) -> PictureKey {
-        PictureKey::of(&program, &self.identity)
+        PictureKey::of(&Subject::Program(program), &self.identity)
     }
 
     /// Returns the row that describes a key.
@@ -292,7 +292,7 @@ impl Library {
         match (known.mesh, &known.scene.mesh) {
             (MeshSource::Uploaded(hash), _) => self.uploaded_mesh(hash).await,
             (MeshSource::Builtin, MeshRef::Builtin(name)) => Ok(Arc::new(Mesh::builtin(*name))),
-            (MeshSource::Builtin, MeshRef::Uploaded(_)) => {
+            (MeshSource::Builtin | MeshSource::Target, _) => {
                 Err(ApiError::internal("a mesh has no data"))
             }
         }

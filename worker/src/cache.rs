@@ -29,9 +29,10 @@ pub struct LoadedMesh {
 impl LoadedMesh {
     /// Hashes a mesh.
     #[must_use]
-    pub fn new(mesh: Mesh) -> Self {
+    pub fn new(mesh: impl Into<Arc<Mesh>>) -> Self {
+        let mesh = mesh.into();
         let hash = mesh.content_hash();
-        Self { mesh: Arc::new(mesh), hash }
+        Self { mesh, hash }
     }
 
     /// Returns the mesh.

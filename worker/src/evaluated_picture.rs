@@ -11,8 +11,9 @@ use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
 use brood_scene::{PixelArea, SampleSet};
 
-use crate::cache::{Raster, SceneView};
-use crate::renderer::{RenderError, Renderer};
+use crate::cache::{Caches, Raster, SceneView};
+use crate::error::RenderError;
+use crate::evaluator::Evaluators;
 
 /// Evaluated samples of one program.
 pub(crate) struct EvaluatedPicture<'a> {
@@ -26,7 +27,8 @@ pub(crate) struct EvaluatedPicture<'a> {
 
 /// Inputs for supersampling some of the pixels.
 pub(crate) struct Refiner<'a> {
-    pub(crate) renderer: &'a Renderer,
+    pub(crate) caches: &'a Caches,
+    pub(crate) evaluators: &'a Evaluators,
     pub(crate) view: &'a SceneView<'a>,
     pub(crate) frame: &'a Frame,
     pub(crate) program: &'a Program,
@@ -47,14 +49,14 @@ impl FineTiles {
 
     /// Returns the fine samples of a tile. They are traced on first use and kept in the sample set
     /// cache.
-    fn set(&self, renderer: &Renderer, view: &SceneView<'_>, rough: &RoughTile) -> &SampleSet {
+    fn set(&self, caches: &Caches, view: &SceneView<'_>, rough: &RoughTile) -> &SampleSet {
         let cell = &self.sets[rough.number];
         if cell.get().is_none() {
             let raster =
                 Raster { size_px: self.size_px, sampling: RoughTile::SAMPLING, area: rough.tile };
             // Not inside `get_or_init`: while this thread traces rays, rayon may run another task
             // on it that needs the same tile, which would deadlock.
-            let set = renderer.caches.sample_set_nonblocking(view, raster);
+            let set = caches.sample_set_nonblocking(view, raster);
             cell.get_or_init(|| set);
         }
         cell.get().expect("the cell was filled above")
@@ -94,20 +96,20 @@ impl EvaluatedPicture<'_> {
         if rough.is_empty() {
             return Ok(());
         }
-        let Refiner { renderer, view, frame, program, tiles } = &self.refiner;
+        let Refiner { caches, evaluators, view, frame, program, tiles } = &self.refiner;
         // Too few samples for a GPU. The exact evaluators compute the same bits.
         let backend = match frame.backend {
             Backend::Reference => Backend::Reference,
             Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
         };
-        let with_set = |rough| (rough, tiles.set(renderer, view, rough));
+        let with_set = |rough| (rough, tiles.set(caches, view, rough));
         let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
         for fine in FineSamples::batches(&rough, program) {
-            renderer.evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
+            evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
             fine.radiance(&f, &mut put);
             let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);
-            renderer.caches.counters.add(RenderStats {
+            caches.counters.add(RenderStats {
                 rough_pixels,
                 rough_samples,
                 ..RenderStats::default()

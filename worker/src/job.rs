@@ -6,17 +6,19 @@ use std::time::Duration;
 use brood_light::{AssetRef, Light, LightAssets};
 use brood_protocol::{
     ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
-    RenderOutcome, WorkerClient,
+    RenderOutcome, TargetSource, WorkerClient,
 };
 use brood_scene::MeshRef;
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use crate::cache::LoadedMesh;
+use crate::error::RenderError;
 use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
 use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
+use crate::target_cache::LoadedTarget;
 
 /// Resources that a worker shares among its render jobs.
 #[derive(Clone)]
@@ -87,16 +89,39 @@ impl JobKind for RenderContext {
 
 impl RenderContext {
     async fn render(&self, work: RenderJob) -> Result<RenderOutcome, Interrupted> {
-        let mesh = self.mesh(&work).await?;
-        let assets = self.light_assets(&work).await?;
+        let mut targets = Vec::with_capacity(work.items.len());
+        for item in &work.items {
+            targets.push(match item.subject.target() {
+                Some(source) => Some(self.target(source).await?),
+                None => None,
+            });
+        }
+        let (mesh, assets) = match work.frame.mesh {
+            MeshSource::Target => scenery(&work, &targets).await?,
+            MeshSource::Builtin | MeshSource::Uploaded(_) => {
+                (self.mesh(&work).await?, self.light_assets(&work).await?)
+            }
+        };
         let (reply, done) = oneshot::channel();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, mesh, assets, reply };
+        let request = RenderRequest { work, targets, mesh, assets, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }
 
-    /// Returns the mesh of a job.
+    /// Returns the parsed file of a target.
+    async fn target(&self, source: &TargetSource) -> Result<Arc<LoadedTarget>, Interrupted> {
+        if let Some(target) = self.renderer.targets.get(&source.hash) {
+            return Ok(target);
+        }
+        let bytes = self.client.target(&source.hash).await;
+        let bytes = bytes.map_err(|error| Interrupted::by("download the target", error))?;
+        let (renderer, source) = (self.renderer.clone(), source.clone());
+        let read = move || renderer.targets.parse(&source, &bytes);
+        tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)
+    }
+
+    /// Returns the mesh of a job, unless a target's file has it.
     async fn mesh(&self, work: &RenderJob) -> Result<Arc<LoadedMesh>, Interrupted> {
         match work.frame.mesh {
             MeshSource::Builtin => match work.frame.scene().map_err(failed)?.mesh {
@@ -119,6 +144,7 @@ impl RenderContext {
                 let keep = move || renderer.cache_uploaded(&hash, LoadedMesh::new(mesh));
                 tokio::task::spawn_blocking(keep).await.map_err(failed)?.map_err(failed)
             }
+            MeshSource::Target => Err(failed("the mesh is in the file of a target")),
         }
     }
 
@@ -142,6 +168,23 @@ impl RenderContext {
         }
         Ok(assets)
     }
+}
+
+/// Returns the mesh and the light assets of a job whose frame is the scene of a target's picture.
+async fn scenery(
+    work: &RenderJob,
+    targets: &[Option<Arc<LoadedTarget>>],
+) -> Result<(Arc<LoadedMesh>, LightAssets), Interrupted> {
+    let source = work.items.first().and_then(|item| item.subject.target());
+    let (Some(source), Some(Some(target))) = (source, targets.first()) else {
+        return Err(failed(RenderError::NoTarget));
+    };
+    let (view, target) = (source.view, target.clone());
+    let load = move || {
+        let (mesh, assets) = target.scenery(view)?;
+        Ok::<_, RenderError>((Arc::new(LoadedMesh::new(mesh)), assets))
+    };
+    tokio::task::spawn_blocking(load).await.map_err(failed)?.map_err(failed)
 }
 
 /// Returns the permanent failure with this reason.

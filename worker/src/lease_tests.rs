@@ -7,8 +7,9 @@ use brood_genome::{BirthKey, Dialect, Variation};
 use brood_light::{IesLight, Light};
 use brood_program::Program;
 use brood_protocol::{
-    Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
-    PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, decode, encode,
+    Aspect, Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
+    PackedProgram, PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, Subject,
+    TargetSource, decode, encode,
 };
 use brood_scene::{MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -79,13 +80,14 @@ fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
     let how = (PictureFormat::Png, Backend::Auto);
     let frame = Frame::new(scene, MeshSource::Builtin, size_px, 1, how);
     let key = PictureKey::new(&program, &frame);
+    let packed = PackedProgram { words: program.to_words(), operations_written: 200 };
     LeaseGrant {
         ticket: LeaseTicket { lease: LeaseId::fresh(), epoch: 3 },
         job: JobId::fresh(),
         ttl_ms: 400,
         work: RenderJob {
             frame,
-            items: vec![RenderItem { key, words: program.to_words(), operations_written: 200 }],
+            items: vec![RenderItem { key, subject: Subject::Program(packed) }],
         },
     }
 }
@@ -176,7 +178,8 @@ async fn pictures_are_submitted_with_their_keys() {
 #[tokio::test(flavor = "multi_thread")]
 async fn job_fails_with_reason_when_grant_is_invalid() {
     let mut broken = grant(&Scene::default(), 32);
-    broken.work.items[0].words.truncate(2);
+    let packed = PackedProgram { words: vec![1, 2], operations_written: 0 };
+    broken.work.items[0].subject = Subject::Program(packed);
     let mut other_key = grant(&Scene::default(), 32);
     other_key.work.items[0].key = PictureKey([7; 32]);
     let scene = Scene { mesh: MeshRef::Uploaded("x".to_owned()), ..Scene::default() };
@@ -195,7 +198,10 @@ async fn job_fails_with_reason_when_download_is_rejected() {
     let lit = Scene { lights: vec![Light::Ies(light)], ..Scene::default() };
     let mut meshed = grant(&Scene::default(), 32);
     meshed.work.frame.mesh = MeshSource::Uploaded([0; 32]);
-    let downloads = [(grant(&lit, 32), "light-assets"), (meshed, "meshes")];
+    let mut targeted = grant(&Scene::default(), 32);
+    let source = TargetSource { kind: "merl".to_owned(), hash: [0; 32], view: None };
+    targeted.work.items[0].subject = Subject::Target(source, Aspect::Picture);
+    let downloads = [(grant(&lit, 32), "light-assets"), (meshed, "meshes"), (targeted, "targets")];
     for (grant, route) in downloads {
         let requests = FakeServer::new(grant, 204, 204).run_worker().await;
         assert_eq!(requests[0].0, format!("GET /v1/leases/{route}/{asset}"));

@@ -1,8 +1,8 @@
 //! Worker: leases render jobs and searches from a server, runs them and reports the results.
 //!
 //! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
-//! meshes, sample sets and programs are cached. [`run`] renders, [`run_searches`] searches, both
-//! through the lease protocol. [`Renderer`] also works without a server.
+//! meshes, sample sets, programs and targets are cached. [`run`] renders, [`run_searches`]
+//! searches, both through the lease protocol. [`Renderer`] also works without a server.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};
@@ -25,6 +25,8 @@
 
 mod backoff;
 mod cache;
+mod encoded_picture;
+mod error;
 mod evaluated_picture;
 mod evaluator;
 mod gpu;
@@ -38,14 +40,17 @@ mod render_worker;
 mod renderer;
 mod search;
 mod search_run;
+mod subject;
+mod target_cache;
 mod view_comparison;
 
 #[cfg(test)]
 mod lease_tests;
 
 pub use cache::LoadedMesh;
+pub use error::RenderError;
 pub use lease::WorkerError;
 pub use render_worker::{WorkerConfig, run};
-pub use renderer::{RenderError, Renderer};
+pub use renderer::Renderer;
 pub use search::{SearcherConfig, run_searches};
 pub use view_comparison::ViewComparison;

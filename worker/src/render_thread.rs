@@ -10,16 +10,20 @@ use std::time::Instant;
 
 use brood_genome::Input;
 use brood_light::LightAssets;
-use brood_program::Program;
-use brood_protocol::{RenderJob, RenderOutcome, RenderStats, RenderedPicture};
+use brood_protocol::{RenderItem, RenderJob, RenderOutcome, RenderStats, RenderedPicture};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::cache::LoadedMesh;
-use crate::renderer::{RenderError, Renderer};
+use crate::error::RenderError;
+use crate::renderer::Renderer;
+use crate::subject::LoadedSubject;
+use crate::target_cache::LoadedTarget;
 
-/// Job with its mesh and light assets.
+/// Job with its targets, mesh and light assets.
 pub(crate) struct RenderRequest {
     pub(crate) work: RenderJob,
+    /// Target of each item, if its subject has one.
+    pub(crate) targets: Vec<Option<Arc<LoadedTarget>>>,
     pub(crate) mesh: Arc<LoadedMesh>,
     pub(crate) assets: LightAssets,
     /// Channel for the outcome; closed if the lease was lost.
@@ -42,26 +46,35 @@ pub(crate) fn start(
             if request.reply.is_closed() {
                 continue;
             }
-            renderer.set_light_assets(request.assets);
-            let outcome = pool.install(|| execute(&renderer, &request.work, &request.mesh));
+            let RenderRequest { work, targets, mesh, assets, reply } = request;
+            renderer.set_light_assets(assets);
+            let outcome = pool.install(|| execute(&renderer, &work, targets, &mesh));
             // A closed channel means that the lease was lost meanwhile.
-            let _ = request.reply.send(outcome);
+            let _ = reply.send(outcome);
         }
     })?;
     Ok(sender)
 }
 
-fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> RenderOutcome {
+fn execute(
+    renderer: &Renderer,
+    work: &RenderJob,
+    targets: Vec<Option<Arc<LoadedTarget>>>,
+    mesh: &LoadedMesh,
+) -> RenderOutcome {
     let start = Instant::now();
     // Discard the counters of an earlier job that failed.
     let _ = renderer.take_stats();
     let render = || {
-        let programs: Result<Vec<_>, RenderError> =
-            work.items.iter().map(|item| renderer.program(&item.words)).collect();
-        let programs = programs?;
-        let programs: Vec<_> = programs.iter().map(AsRef::as_ref).collect();
-        let pictures = renderer.render(&work.frame, mesh, &programs)?;
-        let mut counters = counters(work, &programs, &pictures);
+        let load = |(item, target): (&RenderItem, _)| {
+            let subject = item.subject.try_map(|program| renderer.program(&program.words))?;
+            Ok(LoadedSubject { subject, target })
+        };
+        let subjects: Result<Vec<_>, RenderError> =
+            work.items.iter().zip(targets).map(load).collect();
+        let subjects = subjects?;
+        let pictures = renderer.render_subjects(&work.frame, mesh, &subjects)?;
+        let mut counters = counters(work, &subjects, &pictures);
         counters += renderer.take_stats();
         Ok::<_, RenderError>((pictures, counters))
     };
@@ -78,6 +91,7 @@ fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> RenderOu
             let busy_us = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
             RenderOutcome::Pictures(pictures, RenderStats { busy_us, ..counters })
         }
+        Ok(Err(RenderError::Missing(reason))) => RenderOutcome::Missing(reason),
         Ok(Err(error)) => RenderOutcome::Failed(error.to_string()),
         Err(_) => RenderOutcome::Failed("the renderer panicked".to_owned()),
     }
@@ -85,16 +99,23 @@ fn execute(renderer: &Renderer, work: &RenderJob, mesh: &LoadedMesh) -> RenderOu
 
 /// Sums the counters of the pictures, with the work that they would have taken without
 /// optimisations.
-fn counters(work: &RenderJob, programs: &[&Program], pictures: &[RenderedPicture]) -> RenderStats {
+fn counters(
+    work: &RenderJob,
+    subjects: &[LoadedSubject],
+    pictures: &[RenderedPicture],
+) -> RenderStats {
     let rays = work.frame.rays();
     let mut total = RenderStats::default();
-    for ((item, program), picture) in work.items.iter().zip(programs).zip(pictures) {
+    for ((item, loaded), picture) in work.items.iter().zip(subjects).zip(pictures) {
+        let (packed, programs) = (item.subject.programs(), loaded.subject.programs());
+        let written = packed.iter().map(|program| u64::from(program.operations_written));
+        let inputs_read = programs.iter().map(|program| program.inputs().iter().count() as u64);
         total += RenderStats {
             pictures: 1,
-            operations_written: u64::from(item.operations_written) * rays,
+            operations_written: written.sum::<u64>() * rays,
             operations_executed: picture.operations,
-            inputs_known: Input::ALL.len() as u64,
-            inputs_read: program.inputs().iter().count() as u64,
+            inputs_known: (programs.len() * Input::ALL.len()) as u64,
+            inputs_read: inputs_read.sum(),
             samples_lit: picture.samples,
             ..RenderStats::default()
         };

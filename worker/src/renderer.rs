@@ -3,21 +3,23 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use brood_eval::{Developed, EvalError, Gain};
-use brood_light::{FieldError, LightAssets};
+use brood_eval::{Developed, Gain};
+use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
-use brood_program::{Program, WordsError};
+use brood_program::Program;
 use brood_protocol::{
-    Backend, BackendReport, Frame, PictureFormat, PictureKey, RenderStats, RenderedPicture,
-    WireError, WorkerReport,
+    Backend, BackendReport, Frame, PictureKey, RenderStats, RenderedPicture, WorkerReport,
 };
 use brood_scene::{Exposure, Film, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
 use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
+use crate::encoded_picture::EncodedPicture;
+use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Refiner};
 use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
+use crate::target_cache::TargetCache;
 
 /// Number of f32 values evaluated at once. Larger requests are split: a brood of 256 at 2048 x 2048
 /// would take 13 GB.
@@ -28,34 +30,9 @@ const DEFAULT_CACHE_BYTES: u64 = 512 << 20;
 pub struct Renderer {
     pub(crate) evaluators: Evaluators,
     pub(crate) caches: Caches,
+    pub(crate) targets: TargetCache,
     reflectances: Mutex<Vec<f32>>,
     assets: Mutex<Arc<LoadedAssets>>,
-}
-
-/// Error of rendering.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The frame's scene is malformed.
-    #[error("cannot parse the scene: {0}")]
-    Wire(#[from] WireError),
-    /// The frame's scene has a value that is out of range.
-    #[error("invalid scene: {0}")]
-    Scene(#[from] FieldError),
-    /// The frame's area is empty or exceeds the picture.
-    #[error("the area must be within the picture of {1} x {1} pixels, got {0}")]
-    Area(PixelArea, u32),
-    /// The packed words are not a valid program.
-    #[error("cannot decode the program: {0}")]
-    Words(#[from] WordsError),
-    /// The evaluator failed.
-    #[error("evaluation failed: {0}")]
-    Eval(#[from] EvalError),
-    /// The encoder failed.
-    #[error("cannot encode the picture: {0}")]
-    Encode(String),
-    /// The content hash of a mesh differs from the requested one.
-    #[error("the mesh does not have the requested content hash")]
-    MeshContent,
 }
 
 impl Renderer {
@@ -72,6 +49,7 @@ impl Renderer {
         Self {
             evaluators: Evaluators::new(backend),
             caches: Caches::new(cache_bytes),
+            targets: TargetCache::new(),
             reflectances: Mutex::default(),
             assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
         }
@@ -141,7 +119,7 @@ impl Renderer {
         self.loaded_assets().assets().clone()
     }
 
-    fn loaded_assets(&self) -> Arc<LoadedAssets> {
+    pub(crate) fn loaded_assets(&self) -> Arc<LoadedAssets> {
         self.assets.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -172,11 +150,8 @@ impl Renderer {
         programs: &[&Program],
     ) -> Result<Vec<RenderedPicture>, RenderError> {
         self.images(frame, mesh, programs, |program, picture| {
-            let (bytes, exposure_ev) = encode(frame.format, picture)?;
-            let samples = picture.set.len() as u64;
-            let operations = samples * program.operations() as u64;
-            let key = PictureKey::new(program, frame);
-            Ok(RenderedPicture { key, bytes, exposure_ev, samples, operations })
+            let encoded = EncodedPicture::of(frame.format, program, picture)?;
+            Ok(encoded.with_key(PictureKey::new(program, frame)))
         })
     }
 
@@ -213,7 +188,7 @@ impl Renderer {
     }
 
     /// Evaluates the programs in batches and finishes the pictures in parallel.
-    fn images<T: Send>(
+    pub(crate) fn images<T: Send>(
         &self,
         frame: &Frame,
         mesh: &LoadedMesh,
@@ -264,8 +239,9 @@ impl Renderer {
                         Some(gains) => gains[number * batch + index],
                         None => Gain::new(scene.film, &set, f),
                     };
-                    let refiner =
-                        Refiner { renderer: self, view: &view, frame, program, tiles: &tiles };
+                    let (caches, evaluators) = (&self.caches, &self.evaluators);
+                    let (view, tiles) = (&view, &tiles);
+                    let refiner = Refiner { caches, evaluators, view, frame, program, tiles };
                     finish(program, &EvaluatedPicture { set: &set, f, gain, area, refiner })
                 })
                 .collect();
@@ -307,26 +283,10 @@ impl Renderer {
     }
 }
 
-fn encode(
-    format: PictureFormat,
-    picture: &EvaluatedPicture<'_>,
-) -> Result<(Vec<u8>, f64), RenderError> {
-    match format {
-        PictureFormat::Png => {
-            let Developed { width, height, rgba, exposure_ev } = picture.develop()?;
-            Ok((brood_eval::encode_png(width, height, &rgba), exposure_ev))
-        }
-        PictureFormat::Exr => {
-            let bytes = brood_eval::encode_exr(&picture.radiance()?);
-            Ok((bytes.map_err(|e| RenderError::Encode(e.to_string()))?, 0.0))
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
-    use brood_protocol::MeshSource;
+    use brood_protocol::{MeshSource, PictureFormat};
     use brood_scene::Scene;
 
     use super::*;

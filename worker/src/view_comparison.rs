@@ -24,23 +24,27 @@ impl ViewComparison {
     /// Renders a material in the scene of an image and compares the two.
     #[must_use]
     pub fn of(known: &KnownView, material: &(impl Shade + ?Sized)) -> Self {
-        let (setting, view, side) = (&known.setting, &known.view, known.side());
-        let shot = Shot {
-            mesh: &setting.mesh,
-            scene: &setting.scene,
-            assets: &setting.assets,
-            size_px: side,
-            sampling: setting.sampling,
-        };
-        let taken = shot.take_on(view.set(), material);
+        let (view, side) = (&known.view, known.side());
+        let taken = shot(known).take_on(view.set(), material);
         let error = view.compare(&taken.radiance);
         let exposure_ev = taken.developed.exposure_ev;
         let gain_ev = if error.gain > 0.0 { libm::log2(error.gain) } else { 0.0 };
-        let linear = |pixels: Vec<[f64; 3]>| LinearImage::new(side, side, pixels);
-        let wanted = linear(view.target().to_vec()).exposed(exposure_ev - gain_ev);
-        let found = taken.radiance.premultiplied().iter().map(|pixel| pixel.map(f64::from));
-        let found = linear(found.collect()).exposed(exposure_ev);
+        let wanted = LinearImage::new(side, side, view.target().to_vec());
+        let wanted = wanted.exposed(exposure_ev - gain_ev);
+        let found = taken.linear(exposure_ev);
         let flip = wanted.flip(&found);
         Self { wanted, found, error, flip, exposure_ev }
+    }
+}
+
+/// Returns the parameters with which a picture was made.
+pub(crate) fn shot(known: &KnownView) -> Shot<'_> {
+    let setting = &known.setting;
+    Shot {
+        mesh: &setting.mesh,
+        scene: &setting.scene,
+        assets: &setting.assets,
+        size_px: known.side(),
+        sampling: setting.sampling,
     }
 }

@@ -65,9 +65,7 @@ impl Picture {
     /// Returns the radiance after exposure, composed over black.
     #[must_use]
     pub fn linear(&self, exposure_ev: f64) -> LinearImage {
-        let (width, height) = (self.radiance.width(), self.radiance.height());
-        let pixels = self.radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
-        LinearImage::new(width, height, pixels).exposed(exposure_ev)
+        LinearImage::of_radiance(&self.radiance).exposed(exposure_ev)
     }
 }
 

@@ -3,21 +3,23 @@
 //! Messages are binary: a version, then postcard. As JSON text, the programs and pictures of a
 //! brood would cost milliseconds.
 
-use brood_scene::{PixelArea, Sampling, Scene};
+use brood_scene::{Exposure, PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, RenderStats};
+use crate::{
+    Backend, BackendReport, JobId, LeaseId, PictureFormat, PictureKey, RenderStats, Subject,
+};
 
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/4\n";
+const MAGIC: &[u8; 8] = b"brood/5\n";
 
 /// Error of [`decode`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/4")]
+    #[error("the message must begin with the protocol version brood/5")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -67,7 +69,7 @@ pub struct LeaseGrant {
     pub work: RenderJob,
 }
 
-/// Render job: pictures of many programs in one frame.
+/// Render job: pictures of many subjects in one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RenderJob {
     /// Frame that the pictures share.
@@ -81,6 +83,13 @@ pub struct RenderJob {
 pub struct RenderItem {
     /// Key of the picture.
     pub key: PictureKey,
+    /// Subject of the picture.
+    pub subject: Subject<PackedProgram>,
+}
+
+/// Program on its way to a worker.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PackedProgram {
     /// Packed words of the program.
     pub words: Vec<u32>,
     /// Scalar operations of the genome as written, which cannot be counted from the lowered
@@ -95,9 +104,12 @@ pub enum MeshSource {
     Builtin,
     /// Uploaded mesh with this content hash, from `GET /v1/leases/meshes/{hash}`.
     Uploaded([u8; 32]),
+    /// Mesh of a target's picture, in the file of the target, together with the files of its
+    /// lights. Only for subjects with a target.
+    Target,
 }
 
-/// Everything that a picture depends on besides the program.
+/// Everything that a picture depends on besides the subject.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// The scene as JSON: postcard is not self-describing, so it cannot decode the scene's untagged
@@ -138,6 +150,18 @@ impl Frame {
         // The whole picture has one key, whether or not an area is given.
         let area = area.filter(|area| *area != PixelArea::whole(self.size_px));
         Self { area, ..self }
+    }
+
+    /// Returns the frame with a fixed exposure.
+    ///
+    /// # Errors
+    /// Returns [`WireError::Malformed`] if the JSON text is not a scene.
+    pub fn exposed(self, ev: f64) -> Result<Self, WireError> {
+        let mut scene = self.scene()?;
+        scene.film.exposure = Exposure::Ev(ev);
+        let Self { mesh, size_px, sampling, area, format, backend, .. } = self;
+        let frame = Self::new(&scene, mesh, size_px, sampling, (format, backend));
+        Ok(frame.with_area(area))
     }
 
     /// Returns the least number of camera rays that the picture takes.
@@ -189,6 +213,8 @@ pub enum RenderOutcome {
     Pictures(Vec<RenderedPicture>, RenderStats),
     /// Permanent failure: the job must not be retried.
     Failed(String),
+    /// The subject does not exist, such as the mask of a picture without one.
+    Missing(String),
 }
 
 /// Picture that a worker has rendered.

@@ -36,6 +36,7 @@ mod schema;
 mod search;
 mod search_lease;
 mod seed;
+mod subject;
 mod system;
 mod target;
 
@@ -52,7 +53,8 @@ pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
-    RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, WorkerReport, decode, encode,
+    PackedProgram, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, WorkerReport,
+    decode, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};
@@ -70,6 +72,7 @@ pub use search_lease::{
     SearchTicket, SearchUpdate, TargetBytes,
 };
 pub use seed::Seed;
+pub use subject::{Aspect, Subject, TargetSource};
 pub use system::{BackendReport, SystemAnswer};
 pub use target::{
     LargestAlbedo, Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec,

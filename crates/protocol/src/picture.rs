@@ -6,7 +6,7 @@ use std::str::FromStr;
 use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
-use crate::lease::Frame;
+use crate::{Frame, Subject};
 
 /// Version of the renderer. Increment it whenever the pixels of an existing key would change.
 pub const RENDERER_VERSION: u32 = 7;
@@ -70,7 +70,7 @@ brood_brdf::named_enum! {
     }
 }
 
-/// Identity of a picture: hash of the program, frame, renderer version and exactness class.
+/// Identity of a picture: hash of the subject, frame, renderer version and exactness class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PictureKey(pub [u8; 32]);
 
@@ -78,17 +78,16 @@ impl PictureKey {
     /// Returns the key of a program's picture in a frame.
     #[must_use]
     pub fn new(program: &Program, frame: &Frame) -> Self {
-        Self::of(&program.hash(), &frame.identity())
+        Self::of(&Subject::Program(program.hash()), &frame.identity())
     }
 
-    /// Returns the same key from the hash of the program and [`Frame::identity`]. Faster for many
-    /// programs in one frame.
+    /// Returns the key of a subject's picture in the frame with this [`Frame::identity`].
     #[must_use]
-    pub fn of(program: &ProgramHash, frame: &blake3::Hash) -> Self {
+    pub fn of(subject: &Subject<ProgramHash>, frame: &blake3::Hash) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"brood picture\n");
         hasher.update(&RENDERER_VERSION.to_le_bytes());
-        hasher.update(program.as_bytes());
+        hasher.update(&subject.identity());
         hasher.update(frame.as_bytes());
         Self(*hasher.finalize().as_bytes())
     }

@@ -44,7 +44,7 @@ pub async fn export(
     let lineage = app.store.lineage(id).await?;
     let known = app.library.scene(lineage.scene).await?;
     let mesh = match known.mesh {
-        MeshSource::Builtin => None,
+        MeshSource::Builtin | MeshSource::Target => None,
         MeshSource::Uploaded(hash) => {
             Some(BASE64_STANDARD.encode(app.store.mesh_data(hash).await?))
         }

@@ -24,7 +24,7 @@ pub use history::{FinishedJob, History};
 use kind::Jobs;
 pub use lease::LeaseEnd;
 pub use queue::WaitingWorker;
-pub use render::{FrameId, queued_job, render_work};
+pub use render::{FrameId, PictureRequest, queued_job, render_work};
 pub use render_job::Render;
 pub use search::{Search, search_json};
 

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use brood_program::written_operations;
 use brood_protocol::{
-    Backend, Frame, JobId, PictureFormat, PictureKey, RenderItem, RenderJob, SceneId, encode,
+    Backend, Frame, JobId, PackedProgram, PictureFormat, PictureKey, RenderItem, RenderJob,
+    SceneId, Subject, encode,
 };
 use brood_scene::{PixelArea, Sampling};
 use brood_storage::{NewJob, Queue, StorageError, StoredPicture};
@@ -78,16 +79,52 @@ impl FrameId {
     }
 }
 
+/// Requested picture.
+pub enum PictureRequest {
+    /// Picture of a program with a stored row. Those of one frame share a job.
+    Stored(Arc<StoredPicture>),
+    /// Picture with a job of its own. It needs no row: the URL determines its key.
+    Own(RenderJob),
+}
+
+impl PictureRequest {
+    /// Requests the picture of a subject in a frame, as a job of its own.
+    pub fn own(frame: Frame, subject: &Subject<Arc<Material>>) -> Self {
+        let hashes = subject.map(|material| material.program.hash());
+        let key = PictureKey::of(&hashes, &frame.identity());
+        let subject = subject.map(|material| packed(material));
+        Self::Own(RenderJob { frame, items: vec![RenderItem { key, subject }] })
+    }
+
+    /// Key of the picture.
+    pub fn key(&self) -> PictureKey {
+        match self {
+            Self::Stored(row) => row.key,
+            Self::Own(work) => work.items[0].key,
+        }
+    }
+}
+
+impl From<&Arc<StoredPicture>> for PictureRequest {
+    fn from(row: &Arc<StoredPicture>) -> Self {
+        Self::Stored(row.clone())
+    }
+}
+
+fn packed(material: &Material) -> PackedProgram {
+    PackedProgram {
+        words: material.program.to_words(),
+        operations_written: written_operations(&material.genome),
+    }
+}
+
 /// Returns the render job for pictures of one frame.
 pub fn render_work<'a>(
     frame: &Frame,
     items: impl Iterator<Item = (PictureKey, &'a Material)>,
 ) -> RenderJob {
-    let items = items.map(|(key, material)| RenderItem {
-        key,
-        words: material.program.to_words(),
-        operations_written: written_operations(&material.genome),
-    });
+    let items = items
+        .map(|(key, material)| RenderItem { key, subject: Subject::Program(packed(material)) });
     RenderJob { frame: frame.clone(), items: items.collect() }
 }
 
@@ -112,18 +149,22 @@ impl AppState {
     ///
     /// # Errors
     /// 503 if the server is busy, stopping or too slow; 500 if rendering fails.
-    pub async fn picture(self: &App, row: &Arc<StoredPicture>) -> Result<Bytes, ApiError> {
-        let mut waiter = match self.picture_cache.subscribe(row.key) {
+    pub async fn picture(
+        self: &App,
+        request: impl Into<PictureRequest>,
+    ) -> Result<Bytes, ApiError> {
+        let request = request.into();
+        let mut waiter = match self.picture_cache.subscribe(request.key()) {
             Lookup::Cached(bytes) => {
                 self.metrics.served.increment(1);
                 return Ok(bytes);
             }
             Lookup::InFlight(waiter) => waiter,
             Lookup::Leader(waiter) => {
-                let (app, row) = (self.clone(), row.clone());
+                let app = self.clone();
                 // Runs in a separate task, so that the picture completes even if the client
                 // disconnects.
-                self.tasks.spawn(async move { app.fetch_or_enqueue(row).await });
+                self.tasks.spawn(async move { app.fetch_or_enqueue(request).await });
                 waiter
             }
         };
@@ -141,6 +182,7 @@ impl AppState {
         };
         match outcome {
             Some(Ok(bytes)) => Ok(bytes),
+            Some(Err(Failure::Missing(reason))) => Err(ApiError::not_found(reason.as_ref())),
             Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
             Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are queued")),
             Some(Err(Failure::Internal)) | None => {
@@ -159,8 +201,8 @@ impl AppState {
         whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
     }
 
-    async fn fetch_or_enqueue(self: App, row: Arc<StoredPicture>) {
-        let key = row.key;
+    async fn fetch_or_enqueue(self: App, request: PictureRequest) {
+        let key = request.key();
         let disk = self.picture_cache.disk().clone();
         if disk.contains(key)
             && let Ok(Some(bytes)) = tokio::task::spawn_blocking(move || disk.read(key)).await
@@ -169,26 +211,44 @@ impl AppState {
             self.picture_ready(key, bytes, false);
             return;
         }
+        let row = match request {
+            PictureRequest::Stored(row) => row,
+            PictureRequest::Own(work) => return self.enqueue(async { Ok(work) }, [key]).await,
+        };
         let frame = FrameId::of(&row);
         if self.render_batches.add(frame, row) {
             tokio::time::sleep(BATCH_WINDOW).await;
             let rows = self.render_batches.take(&frame);
             for batch in rows.chunks(per_job(frame.rays())) {
-                self.enqueue(frame, batch).await;
+                let work = self.work_of(frame, batch);
+                self.enqueue(work, batch.iter().map(|row| row.key)).await;
             }
         }
     }
 
-    async fn enqueue(&self, frame: FrameId, rows: &[Arc<StoredPicture>]) {
+    /// Returns the render job for stored pictures of one frame.
+    async fn work_of(
+        &self,
+        frame: FrameId,
+        rows: &[Arc<StoredPicture>],
+    ) -> Result<RenderJob, ApiError> {
+        let framed = self.library.frame(frame.view()).await?;
+        let mut items = Vec::with_capacity(rows.len());
+        for row in rows {
+            items.push((row.key, self.library.material(row.genome_hash).await?));
+        }
+        let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
+        Ok(render_work(&framed.frame, items))
+    }
+
+    /// Queues a job; if it cannot be queued, fails the pictures with these keys.
+    async fn enqueue(
+        &self,
+        work: impl Future<Output = Result<RenderJob, ApiError>>,
+        keys: impl IntoIterator<Item = PictureKey>,
+    ) {
         let result = async {
-            let framed = self.library.frame(frame.view()).await?;
-            let mut items = Vec::with_capacity(rows.len());
-            for row in rows {
-                items.push((row.key, self.library.material(row.genome_hash).await?));
-            }
-            let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
-            let work = render_work(&framed.frame, items);
-            let job = queued_job(Queue::Interactive, encode(&work));
+            let job = queued_job(Queue::Interactive, encode(&work.await?));
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {
@@ -200,7 +260,7 @@ impl AppState {
         };
         match result.await {
             Ok(()) => self.dispatch.renders.notify.notify_one(),
-            Err(failure) => self.picture_cache.fail(rows.iter().map(|row| row.key), &failure),
+            Err(failure) => self.picture_cache.fail(keys, &failure),
         }
     }
 

@@ -138,6 +138,11 @@ impl AppState {
                 tracing::warn!(%job, worker = %lease.worker, reason, "a job failed");
                 return self.fail_job(&lease, &reason).await;
             }
+            RenderOutcome::Missing(reason) => {
+                let failure = Failure::Missing(shortened(&reason).into());
+                self.picture_cache.fail(keys(&lease), &failure);
+                return Ok(self.store.complete(job, lease.ticket.epoch).await?);
+            }
         };
         if let Err(reason) = check_all(&lease.payload.work, &pictures) {
             tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
@@ -215,7 +220,7 @@ fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), Strin
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat, RenderItem};
+    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, PictureFormat, Subject};
     use brood_scene::Scene;
 
     use super::*;
@@ -230,11 +235,9 @@ mod tests {
     fn results_are_refused_unless_they_are_the_pictures_asked_for() {
         let options = (PictureFormat::Png, Backend::Auto);
         let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
-        let item = |key| RenderItem {
-            key: PictureKey([key; 32]),
-            words: Vec::new(),
-            operations_written: 0,
-        };
+        let packed = PackedProgram { words: Vec::new(), operations_written: 0 };
+        let subject = Subject::Program(packed);
+        let item = |key| RenderItem { key: PictureKey([key; 32]), subject: subject.clone() };
         let work = RenderJob { frame, items: vec![item(2), item(1), item(1)] };
         check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
         assert!(check_all(&work, &[picture(1, 16)]).is_err());

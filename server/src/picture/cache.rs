@@ -27,6 +27,8 @@ const WRITES: usize = 1024;
 pub enum Failure {
     /// The worker cannot render it.
     Render(Arc<str>),
+    /// The subject does not exist.
+    Missing(Arc<str>),
     /// Too many pictures are queued, or its job was not written; a retry may help.
     Busy,
     /// Internal error; the reason was logged.

@@ -1,5 +1,6 @@
 //! Differences between pictures: exposed linear RGB over black, and metrics of two pictures.
 
+use brood_eval::RadianceImage;
 use image::{DynamicImage, ImageFormat};
 
 use super::itp;
@@ -43,6 +44,13 @@ impl LinearImage {
     pub fn of_premultiplied(decoded: &DynamicImage) -> Self {
         let linear = decoded.to_rgb32f().pixels().map(|pixel| pixel.0.map(f64::from)).collect();
         Self::new(decoded.width(), decoded.height(), linear)
+    }
+
+    /// Converts linear radiance.
+    #[must_use]
+    pub fn of_radiance(radiance: &RadianceImage) -> Self {
+        let linear = radiance.premultiplied().iter().map(|rgb| rgb.map(f64::from)).collect();
+        Self::new(radiance.width(), radiance.height(), linear)
     }
 
     /// Multiplies by 2^`ev`.

@@ -1,0 +1,66 @@
+//! Picture as a file, with the cost of shading it.
+
+use brood_eval::{Developed, RadianceImage, encode_exr, encode_png};
+use brood_inspect::Picture;
+use brood_program::Program;
+use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
+
+use crate::error::RenderError;
+use crate::evaluated_picture::EvaluatedPicture;
+
+/// Encoded picture.
+pub(crate) struct EncodedPicture {
+    pub(crate) bytes: Vec<u8>,
+    /// Exposure that was applied, in EV; 0 for linear files.
+    pub(crate) exposure_ev: f64,
+    /// Number of samples shaded.
+    pub(crate) samples: u64,
+    /// Number of scalar operations executed.
+    pub(crate) operations: u64,
+}
+
+impl EncodedPicture {
+    /// Develops and encodes a picture of a program.
+    pub(crate) fn of(
+        format: PictureFormat,
+        program: &Program,
+        picture: &EvaluatedPicture<'_>,
+    ) -> Result<Self, RenderError> {
+        let encoded = match format {
+            PictureFormat::Png => Self::png(&picture.develop()?),
+            PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
+        };
+        let samples = picture.set.len() as u64;
+        Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
+    }
+
+    /// Encodes a picture of a material that is not a program.
+    pub(crate) fn of_material(
+        format: PictureFormat,
+        picture: &Picture,
+    ) -> Result<Self, RenderError> {
+        let encoded = match format {
+            PictureFormat::Png => Self::png(&picture.developed),
+            PictureFormat::Exr => Self::exr(&picture.radiance)?,
+        };
+        Ok(Self { samples: picture.samples as u64, ..encoded })
+    }
+
+    /// Encodes a developed picture.
+    pub(crate) fn png(developed: &Developed) -> Self {
+        let Developed { width, height, rgba, exposure_ev } = developed;
+        let bytes = encode_png(*width, *height, rgba);
+        Self { bytes, exposure_ev: *exposure_ev, samples: 0, operations: 0 }
+    }
+
+    fn exr(radiance: &RadianceImage) -> Result<Self, RenderError> {
+        let bytes = encode_exr(radiance).map_err(|error| RenderError::Encode(error.to_string()))?;
+        Ok(Self { bytes, exposure_ev: 0.0, samples: 0, operations: 0 })
+    }
+
+    /// Returns the picture with its key.
+    pub(crate) fn with_key(self, key: PictureKey) -> RenderedPicture {
+        let Self { bytes, exposure_ev, samples, operations } = self;
+        RenderedPicture { key, bytes, exposure_ev, samples, operations }
+    }
+}

@@ -1,0 +1,45 @@
+//! Errors of rendering.
+
+use brood_eval::EvalError;
+use brood_light::FieldError;
+use brood_program::WordsError;
+use brood_protocol::WireError;
+use brood_scene::PixelArea;
+
+/// Error of rendering.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The frame's scene is malformed.
+    #[error("cannot parse the scene: {0}")]
+    Wire(#[from] WireError),
+    /// The frame's scene has a value that is out of range.
+    #[error("invalid scene: {0}")]
+    Scene(#[from] FieldError),
+    /// The frame's area is empty or exceeds the picture.
+    #[error("the area must be within the picture of {1} x {1} pixels, got {0}")]
+    Area(PixelArea, u32),
+    /// The packed words are not a valid program.
+    #[error("cannot decode the program: {0}")]
+    Words(#[from] WordsError),
+    /// The evaluator failed.
+    #[error("evaluation failed: {0}")]
+    Eval(#[from] EvalError),
+    /// The encoder failed.
+    #[error("cannot encode the picture: {0}")]
+    Encode(String),
+    /// The content hash of a mesh differs from the requested one.
+    #[error("the mesh does not have the requested content hash")]
+    MeshContent,
+    /// The subject needs the file of a target.
+    #[error("the job has a subject without its target")]
+    NoTarget,
+    /// The target's file cannot be read.
+    #[error("cannot read the target: {0}")]
+    Target(String),
+    /// The subject does not exist.
+    #[error("{0}")]
+    Missing(String),
+    /// Pictures of automatic exposure cannot be compared.
+    #[error("a difference needs a fixed exposure")]
+    AutoDifference,
+}
