@@ -40,7 +40,6 @@ mod route;
 mod server;
 mod server_timing;
 mod state;
-mod target_cache;
 
 pub use config::ServerConfig;
 pub use error::ServerError;

@@ -27,7 +27,6 @@ use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, DiskCache, PictureCache};
 use crate::state::{App, AppState};
-use crate::target_cache::TargetCache;
 use crate::{limit, listen, route};
 
 /// Interval of the check for expired leases.
@@ -94,7 +93,6 @@ impl Server {
             library: Library::new(store.clone()),
             store,
             picture_cache,
-            target_cache: TargetCache::default(),
             render_batches: Coalescer::new(),
             dispatch: Dispatch::new(),
             events: Events::new(),

@@ -18,7 +18,6 @@ use crate::layer::HostNames;
 use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, PictureCache};
-use crate::target_cache::TargetCache;
 
 /// Shared handle of the state.
 pub type App = Arc<AppState>;
@@ -39,8 +38,6 @@ pub struct AppState {
     pub library: Library,
     /// Cache of pictures in memory and on disk, and list of pictures being rendered.
     pub picture_cache: PictureCache,
-    /// Caches of search targets and their pictures.
-    pub target_cache: TargetCache,
     /// Requested pictures, collected by frame for a short time before they become render jobs.
     pub render_batches: Coalescer<FrameId, Arc<StoredPicture>>,
     /// Leases (jobs given to workers for a time), finished jobs and known workers.

@@ -17,11 +17,6 @@ async fn see_all(server: &TestServer, generation: &Value) {
     }
 }
 
-fn metric(text: &str, name: &str) -> u64 {
-    let line = text.lines().find_map(|line| line.strip_prefix(&format!("{name} ")));
-    line.unwrap_or_else(|| panic!("{name} in {text}")).parse().unwrap()
-}
-
 #[tokio::test(flavor = "multi_thread")]
 async fn job_reports_its_work_and_the_work_avoided_when_it_is_done() {
     let server = TestServer::start();
@@ -40,15 +35,13 @@ async fn job_reports_its_work_and_the_work_avoided_when_it_is_done() {
     assert!(executed > 0 && executed < written, "{job}");
     assert!(job["times"]["leased_us"].as_u64().unwrap() >= count("busy_us"), "{job}");
 
-    let metrics = server.get("/metrics").await.expect(200).text();
-    assert_eq!(metric(&metrics, "brood_operations_written_total"), written);
-    assert_eq!(metric(&metrics, "brood_rays_total"), count("rays"));
+    assert_eq!(server.metric("brood_operations_written_total").await, written);
+    assert_eq!(server.metric("brood_rays_total").await, count("rays"));
 
     let (again, _) = bred(&lineage, body).await;
     assert_eq!(again, None, "the pictures of the same children are cached");
-    let metrics = server.get("/metrics").await.expect(200).text();
-    assert_eq!(metric(&metrics, "brood_pictures_skipped_total"), 4);
-    assert_eq!(metric(&metrics, "brood_rays_total"), count("rays"));
+    assert_eq!(server.metric("brood_pictures_skipped_total").await, 4);
+    assert_eq!(server.metric("brood_rays_total").await, count("rays"));
 }
 
 #[tokio::test(flavor = "multi_thread")]

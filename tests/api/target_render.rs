@@ -1,6 +1,8 @@
 //! Measured targets rendered in any scene and light, and individuals at their exposure.
 
-use brood_tests::{TestLineage, TestServer, ids, text_of};
+use std::time::Duration;
+
+use brood_tests::{ServerOptions, TestLineage, TestServer, ids, text_of};
 use reqwest::Method;
 use serde_json::json;
 
@@ -72,4 +74,40 @@ async fn individual_has_the_exposure_of_the_target_it_is_compared_with() {
     server.get(&format!("{beside}&backend=cpu")).await.problem(400);
     let unknown = "01890000-0000-7000-8000-000000000000";
     server.get(&format!("{own}&target={unknown}")).await.problem(404);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn target_is_rendered_once_and_then_served_from_the_picture_cache() {
+    let mut server = TestServer::start();
+    let place = format!("/v1/targets/{}/render.png?size=48", server.glossy_target().await);
+    let first = server.get(&place).await.expect(200).body;
+    assert_eq!(server.get(&place).await.expect(200).body, first);
+    assert_eq!(server.metric("brood_pictures_rendered_total").await, 1);
+    assert_eq!(server.metric("brood_pictures_from_memory_total").await, 1);
+    assert_eq!(server.terminate(), 0);
+    server.restart();
+    assert_eq!(server.get(&place).await.expect(200).body, first);
+    assert_eq!(server.metric("brood_pictures_rendered_total").await, 0);
+    assert_eq!(server.metric("brood_pictures_from_disk_total").await, 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn picture_of_a_target_is_rendered_when_its_request_was_cancelled() {
+    let server = TestServer::start();
+    let id = server.glossy_target().await;
+    let place = |size: u32| format!("/v1/targets/{id}/render.png?size={size}");
+    server.get(&place(32)).await.expect(200);
+    let hasty = server.request(Method::GET, &place(800)).timeout(Duration::from_millis(50));
+    assert!(server.try_send(hasty).await.is_err(), "it takes longer than 50 ms");
+    let picture = server.get(&place(800)).await.expect(200).picture();
+    assert_eq!(picture.dimensions(), (800, 800));
+    assert_eq!(server.metric("brood_pictures_rendered_total").await, 2);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn picture_of_a_target_is_503_when_no_worker_runs() {
+    let server = TestServer::start_with(ServerOptions { workers: 0, ..ServerOptions::default() });
+    let id = server.glossy_target().await;
+    let answer = server.get(&format!("/v1/targets/{id}/render.png?size=48")).await.expect(503);
+    assert!(!answer.header("retry-after").is_empty(), "{:?}", answer.headers);
 }

@@ -158,6 +158,29 @@ async fn pictures_do_not_wait_for_the_lease_of_a_killed_worker() {
     println!("kill -9 of a worker with a lease: pictures after {} ms", elapsed.as_millis());
 }
 
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn picture_of_a_target_arrives_when_its_worker_is_killed() {
+    let server = TestServer::start();
+    let id = server.glossy_target().await;
+    let place = |size: u32| format!("/v1/targets/{id}/render.png?size={size}");
+    // Once a picture has arrived, the worker waits for its next job.
+    server.get(&place(32)).await.expect(200);
+    let worker = workers_of(server.process(), false)[0].to_string();
+    let signal = |name: &str| {
+        std::process::Command::new("kill").args([name, worker.as_str()]).status().unwrap();
+    };
+    signal("-STOP");
+    let kill = async {
+        // The job is granted to the stopped worker meanwhile.
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        signal("-KILL");
+    };
+    let place = place(48);
+    let (answer, ()) = futures::future::join(server.get(&place), kill).await;
+    assert_eq!(answer.expect(200).picture().dimensions(), (48, 48));
+}
+
 /// Breeds with several clients at once and kills the server meanwhile; returns the requests without
 /// an answer.
 async fn shoot(

@@ -181,6 +181,17 @@ impl TestServer {
         self.send(self.request(Method::GET, path)).await
     }
 
+    /// Returns a metric without labels.
+    ///
+    /// # Panics
+    /// If the server has no metric of this name.
+    pub async fn metric(&self, name: &str) -> u64 {
+        let text = self.get("/metrics").await.expect(200).text();
+        let value = text.lines().find_map(|line| line.strip_prefix(&format!("{name} ")));
+        let value = value.and_then(|value| value.parse().ok());
+        value.unwrap_or_else(|| panic!("{name} in {text}"))
+    }
+
     /// Sends a POST of JSON.
     pub async fn post(&self, path: &str, body: &Value) -> Answer {
         self.send(self.request(Method::POST, path).json(body)).await

@@ -9,10 +9,9 @@ use std::sync::Arc;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_eval::encode_png;
 use brood_genome::GenomeHash;
 use brood_inspect::{COMPARED, CurvePoint, OTHER_LIGHT_DEG, Phenomena, Specimen, curves};
-use brood_protocol::{ParentRef, PictureFormat, RENDERER_VERSION, SceneId};
+use brood_protocol::{ParentRef, PictureFormat, RENDERER_VERSION, SceneId, Subject};
 use brood_scene::Scene;
 use brood_storage::StorageError;
 use http::HeaderMap;
@@ -20,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use self::picture::{exposed, linear, row};
 use super::file::FileHead;
+use crate::dispatch::PictureRequest;
 use crate::extract::Query;
 use crate::library::{Framing, Material, Optics};
 use crate::limit;
@@ -141,16 +141,11 @@ pub async fn difference(
     let etag = request.etag();
     let head = FileHead { etag, content_type: "image/png", cache: CACHE };
     let make = async {
-        let exposed = exposed(&app, &request).await?;
-        let mut pictures = limit::in_time(linear(&app, &request, exposed)).await?;
-        let (second, first) = (pictures.pop(), pictures.pop());
-        let draw = move || {
-            let apart = first.zip(second).map(|(first, second)| first.absolute_difference(&second));
-            let apart = apart.expect("two pictures were requested");
-            let (width, height) = apart.size();
-            encode_png(width, height, &apart.encoded_rgba())
-        };
-        app.on_processor(draw).await
+        let (scene, _) = exposed(&app, &request).await?;
+        let framed = app.library.frame(request.view(&app, scene, PictureFormat::Png)).await?;
+        let pair = [0, 1].map(|index: usize| request.materials[index].material.clone());
+        let difference = Subject::Difference(pair);
+        app.picture(PictureRequest::own(framed.frame.clone(), &difference)).await
     };
     head.made(&headers, make).await
 }

@@ -1,6 +1,7 @@
 //! File answers with an ETag: answers 304 if the client already has the file.
 
 use axum::response::{IntoResponse, Response};
+use brood_protocol::PictureKey;
 use bytes::Bytes;
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 
@@ -17,7 +18,12 @@ pub struct FileHead<'a> {
     pub cache: &'static str,
 }
 
-impl FileHead<'_> {
+impl<'a> FileHead<'a> {
+    /// Returns the headers of a picture. Its key is its ETag.
+    pub fn of_picture(key: PictureKey, content_type: &'a str, cache: &'static str) -> Self {
+        Self { etag: format!("\"{key}\""), content_type, cache }
+    }
+
     /// Returns the file, or 304 if the client already has it.
     pub fn answer(&self, headers: &HeaderMap, bytes: impl Into<Bytes>) -> Response {
         match has_already(headers, &self.etag) {

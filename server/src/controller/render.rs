@@ -123,8 +123,7 @@ async fn render(
     let framed = app.library.frame(view).await?;
     let material = app.library.material(individual.hash).await?;
     let key = framed.key(material.program.hash());
-    let etag = format!("\"{key}\"");
-    let head = FileHead { etag, content_type: content_type(format), cache: CACHE };
+    let head = FileHead::of_picture(key, content_type(format), CACHE);
     let make = async {
         let row = app.store_row(framed.row(key, individual.hash)).await?;
         app.picture(&row).await

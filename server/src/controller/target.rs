@@ -2,6 +2,7 @@
 //! use are stored.
 
 mod picture;
+mod read;
 
 use axum::Json;
 use axum::body::Body;
@@ -13,6 +14,7 @@ use brood_target::{TargetFile, TargetFileError, TargetKind};
 use bytes::Bytes;
 use http::{Request, StatusCode};
 
+use self::read::read_blocking;
 use super::{check_length, created};
 use crate::clock::now_ms;
 use crate::extract::{
@@ -22,7 +24,6 @@ use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
-use crate::target_cache::read_blocking;
 
 const COLLECTION: &str = "/v1/targets";
 /// Longest error text about an unreadable file, which may quote names from the file.

@@ -1,38 +1,29 @@
-//! Pictures of targets: uploaded pictures as they were understood, and measured materials drawn in
-//! any scene.
+//! Pictures of targets: uploaded pictures as they were understood, and measured materials rendered
+//! in any scene. Workers render them.
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_brdf::{Model, ModelKind};
-use brood_eval::encode_png;
-use brood_inspect::Shot;
-use brood_protocol::{PictureFormat, RENDERER_VERSION, SceneId, Target, TargetId};
-use brood_scene::{EV_MAX, Scene};
-use brood_target::{KnownView, PixelStatus};
+use brood_protocol::{
+    Aspect, Backend, Frame, MeshSource, PictureFormat, SceneId, Subject, Target, TargetId,
+    TargetSource, TargetView,
+};
+use brood_scene::{EV_MAX, Sampling, Scene};
 use http::HeaderMap;
 use serde::Deserialize;
 
 use super::file::FileHead;
 use super::render::{check_light, check_rays, sampling, size};
+use crate::dispatch::PictureRequest;
 use crate::extract::{NoQuery, Path, Query};
+use crate::library::Framing;
 use crate::problem::ApiError;
 use crate::state::App;
-use crate::target_cache::{Drawn, LoadedTarget, TargetCache, ViewParams};
 
 /// Immutable: a target never changes.
 const CACHE: &str = "private, max-age=31536000, immutable";
 /// Error of requests with another scene or light than the picture's.
 pub const IN_ITS_SCENE: &str =
     "an image target is only known in its own scene and light: omit scene and light_deg";
-
-/// Aspect of a target's picture to show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Aspect {
-    Picture,
-    Scene,
-    Pixels,
-    Mask,
-}
 
 /// Returns a target's picture, developed with the scene's film. `n` counts from 0.
 #[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/picture.png", tag = "jobs",
@@ -109,96 +100,51 @@ async fn answer(
     headers: &HeaderMap,
     aspect: Aspect,
 ) -> Result<Response, ApiError> {
-    check_view(target, n)?;
-    let mut hasher = key_hasher("view", target);
-    hasher.update(&n.to_le_bytes()).update(format!("{aspect:?}").as_bytes());
-    let key = hasher.finalize();
-    let etag = format!("\"{}\"", key.to_hex());
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
-    let prepare = async {
-        let known = TargetCache::view(app, target, n).await?;
-        if aspect == Aspect::Mask && !known.is_masked {
-            let words = format!("picture {n} of the target has no mask");
-            return Err(ApiError::not_found(words));
-        }
-        Ok(move || draw(&known, aspect))
-    };
-    let drawn = TargetCache::picture(app, key, prepare);
+    let own = view(target, n)?;
+    let frame = view_frame(own, own.size_px, own.samples, PictureFormat::Png);
+    let request = PictureRequest::own(frame, &Subject::Target(source(target, Some(n))?, aspect));
+    let head = FileHead::of_picture(request.key(), "image/png", CACHE);
+    let picture = app.picture(request);
     match aspect {
-        // Drawn before the ETag is compared: a missing mask must be 404, not 304.
-        Aspect::Mask => Ok(head.answer(headers, drawn.await?)),
-        Aspect::Picture | Aspect::Scene | Aspect::Pixels => head.made(headers, drawn).await,
+        // Rendered before the ETag is compared: a missing mask must be 404, not 304.
+        Aspect::Mask => Ok(head.answer(headers, picture.await?)),
+        Aspect::Picture | Aspect::Scene | Aspect::Pixels => head.made(headers, picture).await,
     }
 }
 
-/// Checks that a target has a picture of this index.
+/// Returns the source of a target for workers, with the index of its picture if it is an image
+/// target.
 ///
 /// # Errors
-/// 404 if it has not.
-pub fn check_view(target: &Target, n: u32) -> Result<(), ApiError> {
-    if usize::try_from(n).is_ok_and(|n| n < target.views.len()) {
-        return Ok(());
-    }
-    Err(ApiError::not_found(match target.views.len() {
-        0 => "this target is measured and has no pictures".to_owned(),
-        count => format!("the picture index must be 0 to {}", count - 1),
-    }))
+/// 500 if the stored hash is malformed.
+pub fn source(target: &Target, view: Option<u32>) -> Result<TargetSource, ApiError> {
+    let hash = blake3::Hash::from_hex(&target.hash)
+        .map_err(|error| ApiError::internal(format!("a stored target has no hash: {error}")))?;
+    Ok(TargetSource { kind: target.kind.clone(), hash: *hash.as_bytes(), view })
 }
 
-fn draw(known: &KnownView, aspect: Aspect) -> Result<Drawn, ApiError> {
-    let side = known.side();
-    let statuses = |color: &dyn Fn(PixelStatus) -> [u8; 3]| {
-        let opaque = |status: &PixelStatus| {
-            let [r, g, b] = color(*status);
-            [r, g, b, u8::MAX]
-        };
-        let rgba: Vec<u8> = known.view.statuses().iter().flat_map(opaque).collect();
-        Drawn { bytes: encode_png(side, side, &rgba).into(), exposure_ev: 0.0 }
-    };
-    Ok(match aspect {
-        Aspect::Picture => {
-            let shown = known.shown();
-            let bytes = encode_png(shown.width, shown.height, &shown.rgba).into();
-            Drawn { bytes, exposure_ev: shown.exposure_ev }
-        }
-        Aspect::Scene => {
-            let grey = Model::new(ModelKind::Lambert).with("albedo", &[0.5; 3]);
-            let grey = grey.map_err(|error| ApiError::internal(error.to_string()))?;
-            let picture =
-                shot(known, &known.setting.scene).take_on(known.view.set(), &*grey.brdf());
-            Drawn::of(&picture, PictureFormat::Png)?
-        }
-        Aspect::Pixels => statuses(&color),
-        Aspect::Mask => {
-            statuses(&|status| [if status == PixelStatus::Masked { 0 } else { u8::MAX }; 3])
-        }
+/// Returns the frame of a target's picture, in this size, sampling and format.
+pub fn view_frame(
+    view: &TargetView,
+    size_px: u32,
+    sampling: Sampling,
+    format: PictureFormat,
+) -> Frame {
+    Frame::new(&view.scene, MeshSource::Target, size_px, sampling, (format, Backend::Auto))
+}
+
+/// Returns the picture of a target with this index.
+///
+/// # Errors
+/// 404 if it has none.
+pub fn view(target: &Target, n: u32) -> Result<&TargetView, ApiError> {
+    let view = usize::try_from(n).ok().and_then(|n| target.views.get(n));
+    view.ok_or_else(|| {
+        ApiError::not_found(match target.views.len() {
+            0 => "this target is measured and has no pictures".to_owned(),
+            count => format!("the picture index must be 0 to {}", count - 1),
+        })
     })
-}
-
-/// Returns the colour of a status; the API documentation lists these colours.
-fn color(status: PixelStatus) -> [u8; 3] {
-    match status {
-        PixelStatus::Used => [0x4c, 0xaf, 0x50],
-        PixelStatus::Masked => [0x00, 0x00, 0x00],
-        PixelStatus::Background => [0x30, 0x36, 0x3d],
-        PixelStatus::Edge => [0xff, 0xb3, 0x00],
-        PixelStatus::Clipped => [0xe5, 0x39, 0x35],
-        PixelStatus::Grazing => [0x8e, 0x24, 0xaa],
-        PixelStatus::HalfLit => [0x1e, 0x88, 0xe5],
-        PixelStatus::SeveralLights => [0x00, 0xac, 0xc1],
-        PixelStatus::Unlit => [0x6d, 0x4c, 0x41],
-    }
-}
-
-/// Returns a shot with the picture's camera settings and another scene.
-pub fn shot<'a>(known: &'a KnownView, scene: &'a Scene) -> Shot<'a> {
-    Shot {
-        mesh: &known.setting.mesh,
-        scene,
-        assets: &known.setting.assets,
-        size_px: known.side(),
-        sampling: known.setting.sampling,
-    }
 }
 
 /// Options of a target's picture.
@@ -261,70 +207,21 @@ pub async fn render(
         Some(scene) => scene,
         None => super::scene::store(&app, &Scene::default()).await?,
     };
-    let view = ViewParams { scene, light_deg: query.light_deg, size_px, sampling };
-    let etag = format!("\"{}\"", measured_key(&target, view, query.exposure_ev).to_hex());
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
-    head.made(&headers, draw_measured(&app, &target, view, query.exposure_ev)).await
-}
-
-/// Draws a measured material.
-///
-/// # Errors
-/// [`ApiError`] if the target or the scene cannot be read, or drawing takes too long.
-pub async fn draw_measured(
-    app: &App,
-    target: &Target,
-    view: ViewParams,
-    exposure_ev: Option<f64>,
-) -> Result<Drawn, ApiError> {
-    let key = measured_key(target, view, exposure_ev);
-    let prepare = async {
-        let traced = TargetCache::traced_view(app, view).await?;
-        let loaded = TargetCache::load(app, target).await?;
-        Ok(move || match &*loaded {
-            LoadedTarget::Measured(brdf) => {
-                Drawn::of(&traced.render(&**brdf, exposure_ev), PictureFormat::Png)
-            }
-            LoadedTarget::Pictures(..) => Err(ApiError::refused(IN_ITS_SCENE)),
-        })
+    let view = Framing {
+        scene,
+        light_deg: query.light_deg,
+        size_px,
+        sampling,
+        area: None,
+        format: PictureFormat::Png,
+        backend: Backend::Auto,
     };
-    TargetCache::picture(app, key, prepare).await
-}
-
-fn measured_key(target: &Target, view: ViewParams, exposure_ev: Option<f64>) -> blake3::Hash {
-    let mut hasher = key_hasher("measured", target);
-    hasher.update(&view_bytes(view));
-    hasher.update(&ev_bytes(exposure_ev));
-    hasher.finalize()
-}
-
-/// Returns a hasher for a picture's cache key, seeded with the kind of picture, the target and the
-/// versions.
-pub fn key_hasher(what: &str, target: &Target) -> blake3::Hasher {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(b"brood target picture\n");
-    hasher.update(&RENDERER_VERSION.to_le_bytes());
-    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-    hasher.update(what.as_bytes()).update(b"\n");
-    hasher.update(target.hash.as_bytes());
-    hasher
-}
-
-/// Returns the bytes of a view for a cache key.
-pub fn view_bytes(view: ViewParams) -> Vec<u8> {
-    let ViewParams { scene, light_deg, size_px, sampling } = view;
-    let mut bytes = scene.as_bytes().to_vec();
-    bytes.extend(ev_bytes(light_deg));
-    bytes.extend(size_px.to_le_bytes());
-    bytes.extend(sampling.to_string().bytes());
-    bytes
-}
-
-fn ev_bytes(value: Option<f64>) -> [u8; 9] {
-    let mut bytes = [0; 9];
-    if let Some(value) = value {
-        bytes[0] = 1;
-        bytes[1..].copy_from_slice(&value.to_le_bytes());
+    let mut frame = app.library.frame(view).await?.frame.clone();
+    if let Some(ev) = query.exposure_ev {
+        frame = frame.exposed(ev).map_err(|error| ApiError::internal(error.to_string()))?;
     }
-    bytes
+    let subject = Subject::Target(source(&target, None)?, Aspect::Picture);
+    let request = PictureRequest::own(frame, &subject);
+    let head = FileHead::of_picture(request.key(), "image/png", CACHE);
+    head.made(&headers, app.picture(request)).await
 }

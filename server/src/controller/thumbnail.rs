@@ -40,8 +40,7 @@ pub async fn get(
         let words = format!("the current picture is at {url}");
         return Err(ApiError::gone(words).with_header(header::LOCATION, url));
     }
-    let etag = format!("\"{key}\"");
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let head = FileHead::of_picture(key, "image/png", CACHE);
     head.made(&headers, app.picture(&row)).await
 }
 

@@ -29,7 +29,7 @@ const ARROWS: [(&str, &str); 19] = [
     ("search", "target eval program genome scene light mesh brdf"),
     ("protocol", "genome program brdf scene mesh"),
     ("storage", "protocol genome"),
-    ("server", "protocol storage genome program brdf mesh light scene eval export inspect target"),
+    ("server", "protocol storage genome program mesh light scene eval export inspect target"),
     ("worker", "protocol genome program brdf mesh light scene eval gpu inspect search target"),
     (
         "bench",

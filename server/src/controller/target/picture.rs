@@ -16,13 +16,13 @@ use brood_target::{
 use bytes::Bytes;
 use serde_json::Value;
 
+use super::read::{READ_PERMITS, read_blocking};
 use super::{ParsedTarget, REASON_CHARS, clean};
 use crate::extract::{Parts, parse_value};
 use crate::lighting;
 use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
-use crate::target_cache::{READ_PERMITS, read_blocking};
 
 /// Uploads with more samples than this are read one at a time.
 const LARGE_RAYS: u64 = 1 << 20;
