@@ -5,8 +5,8 @@
 //! page that shows everything.
 
 mod curve;
+mod material;
 mod page;
-mod subject;
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::frame::FrameArgs;
-pub use subject::Subject;
+pub use material::NamedMaterial;
 
 /// Options of `brood compare`.
 #[derive(Debug, Args)]
@@ -67,9 +67,10 @@ pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
     let (frame, mesh) = args.frame.load(&renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;
     let assets = renderer.light_assets();
-    let subjects: Vec<Subject> = args.materials.iter().map(Subject::read).collect::<Result<_>>()?;
+    let subjects: Vec<NamedMaterial> =
+        args.materials.iter().map(NamedMaterial::read).collect::<Result<_>>()?;
     output::make_dir(&args.output)?;
-    let shot = |scene: &Scene, subject: &Subject| {
+    let shot = |scene: &Scene, subject: &NamedMaterial| {
         let (size_px, sampling) = (args.frame.size, args.frame.samples);
         Shot { mesh: mesh.mesh(), scene, assets: &assets, size_px, sampling }.take(subject)
     };

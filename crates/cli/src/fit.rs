@@ -25,7 +25,7 @@ use brood_target::{MeasuredTarget, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
 
-use crate::compare::Subject;
+use crate::compare::NamedMaterial;
 use crate::frame::FrameArgs;
 use crate::front;
 use log::Log;
@@ -204,7 +204,7 @@ fn pictures(args: &FitArgs, renderer: &Renderer, best: &Genome) -> Result<()> {
     let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;
     let assets = renderer.light_assets();
-    let subjects = [Subject::read(&args.target)?, Subject::of("best", best.clone())];
+    let subjects = [NamedMaterial::read(&args.target)?, NamedMaterial::of("best", best.clone())];
     for (name, subject) in ["target.png", "best.png"].into_iter().zip(subjects) {
         let (size_px, sampling) = (args.frame.size, args.frame.samples);
         let shot = Shot { mesh: mesh.mesh(), scene: &scene, assets: &assets, size_px, sampling };

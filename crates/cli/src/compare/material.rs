@@ -12,7 +12,7 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 
 /// Named material.
-pub struct Subject {
+pub struct NamedMaterial {
     name: String,
     kind: Kind,
 }
@@ -22,7 +22,7 @@ enum Kind {
     Measured(Box<dyn Brdf>),
 }
 
-impl Subject {
+impl NamedMaterial {
     /// Reads the material at `path`; `-` is standard input.
     pub fn read(path: &PathBuf) -> Result<Self> {
         let name = match path.file_stem() {
@@ -58,7 +58,7 @@ impl Subject {
     }
 }
 
-impl Shade for Subject {
+impl Shade for NamedMaterial {
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
         self.specimen().shade(set, out);
     }

@@ -22,7 +22,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::FitArgs;
-use crate::compare::Subject;
+use crate::compare::NamedMaterial;
 use crate::frame::read_obj;
 use crate::light_file;
 
@@ -214,7 +214,7 @@ impl TargetPictures {
 
     /// Writes target, best, difference and used pixels of each picture; returns the errors as JSON.
     pub fn write(&self, folder: &Path, best: &Genome) -> Result<Vec<Value>> {
-        let subject = Subject::of("best", best.clone());
+        let subject = NamedMaterial::of("best", best.clone());
         let shown = self.read.views.iter().zip(&self.names).enumerate();
         shown.map(|(index, one)| write((folder, index), one, &subject)).collect()
     }
@@ -229,7 +229,7 @@ impl TargetPictures {
 fn write(
     (folder, index): (&Path, usize),
     (known, name): (&KnownView, &String),
-    best: &Subject,
+    best: &NamedMaterial,
 ) -> Result<Value> {
     let ViewComparison { wanted, found, error, flip, exposure_ev } =
         ViewComparison::of(known, best);
