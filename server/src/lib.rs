@@ -26,6 +26,7 @@ mod dispatch;
 mod error;
 mod event;
 mod extract;
+mod host_name;
 mod idempotency;
 mod layer;
 mod library;

@@ -15,7 +15,7 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::file::FileHead;
+use super::file::{FileHead, REVALIDATED};
 use super::sheet as contact;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
@@ -23,7 +23,6 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
-const CACHE: &str = "private, no-cache";
 const SIZE: u32 = 128;
 const FRAMES: u32 = 24;
 const SECONDS: f32 = 4.0;
@@ -99,7 +98,7 @@ pub async fn animation(
     let circle = query.check(1)?;
     let frames = rows_of(&app, id, circle).await?;
     let etag = etag("apng", circle.delay_ms, frames.iter());
-    let head = FileHead { etag, content_type: "image/apng", cache: CACHE };
+    let head = FileHead { etag, content_type: "image/apng", cache: REVALIDATED };
     let make = async {
         let pictures = pictures(&app, frames, circle.size_px).await?;
         let (size_px, delay_ms) = (circle.size_px, circle.delay_ms);
@@ -121,7 +120,7 @@ pub async fn strip(
     let circle = query.check(1)?;
     let frames = rows_of(&app, id, circle).await?;
     let etag = etag("strip", 0, frames.iter());
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let head = FileHead { etag, content_type: "image/png", cache: REVALIDATED };
     let make = async {
         let side = circle.size_px;
         let pictures = pictures(&app, frames, side).await?;
@@ -163,7 +162,7 @@ pub async fn sheet(
         rows.push(self::rows(&app, centre.clone(), generation.lineage, large).await?);
     }
     let etag = etag("sheet", circle.delay_ms, rows.iter().flatten());
-    let head = FileHead { etag, content_type: "image/apng", cache: CACHE };
+    let head = FileHead { etag, content_type: "image/apng", cache: REVALIDATED };
     let has_centre = centre.is_some();
     let compose = async {
         let mut frames = Vec::with_capacity(circle.frames as usize);

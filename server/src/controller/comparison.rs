@@ -4,48 +4,28 @@
 //! Workers render the pictures; this module only compares them.
 
 mod picture;
+mod request;
 
 use std::sync::Arc;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_genome::GenomeHash;
-use brood_inspect::{COMPARED, CurvePoint, OTHER_LIGHT_DEG, Phenomena, Specimen, curves};
-use brood_protocol::{ParentRef, PictureFormat, RENDERER_VERSION, SceneId, Subject};
-use brood_scene::Scene;
-use brood_storage::StorageError;
+use brood_inspect::{CurvePoint, OTHER_LIGHT_DEG, Phenomena, curves};
+use brood_protocol::{ParentRef, PictureFormat, SceneId, Subject};
 use http::HeaderMap;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use self::picture::{exposed, linear, row};
-use super::file::FileHead;
+pub use self::request::ComparisonQuery;
+use self::request::{ComparisonRequest, RequestedMaterial, specimen};
+use super::file::{FileHead, REVALIDATED};
 use crate::dispatch::PictureRequest;
 use crate::extract::Query;
-use crate::library::{Framing, Material, Optics};
+use crate::library::{Framing, Optics};
 use crate::limit;
 use crate::presenter::thumbnail_url;
-use crate::problem::{ApiError, quote};
+use crate::problem::ApiError;
 use crate::state::App;
-
-/// Must be revalidated: the answer depends on the lineage's scene and on the program version.
-const CACHE: &str = "private, no-cache";
-const SIZE: u32 = 256;
-
-/// Materials to compare and how to show them.
-#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
-#[into_params(parameter_in = Query)]
-#[serde(deny_unknown_fields)]
-pub struct ComparisonQuery {
-    /// Two to six individuals by id or genomes by hash, separated by commas. The first is the
-    /// reference.
-    materials: String,
-    /// Scene to render; default: that of the first individual's lineage, or the default scene if
-    /// only genomes are named.
-    scene: Option<SceneId>,
-    /// Side of the pictures in pixels, 16 to 1024; default 256.
-    #[param(minimum = 16, maximum = 1024)]
-    size: Option<u32>,
-}
 
 /// Comparison of materials.
 #[derive(Debug, Clone, Serialize, utoipa::ToSchema)]
@@ -95,19 +75,6 @@ pub struct Difference {
     flip: f64,
 }
 
-/// Parsed and resolved query.
-struct ComparisonRequest {
-    materials: Vec<RequestedMaterial>,
-    scene: SceneId,
-    size_px: u32,
-}
-
-struct RequestedMaterial {
-    named: ParentRef,
-    hash: GenomeHash,
-    material: Arc<Material>,
-}
-
 /// Compares two to six materials.
 #[utoipa::path(get, path = "/v1/comparison", tag = "individuals", params(ComparisonQuery),
     responses((status = 200, body = Comparison), (status = 304, description = "unchanged")))]
@@ -116,9 +83,9 @@ pub async fn get(
     Query(query): Query<ComparisonQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let request = find(&app, query).await?;
+    let request = ComparisonRequest::find(&app, query).await?;
     let etag = request.etag();
-    let head = FileHead { etag, content_type: "application/json", cache: CACHE };
+    let head = FileHead { etag, content_type: "application/json", cache: REVALIDATED };
     let make = async {
         let compared = limit::in_time(compare(&app, request)).await?;
         Ok(serde_json::to_vec(&compared).expect("a comparison is plain data"))
@@ -134,12 +101,12 @@ pub async fn difference(
     Query(query): Query<ComparisonQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let request = find(&app, query).await?;
+    let request = ComparisonRequest::find(&app, query).await?;
     if request.materials.len() != 2 {
         return Err(ApiError::bad_parameter("materials", "must be exactly 2"));
     }
     let etag = request.etag();
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let head = FileHead { etag, content_type: "image/png", cache: REVALIDATED };
     let make = async {
         let (scene, _) = exposed(&app, &request).await?;
         let framed = app.library.frame(request.view(&app, scene, PictureFormat::Png)).await?;
@@ -148,76 +115,6 @@ pub async fn difference(
         app.picture(PictureRequest::own(framed.frame.clone(), &difference)).await
     };
     head.made(&headers, make).await
-}
-
-async fn find(app: &App, query: ComparisonQuery) -> Result<ComparisonRequest, ApiError> {
-    let size_px = limit::side(query.size.unwrap_or(SIZE), limit::THUMBNAIL_PX)?;
-    let count = query.materials.split(',').count();
-    if !COMPARED.contains(&count) {
-        let words =
-            format!("must be {} to {} items, got {count}", COMPARED.start(), COMPARED.end());
-        return Err(ApiError::bad_parameter("materials", words));
-    }
-    let mut materials = Vec::with_capacity(count);
-    let mut lineage = None;
-    for text in query.materials.split(',').map(str::trim) {
-        let named = text.parse().map_err(|_| {
-            let words = format!("{} is neither an individual's id nor a genome hash", quote(text));
-            ApiError::bad_parameter("materials", words)
-        })?;
-        let missing = |error: StorageError| match error {
-            StorageError::NotFound => {
-                ApiError::not_found(format!("there is no individual or genome {}", quote(text)))
-            }
-            other => other.into(),
-        };
-        let hash = match named {
-            ParentRef::Genome(hash) => {
-                app.store.genome(hash).await.map_err(missing)?;
-                hash
-            }
-            ParentRef::Individual(id) => {
-                let individual = app.store.individual(id).await.map_err(missing)?;
-                lineage = lineage.or(Some(individual.lineage));
-                individual.hash
-            }
-        };
-        materials.push(RequestedMaterial {
-            named,
-            hash,
-            material: app.library.material(hash).await?,
-        });
-    }
-    let scene = match (query.scene, lineage) {
-        (Some(scene), _) => scene,
-        (None, Some(lineage)) => app.store.lineage(lineage).await?.scene,
-        (None, None) => super::scene::store(app, &Scene::default()).await?,
-    };
-    // Fails early if the scene does not exist.
-    app.library.scene(scene).await?;
-    Ok(ComparisonRequest { materials, scene, size_px })
-}
-
-impl ComparisonRequest {
-    /// Returns an ETag of everything that the answer depends on.
-    fn etag(&self) -> String {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-        hasher.update(&RENDERER_VERSION.to_le_bytes()).update(&self.size_px.to_le_bytes());
-        hasher.update(self.scene.as_bytes());
-        for one in &self.materials {
-            hasher.update(one.named.to_string().as_bytes()).update(one.hash.as_bytes());
-        }
-        format!("\"{}\"", hasher.finalize().to_hex())
-    }
-
-    fn first(&self) -> Arc<Material> {
-        self.materials[0].material.clone()
-    }
-}
-
-fn specimen(material: &Material) -> Specimen<'_> {
-    Specimen::Bred(&material.genome, &material.program)
 }
 
 async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, ApiError> {

@@ -7,6 +7,11 @@ use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 
 use crate::problem::ApiError;
 
+/// `Cache-Control` of files that never change.
+pub const IMMUTABLE: &str = "private, max-age=31536000, immutable";
+/// `Cache-Control` of files that may change, for example with the scene of a lineage.
+pub const REVALIDATED: &str = "private, no-cache";
+
 /// Headers of a file answer.
 #[derive(Debug)]
 pub struct FileHead<'a> {

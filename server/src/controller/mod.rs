@@ -19,6 +19,7 @@ pub mod lineage_file;
 pub mod mesh;
 pub mod operation;
 pub mod page;
+mod picture_query;
 pub mod preset;
 pub mod render;
 pub mod scene;

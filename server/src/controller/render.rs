@@ -5,21 +5,17 @@ mod matched;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{Backend, IndividualId, PictureFormat, SceneId, TargetId};
-use brood_scene::{PixelArea, Sampling};
+use brood_scene::PixelArea;
 use http::HeaderMap;
 use serde::Deserialize;
 
 use self::matched::MatchedRender;
-use super::file::FileHead;
+use super::file::{FileHead, REVALIDATED};
+use super::picture_query::{check_light, check_rays, content_type, sampling, size};
 use crate::extract::{Path, Query};
 use crate::library::Framing;
-use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
-
-const SIZE: u32 = 256;
-/// Must be revalidated: the lineage's scene may change.
-const CACHE: &str = "private, no-cache";
 
 /// Options of a picture.
 #[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
@@ -123,66 +119,12 @@ async fn render(
     let framed = app.library.frame(view).await?;
     let material = app.library.material(individual.hash).await?;
     let key = framed.key(material.program.hash());
-    let head = FileHead::of_picture(key, content_type(format), CACHE);
+    let head = FileHead::of_picture(key, content_type(format), REVALIDATED);
     let make = async {
         let row = app.store_row(framed.row(key, individual.hash)).await?;
         app.picture(&row).await
     };
     head.made(headers, make).await
-}
-
-/// Returns the side of a picture in pixels; 256 by default.
-///
-/// # Errors
-/// 400 if it is out of range.
-pub(super) fn size(asked: Option<u32>) -> Result<u32, ApiError> {
-    limit::side(asked.unwrap_or(SIZE), limit::PICTURE_PX)
-}
-
-/// Checks a light angle.
-///
-/// # Errors
-/// 400 if it is not a number from -1e6 to 1e6.
-pub(super) fn check_light(light_deg: Option<f64>) -> Result<(), ApiError> {
-    match light_deg.filter(|light| !(light.is_finite() && light.abs() <= 1e6)) {
-        Some(_) => Err(ApiError::bad_parameter("light_deg", "must be a number from -1e6 to 1e6")),
-        None => Ok(()),
-    }
-}
-
-/// Checks that a picture needs at most [`limit::RAYS`] rays.
-///
-/// # Errors
-/// 422 if it needs more.
-pub(super) fn check_rays(pixels: u64, sampling: Sampling) -> Result<(), ApiError> {
-    let rays = pixels * u64::from(sampling.min_rays());
-    if rays > limit::RAYS {
-        let words =
-            format!("size and samples add up to {rays} rays; at most {} are allowed", limit::RAYS);
-        return Err(ApiError::refused(words));
-    }
-    Ok(())
-}
-
-fn content_type(format: PictureFormat) -> &'static str {
-    match format {
-        PictureFormat::Png => "image/png",
-        PictureFormat::Exr => "image/x-exr",
-    }
-}
-
-/// Parses a `samples` parameter; adaptive by default.
-///
-/// # Errors
-/// 400 if it is neither `adaptive` nor 1 to 64.
-pub(super) fn sampling(text: Option<&str>) -> Result<Sampling, ApiError> {
-    let Some(text) = text else { return Ok(Sampling::default()) };
-    let known =
-        text.parse().ok().filter(|sampling: &Sampling| sampling.min_rays() <= limit::SAMPLES);
-    known.ok_or_else(|| {
-        let words = format!("must be adaptive or 1 to {}, got {}", limit::SAMPLES, quote(text));
-        ApiError::bad_parameter("samples", words)
-    })
 }
 
 fn area(text: Option<&str>, size_px: u32) -> Result<Option<PixelArea>, ApiError> {

@@ -11,7 +11,7 @@ use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::file::FileHead;
+use super::file::{FileHead, REVALIDATED};
 use crate::extract::{NoQuery, Path, Query};
 use crate::library::Framing;
 use crate::limit;
@@ -19,7 +19,6 @@ use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-const CACHE: &str = "private, no-cache";
 /// Number of children around a centre.
 const AROUND: usize = 20;
 /// Number of pictures requested at a time: enough for one job, few enough to hold in memory.
@@ -115,7 +114,7 @@ async fn compose(
         hasher.update(&row.key.0);
     });
     let etag = format!("\"{}\"", hasher.finalize().to_hex());
-    let head = FileHead { etag, content_type: "image/png", cache: CACHE };
+    let head = FileHead { etag, content_type: "image/png", cache: REVALIDATED };
     let has_centre = centre.is_some();
     let make = async {
         let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);

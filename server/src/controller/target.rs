@@ -14,7 +14,7 @@ use brood_target::{TargetFile, TargetFileError, TargetKind};
 use bytes::Bytes;
 use http::{Request, StatusCode};
 
-use self::read::read_blocking;
+use self::read::{ParsedTarget, REASON_CHARS, clean, read_blocking};
 use super::{check_length, created};
 use crate::clock::now_ms;
 use crate::extract::{
@@ -26,8 +26,6 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 const COLLECTION: &str = "/v1/targets";
-/// Longest error text about an unreadable file, which may quote names from the file.
-const REASON_CHARS: usize = 160;
 
 /// Uploads a target as `multipart/form-data` with the parts `spec` (JSON) and `file`.
 ///
@@ -89,21 +87,6 @@ fn same(parts: &Parts) -> Vec<u8> {
         all.extend(blake3::hash(bytes).as_bytes());
     }
     all
-}
-
-/// Parsed target and its stored file.
-struct ParsedTarget {
-    read: TargetFile,
-    bytes: Vec<u8>,
-    hash: blake3::Hash,
-}
-
-impl ParsedTarget {
-    fn read(kind: TargetKind, bytes: Vec<u8>) -> Result<Self, TargetFileError> {
-        let read = TargetFile::read(kind, &bytes)?;
-        let hash = blake3::hash(&bytes);
-        Ok(Self { read, bytes, hash })
-    }
 }
 
 /// Parses a target measured at directions.
@@ -179,11 +162,6 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
 fn refusal(error: TargetFileError) -> ApiError {
     let may_quote = matches!(error, TargetFileError::Rgl(_) | TargetFileError::Picture(_));
     ApiError::refused(clean(&error.to_string(), if may_quote { REASON_CHARS } else { 500 }))
-}
-
-fn clean(reason: &str, most_chars: usize) -> String {
-    let clean = reason.chars().map(|c| if c.is_control() { ' ' } else { c });
-    clean.take(most_chars).collect()
 }
 
 fn describe(spec: &TargetSpec, parsed: &ParsedTarget) -> Target {

@@ -11,16 +11,14 @@ use brood_scene::{EV_MAX, Sampling, Scene};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::file::FileHead;
-use super::render::{check_light, check_rays, sampling, size};
+use super::file::{FileHead, IMMUTABLE};
+use super::picture_query::{check_light, check_rays, sampling, size};
 use crate::dispatch::PictureRequest;
 use crate::extract::{NoQuery, Path, Query};
 use crate::library::Framing;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Immutable: a target never changes.
-const CACHE: &str = "private, max-age=31536000, immutable";
 /// Error of requests with another scene or light than the picture's.
 pub const IN_ITS_SCENE: &str =
     "an image target is only known in its own scene and light: omit scene and light_deg";
@@ -103,7 +101,7 @@ async fn answer(
     let own = view(target, n)?;
     let frame = view_frame(own, own.size_px, own.samples, PictureFormat::Png);
     let request = PictureRequest::own(frame, &Subject::Target(source(target, Some(n))?, aspect));
-    let head = FileHead::of_picture(request.key(), "image/png", CACHE);
+    let head = FileHead::of_picture(request.key(), "image/png", IMMUTABLE);
     let picture = app.picture(request);
     match aspect {
         // Rendered before the ETag is compared: a missing mask must be 404, not 304.
@@ -222,6 +220,6 @@ pub async fn render(
     }
     let subject = Subject::Target(source(&target, None)?, Aspect::Picture);
     let request = PictureRequest::own(frame, &subject);
-    let head = FileHead::of_picture(request.key(), "image/png", CACHE);
+    let head = FileHead::of_picture(request.key(), "image/png", IMMUTABLE);
     head.made(&headers, app.picture(request)).await
 }

@@ -8,14 +8,12 @@ use brood_protocol::{PictureFormat, PictureKey, RENDERER_VERSION};
 use brood_storage::StoredPicture;
 use http::{HeaderMap, header};
 
-use super::file::FileHead;
+use super::file::{FileHead, IMMUTABLE};
 use crate::extract::{NoQuery, Path};
 use crate::library::Framing;
 use crate::presenter::thumbnail_url;
 use crate::problem::ApiError;
 use crate::state::{App, AppState};
-
-const CACHE: &str = "private, max-age=31536000, immutable";
 
 /// Returns a picture by its key; waits while it is being rendered.
 #[utoipa::path(get, path = "/v1/thumbnails/{file}", tag = "pictures",
@@ -40,7 +38,7 @@ pub async fn get(
         let words = format!("the current picture is at {url}");
         return Err(ApiError::gone(words).with_header(header::LOCATION, url));
     }
-    let head = FileHead::of_picture(key, "image/png", CACHE);
+    let head = FileHead::of_picture(key, "image/png", IMMUTABLE);
     head.made(&headers, app.picture(&row)).await
 }
 

@@ -17,7 +17,6 @@ use crate::state::App;
 use axum::response::{IntoResponse, Response};
 
 pub use gate::{COOKIE, token};
-pub use host::HostNames;
 
 /// Wraps the routes in the layers.
 pub fn wrap(router: Router, app: &App) -> Router {

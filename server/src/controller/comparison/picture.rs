@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use brood_inspect::{COMPARED, LinearImage};
 use brood_protocol::{PictureFormat, SceneId};
-use brood_scene::{Exposure, Film, Sampling, Scene};
+use brood_scene::{Exposure, Film, Scene};
 use brood_storage::StoredPicture;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
-use super::{ComparisonRequest, RequestedMaterial, specimen};
+use super::request::{ComparisonRequest, RequestedMaterial, specimen};
 use crate::controller::scene;
 use crate::library::Framing;
 use crate::problem::ApiError;
@@ -30,21 +30,6 @@ pub async fn exposed(app: &App, request: &ComparisonRequest) -> Result<(SceneId,
     let film = Film { exposure: Exposure::Ev(ev), ..film };
     let id = scene::store(app, &Scene { film, ..known.scene.clone() }).await?;
     Ok((id, ev))
-}
-
-impl ComparisonRequest {
-    /// Returns the framing of the pictures in a scene.
-    pub fn view(&self, app: &App, scene: SceneId, format: PictureFormat) -> Framing {
-        Framing {
-            scene,
-            light_deg: None,
-            size_px: self.size_px,
-            sampling: Sampling::default(),
-            area: None,
-            format,
-            backend: app.backend,
-        }
-    }
 }
 
 /// Stores and returns the picture row of a material in a view.

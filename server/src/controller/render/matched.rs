@@ -9,8 +9,8 @@ use brood_scene::Sampling;
 use brood_storage::{StorageError, StoredIndividual};
 use http::HeaderMap;
 
-use super::{CACHE, SIZE, check_rays, content_type};
-use crate::controller::file::FileHead;
+use crate::controller::file::{FileHead, REVALIDATED};
+use crate::controller::picture_query::{SIZE, check_rays, content_type};
 use crate::controller::target_picture::{IN_ITS_SCENE, source, view, view_frame};
 use crate::dispatch::PictureRequest;
 use crate::library::Framing;
@@ -56,7 +56,7 @@ impl MatchedRender {
         };
         let material = app.library.material(individual.hash).await?;
         let request = PictureRequest::own(frame, &Subject::Matched(material, source));
-        let head = FileHead::of_picture(request.key(), content_type(self.format), CACHE);
+        let head = FileHead::of_picture(request.key(), content_type(self.format), REVALIDATED);
         head.made(headers, app.picture(request)).await
     }
 

@@ -16,8 +16,7 @@ use brood_target::{
 use bytes::Bytes;
 use serde_json::Value;
 
-use super::read::{READ_PERMITS, read_blocking};
-use super::{ParsedTarget, REASON_CHARS, clean};
+use super::read::{ParsedTarget, READ_PERMITS, REASON_CHARS, clean, read_blocking};
 use crate::extract::{Parts, parse_value};
 use crate::lighting;
 use crate::limit;
