@@ -4,31 +4,30 @@ use brood_genome::Output;
 use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
 
 use crate::input;
-use crate::language::{Language, Type};
+use crate::source::{let_line, number};
 
 /// Lines that read the inputs by their names, and `models` if there are layers, and return f. Valid
 /// for texture coordinates in [-`uv`, `uv`].
-pub(crate) fn lines(program: &Program, language: Language, uv: f32) -> String {
+pub(crate) fn lines(program: &Program, uv: f32) -> String {
     let ranges = step_ranges(program, |input| {
         let bound = input::bound(input, uv);
         Range { low: -bound, high: bound }
     });
-    let value = |operand| value(program, operand, language);
+    let value = |operand| value(program, operand);
     let mut text = String::new();
     for (index, (step, range)) in program.steps().iter().zip(&ranges).enumerate() {
         let call = call(step.operation, &value(step.a), &value(step.b), range);
-        text += &language.let_line(Type::Scalar, &format!("s{index}"), &call);
+        text += &let_line("f32", &format!("s{index}"), &call);
     }
     for (channel, result) in program.results().iter().enumerate() {
         let f = square(program, *result, &value(*result), channel);
-        text += &language.let_line(Type::Scalar, &format!("f{channel}"), &f);
+        text += &let_line("f32", &format!("f{channel}"), &f);
     }
-    let vector = language.type_name(Type::Vec3);
     if *program.output() == Output::IDENTITY {
-        return text + &format!("  return {vector}(f0, f1, f2);\n");
+        return text + "  return vec3f(f0, f1, f2);\n";
     }
-    text += &output(program.output(), language);
-    text + &format!("  return {vector}(o0, o1, o2);\n")
+    text += &output(program.output());
+    text + "  return vec3f(o0, o1, o2);\n"
 }
 
 /// Square of a result plus the reflectance of the models.
@@ -53,14 +52,13 @@ fn constant(program: &Program, operand: Operand) -> Option<f32> {
 
 /// Colour matrix, scale and offset of f0, f1, f2, in the operation order of the canonical
 /// evaluators.
-fn output(output: &Output, language: Language) -> String {
+fn output(output: &Output) -> String {
     let mut text = String::new();
-    let mut line =
-        |name: String, value: String| text += &language.let_line(Type::Scalar, &name, &value);
+    let mut line = |name: String, value: String| text += &let_line("f32", &name, &value);
     for (channel, row) in output.matrix().iter().enumerate() {
-        let [red, green, blue] = row.map(|weight| language.number(weight));
-        let scale = language.number(output.scale()[channel]);
-        let offset = language.number(output.offset()[channel]);
+        let [red, green, blue] = row.map(number);
+        let scale = number(output.scale()[channel]);
+        let offset = number(output.offset()[channel]);
         let two = format!("brood_hold(brood_product(f1, {green}) + brood_product(f0, {red}))");
         line(format!("m{channel}"), two);
         let three = format!("brood_hold(brood_product(f2, {blue}) + m{channel})");
@@ -72,13 +70,11 @@ fn output(output: &Output, language: Language) -> String {
 }
 
 /// Expression of an operand: variable of a step, name of an input, or literal.
-fn value(program: &Program, operand: Operand, language: Language) -> String {
+fn value(program: &Program, operand: Operand) -> String {
     match operand {
         Operand::Step(index) => format!("s{index}"),
         Operand::Input(input) => input::name(input).to_owned(),
-        Operand::Constant(index) => {
-            language.number(program.constants()[usize::from(index)].canonical)
-        }
+        Operand::Constant(index) => number(program.constants()[usize::from(index)].canonical),
     }
 }
 

@@ -4,7 +4,7 @@
 use brood_brdf::{Input, InputMask};
 use brood_genome::RANGE;
 
-use crate::language::{Language, Type};
+use crate::source::let_line;
 
 /// Common subexpressions of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,40 +57,30 @@ impl Part {
         }
     }
 
-    /// Type, expression, and the parts that the expression uses. VEC2 and VEC3 stand for the
-    /// language's names of these types. 9.1e-13 is 2^-40, which avoids division by 0 at poles.
-    fn definition(self) -> (Type, &'static str, &'static [Self]) {
+    /// Type, expression, and the parts that the expression uses. 9.1e-13 is 2^-40, which avoids
+    /// division by 0 at poles.
+    fn definition(self) -> (&'static str, &'static str, &'static [Self]) {
         match self {
-            Self::CosI => (Type::Scalar, "dot(wi, n)", &[]),
-            Self::CosO => (Type::Scalar, "dot(wo, n)", &[]),
-            Self::TangentI => (Type::Vec2, "VEC2(dot(wi, x), dot(wi, y))", &[]),
-            Self::TangentO => (Type::Vec2, "VEC2(dot(wo, x), dot(wo, y))", &[]),
-            Self::P2 => (Type::Scalar, "cos_o - cos_i", &[Self::CosI, Self::CosO]),
-            Self::SmoothP4 => {
-                (Type::Scalar, "v.y * l.x - v.x * l.y", &[Self::TangentI, Self::TangentO])
+            Self::CosI => ("f32", "dot(wi, n)", &[]),
+            Self::CosO => ("f32", "dot(wo, n)", &[]),
+            Self::TangentI => ("vec2f", "vec2f(dot(wi, x), dot(wi, y))", &[]),
+            Self::TangentO => ("vec2f", "vec2f(dot(wo, x), dot(wo, y))", &[]),
+            Self::P2 => ("f32", "cos_o - cos_i", &[Self::CosI, Self::CosO]),
+            Self::SmoothP4 => ("f32", "v.y * l.x - v.x * l.y", &[Self::TangentI, Self::TangentO]),
+            Self::PaperI => ("vec2f", "l / sqrt(max(dot(l, l), 9.094947e-13))", &[Self::TangentI]),
+            Self::PaperO => ("vec2f", "v / sqrt(max(dot(v, v), 9.094947e-13))", &[Self::TangentO]),
+            Self::PaperP4 => {
+                ("f32", "v_unit.y * l_unit.x - v_unit.x * l_unit.y", &[Self::PaperI, Self::PaperO])
             }
-            Self::PaperI => {
-                (Type::Vec2, "l / sqrt(max(dot(l, l), 9.094947e-13))", &[Self::TangentI])
-            }
-            Self::PaperO => {
-                (Type::Vec2, "v / sqrt(max(dot(v, v), 9.094947e-13))", &[Self::TangentO])
-            }
-            Self::PaperP4 => (
-                Type::Scalar,
-                "v_unit.y * l_unit.x - v_unit.x * l_unit.y",
-                &[Self::PaperI, Self::PaperO],
-            ),
             Self::Sum => (
-                Type::Vec3,
-                "VEC3(l + v, cos_i + cos_o)",
+                "vec3f",
+                "vec3f(l + v, cos_i + cos_o)",
                 &[Self::CosI, Self::CosO, Self::TangentI, Self::TangentO],
             ),
             Self::SinSquaredHalf => {
-                (Type::Scalar, "dot(s.xy, s.xy) / max(dot(s, s), 9.094947e-13)", &[Self::Sum])
+                ("f32", "dot(s.xy, s.xy) / max(dot(s, s), 9.094947e-13)", &[Self::Sum])
             }
-            Self::HalfDotLight => {
-                (Type::Scalar, "sqrt(clamp(0.5 * (1.0 + dot(wi, wo)), 0.0, 1.0))", &[])
-            }
+            Self::HalfDotLight => ("f32", "sqrt(clamp(0.5 * (1.0 + dot(wi, wo)), 0.0, 1.0))", &[]),
         }
     }
 }
@@ -163,7 +153,7 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
 }
 
 /// Lines that compute these inputs from `wi`, `wo`, `n`, `x`, `y` and `uv`.
-pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
+pub(crate) fn lines(inputs: InputMask) -> String {
     let mut needed: Vec<Part> =
         inputs.iter().flat_map(|input| definition(input).1).copied().collect();
     // Adds the parts that the needed parts use, until nothing new is found.
@@ -172,19 +162,13 @@ pub(crate) fn lines(inputs: InputMask, language: Language) -> String {
         needed.extend(needed[seen].definition().2);
         seen += 1;
     }
-    let types = [("VEC2", Type::Vec2), ("VEC3", Type::Vec3)];
-    let word = |expression: &str| {
-        types.iter().fold(expression.to_owned(), |text, (word, of)| {
-            text.replace(word, language.type_name(*of))
-        })
-    };
     let mut text = String::new();
     for part in Part::ALL.into_iter().filter(|part| needed.contains(part)) {
         let (of, expression, _) = part.definition();
-        text += &language.let_line(of, part.name(), &word(expression));
+        text += &let_line(of, part.name(), expression);
     }
     for input in inputs.iter() {
-        text += &language.let_line(Type::Scalar, name(input), &word(definition(input).0));
+        text += &let_line("f32", name(input), definition(input).0);
     }
     text
 }
@@ -251,9 +235,9 @@ mod tests {
 
     #[test]
     fn only_inputs_that_are_read_are_computed() {
-        let text = lines([Input::P1].into_iter().collect(), Language::Glsl);
-        let needed = "  float cos_i = dot(wi, n);\n  float cos_o = dot(wo, n);\n  float p1 = cos_o + cos_i;\n";
+        let text = lines([Input::P1].into_iter().collect());
+        let needed = "  let cos_i: f32 = dot(wi, n);\n  let cos_o: f32 = dot(wo, n);\n  let p1: f32 = cos_o + cos_i;\n";
         assert_eq!(text, needed);
-        assert_eq!(lines(InputMask::EMPTY, Language::Wgsl), "");
+        assert_eq!(lines(InputMask::EMPTY), "");
     }
 }

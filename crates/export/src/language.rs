@@ -1,4 +1,9 @@
-//! Differences between the languages: declarations, types, number literals.
+//! Languages of exports, and the translation of the source form to them.
+//!
+//! The source form is WGSL with types on local declarations; WGSL is that without the types. GLSL
+//! is a translation line by line. It knows the constructs that this crate prints and no others:
+//! functions, structures, constants, tables, declarations and expressions; comments have lines of
+//! their own.
 
 /// Shading language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,101 +12,169 @@ pub(crate) enum Language {
     Wgsl,
 }
 
-/// Type of a value in printed code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Type {
-    Scalar,
-    Vec2,
-    Vec3,
-}
+/// Words of the source form in GLSL, replaced in this order. `quarter` is an integer; all other
+/// arguments of that bitcast are numbers.
+const WORDS: [(&str, &str); 9] = [
+    ("bitcast<u32>(quarter)", "uint(quarter)"),
+    ("bitcast<u32>", "floatBitsToUint"),
+    ("bitcast<f32>", "uintBitsToFloat"),
+    ("bitcast<i32>", "int"),
+    ("vec2f", "vec2"),
+    ("vec3f", "vec3"),
+    ("f32", "float"),
+    ("i32", "int"),
+    ("u32", "uint"),
+];
 
 impl Language {
-    pub(crate) fn type_name(self, of: Type) -> &'static str {
-        match (self, of) {
-            (Self::Glsl, Type::Scalar) => "float",
-            (Self::Glsl, Type::Vec2) => "vec2",
-            (Self::Glsl, Type::Vec3) => "vec3",
-            (Self::Wgsl, Type::Scalar) => "f32",
-            (Self::Wgsl, Type::Vec2) => "vec2f",
-            (Self::Wgsl, Type::Vec3) => "vec3f",
+    /// Translates code of the source form.
+    pub(crate) fn translate(self, source: &str) -> String {
+        let mut text = String::with_capacity(source.len());
+        let mut is_structure = false;
+        for line in source.lines() {
+            is_structure |= line.starts_with("struct ");
+            match self {
+                _ if line.trim_start().starts_with("//") => text.push_str(line),
+                Self::Wgsl => wgsl(line, &mut text),
+                Self::Glsl if is_structure => text.push_str(&glsl_of_structure(line)),
+                Self::Glsl => text.push_str(&glsl(line)),
+            }
+            text.push('\n');
+            is_structure &= line != "}";
         }
+        text
     }
 
-    /// Declaration of a value.
-    pub(crate) fn let_line(self, of: Type, name: &str, value: &str) -> String {
+    /// Declaration of `brood_zero`, which every module has.
+    pub(crate) fn zero(self) -> &'static str {
         match self {
-            Self::Glsl => format!("  {} {name} = {value};\n", self.type_name(of)),
-            Self::Wgsl => format!("  let {name} = {value};\n"),
+            Self::Glsl => {
+                "// Every product and sum must be rounded separately. brood_zero must be set to 0: \
+                 because compilers\n\
+                 // do not know its value, they cannot fuse operations across brood_hold.\n\
+                 uniform highp uint brood_zero;\n\n"
+            }
+            Self::Wgsl => {
+                "// Every product and sum must be rounded separately. brood_zero must be set to 0: \
+                 because compilers\n\
+                 // do not know its value, they cannot fuse operations across brood_hold. Any \
+                 binding will do.\n\
+                 @group(0) @binding(0) var<uniform> brood_zero: u32;\n\n"
+            }
         }
     }
+}
 
-    /// Declaration of a value with a structure type.
-    pub(crate) fn let_line_of(self, structure: &str, name: &str, value: &str) -> String {
-        match self {
-            Self::Glsl => format!("  {structure} {name} = {value};\n"),
-            Self::Wgsl => format!("  let {name} = {value};\n"),
+/// Appends a line without the type of a local declaration.
+fn wgsl(line: &str, text: &mut String) {
+    let is_local = line.starts_with("  let ") || line.starts_with("  var ");
+    match line.split_once(": ").filter(|_| is_local) {
+        Some((start, rest)) => {
+            let (_, value) = rest.split_once(" = ").expect("local declarations have a value");
+            text.extend([start, " = ", value]);
         }
+        None => text.push_str(line),
     }
+}
 
-    /// First line of a function with one structure parameter, including the brace.
-    pub(crate) fn head_of(self, name: &str, structure: &str, parameter: &str) -> String {
-        match self {
-            Self::Glsl => format!("vec3 {name}({structure} {parameter}) {{\n"),
-            Self::Wgsl => format!("fn {name}({parameter}: {structure}) -> vec3f {{\n"),
+fn glsl(line: &str) -> String {
+    if let Some(head) = line.strip_prefix("fn ") {
+        return glsl_of_head(head);
+    }
+    if let Some(table) = line.strip_prefix("var<private> ") {
+        return glsl_of_table(table);
+    }
+    let code = line.trim_start();
+    let indentation = &line[..line.len() - code.len()];
+    for (keyword, qualifier) in [("let ", ""), ("var ", ""), ("const ", "const ")] {
+        if let Some(declaration) = code.strip_prefix(keyword) {
+            let (name, value) = declaration.split_once(" = ").expect("declarations have a value");
+            let (name, value) = (glsl_of_name(name), glsl_of_expression(value));
+            return format!("{indentation}{qualifier}{name} = {value}");
         }
     }
+    format!("{indentation}{}", glsl_of_expression(code))
+}
 
-    /// First line of a function, including the brace.
-    pub(crate) fn head(self, name: &str, parameters: &[(Type, &str)]) -> String {
-        let parameter = |(of, name): &(Type, &str)| match self {
-            Self::Glsl => format!("{} {name}", self.type_name(*of)),
-            Self::Wgsl => format!("{name}: {}", self.type_name(*of)),
-        };
-        let parameters: Vec<String> = parameters.iter().map(parameter).collect();
-        let parameters = parameters.join(", ");
-        match self {
-            Self::Glsl => format!("vec3 {name}({parameters}) {{\n"),
-            Self::Wgsl => format!("fn {name}({parameters}) -> vec3f {{\n"),
-        }
-    }
+/// `name(a: T, b: U) -> R {` as `R name(T a, U b) {`.
+fn glsl_of_head(head: &str) -> String {
+    let (name, rest) = head.split_once('(').expect("functions have parameters");
+    let (parameters, result) = rest.split_once(") -> ").expect("functions have a result");
+    let parameters: Vec<String> = match parameters {
+        "" => Vec::new(),
+        some => some.split(", ").map(glsl_of_name).collect(),
+    };
+    format!("{} {name}({}) {{", glsl_of_words(result.trim_end_matches(" {")), parameters.join(", "))
+}
 
-    /// Declaration of a constant with shortest digits, which read back to the same bits.
-    pub(crate) fn constant(self, name: &str, value: f32) -> String {
-        match self {
-            Self::Glsl => format!("const float {name} = {value:?};\n"),
-            Self::Wgsl => format!("const {name}: f32 = {value:?};\n"),
-        }
-    }
+/// `name: array<T, N> = array<T, N>(` as `const T name[N] = T[N](`.
+fn glsl_of_table(table: &str) -> String {
+    let (name, rest) = table.split_once(": array<").expect("only tables are private variables");
+    let (of, rest) = rest.split_once(", ").expect("tables have a type");
+    let (length, _) = rest.split_once('>').expect("tables have a length");
+    let of = glsl_of_words(of);
+    format!("const {of} {name}[{length}] = {of}[{length}](")
+}
 
-    /// Declaration of a constant that is a bit pattern.
-    pub(crate) fn bit_constant(self, name: &str, bits: u32) -> String {
-        match self {
-            Self::Glsl => format!("const uint {name} = {bits:#010x}u;\n"),
-            Self::Wgsl => format!("const {name}: u32 = {bits:#010x}u;\n"),
-        }
+fn glsl_of_structure(line: &str) -> String {
+    match line.strip_suffix(',') {
+        Some(field) => format!("  {};", glsl_of_name(field.trim_start())),
+        None if line == "}" => "};".to_owned(),
+        None => line.to_owned(),
     }
+}
 
-    /// Literal that reads back to the same bits. Negative numbers are in parentheses, so that the
-    /// literal can stand in any expression.
-    ///
-    /// # Domain
-    /// Finite numbers. Subnormal numbers are given by their bits, because compilers may read them
-    /// as 0.
-    pub(crate) fn number(self, value: f32) -> String {
-        if value.is_subnormal() {
-            let bits = value.to_bits();
-            return match self {
-                Self::Glsl => format!("uintBitsToFloat({bits:#010x}u)"),
-                Self::Wgsl => format!("bitcast<f32>({bits:#010x}u)"),
-            };
+/// `name: T` as `T name`.
+fn glsl_of_name(declaration: &str) -> String {
+    let (name, of) = declaration.split_once(": ").expect("declarations have a type");
+    format!("{} {name}", glsl_of_words(of))
+}
+
+fn glsl_of_words(code: &str) -> String {
+    let is_used = |(word, _): &&(&str, &str)| code.contains(word);
+    let used = WORDS.iter().filter(is_used);
+    used.fold(code.to_owned(), |text, (word, of)| text.replace(word, of))
+}
+
+/// Expression with conditionals, words, and signed shifts, which are unsigned in WGSL.
+fn glsl_of_expression(code: &str) -> String {
+    let code = glsl_of_words(&glsl_of_conditionals(code));
+    let mut is_shift = false;
+    let words = code.split_inclusive(' ').map(|word| {
+        let text = if is_shift { word.replacen('u', "", 1) } else { word.to_owned() };
+        is_shift = matches!(word, "<< " | ">> ");
+        text
+    });
+    words.collect()
+}
+
+/// `select(b, a, c)` as `c ? a : b`, in parentheses unless it is a whole argument or value.
+fn glsl_of_conditionals(code: &str) -> String {
+    let Some((before, rest)) = code.split_once("select(") else { return code.to_owned() };
+    let mut depth = 0;
+    let mut ends = Vec::new();
+    for (at, c) in rest.char_indices() {
+        match c {
+            ',' | ')' if depth == 0 => ends.push(at),
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
         }
-        // Shortest digits that read back; always with a point or an exponent.
-        let digits = format!("{value:?}");
-        match value.is_sign_negative() {
-            true => format!("({digits})"),
-            false => digits,
+        if ends.len() == 3 {
+            break;
         }
     }
+    let [first, second, end] = ends[..] else { unreachable!("select has three arguments") };
+    let (otherwise, value) = (&rest[..first], &rest[first + 2..second]);
+    let (condition, after) = (&rest[second + 2..end], &rest[end + 1..]);
+    let starts = ["(", ", ", "= ", "return "];
+    let is_start = before.is_empty() || starts.iter().any(|start| before.ends_with(start));
+    let is_whole = is_start && after.starts_with([')', ',', ';']);
+    let text = match is_whole {
+        true => format!("{before}{condition} ? {value} : {otherwise}{after}"),
+        false => format!("{before}({condition} ? {value} : {otherwise}){after}"),
+    };
+    glsl_of_conditionals(&text)
 }
 
 #[cfg(test)]
@@ -109,14 +182,43 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_back_to_the_same_bits() {
-        let values = [0.0, -0.0, 1.0, -0.1, 65504.0, 1.5e-7, f32::MIN_POSITIVE, 16_777_216.0, 0.1];
-        for value in values {
-            let text = Language::Glsl.number(value);
-            let bare = text.trim_matches(['(', ')']);
-            assert_eq!(bare.parse::<f32>().unwrap().to_bits(), f32::to_bits(value), "{text}");
-            assert!(bare.contains(['.', 'e']), "{text} is no floating point number in GLSL");
+    fn source_form_is_translated() {
+        let cases = [
+            ("// f32 stays.", "// f32 stays.", "// f32 stays."),
+            ("const A: f32 = 1.0;", "const float A = 1.0;", "const A: f32 = 1.0;"),
+            (
+                "fn f(p: BroodPair, a: vec2f, k: i32) -> vec3f {",
+                "vec3 f(BroodPair p, vec2 a, int k) {",
+                "fn f(p: BroodPair, a: vec2f, k: i32) -> vec3f {",
+            ),
+            ("struct S {\n  a: f32,\n}", "struct S {\n  float a;\n};", "struct S {\n  a: f32,\n}"),
+            (
+                "var<private> t: array<f32, 64> = array<f32, 64>(",
+                "const float t[64] = float[64](",
+                "var<private> t: array<f32, 64> = array<f32, 64>(",
+            ),
+            ("  let x: bool = a > 0.5;", "  bool x = a > 0.5;", "  let x = a > 0.5;"),
+            ("  var y: vec3f = vec3f(x);", "  vec3 y = vec3(x);", "  var y = vec3f(x);"),
+            ("  return f32(i >> 23u);", "  return float(i >> 23);", "  return f32(i >> 23u);"),
+            (
+                "  y = select(g(b, 1.0), a, c > 0.0);",
+                "  y = c > 0.0 ? a : g(b, 1.0);",
+                "  y = select(g(b, 1.0), a, c > 0.0);",
+            ),
+            (
+                "  return f(select(0.0, a, a > 0.0) + b);",
+                "  return f((a > 0.0 ? a : 0.0) + b);",
+                "  return f(select(0.0, a, a > 0.0) + b);",
+            ),
+            (
+                "  return bitcast<f32>(bitcast<u32>(m) << 23u);",
+                "  return uintBitsToFloat(floatBitsToUint(m) << 23);",
+                "  return bitcast<f32>(bitcast<u32>(m) << 23u);",
+            ),
+        ];
+        for (source, glsl, wgsl) in cases {
+            assert_eq!(Language::Glsl.translate(source), format!("{glsl}\n"));
+            assert_eq!(Language::Wgsl.translate(source), format!("{wgsl}\n"));
         }
-        assert_eq!(Language::Wgsl.number(f32::from_bits(1)), "bitcast<f32>(0x00000001u)");
     }
 }

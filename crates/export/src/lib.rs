@@ -28,6 +28,7 @@ mod language;
 mod library;
 mod model;
 mod module;
+mod source;
 
 pub use format::{Format, FormatError};
 pub use module::{export, export_within};

@@ -1,21 +1,19 @@
-//! Library functions in each language: hand-written texts, of which a module gets those that it
+//! Library functions: hand-written texts in the source form, of which a module gets those that it
 //! calls and those that these call in turn.
 
 use brood_genome::Functions;
 
-use crate::language::Language;
-
-/// Library files of both languages; each calls only earlier ones. `model/plastic` is not among
-/// them, because it is printed once for each layer.
-const FILES: [(&str, &str); 8] = [
-    (include_str!("functions.glsl"), include_str!("functions.wgsl")),
-    (include_str!("model/elementary.glsl"), include_str!("model/elementary.wgsl")),
-    (include_str!("model/pair.glsl"), include_str!("model/pair.wgsl")),
-    (include_str!("model/fresnel.glsl"), include_str!("model/fresnel.wgsl")),
-    (include_str!("model/facet.glsl"), include_str!("model/facet.wgsl")),
-    (include_str!("model/lobe.glsl"), include_str!("model/lobe.wgsl")),
-    (include_str!("model/principled.glsl"), include_str!("model/principled.wgsl")),
-    (include_str!("model/fit.glsl"), include_str!("model/fit.wgsl")),
+/// Library files; each calls only earlier ones. `model/plastic` is not among them, because it is
+/// printed once for each layer.
+const FILES: [&str; 8] = [
+    include_str!("functions.wgsl"),
+    include_str!("model/elementary.wgsl"),
+    include_str!("model/pair.wgsl"),
+    include_str!("model/fresnel.wgsl"),
+    include_str!("model/facet.wgsl"),
+    include_str!("model/lobe.wgsl"),
+    include_str!("model/principled.wgsl"),
+    include_str!("model/fit.wgsl"),
 ];
 /// Mark above each function, followed by its name without `brood_`.
 const MARK: &str = "// @";
@@ -38,12 +36,8 @@ impl Function {
 }
 
 /// Returns all functions; each calls only earlier ones.
-fn all(language: Language) -> Vec<Function> {
-    let files = FILES.map(|(glsl, wgsl)| match language {
-        Language::Glsl => glsl,
-        Language::Wgsl => wgsl,
-    });
-    files.into_iter().flat_map(marked).collect()
+fn all() -> Vec<Function> {
+    FILES.into_iter().flat_map(marked).collect()
 }
 
 /// Splits a file at its marks.
@@ -54,33 +48,29 @@ fn marked(file: &'static str) -> impl Iterator<Item = Function> {
     })
 }
 
-/// Returns the functions that a text calls and those that these call, after the constants that
-/// they and the text name.
-pub(crate) fn functions(text: &str, language: Language) -> String {
+/// Returns the functions that a text calls and those that these call.
+pub(crate) fn functions(text: &str) -> String {
     let mut called: Vec<Function> = Vec::new();
-    for function in all(language).into_iter().rev() {
+    for function in all().into_iter().rev() {
         let is_called =
             function.is_called_in(text) || called.iter().any(|it| function.is_called_in(it.text));
         if is_called || function.name == BASE {
             called.push(function);
         }
     }
-    let functions: String = called.iter().rev().map(|function| function.text).collect();
-    constants(language, |name| functions.contains(name) || text.contains(name)) + "\n" + &functions
+    called.iter().rev().map(|function| function.text).collect()
 }
 
-/// Returns declarations of those constants of the elementary functions that are named.
-fn constants(language: Language, is_named: impl Fn(&str) -> bool) -> String {
-    let prefixed = |name: &str| format!("{CONSTANT_PREFIX}{name}");
-    let numbers = Functions::constants().into_iter().map(|(name, value)| {
-        let name = prefixed(&name);
-        (language.constant(&name, value), name)
-    });
-    let bits = Functions::BIT_CONSTANTS.into_iter().map(|(name, bits)| {
-        let name = prefixed(name);
-        (language.bit_constant(&name, bits), name)
-    });
-    numbers.chain(bits).filter(|(_, name)| is_named(name)).map(|(line, _)| line).collect()
+/// Returns declarations of those constants of the elementary functions that are named. Numbers have
+/// shortest digits, which read back to the same bits.
+pub(crate) fn constants(is_named: impl Fn(&str) -> bool) -> String {
+    let numbers = Functions::constants().into_iter();
+    let numbers = numbers.map(|(name, value)| (name, format!("f32 = {value:?}")));
+    let bits = Functions::BIT_CONSTANTS.into_iter();
+    let bits = bits.map(|(name, bits)| (name.to_owned(), format!("u32 = {bits:#010x}u")));
+    let all = numbers.chain(bits).map(|(name, value)| (format!("{CONSTANT_PREFIX}{name}"), value));
+    let named = all.filter(|(name, _)| is_named(name));
+    named.map(|(name, value)| format!("const {name}: {value};\n")).collect()
 }
 
 #[cfg(test)]
@@ -97,10 +87,8 @@ mod tests {
 
     #[test]
     fn hand_written_functions_contain_no_coefficient() {
-        const STRUCTURAL: &str =
-            "0 0u 0.0 0.5 1 1u 1.0 1.5 2u 2.0 23 23u 30 30u 0xff800000u 0x3f800000u";
-        let (glsl, wgsl) = FILES[0];
-        for function in [glsl, wgsl].into_iter().flat_map(marked) {
+        const STRUCTURAL: &str = "0.0 0u 0.5 1.0 1.5 1u 2.0 2u 23u 30u 0xff800000u 0x3f800000u";
+        for function in marked(FILES[0]) {
             for literal in literals(function.text) {
                 let is_structural = STRUCTURAL.split(' ').any(|it| it == literal);
                 assert!(is_structural, "{literal} in {}", function.name);
@@ -110,28 +98,26 @@ mod tests {
 
     #[test]
     fn constants_read_back_to_the_bits_of_the_twin() {
-        for language in [Language::Glsl, Language::Wgsl] {
-            let text = constants(language, |_| true);
-            let mut values = text.lines().map(|line| {
-                line.split_once(" = ").and_then(|(_, value)| value.strip_suffix(';')).unwrap()
-            });
-            for (name, value) in Functions::constants() {
-                let digits = values.next().unwrap();
-                let bits = [digits.parse::<f32>().unwrap(), digits.parse::<f64>().unwrap() as f32];
-                assert_eq!(bits.map(f32::to_bits), [value.to_bits(); 2], "{name} {digits}");
-            }
-            for (name, bits) in Functions::BIT_CONSTANTS {
-                let digits = values.next().unwrap().strip_prefix("0x").unwrap();
-                let digits = digits.strip_suffix('u').unwrap();
-                assert_eq!(u32::from_str_radix(digits, 16), Ok(bits), "{name}");
-            }
-            assert_eq!(values.next(), None);
+        let text = constants(|_| true);
+        let mut values = text.lines().map(|line| {
+            line.split_once(" = ").and_then(|(_, value)| value.strip_suffix(';')).unwrap()
+        });
+        for (name, value) in Functions::constants() {
+            let digits = values.next().unwrap();
+            let bits = [digits.parse::<f32>().unwrap(), digits.parse::<f64>().unwrap() as f32];
+            assert_eq!(bits.map(f32::to_bits), [value.to_bits(); 2], "{name} {digits}");
         }
+        for (name, bits) in Functions::BIT_CONSTANTS {
+            let digits = values.next().unwrap().strip_prefix("0x").unwrap();
+            let digits = digits.strip_suffix('u').unwrap();
+            assert_eq!(u32::from_str_radix(digits, 16), Ok(bits), "{name}");
+        }
+        assert_eq!(values.next(), None);
     }
 
     #[test]
     fn constants_have_the_bits_of_the_twin_to_a_compiler() {
-        let module = naga::front::wgsl::parse_str(&constants(Language::Wgsl, |_| true)).unwrap();
+        let module = naga::front::wgsl::parse_str(&constants(|_| true)).unwrap();
         let found = |name: &str| {
             let name = format!("{CONSTANT_PREFIX}{name}");
             let (_, constant) =
@@ -151,36 +137,28 @@ mod tests {
     }
 
     #[test]
-    fn only_constants_that_a_module_names_are_declared() {
-        let text = functions("brood_lg2(a)", Language::Wgsl);
-        for (name, _) in Functions::constants() {
-            let name = format!("{CONSTANT_PREFIX}{name}");
-            let is_declared = text.contains(&format!("const {name}: f32 = "));
-            assert_eq!(is_declared, text.matches(&name).count() > 1, "{name}");
-        }
+    fn only_constants_that_are_named_are_declared() {
+        let text = functions("brood_lg2(a)");
+        let text = constants(|name| text.contains(name));
         assert!(text.contains("BROOD_LG2_9") && !text.contains("BROOD_SIN_0"), "{text}");
     }
 
     #[test]
-    fn functions_exist_in_both_languages_and_call_only_earlier_ones() {
-        let names = |language| all(language).iter().map(|it| it.name).collect::<Vec<_>>();
-        assert_eq!(names(Language::Glsl), names(Language::Wgsl));
-        for language in [Language::Glsl, Language::Wgsl] {
-            let all = all(language);
-            for (place, function) in all.iter().enumerate() {
-                // The check also finds the function's own definition in its text.
-                assert!(function.is_called_in(function.text) || function.name == BASE);
-                for later in &all[place + 1..] {
-                    let (name, later_name) = (function.name, later.name);
-                    assert!(!later.is_called_in(function.text), "{name} calls {later_name}");
-                }
+    fn functions_call_only_earlier_ones() {
+        let all = all();
+        for (place, function) in all.iter().enumerate() {
+            // The check also finds the function's own definition in its text.
+            assert!(function.is_called_in(function.text) || function.name == BASE);
+            for later in &all[place + 1..] {
+                let (name, later_name) = (function.name, later.name);
+                assert!(!later.is_called_in(function.text), "{name} calls {later_name}");
             }
         }
     }
 
     #[test]
     fn functions_that_are_called_indirectly_are_included_and_no_others() {
-        let text = functions("brood_lg2(a)", Language::Wgsl);
+        let text = functions("brood_lg2(a)");
         for name in ["brood_hold", "brood_log2", "brood_square", "brood_lg2"] {
             assert!(text.contains(&format!("fn {name}(")), "{name}");
         }

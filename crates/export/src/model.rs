@@ -14,7 +14,7 @@ use std::fmt::Write;
 use brood_brdf::{Brdf, PreparedModel};
 use brood_genome::{Model, RANGE};
 
-use crate::language::{Language, Type};
+use crate::source::{let_line, number};
 
 /// Least cosine at which a direction counts as above the surface. Keeps all divisors of the models
 /// within f32.
@@ -38,27 +38,26 @@ impl<'a> Layers<'a> {
     }
 
     /// Prints a function for each layer, and `evolved_models`, their sum.
-    pub(crate) fn functions(&self, language: Language) -> String {
+    pub(crate) fn functions(&self) -> String {
         let mut text = String::new();
-        for (number, (model, prepared)) in (1..).zip(&self.0) {
-            text += &layer::function(number, model, &prepared.constants(), language);
+        for (layer, (model, prepared)) in (1..).zip(&self.0) {
+            text += &layer::function(layer, model, &prepared.constants());
         }
         text += "// Reflectance of the models, for directions in the local frame (z = n, x = u); 0 unless both\n\
                  // are above the surface.\n";
-        text += &language.head("evolved_models", &[(Type::Vec3, "wi"), (Type::Vec3, "wo")]);
-        let vector = language.type_name(Type::Vec3);
-        let horizon = language.number(HORIZON);
+        text += "fn evolved_models(wi: vec3f, wo: vec3f) -> vec3f {\n";
+        let horizon = number(HORIZON);
         writeln!(
             text,
-            "  if (!(wi.z >= {horizon} && wo.z >= {horizon})) {{\n    return {vector}(0.0);\n  }}"
+            "  if (!(wi.z >= {horizon} && wo.z >= {horizon})) {{\n    return vec3f(0.0);\n  }}"
         )
         .expect("a string takes everything");
-        text += &language.let_line_of("BroodPair", "p", "brood_pair(wi, wo)");
+        text += &let_line("BroodPair", "p", "brood_pair(wi, wo)");
         let sum: Vec<String> =
-            (1..=self.0.len()).map(|number| format!("layer_{number}(p)")).collect();
+            (1..=self.0.len()).map(|layer| format!("layer_{layer}(p)")).collect();
         // The largest value that the square of a result can have.
-        let most = language.number(RANGE * RANGE);
-        writeln!(text, "  return min({}, {vector}({most}));\n}}\n", sum.join(" + "))
+        let most = number(RANGE * RANGE);
+        writeln!(text, "  return min({}, vec3f({most}));\n}}\n", sum.join(" + "))
             .expect("a string takes everything");
         text
     }

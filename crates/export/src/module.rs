@@ -6,8 +6,9 @@ use brood_genome::RANGE;
 use brood_program::Program;
 
 use crate::format::Format;
-use crate::language::{Language, Type};
+use crate::language::Language;
 use crate::model::Layers;
+use crate::source::let_line;
 use crate::{body, input, library};
 
 /// Returns the source of a module with these functions:
@@ -33,48 +34,52 @@ pub fn export(program: &Program, format: Format) -> String {
 /// cannot act in that range are left out, which removes most clamps of most programs.
 #[must_use]
 pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
-    let language = format.language();
     let layers = Layers::of(program.layers());
     let mut text = String::new();
     if !layers.is_empty() {
-        text += &layers.functions(language);
+        text += &layers.functions();
     }
-    text += &evolved_program(program, language, uv);
-    text += &evolved(program, language);
-    head(program, &layers, format, uv) + &library::functions(&text, language) + &text
+    text += &evolved_program(program, uv);
+    text += &evolved(program);
+    let text = library::functions(&text) + &text;
+    let constants = library::constants(|name| text.contains(name));
+    let language = format.language();
+    [
+        &head(program, &layers, format, uv),
+        &language.translate(&constants),
+        "\n",
+        language.zero(),
+        &language.translate(&text),
+    ]
+    .concat()
 }
 
-fn evolved_program(program: &Program, language: Language, uv: f32) -> String {
+fn evolved_program(program: &Program, uv: f32) -> String {
     let has_models = !program.layers().is_empty();
-    let mut parameters: Vec<(Type, &str)> =
-        program.inputs().iter().map(|input| (Type::Scalar, input::name(input))).collect();
+    let mut parameters: Vec<String> =
+        program.inputs().iter().map(|input| format!("{}: f32", input::name(input))).collect();
     let mut text = "// f as a function of the inputs that the program reads".to_owned();
     if has_models {
-        parameters.push((Type::Vec3, "models"));
+        parameters.push("models: vec3f".to_owned());
         text += ", and of the reflectance of the models";
     }
-    text += ".\n";
-    text += &language.head("evolved_program", &parameters);
-    text += &body::lines(program, language, uv);
-    text + "}\n\n"
+    let (parameters, lines) = (parameters.join(", "), body::lines(program, uv));
+    text + &format!(".\nfn evolved_program({parameters}) -> vec3f {{\n{lines}}}\n\n")
 }
 
-fn evolved(program: &Program, language: Language) -> String {
+fn evolved(program: &Program) -> String {
     let mut text = "// f(wi, wo) in 1/sr, without the cosine of wi. wi: direction to the light; wo: direction\n\
              // to the eye (if it is below the surface, move it to a cosine of 1e-4); n: normal;\n\
              // x: tangent along u; y: n cross x; uv: texture coordinates. All directions must be\n\
-             // unit and in one space.\n"
+             // unit and in one space.\n\
+             fn evolved(wi: vec3f, wo: vec3f, n: vec3f, x: vec3f, y: vec3f, uv: vec2f) -> vec3f {\n"
         .to_owned();
-    let vectors = ["wi", "wo", "n", "x", "y"].map(|name| (Type::Vec3, name));
-    let parameters: Vec<(Type, &str)> = vectors.into_iter().chain([(Type::Vec2, "uv")]).collect();
-    text += &language.head("evolved", &parameters);
-    text += &input::lines(program.inputs(), language);
+    text += &input::lines(program.inputs());
     let mut arguments: Vec<&str> = program.inputs().iter().map(input::name).collect();
     if !program.layers().is_empty() {
-        let vector = language.type_name(Type::Vec3);
-        let local = |w: &str| format!("{vector}(dot({w}, x), dot({w}, y), dot({w}, n))");
+        let local = |w: &str| format!("vec3f(dot({w}, x), dot({w}, y), dot({w}, n))");
         let models = format!("evolved_models({}, {})", local("wi"), local("wo"));
-        text += &language.let_line(Type::Vec3, "models", &models);
+        text += &let_line("vec3f", "models", &models);
         arguments.push("models");
     }
     writeln!(text, "  return evolved_program({});\n}}", arguments.join(", "))

@@ -1,11 +1,11 @@
-Microfacets, in WGSL: distributions of their normals, and their shadowing and masking, which
-includes the factor 1 / (4 cos_i cos_o) because that alone would be infinite at grazing angles. CPU
-twin: brood-brdf's model/microfacet.rs; GLSL twin: facet.glsl.
+Microfacets: distributions of their normals, and their shadowing and masking, which includes the
+factor 1 / (4 cos_i cos_o) because that alone would be infinite at grazing angles. CPU twin:
+brood-brdf's model/microfacet.rs.
 // @ggx
 // D of GGX; inverse: 1 / alpha along u and v; height: D along the normal.
 fn brood_ggx(p: BroodPair, inverse: vec2f, height: f32) -> f32 {
-  let s = p.h.xy * inverse;
-  let q = dot(s, s) + p.h.z * p.h.z;
+  let s: vec2f = p.h.xy * inverse;
+  let q: f32 = dot(s, s) + p.h.z * p.h.z;
   return height / (q * q);
 }
 
@@ -18,7 +18,7 @@ fn brood_ggx_unmasked(w: vec3f, alpha2: vec2f) -> f32 {
 // @slope2
 // Squared slope of h, in units of the roughness.
 fn brood_slope2(p: BroodPair, inverse: vec2f) -> f32 {
-  let s = p.h.xy * inverse / p.h.z;
+  let s: vec2f = p.h.xy * inverse / p.h.z;
   return dot(s, s);
 }
 
@@ -31,16 +31,16 @@ fn brood_gaussian_over_cos4(p: BroodPair, inverse: vec2f) -> f32 {
 // @gaussian_angle
 // Gaussian of the angle between h and the normal, in units of the roughness.
 fn brood_gaussian_angle(p: BroodPair, inverse: f32) -> f32 {
-  let theta = inverse * brood_angle(sqrt(p.sin2_h), p.h.z);
+  let theta: f32 = inverse * brood_angle(sqrt(p.sin2_h), p.h.z);
   return brood_exp(-theta * theta);
 }
 
 // @beckmann_unmasked
 // cos(w) / G1(w) of Beckmann, with Smith's masking G1.
 fn brood_beckmann_unmasked(w: vec3f, alpha2: vec2f) -> f32 {
-  let across = sqrt(dot(alpha2, w.xy * w.xy));
-  let a = min(w.z / max(across, 1e-30), 6.0);
-  let masked = 0.5 * (w.z * (1.0 + brood_erf(a)) + across * (0.5641896 * brood_exp(-a * a)));
+  let across: f32 = sqrt(dot(alpha2, w.xy * w.xy));
+  let a: f32 = min(w.z / max(across, 1e-30), 6.0);
+  let masked: f32 = 0.5 * (w.z * (1.0 + brood_erf(a)) + across * (0.5641896 * brood_exp(-a * a)));
   return select(w.z, masked, a < 6.0);
 }
 
@@ -53,7 +53,7 @@ fn brood_smith(unmasked_i: f32, unmasked_o: f32) -> f32 {
 // @smith_correlated
 // G / (4 cos_i cos_o), with height-correlated masking; arguments are cos / G1.
 fn brood_smith_correlated(p: BroodPair, unmasked_i: f32, unmasked_o: f32) -> f32 {
-  let both = brood_hold(brood_product(p.wo.z, unmasked_i) + brood_product(p.wi.z, unmasked_o));
+  let both: f32 = brood_hold(brood_product(p.wo.z, unmasked_i) + brood_product(p.wi.z, unmasked_o));
   return 0.25 / (both - brood_product(p.wi.z, p.wo.z));
 }
 

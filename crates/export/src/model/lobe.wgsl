@@ -1,5 +1,5 @@
-Lobes of the models without microfacets, in WGSL. CPU twins: brood-brdf's model/diffuse.rs,
-phong.rs, ward.rs and ashikhmin_shirley.rs; GLSL twin: lobe.glsl.
+Lobes of the models without microfacets. CPU twins: brood-brdf's model/diffuse.rs, phong.rs, ward.rs
+and ashikhmin_shirley.rs.
 // @oren_nayar
 // Oren-Nayar term; a and b as in the source, divided by pi.
 fn brood_oren_nayar(p: BroodPair, a: f32, b: f32) -> f32 {
@@ -9,8 +9,8 @@ fn brood_oren_nayar(p: BroodPair, a: f32, b: f32) -> f32 {
 // @phong
 // Phong's highlight around the mirrored direction, divided by cos_i.
 fn brood_phong(p: BroodPair, n: f32) -> f32 {
-  let off = vec3f(p.wi.xy + p.wo.xy, p.wi.z - p.wo.z);
-  let off_mirror = 0.5 * dot(off, off);
+  let off: vec3f = vec3f(p.wi.xy + p.wo.xy, p.wi.z - p.wo.z);
+  let off_mirror: f32 = 0.5 * dot(off, off);
   return brood_power(1.0 - off_mirror, off_mirror, n) / p.wi.z;
 }
 
@@ -41,14 +41,14 @@ fn brood_ward_duer(p: BroodPair, inverse: vec2f) -> f32 {
 // @ashikhmin_shirley
 // Ashikhmin and Shirley's highlight, exponents along u and v.
 fn brood_ashikhmin_shirley(p: BroodPair, exponents: vec2f) -> f32 {
-  let n = select(exponents.x, dot(exponents, p.h.xy * p.h.xy) / p.sin2_h, p.sin2_h > 1e-30);
+  let n: f32 = select(exponents.x, dot(exponents, p.h.xy * p.h.xy) / p.sin2_h, p.sin2_h > 1e-30);
   return brood_power(p.h.z, p.off_h, n) / (p.c * max(p.wi.z, p.wo.z));
 }
 
 // @fades
 // 1 - (1 - c / 2)^5: fading of Ashikhmin and Shirley's base towards grazing angles.
 fn brood_fades(c: f32) -> f32 {
-  let x = 0.5 * c;
+  let x: f32 = 0.5 * c;
   return x * (5.0 + x * (-10.0 + x * (10.0 + x * (-5.0 + x))));
 }
 

@@ -2,35 +2,28 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::language::{Language, Type};
+use crate::source;
 
-/// Printer of literals in a language.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Terms(pub(super) Language);
+/// # Domain
+/// Values within the range of f32.
+pub(super) fn number(value: f64) -> String {
+    source::number(nearest(value))
+}
 
-impl Terms {
-    /// # Domain
-    /// Values within the range of f32.
-    pub(super) fn number(self, value: f64) -> String {
-        self.0.number(nearest(value))
-    }
+pub(super) fn pair(value: DVec2) -> String {
+    vector("vec2f", &value.to_array())
+}
 
-    pub(super) fn pair(self, value: DVec2) -> String {
-        self.vector(Type::Vec2, &value.to_array())
-    }
+pub(super) fn color(value: DVec3) -> String {
+    vector("vec3f", &value.to_array())
+}
 
-    pub(super) fn color(self, value: DVec3) -> String {
-        self.vector(Type::Vec3, &value.to_array())
-    }
-
-    /// Constructor of a vector; equal components are written once.
-    fn vector(self, of: Type, values: &[f64]) -> String {
-        let name = self.0.type_name(of);
-        let literals: Vec<String> = values.iter().map(|value| self.number(*value)).collect();
-        match literals.iter().all(|number| *number == literals[0]) {
-            true => format!("{name}({})", literals[0]),
-            false => format!("{name}({})", literals.join(", ")),
-        }
+/// Constructor of a vector; equal components are written once.
+fn vector(of: &str, values: &[f64]) -> String {
+    let literals: Vec<String> = values.iter().map(|value| number(*value)).collect();
+    match literals.iter().all(|number| *number == literals[0]) {
+        true => format!("{of}({})", literals[0]),
+        false => format!("{of}({})", literals.join(", ")),
     }
 }
 
@@ -45,9 +38,8 @@ mod tests {
 
     #[test]
     fn grey_colours_are_written_once() {
-        let terms = Terms(Language::Glsl);
-        assert_eq!(terms.color(DVec3::splat(0.1)), "vec3(0.1)");
-        assert_eq!(terms.color(DVec3::new(1.0, 0.71, 0.29)), "vec3(1.0, 0.71, 0.29)");
-        assert_eq!(Terms(Language::Wgsl).pair(DVec2::new(5.0, -2.0)), "vec2f(5.0, (-2.0))");
+        assert_eq!(color(DVec3::splat(0.1)), "vec3f(0.1)");
+        assert_eq!(color(DVec3::new(1.0, 0.71, 0.29)), "vec3f(1.0, 0.71, 0.29)");
+        assert_eq!(pair(DVec2::new(5.0, -2.0)), "vec2f(5.0, (-2.0))");
     }
 }
