@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use brood_genome::{Genome, InitialValue, Input, Instruction, Opcode, Register};
+use brood_genome::{Function, Genome, Input, Liveness, ScalarMachine, expand};
 use brood_program::{Operation, Program, WordsError};
 
 /// A value, possibly negated.
@@ -15,7 +15,12 @@ struct Signed {
     negate: bool,
 }
 
-/// Result of a step, input or constant.
+impl Default for Signed {
+    fn default() -> Self {
+        Self { value: Value::Constant(0), negate: false }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Value {
     Step(usize),
@@ -38,23 +43,9 @@ pub struct Unlowered {
 impl Unlowered {
     /// Translates every written component.
     pub fn as_written(genome: &Genome) -> Self {
-        let dialect = genome.dialect();
-        let source = |register, component| match dialect.initial(register, component) {
-            InitialValue::Zero => constant(0.0),
-            InitialValue::One => constant(1.0),
-            InitialValue::Input(input) => Signed { value: Value::Input(input), negate: false },
-        };
-        let registers = (0..dialect.registers).map(|r| std::array::from_fn(|c| source(r, c)));
-        let mut writer = Writer { genome, registers: registers.collect(), steps: Vec::new() };
-        for instruction in genome.instructions() {
-            let result = writer.execute(instruction);
-            let dst = &mut writer.registers[usize::from(instruction.dst())];
-            for component in (0..4).filter(|c| instruction.write_mask().contains(*c)) {
-                dst[component] = result[component].expect("every written component is computed");
-            }
-        }
-        let [r, g, b, _] = writer.registers[0];
-        Self { steps: writer.steps, results: [r, g, b].map(|signed| signed.value) }
+        let mut writer = Writer::default();
+        let results = expand(genome, &Liveness::written(genome), &mut writer);
+        Self { steps: writer.steps, results: results.map(|signed| signed.value) }
     }
 
     /// Keeps only the steps that can reach a result.
@@ -178,157 +169,49 @@ fn count(n: usize) -> u32 {
     u32::try_from(n).expect("a genome has fewer than 65536 scalar operations")
 }
 
-fn constant(value: f32) -> Signed {
-    Signed { value: Value::Constant(value.to_bits()), negate: false }
-}
-
-/// Scalar steps so far, and the value of each component of each register.
-struct Writer<'a> {
-    genome: &'a Genome,
-    registers: Vec<[Signed; 4]>,
+/// Writes a step for every operation.
+#[derive(Default)]
+struct Writer {
     steps: Vec<Step>,
 }
 
-impl Writer<'_> {
-    /// Results of an instruction by component; components that it does not write may be `None`.
-    fn execute(&mut self, instruction: &Instruction) -> [Option<Signed>; 4] {
-        let mask = instruction.write_mask();
-        let written = |k: usize| mask.contains(k);
-        let read = |writer: &Self, position, k| writer.read(instruction, position, k);
-        match instruction.opcode() {
-            Opcode::Add => self.each(written, |w, k| {
-                let (a, b) = (read(w, 0, k), read(w, 1, k));
-                w.add(a, b)
-            }),
-            Opcode::Sub => self.each(written, |w, k| {
-                let (a, b) = (read(w, 0, k), read(w, 1, k));
-                w.add(a, b.negated())
-            }),
-            Opcode::Mul => self.each(written, |w, k| {
-                let (a, b) = (read(w, 0, k), read(w, 1, k));
-                w.mul(a, b)
-            }),
-            Opcode::Mov => self.each(written, |w, k| read(w, 0, k)),
-            Opcode::Mad => self.each(written, |w, k| {
-                let (a, b, c) = (read(w, 0, k), read(w, 1, k), read(w, 2, k));
-                let product = w.mul(a, b);
-                w.add(product, c)
-            }),
-            Opcode::Lrp => self.each(written, |w, k| {
-                let (a, b, c) = (read(w, 0, k), read(w, 1, k), read(w, 2, k));
-                let difference = w.add(b, c.negated());
-                let product = w.mul(a, difference);
-                w.add(product, c)
-            }),
-            Opcode::Dp3 => [Some(self.dot(instruction, 3)); 4],
-            Opcode::Dp4 => [Some(self.dot(instruction, 4)); 4],
-            Opcode::Dst => self.each(written, |w, k| match k {
-                0 => constant(1.0),
-                1 => {
-                    let (a, b) = (read(w, 0, 1), read(w, 1, 1));
-                    w.mul(a, b)
-                }
-                2 => read(w, 0, 2),
-                _ => read(w, 1, 3),
-            }),
-            Opcode::X2d => {
-                let upper = (written(0) || written(2)).then(|| self.row(instruction, 0));
-                let lower = (written(1) || written(3)).then(|| self.row(instruction, 1));
-                [upper, lower, upper, lower]
-            }
-            Opcode::Sin => self.function(instruction, Operation::Sin, Operation::Sin, true),
-            Opcode::Cos => self.function(instruction, Operation::Cos, Operation::Cos, false),
-            Opcode::Ex2 => self.function(instruction, Operation::Ex2, Operation::Ex2Neg, false),
-            Opcode::Lg2 => self.function(instruction, Operation::Lg2, Operation::Lg2, false),
-            Opcode::Rcp => self.function(instruction, Operation::Rcp, Operation::Rcp, true),
-            Opcode::Rsq => self.function(instruction, Operation::Rsq, Operation::Rsq, false),
-            Opcode::Spl => self.function(instruction, Operation::Spl, Operation::SplNeg, false),
-        }
-    }
-
-    /// Computes each written component.
-    fn each(
-        &mut self,
-        written: impl Fn(usize) -> bool,
-        mut f: impl FnMut(&mut Self, usize) -> Signed,
-    ) -> [Option<Signed>; 4] {
-        std::array::from_fn(|k| written(k).then(|| f(self, k)))
-    }
-
-    /// Scalar function. `of_negative` is the operation for a negated operand; an `odd` function
-    /// moves the sign to the result instead.
-    fn function(
-        &mut self,
-        instruction: &Instruction,
-        operation: Operation,
-        of_negative: Operation,
-        odd: bool,
-    ) -> [Option<Signed>; 4] {
-        let a = self.read(instruction, 0, 0);
-        let operation = if a.negate { of_negative } else { operation };
-        let value = self.step(operation, a.value, a.value);
-        [Some(Signed { value, negate: odd && a.negate }); 4]
-    }
-
-    /// Dot product of the first components of both operands.
-    fn dot(&mut self, instruction: &Instruction, components: usize) -> Signed {
-        let product = |w: &mut Self, k| {
-            let (a, b) = (w.read(instruction, 0, k), w.read(instruction, 1, k));
-            w.mul(a, b)
-        };
-        let mut sum = product(self, 0);
-        for k in 1..components {
-            let next = product(self, k);
-            sum = self.add(sum, next);
-        }
-        sum
-    }
-
-    /// One row of X2D: a component of a, plus the product of a row of c with b.
-    fn row(&mut self, instruction: &Instruction, row: usize) -> Signed {
-        let mut sum = self.read(instruction, 0, row);
-        for k in 0..2 {
-            let (b, c) = (self.read(instruction, 1, k), self.read(instruction, 2, 2 * row + k));
-            let product = self.mul(b, c);
-            sum = self.add(sum, product);
-        }
-        sum
-    }
-
-    /// Value of an operand for a written component: swizzle and sign applied.
-    fn read(&self, instruction: &Instruction, position: usize, place: usize) -> Signed {
-        let operand = instruction.operand(position);
-        let component = operand.swizzle.component(place);
-        let value = match operand.register {
-            Register::Temporary(register) => self.registers[usize::from(register)][component],
-            Register::Constant(register) => {
-                constant(self.genome.constants()[usize::from(register)][component])
-            }
-        };
-        if operand.negate { value.negated() } else { value }
-    }
-
-    /// Adds without a negation: the sign of a is moved to the result.
-    fn add(&mut self, a: Signed, b: Signed) -> Signed {
-        let operation = if a.negate == b.negate { Operation::Add } else { Operation::Sub };
-        Signed { value: self.step(operation, a.value, b.value), negate: a.negate }
-    }
-
-    fn mul(&mut self, a: Signed, b: Signed) -> Signed {
-        let value = self.step(Operation::Mul, a.value, b.value);
-        Signed { value, negate: a.negate ^ b.negate }
-    }
-
+impl Writer {
     /// Adds a step and returns its value.
-    fn step(&mut self, operation: Operation, a: Value, b: Value) -> Value {
+    fn step(&mut self, operation: Operation, a: Value, b: Value, negate: bool) -> Signed {
         self.steps.push((operation, a, b));
-        Value::Step(self.steps.len() - 1)
+        Signed { value: Value::Step(self.steps.len() - 1), negate }
     }
 }
 
-impl Signed {
-    fn negated(self) -> Self {
-        Self { negate: !self.negate, ..self }
+impl ScalarMachine for Writer {
+    type Value = Signed;
+
+    fn constant(&mut self, value: f32) -> Signed {
+        Signed { value: Value::Constant(value.to_bits()), negate: false }
+    }
+
+    fn input(&mut self, input: Input) -> Signed {
+        Signed { value: Value::Input(input), negate: false }
+    }
+
+    fn neg(&mut self, a: Signed) -> Signed {
+        Signed { negate: !a.negate, ..a }
+    }
+
+    /// Adds without a negation: the sign of a is moved to the result.
+    /// Adds without a negation: the sign of a is moved to the result.
+    fn add(&mut self, a: Signed, b: Signed) -> Signed {
+        let operation = if a.negate == b.negate { Operation::Add } else { Operation::Sub };
+        self.step(operation, a.value, b.value, a.negate)
+    }
+
+    fn mul(&mut self, a: Signed, b: Signed) -> Signed {
+        self.step(Operation::Mul, a.value, b.value, a.negate ^ b.negate)
+    }
+
+    fn function(&mut self, function: Function, a: Signed) -> Signed {
+        let (operation, negate) = Operation::of(function, a.negate);
+        self.step(operation, a.value, a.value, negate)
     }
 }
 

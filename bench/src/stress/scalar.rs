@@ -8,7 +8,7 @@
 use std::hint::black_box;
 
 use brood_genome::Arithmetic;
-use brood_program::{Operand, Operation, Program};
+use brood_program::{Operand, Operation, Program, for_known};
 use brood_scene::SampleSet;
 
 /// Number of samples that a step is applied to at once.
@@ -78,14 +78,7 @@ impl<'a> Scalar<'a> {
 
 /// Applies one step to a few samples; the operation is a constant inside each loop.
 fn apply(operation: Operation, a: &Row, b: &Row, out: &mut Row) {
-    macro_rules! each_of {
-        ($($name:ident)*) => {
-            match operation {
-                $(Operation::$name => each(a, b, out, |a, b| Operation::$name.apply(a, b)),)*
-            }
-        };
-    }
-    each_of!(Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
+    for_known!(operation, known => each(a, b, out, |a, b| known.apply(a, b)));
 }
 
 /// Applies `f` to each value. `black_box` prevents vectorisation, so that the evaluators under test

@@ -8,12 +8,31 @@
 use crate::functions::{self, Functions};
 use crate::range::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
 
+/// A function of one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// [`Arithmetic::sine`].
+    Sin,
+    /// [`Arithmetic::cosine`].
+    Cos,
+    /// [`Arithmetic::ex2`].
+    Ex2,
+    /// [`Arithmetic::lg2`].
+    Lg2,
+    /// [`Arithmetic::rcp`].
+    Rcp,
+    /// [`Arithmetic::rsq`].
+    Rsq,
+    /// [`Arithmetic::spl`].
+    Spl,
+}
+
 /// Scalar operations that the opcodes consist of.
 ///
 /// # Domain
 /// Arguments are finite and within `[-RANGE, RANGE]`; so are results. No argument in that domain
 /// gives NaN or infinity.
-pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
+pub trait Arithmetic: Copy + Default + PartialEq + std::fmt::Debug {
     /// Converts an f32 exactly.
     fn from_f32(value: f32) -> Self;
     /// Clamped sum.
@@ -47,6 +66,20 @@ pub trait Arithmetic: Copy + PartialEq + std::fmt::Debug {
     /// log2(1 + 2^x), from `ex2` of -|x|, clamped.
     #[must_use]
     fn spl(self) -> Self;
+    /// Applies a function.
+    #[inline(always)]
+    #[must_use]
+    fn function(self, function: Function) -> Self {
+        match function {
+            Function::Sin => self.sine(),
+            Function::Cos => self.cosine(),
+            Function::Ex2 => self.ex2(),
+            Function::Lg2 => self.lg2(),
+            Function::Rcp => self.rcp(),
+            Function::Rsq => self.rsq(),
+            Function::Spl => self.spl(),
+        }
+    }
     /// Square without clamp. The BRDF is the square of the result registers.
     #[must_use]
     fn square(self) -> Self;

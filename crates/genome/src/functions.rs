@@ -2,10 +2,10 @@
 //! library's or a device's own functions.
 //!
 //! Every product and sum is rounded separately, in the order written, so any backend that neither
-//! contracts nor reassociates computes the same bits. `functions.wgsl` of the GPU crate, and
-//! `functions.wgsl` and `functions.glsl` of the export crate, are the twins of this file; their
-//! constants are generated from [`Functions::constants`] and [`Functions::BIT_CONSTANTS`]. All code
-//! is branch-free, so that loops over it vectorise.
+//! contracts nor reassociates computes the same bits. `functions.wgsl` of the GPU crate and that of
+//! the export crate are the twins of this file; their constants are generated from
+//! [`Functions::constants`] and [`Functions::BIT_CONSTANTS`]. All code is branch-free, so that
+//! loops over it vectorise.
 
 use crate::range::{ANGLE_RANGE, EPSILON, EX2_RANGE, RANGE};
 

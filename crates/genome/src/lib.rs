@@ -4,8 +4,8 @@
 //! - [`Genome`] is valid by construction; it has [`Instruction`]s, constants, a [`Dialect`], an
 //!   [`Output`] stage and layers of [`Model`]s. It has a text form, a JSON form and canonical
 //!   bytes, whose hash is its [`GenomeHash`].
-//! - [`Arithmetic`] defines every operation, for the canonical f32 bits and for the f64 reference;
-//!   [`interpret`] runs a genome with it.
+//! - [`expand`] defines every opcode by scalar operations, [`Arithmetic`] every scalar operation,
+//!   for the canonical f32 bits and for the f64 reference; [`interpret`] runs a genome with both.
 //! - [`Variation`] has the genetic operators. Their randomness is a counter-based [`Stream`] for
 //!   each [`BirthKey`].
 //! - [`preset`] has hand-written genomes.
@@ -27,6 +27,7 @@
 mod arithmetic;
 mod bytes;
 mod dialect;
+mod expand;
 mod functions;
 mod genome;
 mod instruction;
@@ -43,10 +44,11 @@ mod range;
 mod text;
 mod variation;
 
-pub use arithmetic::Arithmetic;
+pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
 pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectError, InitialValue, OpcodeSet};
+pub use expand::{ScalarMachine, expand};
 pub use functions::Functions;
 pub use genome::{Genome, GenomeError, LAYERS_MAX};
 pub use instruction::{Instruction, InstructionError};

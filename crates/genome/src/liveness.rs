@@ -63,6 +63,13 @@ impl Liveness {
         liveness
     }
 
+    /// Counts everything that is written as live.
+    #[must_use]
+    pub fn written(genome: &Genome) -> Self {
+        let masks = genome.instructions().iter().map(|it| it.write_mask().bits());
+        Self { components: masks.collect(), initial: [0b1111; REGISTERS] }
+    }
+
     /// Analyses another genome, reusing the memory.
     pub fn find(&mut self, genome: &Genome) {
         let instructions = genome.instructions();

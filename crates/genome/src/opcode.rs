@@ -1,4 +1,4 @@
-//! Opcodes of the machine: names, numbers, operand counts. Their results are defined in `interpret`
+//! Opcodes of the machine: names, numbers, operand counts. Their results are defined in `expand`
 //! and `arithmetic`.
 
 brood_brdf::named_enum! {

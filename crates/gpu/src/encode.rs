@@ -7,9 +7,10 @@
 //! operand is a kind above an index.
 
 use brood_brdf::InputMask;
-use brood_program::{Operation, Program, Tape, TapeOperand};
+use brood_program::{Program, Tape, TapeOperand};
 
 use crate::GpuError;
+use crate::operation::cost;
 
 /// Number of words of a directory entry.
 pub(crate) const ENTRY_WORDS: u32 = 21;
@@ -122,17 +123,6 @@ pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
         entry[6..].copy_from_slice(&program.output);
     }
     words
-}
-
-/// Returns the approximate cost of a step in loop iterations, so that a tile of sines does not take
-/// many times as long as one of sums.
-fn cost(operation: Operation) -> u64 {
-    match operation {
-        Operation::Add | Operation::Sub | Operation::Mul => 1,
-        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => 2,
-        Operation::Lg2 | Operation::Rcp | Operation::Rsq => 2,
-        Operation::Spl | Operation::SplNeg => 3,
-    }
 }
 
 /// Returns an encoded operand.

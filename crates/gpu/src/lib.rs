@@ -32,6 +32,7 @@ mod fitness;
 mod guard;
 mod interpreter_layout;
 mod marked;
+mod operation;
 mod own;
 mod pass;
 mod pipeline;

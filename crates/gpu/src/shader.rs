@@ -183,21 +183,8 @@ fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
 }
 
 /// Returns the name that interpreter.wgsl uses; it has an arm for each of them.
-fn constant_name(operation: Operation) -> &'static str {
-    match operation {
-        Operation::Add => "OP_ADD",
-        Operation::Sub => "OP_SUB",
-        Operation::Mul => "OP_MUL",
-        Operation::Sin => "OP_SIN",
-        Operation::Cos => "OP_COS",
-        Operation::Ex2 => "OP_EX2",
-        Operation::Ex2Neg => "OP_EX2_NEG",
-        Operation::Lg2 => "OP_LG2",
-        Operation::Rcp => "OP_RCP",
-        Operation::Rsq => "OP_RSQ",
-        Operation::Spl => "OP_SPL",
-        Operation::SplNeg => "OP_SPL_NEG",
-    }
+fn constant_name(operation: Operation) -> String {
+    format!("OP_{}", operation.name().to_uppercase())
 }
 
 #[cfg(test)]

@@ -8,8 +8,9 @@ use std::fmt::Write;
 
 use brood_brdf::InputMask;
 use brood_genome::Output;
-use brood_program::{Operand, Operation, Program};
+use brood_program::{Operand, Program};
 
+use crate::operation::call;
 use crate::shader::{Kernel, Style, head};
 
 /// Largest number of steps that code is generated for. Compile time grows faster than the code.
@@ -83,24 +84,6 @@ fn name(operand: Operand) -> String {
         Operand::Step(index) => format!("s{index}"),
         Operand::Input(input) => format!("i{}", input.index()),
         Operand::Constant(index) => format!("c{index}"),
-    }
-}
-
-/// Returns the expression of an operation.
-fn call(operation: Operation, a: &str, b: &str) -> String {
-    match operation {
-        Operation::Add => format!("limit(hold({a} + {b}))"),
-        Operation::Sub => format!("limit(hold({a} - {b}))"),
-        Operation::Mul => format!("limit(product({a}, {b}))"),
-        Operation::Sin => format!("sine({a}, 0)"),
-        Operation::Cos => format!("sine({a}, 1)"),
-        Operation::Ex2 => format!("ex2({a})"),
-        Operation::Ex2Neg => format!("ex2(-{a})"),
-        Operation::Lg2 => format!("lg2({a})"),
-        Operation::Rcp => format!("rcp({a})"),
-        Operation::Rsq => format!("rsq({a})"),
-        Operation::Spl => format!("spl({a})"),
-        Operation::SplNeg => format!("spl(-{a})"),
     }
 }
 

@@ -5,7 +5,7 @@
 //! reference to a node and ends up in the choice between sum and difference. The sign of a zero may
 //! change on the way; no operation turns that into any other difference, and results are squared.
 
-use brood_genome::{Arithmetic, Input, RANGE};
+use brood_genome::{Arithmetic, Function, Input, RANGE, ScalarMachine};
 
 use crate::{Constant, Operation};
 
@@ -26,11 +26,6 @@ impl Reference {
     #[inline]
     pub(crate) fn is_negative(self) -> bool {
         self.0 & 1 != 0
-    }
-
-    #[inline]
-    pub(crate) fn negated(self) -> Self {
-        Self(self.0 ^ 1)
     }
 
     #[inline]
@@ -79,6 +74,8 @@ pub(crate) struct Builder {
     /// component.
     places: Vec<(u32, u32)>,
     fold: bool,
+    /// True if the constants of the genome become parameters, which are not folded.
+    is_tunable: bool,
 }
 
 impl Builder {
@@ -91,11 +88,14 @@ impl Builder {
             constants: Vec::new(),
             places: Vec::new(),
             fold,
+            is_tunable: false,
         }
     }
 
-    /// Removes all nodes and keeps the allocations.
-    pub(crate) fn clear(&mut self) {
+    /// Removes all nodes and keeps the allocations. With `is_tunable` the constants of the genome
+    /// become parameters.
+    pub(crate) fn clear(&mut self, is_tunable: bool) {
+        self.is_tunable = is_tunable;
         self.entries.clear();
         self.constants.clear();
         self.places.clear();
@@ -130,17 +130,9 @@ impl Builder {
         self.entries.len()
     }
 
-    pub(crate) fn input(&mut self, input: Input) -> Reference {
-        let shape = mix(1, input.index() as u64, 0);
-        self.intern(Node::Input(input), shape, 0)
-    }
-
-    pub(crate) fn constant(&mut self, value: f32) -> Reference {
-        self.folded(value, f64::from(value))
-    }
-
-    /// Returns the node of a constant of the genome: one node per place, whatever the value.
-    pub(crate) fn parameter(&mut self, place: u32, value: f32) -> Reference {
+    /// Returns the node of a constant of the genome that may change: one node per place, whatever
+    /// the value.
+    fn tunable(&mut self, place: u32, value: f32) -> Reference {
         let shape = mix(20, u64::from(place), 0);
         let accepts = |builder: &Self, node| match node {
             Node::Parameter(index) => builder.place_of(index) == Some(place),
@@ -161,85 +153,6 @@ impl Builder {
     /// Returns the place in the genome of the parameter with this index.
     pub(crate) fn place_of(&self, index: u32) -> Option<u32> {
         self.places.iter().find(|(known, _)| *known == index).map(|(_, place)| *place)
-    }
-
-    pub(crate) fn add(&mut self, a: Reference, b: Reference) -> Reference {
-        if self.fold {
-            if let Some(value) = self.folded_sum(a, b) {
-                return value;
-            }
-            if a == b.negated() {
-                return self.constant(0.0);
-            }
-        }
-        // The sign of the first operand is factored out: -a + b = -(a - b).
-        let (first, second) = self.ordered(a, b);
-        let differ = first.is_negative() ^ second.is_negative();
-        let operation = [Operation::Add, Operation::Sub][usize::from(differ)];
-        self.operation(operation, first.node(), second.node()).signed(first.is_negative())
-    }
-
-    pub(crate) fn mul(&mut self, a: Reference, b: Reference) -> Reference {
-        if self.fold
-            && let Some(value) = self.folded_product(a, b)
-        {
-            return value;
-        }
-        let negate = a.is_negative() ^ b.is_negative();
-        let (first, second) = self.ordered(a, b);
-        self.operation(Operation::Mul, first.node(), second.node()).signed(negate)
-    }
-
-    pub(crate) fn sin(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Sin, f32::sine, f64::sine).signed(a.is_negative())
-    }
-
-    pub(crate) fn cos(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Cos, f32::cosine, f64::cosine)
-    }
-
-    pub(crate) fn ex2(&mut self, a: Reference) -> Reference {
-        if a.is_negative() {
-            self.unary(a, Operation::Ex2Neg, |x| x.neg().ex2(), |x| x.neg().ex2())
-        } else {
-            self.unary(a, Operation::Ex2, f32::ex2, f64::ex2)
-        }
-    }
-
-    pub(crate) fn lg2(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Lg2, f32::lg2, f64::lg2)
-    }
-
-    pub(crate) fn rcp(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Rcp, f32::rcp, f64::rcp).signed(a.is_negative())
-    }
-
-    pub(crate) fn rsq(&mut self, a: Reference) -> Reference {
-        self.unary(a, Operation::Rsq, f32::rsq, f64::rsq)
-    }
-
-    pub(crate) fn spl(&mut self, a: Reference) -> Reference {
-        if a.is_negative() {
-            self.unary(a, Operation::SplNeg, |x| x.neg().spl(), |x| x.neg().spl())
-        } else {
-            self.unary(a, Operation::Spl, f32::spl, f64::spl)
-        }
-    }
-
-    /// Applies the operation to the node without its sign; the caller handles the sign of the
-    /// operand.
-    fn unary(
-        &mut self,
-        a: Reference,
-        operation: Operation,
-        canonical: fn(f32) -> f32,
-        reference: fn(f64) -> f64,
-    ) -> Reference {
-        if let (true, Node::Constant(index)) = (self.fold, self.node(a.node())) {
-            let value = self.constant_of(index);
-            return self.folded(canonical(value.canonical), reference(value.reference));
-        }
-        self.operation(operation, a.node(), a.node())
     }
 
     /// Returns the sum if a constant operand decides it.
@@ -379,6 +292,73 @@ impl Builder {
             }
             self.known[slot] = number;
         }
+    }
+}
+
+impl ScalarMachine for Builder {
+    type Value = Reference;
+
+    fn constant(&mut self, value: f32) -> Reference {
+        self.folded(value, f64::from(value))
+    }
+
+    fn parameter(&mut self, register: u8, component: usize, value: f32) -> Reference {
+        if self.is_tunable {
+            let component = u32::try_from(component).expect("there are four components");
+            self.tunable(4 * u32::from(register) + component, value)
+        } else {
+            self.constant(value)
+        }
+    }
+
+    fn input(&mut self, input: Input) -> Reference {
+        let shape = mix(1, input.index() as u64, 0);
+        self.intern(Node::Input(input), shape, 0)
+    }
+
+    #[inline(always)]
+    fn neg(&mut self, a: Reference) -> Reference {
+        a.signed(true)
+    }
+
+    fn add(&mut self, a: Reference, b: Reference) -> Reference {
+        if self.fold {
+            if let Some(value) = self.folded_sum(a, b) {
+                return value;
+            }
+            if a == b.signed(true) {
+                return self.constant(0.0);
+            }
+        }
+        // The sign of the first operand is factored out: -a + b = -(a - b).
+        let (first, second) = self.ordered(a, b);
+        let differ = first.is_negative() ^ second.is_negative();
+        let operation = [Operation::Add, Operation::Sub][usize::from(differ)];
+        self.operation(operation, first.node(), second.node()).signed(first.is_negative())
+    }
+
+    fn mul(&mut self, a: Reference, b: Reference) -> Reference {
+        if self.fold
+            && let Some(value) = self.folded_product(a, b)
+        {
+            return value;
+        }
+        let negate = a.is_negative() ^ b.is_negative();
+        let (first, second) = self.ordered(a, b);
+        self.operation(Operation::Mul, first.node(), second.node()).signed(negate)
+    }
+
+    fn function(&mut self, function: Function, a: Reference) -> Reference {
+        let (operation, negate) = Operation::of(function, a.is_negative());
+        let value = match self.node(a.node()) {
+            Node::Constant(index) if self.fold => {
+                let Constant { canonical, reference } = self.constant_of(index);
+                let reference = operation.apply(reference, reference);
+                self.folded(operation.apply(canonical, canonical), reference)
+            }
+            _ => self.operation(operation, a.node(), a.node()),
+        };
+        value.signed(negate)
     }
 }
 

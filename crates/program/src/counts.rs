@@ -1,10 +1,10 @@
 //! Operation counts before and after each pass of lowering.
 
-use brood_genome::{Genome, Liveness, Opcode};
+use brood_genome::{Function, Genome, Input, Liveness, ScalarMachine, expand};
 
 use crate::Program;
 use crate::build::Builder;
-use crate::lower::{Collected, scalarise};
+use crate::lower::Collected;
 
 /// Operation counts before and after each pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,19 +28,15 @@ impl Counts {
     #[must_use]
     pub fn of(genome: &Genome) -> Self {
         let live = Liveness::of(genome);
-        let instructions = genome.instructions();
         // Numbers values without folding.
         let mut builder = Builder::new(false);
-        let results = scalarise(genome, &live, &mut builder, false);
+        let results = expand(genome, &live, &mut builder);
         let numbered = Collected::default().collect(&builder, results, genome);
-        let sum = |masks: &mut dyn Iterator<Item = u8>| {
-            instructions.iter().zip(masks).map(|(i, mask)| scalar_cost(i.opcode(), mask)).sum()
-        };
         Self {
-            instructions: count(instructions.len()),
+            instructions: count(genome.instructions().len()),
             live_instructions: count(live.components.iter().filter(|mask| **mask != 0).count()),
             scalar_operations: written_operations(genome),
-            live_scalar_operations: sum(&mut live.components.iter().copied()),
+            live_scalar_operations: operations(genome, &live),
             numbered_operations: count(numbered.operations()),
             operations: count(Program::lower(genome).operations()),
         }
@@ -50,29 +46,41 @@ impl Counts {
 /// Returns [`Counts::scalar_operations`] alone, which needs no lowering.
 #[must_use]
 pub fn written_operations(genome: &Genome) -> u32 {
-    let cost = |i: &brood_genome::Instruction| scalar_cost(i.opcode(), i.write_mask().bits());
-    genome.instructions().iter().map(cost).sum()
+    operations(genome, &Liveness::written(genome))
+}
+
+/// Number of scalar operations of the live components; moves and negations are free.
+fn operations(genome: &Genome, liveness: &Liveness) -> u32 {
+    let mut counter = Counter(0);
+    expand(genome, liveness, &mut counter);
+    counter.0
+}
+
+/// Counts operations.
+struct Counter(u32);
+
+impl ScalarMachine for Counter {
+    type Value = ();
+
+    fn constant(&mut self, _: f32) {}
+
+    fn input(&mut self, _: Input) {}
+
+    fn neg(&mut self, (): ()) {}
+
+    fn add(&mut self, (): (), (): ()) {
+        self.0 += 1;
+    }
+
+    fn mul(&mut self, (): (), (): ()) {
+        self.0 += 1;
+    }
+
+    fn function(&mut self, _: Function, (): ()) {
+        self.0 += 1;
+    }
 }
 
 fn count(n: usize) -> u32 {
     u32::try_from(n).expect("a genome has at most 1024 instructions")
-}
-
-/// Number of scalar operations of an instruction for the components of `mask`; moves and negations
-/// are free.
-fn scalar_cost(opcode: Opcode, mask: u8) -> u32 {
-    let components = mask.count_ones();
-    let any = u32::from(mask != 0);
-    match opcode {
-        Opcode::Mov => 0,
-        Opcode::Add | Opcode::Sub | Opcode::Mul => components,
-        Opcode::Mad => 2 * components,
-        Opcode::Lrp => 3 * components,
-        Opcode::Dp3 => 5 * any,
-        Opcode::Dp4 => 7 * any,
-        Opcode::Dst => u32::from(mask & 2 != 0),
-        Opcode::X2d => 4 * (u32::from(mask & 5 != 0) + u32::from(mask & 10 != 0)),
-        Opcode::Sin | Opcode::Cos | Opcode::Ex2 => any,
-        Opcode::Lg2 | Opcode::Rcp | Opcode::Rsq | Opcode::Spl => any,
-    }
 }

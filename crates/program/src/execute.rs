@@ -1,9 +1,9 @@
-//! Execution of a program for one sample, in either arithmetic: the definition of what the steps
-//! mean.
+//! Execution of a program for one sample, in either arithmetic: the definition of a program's
+//! result.
 
 use brood_genome::{Arithmetic, Input};
 
-use crate::{Constant, Operand, Operation, Program};
+use crate::{Constant, Operand, Program};
 
 /// Runs a program for one sample and returns the reflectance of the three channels, without layers.
 ///
@@ -41,25 +41,4 @@ pub fn execute_layered<T: Arithmetic>(
     }
     let squares = program.results().map(|operand| read(&values, operand).square());
     program.output().apply(layers(squares))
-}
-
-impl Operation {
-    /// Applies the operation to a pair of values; a unary operation ignores `b`.
-    #[inline(always)]
-    pub fn apply<T: Arithmetic>(self, a: T, b: T) -> T {
-        match self {
-            Self::Add => a.add(b),
-            Self::Sub => a.add(b.neg()),
-            Self::Mul => a.mul(b),
-            Self::Sin => a.sine(),
-            Self::Cos => a.cosine(),
-            Self::Ex2 => a.ex2(),
-            Self::Ex2Neg => a.neg().ex2(),
-            Self::Lg2 => a.lg2(),
-            Self::Rcp => a.rcp(),
-            Self::Rsq => a.rsq(),
-            Self::Spl => a.spl(),
-            Self::SplNeg => a.neg().spl(),
-        }
-    }
 }

@@ -27,6 +27,7 @@ mod counts;
 mod execute;
 mod hash;
 mod lower;
+mod operation;
 mod program;
 mod range;
 mod tape;
@@ -40,7 +41,8 @@ pub use brood::{
 pub use counts::{Counts, written_operations};
 pub use execute::{execute, execute_layered};
 pub use hash::ProgramHash;
-pub use program::{Constant, Operand, Operation, Program, Step};
+pub use operation::{Binary, Operation};
+pub use program::{Constant, Operand, Program, Step};
 pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};
 pub use tunable::Tunable;

@@ -3,50 +3,7 @@
 
 use brood_genome::{Input, InputMask, Model, Output};
 
-brood_brdf::named_enum! {
-    numbered
-    /// A scalar operation. Signs are part of the operation, never of an operand.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-    #[repr(u8)]
-    pub enum Operation {
-        /// a + b.
-        Add => "add",
-        /// a - b.
-        Sub => "sub",
-        /// a b.
-        Mul => "mul",
-        /// sin a.
-        Sin => "sin",
-        /// cos a.
-        Cos => "cos",
-        /// 2^a.
-        Ex2 => "ex2",
-        /// 2^-a.
-        Ex2Neg => "ex2_neg",
-        /// log2(a^2 + 2^-24).
-        Lg2 => "lg2",
-        /// a / (a^2 + 2^-24).
-        Rcp => "rcp",
-        /// 1 / sqrt(a^2 + 2^-24).
-        Rsq => "rsq",
-        /// log2(1 + 2^a).
-        Spl => "spl",
-        /// log2(1 + 2^-a).
-        SplNeg => "spl_neg",
-    }
-}
-
-impl Operation {
-    /// True if the operation takes a second operand.
-    #[must_use]
-    pub fn is_binary(self) -> bool {
-        match self {
-            Self::Add | Self::Sub | Self::Mul => true,
-            Self::Sin | Self::Cos | Self::Ex2 | Self::Ex2Neg => false,
-            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl | Self::SplNeg => false,
-        }
-    }
-}
+use crate::Operation;
 
 /// A folded constant with its value in each arithmetic.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Programs whose constants can be tuned and written back into the genome.
 
-use brood_genome::{CONSTANTS, Genome, RANGE};
+use brood_genome::{CONSTANTS, Genome, RANGE, expand};
 
 use crate::Program;
-use crate::lower::{SCRATCH, Scratch, scalarise};
+use crate::lower::{SCRATCH, Scratch};
 
 /// A program that keeps each constant of its genome as a separate parameter.
 #[derive(Debug, Clone)]
@@ -20,8 +20,8 @@ impl Tunable {
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
             liveness.find(genome);
-            builder.clear();
-            let results = scalarise(genome, liveness, builder, true);
+            builder.clear(true);
+            let results = expand(genome, liveness, builder);
             let program = collected.collect(builder, results, genome);
             let narrow =
                 |part: u32| u8::try_from(part).expect("registers and components are below 256");

@@ -9,7 +9,7 @@
 use std::cell::RefCell;
 
 use brood_brdf::{Input, InputMask};
-use brood_program::{Operand, Operation, Program, Range, StepRange};
+use brood_program::{Binary, Operand, Operation, Program, Range, StepRange};
 use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
@@ -291,13 +291,10 @@ fn number(operand: Operand, first_step: u32) -> u32 {
 /// Returns the operation as the second of a fused pair, or `None` if it cannot be fused. `is_left`
 /// is true if its left operand is the value of the first.
 fn second(operation: Operation, is_left: bool) -> Option<Second> {
-    match operation {
-        Operation::Add => Some(Second::Add),
-        Operation::Sub if is_left => Some(Second::Sub),
-        Operation::Sub => Some(Second::SubFrom),
-        Operation::Mul => Some(Second::Mul),
-        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => None,
-        Operation::Lg2 | Operation::Rcp | Operation::Rsq => None,
-        Operation::Spl | Operation::SplNeg => None,
-    }
+    Some(match operation.binary()? {
+        Binary::Add => Second::Add,
+        Binary::Sub if is_left => Second::Sub,
+        Binary::Sub => Second::SubFrom,
+        Binary::Mul => Second::Mul,
+    })
 }

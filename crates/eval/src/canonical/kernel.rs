@@ -83,8 +83,8 @@ impl Kernel {
     /// Returns the kernel of one operation.
     pub(super) fn single(operation: Operation, clamping: Clamping) -> Self {
         let idle = u8::from(clamping == Clamping::Idle);
-        match first(operation) {
-            Some(number) => Self(48 + 2 * number + (1 - idle)),
+        match operation.binary() {
+            Some(binary) => Self(48 + 2 * binary as u8 + (1 - idle)),
             None => Self(54 + 2 * (operation.number() - Operation::Sin.number()) + idle),
         }
     }
@@ -93,19 +93,7 @@ impl Kernel {
     /// `None` if the first is a function.
     pub(super) fn fused(operation: Operation, second: Second, clamps: [bool; 2]) -> Option<Self> {
         let clamps = u8::from(clamps[0]) + 2 * u8::from(clamps[1]);
-        Some(Self(16 * first(operation)? + 4 * second as u8 + clamps))
-    }
-}
-
-/// Returns the number of a sum, difference or product, or `None` for a function.
-fn first(operation: Operation) -> Option<u8> {
-    match operation {
-        Operation::Add => Some(0),
-        Operation::Sub => Some(1),
-        Operation::Mul => Some(2),
-        Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => None,
-        Operation::Lg2 | Operation::Rcp | Operation::Rsq => None,
-        Operation::Spl | Operation::SplNeg => None,
+        Some(Self(16 * operation.binary()? as u8 + 4 * second as u8 + clamps))
     }
 }
 

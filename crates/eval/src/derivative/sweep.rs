@@ -3,7 +3,7 @@
 //! quarter, for one operation at a time.
 
 use brood_genome::Functions;
-use brood_program::Operation;
+use brood_program::{Operation, for_known};
 
 use super::equations::NormalEquations;
 use super::local::partials;
@@ -296,23 +296,6 @@ fn add_product(out: &mut Quarter, a: &Quarter, b: &Quarter) {
     for ((out, a), b) in out.0.iter_mut().zip(&a.0).zip(&b.0) {
         *out += a * b;
     }
-}
-
-/// Branches once per operation, so that the loop in `$do` is compiled with the operation known and
-/// does not branch per lane.
-macro_rules! for_known {
-    ($operation:expr, $known:ident => $do:expr) => {
-        for_known!(@arms $operation, $known => $do;
-            Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
-    };
-    (@arms $operation:expr, $known:ident => $do:expr; $($name:ident)*) => {
-        match $operation {
-            $(Operation::$name => {
-                let $known = Operation::$name;
-                $do
-            })*
-        }
-    };
 }
 
 /// Computes the value of a step in each lane.

@@ -1,0 +1,123 @@
+//! Scalar operations: numbers, operands, names, results.
+
+use brood_genome::{Arithmetic, Function};
+
+brood_brdf::named_enum! {
+    numbered
+    /// A scalar operation. Signs are part of the operation, never of an operand.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum Operation {
+        /// a + b.
+        Add => "add",
+        /// a - b.
+        Sub => "sub",
+        /// a b.
+        Mul => "mul",
+        /// sin a.
+        Sin => "sin",
+        /// cos a.
+        Cos => "cos",
+        /// 2^a.
+        Ex2 => "ex2",
+        /// 2^-a.
+        Ex2Neg => "ex2_neg",
+        /// log2(a^2 + 2^-24).
+        Lg2 => "lg2",
+        /// a / (a^2 + 2^-24).
+        Rcp => "rcp",
+        /// 1 / sqrt(a^2 + 2^-24).
+        Rsq => "rsq",
+        /// log2(1 + 2^a).
+        Spl => "spl",
+        /// log2(1 + 2^-a).
+        SplNeg => "spl_neg",
+    }
+}
+
+impl Operation {
+    /// Returns the operation that computes a function of a value, or of the negative of a value,
+    /// and true if the result is to be negated.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(function: Function, is_negative: bool) -> (Self, bool) {
+        match (function, is_negative) {
+            (Function::Sin, _) => (Self::Sin, is_negative),
+            (Function::Cos, _) => (Self::Cos, false),
+            (Function::Ex2, false) => (Self::Ex2, false),
+            (Function::Ex2, true) => (Self::Ex2Neg, false),
+            (Function::Lg2, _) => (Self::Lg2, false),
+            (Function::Rcp, _) => (Self::Rcp, is_negative),
+            (Function::Rsq, _) => (Self::Rsq, false),
+            (Function::Spl, false) => (Self::Spl, false),
+            (Function::Spl, true) => (Self::SplNeg, false),
+        }
+    }
+
+    /// Returns the kind of an operation with two operands, or `None` if it takes one.
+    #[inline(always)]
+    #[must_use]
+    pub fn binary(self) -> Option<Binary> {
+        match self {
+            Self::Add => Some(Binary::Add),
+            Self::Sub => Some(Binary::Sub),
+            Self::Mul => Some(Binary::Mul),
+            Self::Sin | Self::Cos | Self::Ex2 | Self::Ex2Neg => None,
+            Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl | Self::SplNeg => None,
+        }
+    }
+
+    /// True if the operation takes a second operand.
+    #[must_use]
+    pub fn is_binary(self) -> bool {
+        self.binary().is_some()
+    }
+
+    /// Applies the operation to a pair of values; a unary operation ignores `b`.
+    #[inline(always)]
+    pub fn apply<T: Arithmetic>(self, a: T, b: T) -> T {
+        match self {
+            Self::Add => a.add(b),
+            Self::Sub => a.add(b.neg()),
+            Self::Mul => a.mul(b),
+            Self::Sin => a.sine(),
+            Self::Cos => a.cosine(),
+            Self::Ex2 => a.ex2(),
+            Self::Ex2Neg => a.neg().ex2(),
+            Self::Lg2 => a.lg2(),
+            Self::Rcp => a.rcp(),
+            Self::Rsq => a.rsq(),
+            Self::Spl => a.spl(),
+            Self::SplNeg => a.neg().spl(),
+        }
+    }
+}
+
+/// An operation with two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Binary {
+    /// a + b.
+    Add,
+    /// a - b.
+    Sub,
+    /// a b.
+    Mul,
+}
+
+/// Branches once on an operation: evaluates an expression in which the operation is a constant, so
+/// that loops are compiled for each operation.
+#[macro_export(local_inner_macros)]
+macro_rules! for_known {
+    ($operation:expr, $known:ident => $do:expr) => {
+        for_known!(@arms $operation, $known => $do;
+            Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
+    };
+    (@arms $operation:expr, $known:ident => $do:expr; $($name:ident)*) => {
+        match $operation {
+            $($crate::Operation::$name => {
+                let $known = $crate::Operation::$name;
+                $do
+            })*
+        }
+    };
+}
