@@ -79,7 +79,7 @@ fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
     let program = Program::lower(&random.birth(BirthKey { seed: 8, slot: 0, attempt: 0 }));
     let how = (PictureFormat::Png, Backend::Auto);
     let frame = Frame::new(scene, MeshSource::Builtin, size_px, 1, how);
-    let key = PictureKey::new(&program, &frame);
+    let key = frame.key(&program);
     let packed = PackedProgram { words: program.to_words(), operations_written: 200 };
     LeaseGrant {
         ticket: LeaseTicket { lease: LeaseId::fresh(), epoch: 3 },

@@ -7,9 +7,7 @@ use brood_eval::{Developed, Gain};
 use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
-use brood_protocol::{
-    Backend, BackendReport, Frame, PictureKey, RenderStats, RenderedPicture, WorkerReport,
-};
+use brood_protocol::{Backend, BackendReport, Frame, RenderStats, RenderedPicture, WorkerReport};
 use brood_scene::{Exposure, Film, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
@@ -151,7 +149,7 @@ impl Renderer {
     ) -> Result<Vec<RenderedPicture>, RenderError> {
         self.images(frame, mesh, programs, |program, picture| {
             let encoded = EncodedPicture::of(frame.format, program, picture)?;
-            Ok(encoded.with_key(PictureKey::new(program, frame)))
+            Ok(encoded.with_key(frame.key(program)))
         })
     }
 
@@ -312,7 +310,7 @@ mod tests {
         for (picture, program) in together.iter().zip(&programs) {
             let alone = renderer.render(&frame, &mesh, &[program]).unwrap();
             assert_eq!(alone[0], *picture);
-            assert_eq!(picture.key, PictureKey::new(program, &frame));
+            assert_eq!(picture.key, frame.key(program));
             assert!(picture.samples > 0 && picture.operations >= picture.samples);
         }
     }

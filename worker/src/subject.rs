@@ -283,7 +283,7 @@ mod tests {
             rgba.chunks_exact(4).all(|pixel| pixel == [0, 0, 0, 255])
         };
         assert_eq!([0, 1].map(|index: usize| is_black(&pictures[index].bytes)), [true, false]);
-        assert_eq!(pictures[2].key, PictureKey::new(&first, &frame));
+        assert_eq!(pictures[2].key, frame.key(&first));
         assert!(pictures[0].key != pictures[1].key);
     }
 

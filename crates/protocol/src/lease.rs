@@ -3,6 +3,7 @@
 //! Messages are binary: a version, then postcard. As JSON text, the programs and pictures of a
 //! brood would cost milliseconds.
 
+use brood_program::Program;
 use brood_scene::{Exposure, PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -177,6 +178,12 @@ impl Frame {
     /// Returns [`WireError::Malformed`] if the JSON text is not a scene.
     pub fn scene(&self) -> Result<Scene, WireError> {
         serde_json::from_str(&self.scene_json).map_err(|e| WireError::Malformed(e.to_string()))
+    }
+
+    /// Returns the key of a program's picture in this frame.
+    #[must_use]
+    pub fn key(&self, program: &Program) -> PictureKey {
+        PictureKey::of(&Subject::Program(program.hash()), &self.identity())
     }
 
     /// Returns the hash of everything that decides the pixels. An uploaded mesh counts by its

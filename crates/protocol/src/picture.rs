@@ -3,10 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_program::{Program, ProgramHash};
+use brood_program::ProgramHash;
 use serde::{Deserialize, Serialize};
 
-use crate::{Frame, Subject};
+use crate::Subject;
 
 /// Version of the renderer. Increment it whenever the pixels of an existing key would change.
 pub const RENDERER_VERSION: u32 = 7;
@@ -75,13 +75,7 @@ brood_brdf::named_enum! {
 pub struct PictureKey(pub [u8; 32]);
 
 impl PictureKey {
-    /// Returns the key of a program's picture in a frame.
-    #[must_use]
-    pub fn new(program: &Program, frame: &Frame) -> Self {
-        Self::of(&Subject::Program(program.hash()), &frame.identity())
-    }
-
-    /// Returns the key of a subject's picture in the frame with this [`Frame::identity`].
+    /// Returns the key of a subject's picture in the frame with this [`crate::Frame::identity`].
     #[must_use]
     pub fn of(subject: &Subject<ProgramHash>, frame: &blake3::Hash) -> Self {
         let mut hasher = blake3::Hasher::new();

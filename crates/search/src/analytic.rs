@@ -16,6 +16,7 @@ mod checkpoint;
 mod coordinate;
 mod evolve;
 mod form;
+mod kept;
 mod recover;
 mod refine;
 mod residual;
@@ -25,3 +26,6 @@ mod vary;
 pub use form::{Form, LobeForm};
 pub use recover::{Recovered, Recovery};
 pub use schedule::{Analytic, default_kinds};
+
+/// Number of samples per block.
+const LANES: usize = 64;

@@ -18,6 +18,7 @@
 
 mod albedo;
 mod batch;
+mod block;
 mod bounds;
 mod checkpoint;
 mod finish;

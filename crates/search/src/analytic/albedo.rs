@@ -8,7 +8,7 @@ use brood_brdf::{Block, DirectionPair};
 use brood_eval::{Level, LobeRule, direction_at};
 use rayon::prelude::*;
 
-use super::batch::LANES;
+use super::LANES;
 use crate::lobes::{ANGLES, IMPORTANCE};
 
 /// Quadrature orders ([`LobeRule`]): coarse for the steps (up to 25 % off for light from the

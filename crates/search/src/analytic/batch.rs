@@ -6,10 +6,8 @@ use brood_brdf::{Block, DirectionPair};
 use brood_eval::Level;
 use brood_target::Samples;
 
+use super::LANES;
 use super::albedo::Albedos;
-
-/// Number of samples per block.
-pub(super) const LANES: usize = 64;
 
 /// One block of samples.
 #[derive(Debug, Clone)]

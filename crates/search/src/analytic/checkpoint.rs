@@ -4,8 +4,9 @@ use brood_brdf::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use super::Form;
+use super::kept::{Finished, Kept};
 use super::residual::Space;
-use super::schedule::{Analytic, Finished, Kept};
+use super::schedule::Analytic;
 use crate::Probe;
 use crate::levenberg_marquardt::Solution;
 use crate::method::{Candidate, HasTime, Method, Outcome, Progress};

@@ -3,10 +3,10 @@
 use brood_brdf::{Block, CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
 use brood_eval::{Level, SimdKernel};
 
-use super::Form;
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
-use super::batch::{Batch, LANES, Lanes};
+use super::batch::{Batch, Lanes};
 use super::coordinate::Coordinate;
+use super::{Form, LANES};
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of residuals per block: three channels.

@@ -14,6 +14,7 @@ use super::Form;
 use super::albedo::{Albedos, Precision};
 use super::batch::{Batch, pick_samples};
 use super::evolve::{Start, evolve};
+use super::kept::{Finished, Kept};
 use super::recover::random_point;
 use super::refine::Plan;
 use super::residual::{Space, Workspace};
@@ -68,34 +69,6 @@ pub struct Analytic {
     pub(super) evaluations: u64,
     /// The best fits so far, the least error on the validation samples first.
     pub(super) kept: Vec<Kept>,
-}
-
-/// A fit that is kept.
-#[derive(Debug, Clone)]
-pub(super) struct Kept {
-    pub(super) space: Space,
-    /// Solution; its error is the mean square on the training samples, under the energy limit.
-    pub(super) fit: Solution<Vec<f64>>,
-    /// Mean square on the validation samples, under the energy limit.
-    pub(super) held: f64,
-}
-
-/// A finished fit.
-#[derive(Debug, Clone)]
-pub(super) struct Finished {
-    pub(super) models: Vec<Model>,
-    pub(super) parameters: usize,
-    /// Mean squares on the training and on the validation samples, before it was refined on both.
-    pub(super) fitted: f64,
-    pub(super) held: f64,
-}
-
-impl Finished {
-    pub(super) fn of(kept: &Kept) -> Self {
-        let Kept { space, fit, held } = kept;
-        let (parameters, fitted) = (space.len(), fit.error);
-        Self { models: space.models(&fit.point), parameters, fitted, held: *held }
-    }
 }
 
 /// Kinds that are reciprocal and can be searched. Excludes SGD, whose 33 parameters largely cancel

@@ -4,9 +4,9 @@
 use brood_brdf::ModelKind;
 use brood_genome::{Genome, Stream};
 
+use super::kept::Kept;
 use super::recover::random_point;
 use super::residual::Space;
-use super::schedule::Kept;
 use super::{Form, LobeForm};
 use crate::levenberg_marquardt::Solution;
 

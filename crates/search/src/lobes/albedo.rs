@@ -9,7 +9,7 @@ use brood_eval::{Level, LobeRule, direction_at};
 use brood_target::Samples;
 use rayon::prelude::*;
 
-use super::batch::{Batch, points};
+use super::block::{Block, blocks, points};
 use super::flux::Flux;
 use super::sweep::{Parameters, Sweep, Workspace};
 use super::{Lobes, Shape};
@@ -31,7 +31,7 @@ pub(crate) const IMPORTANCE: f64 = 0.3;
 #[derive(Debug, Clone)]
 pub(super) struct Albedos {
     /// Nodes of each of [`ANGLES`], as samples whose importance is the quadrature weight.
-    nodes: Vec<Batch>,
+    nodes: Vec<Vec<Block>>,
 }
 
 impl Albedos {
@@ -61,9 +61,9 @@ impl Albedos {
     /// weight `total`; returns the penalty as in [`Albedos::cost`].
     pub(super) fn add(&self, lobes: &Lobes, normal: &mut NormalEquations, total: f64) -> f64 {
         let parameters = Parameters::new(lobes);
-        let albedo = |batch: &Batch| {
+        let albedo = |blocks: &Vec<Block>| {
             let mut gradients = [0, 1, 2].map(|_| vec![0.0; lobes.parameters.len()]);
-            (reflected(&parameters, batch, Some(&mut gradients)), gradients)
+            (reflected(&parameters, blocks, Some(&mut gradients)), gradients)
         };
         let all: Vec<_> = self.nodes.par_iter().map(albedo).collect();
         let free: Vec<usize> = (0..lobes.parameters.len()).filter(|at| lobes.free[*at]).collect();
@@ -90,7 +90,7 @@ impl Albedos {
     /// Albedos, [angle][channel].
     fn values(&self, lobes: &Lobes) -> Vec<[f64; 3]> {
         let parameters = Parameters::new(lobes);
-        self.nodes.par_iter().map(|batch| reflected(&parameters, batch, None)).collect()
+        self.nodes.par_iter().map(|blocks| reflected(&parameters, blocks, None)).collect()
     }
 }
 
@@ -102,12 +102,12 @@ fn excess(albedo: f64) -> f64 {
 /// `gradients`, if present.
 fn reflected(
     parameters: &Parameters,
-    batch: &Batch,
+    blocks: &[Block],
     mut gradients: Option<&mut [Vec<f64>; 3]>,
 ) -> [f64; 3] {
     let mut workspace = Workspace::new(&parameters.shape);
     let mut sums = [0.0; 3];
-    for block in &batch.blocks {
+    for block in blocks {
         let sweep = Sweep { parameters, block, gain: 1.0, workspace: &mut workspace, sums: None };
         let reflected = Level::best().run(Flux { sweep, gradients: gradients.as_deref_mut() });
         sums = [0, 1, 2].map(|channel| sums[channel] + reflected[channel]);
@@ -118,7 +118,7 @@ fn reflected(
 /// Nodes of the outgoing directions with their weights, for light from this angle in degrees. Half
 /// the hemisphere suffices for a material that is its own mirror image.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
-fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch {
+fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Vec<Block> {
     let (sin, cos) = libm::sincos(angle.to_radians());
     let wi = direction_at(sin, cos, 0.0);
     let nodes = rule.nodes(wi).into_iter();
@@ -130,7 +130,7 @@ fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Batch
     for (point, weight) in points.iter_mut().zip(weights) {
         point.importance = (whole * weight) as f32;
     }
-    Batch::new(points.iter())
+    blocks(points.iter())
 }
 
 #[cfg(test)]

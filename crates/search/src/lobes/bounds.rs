@@ -9,7 +9,7 @@ use brood_target::{Samples, grazing_pairs, narrow_pairs};
 use rayon::prelude::*;
 
 use super::Shape;
-use super::batch::{Point, points};
+use super::block::{Point, points};
 use super::known::{BoundEstimator, Place};
 
 /// Number of points at which every fit is bounded, from above and below.

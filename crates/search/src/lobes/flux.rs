@@ -3,9 +3,9 @@
 
 use brood_eval::SimdKernel;
 
-use super::batch::{LANES, Row};
-use super::normal_equations::{Place, places};
+use super::block::{LANES, Row};
 use super::product::sum;
+use super::shape::Place;
 use super::sweep::{Sweep, Workspace, product, slots};
 
 /// Sum over a block of f times the weight of each node.
@@ -68,7 +68,7 @@ impl Flux<'_> {
                 .iter()
                 .map(|row| product(row, &residuals[channel]))
                 .collect();
-            for (derivative, place) in gradient.iter_mut().zip(places(shape)) {
+            for (derivative, place) in gradient.iter_mut().zip(shape.places()) {
                 *derivative += match place {
                     Place::Slot { slot, feature } => sum(&product(&rows[slot], &features[feature])),
                     Place::Colour { channel: own, term } if own == channel => sum(&rows[term]),

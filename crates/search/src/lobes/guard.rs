@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::albedo::{Albedos, TOLERATED_ALBEDO};
-use super::batch::{Batch, Point};
+use super::batch::Batch;
+use super::block::Point;
 use super::bounds::Bounds;
 use super::normal_equations::excesses;
 use super::{Lobes, Shape};

@@ -4,7 +4,9 @@
 use brood_eval::Level;
 use rayon::prelude::*;
 
-use super::batch::{Batch, Block};
+use super::batch::Batch;
+use super::block::Block;
+use super::shape::Place;
 use super::sweep::{Parameters, Sums, Sweep, Workspace, slots};
 use super::{Lobes, Shape};
 use crate::levenberg_marquardt::NormalEquations;
@@ -128,17 +130,11 @@ pub(super) fn normal_equations(lobes: &Lobes, batch: &Batch) -> (NormalEquations
     (normal, sums.error / batch.total + ridge(lobes, batch) + above.unwrap_or(0.0))
 }
 
-/// Meaning of a parameter: the weight of a feature in a slot, or a colour (log2 C).
-#[derive(Clone, Copy)]
-pub(super) enum Place {
-    Slot { slot: usize, feature: usize },
-    Colour { channel: usize, term: usize },
-}
-
 /// Normal equations of the free parameters.
 fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
     let shape = &lobes.shape;
-    let places: Vec<Place> = places(shape)
+    let places: Vec<Place> = shape
+        .places()
         .into_iter()
         .zip(&lobes.free)
         .filter_map(|(place, free)| free.then_some(place))
@@ -154,24 +150,6 @@ fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
         }
     }
     normal
-}
-
-/// Places in the order of the parameters: weights of units, weights of terms, colours.
-pub(super) fn places(shape: &Shape) -> Vec<Place> {
-    let mut places = Vec::with_capacity(shape.len());
-    for unit in 0..shape.units {
-        // Of the features (u, x, 1), a unit uses x and 1.
-        let features = shape.units..shape.features();
-        let slot = shape.terms + unit;
-        places.extend(features.map(|feature| Place::Slot { slot, feature }));
-    }
-    for slot in 0..shape.terms {
-        places.extend((0..shape.features() - 1).map(|feature| Place::Slot { slot, feature }));
-    }
-    for term in 0..shape.terms {
-        places.extend((0..3).map(|channel| Place::Colour { channel, term }));
-    }
-    places
 }
 
 /// Entry of J^T J for two parameters. The derivative by log2 C of a term is, in its channel, that

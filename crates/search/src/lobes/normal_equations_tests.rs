@@ -5,7 +5,7 @@ use brood_genome::{BirthKey, Operator, Stream};
 use brood_program::Program;
 use brood_target::{Samples, draw_pairs, metric};
 
-use super::super::batch::points;
+use super::super::block::points;
 use super::super::seed::start;
 use super::*;
 

@@ -3,7 +3,7 @@
 //!
 //! Loops run along contiguous memory and never add across lanes, so that compilers vectorise them.
 
-use super::batch::{LANES, Row};
+use super::block::{LANES, Row};
 
 /// Number of samples whose products are added before a sum is stored.
 const TOGETHER: usize = 8;

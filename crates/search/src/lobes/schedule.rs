@@ -8,7 +8,8 @@ use brood_target::Samples;
 use rayon::prelude::*;
 
 use super::albedo::TOLERATED_ALBEDO;
-use super::batch::{Batch, Point, lower_bounds, points};
+use super::batch::Batch;
+use super::block::{Point, lower_bounds, points};
 use super::bounds::Bounds;
 use super::guard::Pool;
 use super::known::BoundEstimator;

@@ -3,7 +3,7 @@
 use brood_brdf::Input;
 use brood_genome::Stream;
 
-use super::batch::Point;
+use super::block::Point;
 use super::{Lobes, Shape};
 
 /// Standard deviation of the weights of terms.

@@ -13,6 +13,13 @@ pub struct Shape {
     pub terms: usize,
 }
 
+/// Meaning of a parameter: the weight of a feature in a slot, or a colour (log2 C).
+#[derive(Clone, Copy)]
+pub(super) enum Place {
+    Slot { slot: usize, feature: usize },
+    Colour { channel: usize, term: usize },
+}
+
 impl Shape {
     /// Inputs that describe the highlight and the rim of an isotropic material.
     pub const INPUTS: [Input; 8] = [
@@ -67,6 +74,24 @@ impl Shape {
     /// Index of log2 C of a term in a channel.
     pub(super) fn colour(&self, term: usize, channel: usize) -> usize {
         self.term(self.terms, 0) + 3 * term + channel
+    }
+
+    /// Places in the order of the parameters: weights of units, weights of terms, colours.
+    pub(super) fn places(&self) -> Vec<Place> {
+        let mut places = Vec::with_capacity(self.len());
+        for unit in 0..self.units {
+            // Of the features (u, x, 1), a unit uses x and 1.
+            let features = self.units..self.features();
+            let slot = self.terms + unit;
+            places.extend(features.map(|feature| Place::Slot { slot, feature }));
+        }
+        for slot in 0..self.terms {
+            places.extend((0..self.features() - 1).map(|feature| Place::Slot { slot, feature }));
+        }
+        for term in 0..self.terms {
+            places.extend((0..3).map(|channel| Place::Colour { channel, term }));
+        }
+        places
     }
 }
 

@@ -4,7 +4,7 @@
 use brood_eval::SimdKernel;
 use brood_genome::Functions;
 
-use super::batch::{Block, LANES, Row};
+use super::block::{Block, LANES, Row};
 use super::product::{Transposed, add_products, sum};
 use super::{Lobes, Shape};
 
