@@ -13,7 +13,7 @@ use brood_program::{Program, ProgramHash};
 use serde::{Deserialize, Serialize};
 
 use crate::front::offer;
-use crate::gp::breed::{child_of, random, start_mutant};
+use crate::gp::breed::{child_of, random, start_mutant, tournament};
 use crate::{Population, Probe, Progress, SearchError};
 
 /// Largest number of draws for a child with a new program; the last draw is used in any case.
@@ -118,10 +118,7 @@ impl AskTell {
     /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
     /// [`SearchError::Damaged`] if it cannot be decoded.
     pub fn resume(options: AskOptions, checkpoint: &[u8]) -> Result<Self, SearchError> {
-        let (version, state) = checkpoint.split_first().ok_or(SearchError::Damaged)?;
-        if *version != VERSION {
-            return Err(SearchError::Version);
-        }
+        let state = SearchError::check_version(checkpoint, VERSION)?;
         let state: State = postcard::from_bytes(state).map_err(|_| SearchError::Damaged)?;
         let evaluated = |all: Vec<(Vec<u8>, f64)>| -> Option<Vec<Evaluated>> {
             let one = |(bytes, error): (Vec<u8>, f64)| {
@@ -278,13 +275,13 @@ impl AskTell {
             };
         }
         let mut stream = Stream::new(key, Operator::Genetic);
-        let count = u32::try_from(self.kept.len()).expect("populations are small");
-        let Population { tournament, crossed, .. } = Population::DEFAULT;
-        let mut parent =
-            || (0..tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize;
-        let (first, second) = (parent(), parent());
-        let parents = (&self.kept[first].genome, &self.kept[second].genome);
-        child_of(parents, crossed, key, &mut stream)
+        let population = Population::DEFAULT;
+        let mut parent = || {
+            let chosen = tournament(self.kept.len(), &population, &mut stream);
+            &self.kept[chosen].genome
+        };
+        let parents = (parent(), parent());
+        child_of(parents, population.crossed, key, &mut stream)
     }
 }
 

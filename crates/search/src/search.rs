@@ -40,6 +40,17 @@ pub enum SearchError {
     Damaged,
 }
 
+impl SearchError {
+    /// Returns the state of a checkpoint, which is behind its version.
+    pub(crate) fn check_version(checkpoint: &[u8], version: u8) -> Result<&[u8], Self> {
+        match checkpoint.split_first() {
+            Some((own, state)) if *own == version => Ok(state),
+            Some(_) => Err(Self::Version),
+            None => Err(Self::Damaged),
+        }
+    }
+}
+
 /// A search. Its results depend only on the samples, the options and the number of generations.
 pub struct Search {
     method: Box<dyn Method>,
@@ -83,10 +94,7 @@ impl Search {
         options: &Options,
         checkpoint: &[u8],
     ) -> Result<Self, SearchError> {
-        let (version, state) = checkpoint.split_first().ok_or(SearchError::Damaged)?;
-        if *version != VERSION {
-            return Err(SearchError::Version);
-        }
+        let state = SearchError::check_version(checkpoint, VERSION)?;
         let mut method = Self::new(samples, options).method;
         method.load(state).ok_or(SearchError::Damaged)?;
         Ok(Self { method })

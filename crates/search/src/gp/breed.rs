@@ -42,14 +42,8 @@ impl<'a> Breeder<'a> {
         if stream.chance(self.population.lexicase) {
             self.lexicase(stream)
         } else {
-            self.tournament(stream)
+            tournament(self.members.len(), self.population, stream)
         }
-    }
-
-    /// Tournament selection. Members are sorted by their sums, so the lowest index wins.
-    fn tournament(&self, stream: &mut Stream) -> usize {
-        let count = self.members.len() as u32;
-        (0..self.population.tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize
     }
 
     /// Epsilon-lexicase selection: goes through the cases in random order and drops the members
@@ -69,6 +63,12 @@ impl<'a> Breeder<'a> {
         }
         left[stream.below(left.len().max(1) as u32) as usize]
     }
+}
+
+/// Tournament selection among `count` members, the best first: the lowest index wins.
+pub(crate) fn tournament(count: usize, population: &Population, stream: &mut Stream) -> usize {
+    let count = u32::try_from(count).expect("populations are small");
+    (0..population.tournament).map(|_| stream.below(count)).min().unwrap_or(0) as usize
 }
 
 /// Child of two parents: by crossover with probability `crossed`, otherwise a mutation of the

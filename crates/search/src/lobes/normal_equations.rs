@@ -21,46 +21,38 @@ const TOGETHER: usize = 4;
 /// # Error
 /// Bit-identical for any number of threads.
 pub(super) fn error(lobes: &Lobes, batch: &Batch) -> f64 {
-    let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
-    let task = |blocks: &[Block]| {
-        let mut workspace = Workspace::new(&parameters.shape);
-        let mut sum = 0.0;
-        for block in blocks {
-            sum += level.run(Sweep {
-                parameters: &parameters,
-                block,
-                gain,
-                workspace: &mut workspace,
-                sums: None,
-            });
-        }
-        sum
-    };
-    let parts: Vec<f64> = batch.blocks.par_chunks(TOGETHER).map(task).collect();
-    parts.iter().sum::<f64>() / batch.total + ridge(lobes, batch) + above(lobes, batch)
+    let sum = sum_of_blocks(lobes, batch, |squares, _| squares);
+    sum / batch.total + ridge(lobes, batch) + above(lobes, batch)
 }
 
 /// E_log: root of the weighted mean squared difference of ln(1 + f cos_i), without the other terms.
 /// Bounds in the batch count.
 pub(super) fn e_log(lobes: &Lobes, batch: &Batch) -> f64 {
+    let sum = sum_of_blocks(lobes, batch, |_, workspace| workspace.logarithmic());
+    (sum / batch.total).sqrt()
+}
+
+/// Sum of a value of each block. `of` takes the block's sum of squares and the workspace after the
+/// sweep.
+fn sum_of_blocks(lobes: &Lobes, batch: &Batch, of: impl Fn(f64, &Workspace) -> f64 + Sync) -> f64 {
     let (parameters, level, gain) = (Parameters::new(lobes), Level::best(), batch.gain);
     let task = |blocks: &[Block]| {
         let mut workspace = Workspace::new(&parameters.shape);
         let mut sum = 0.0;
         for block in blocks {
-            level.run(Sweep {
+            let squares = level.run(Sweep {
                 parameters: &parameters,
                 block,
                 gain,
                 workspace: &mut workspace,
                 sums: None,
             });
-            sum += workspace.logarithmic();
+            sum += of(squares, &workspace);
         }
         sum
     };
     let parts: Vec<f64> = batch.blocks.par_chunks(TOGETHER).map(task).collect();
-    (parts.iter().sum::<f64>() / batch.total).sqrt()
+    parts.iter().sum()
 }
 
 /// Weighted squared differences of each sample, summed over its channels; 0 for bounds that hold.
