@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
+use brood_protocol::random_bytes;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -30,9 +31,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// If `path` has no file name, or the system gives no random bytes.
 pub fn name_beside(path: &Path) -> Result<PathBuf> {
     let name = path.file_name().context("the output must be a file name")?;
-    let mut random = [0; 8];
-    getrandom::fill(&mut random).context("draw a random name")?;
-    let tag = u64::from_le_bytes(random);
+    let tag = u64::from_le_bytes(random_bytes().context("draw a random name")?);
     Ok(folder(path).join(format!(".{}.{tag:016x}", name.to_string_lossy())))
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use brood_protocol::random_token;
 use brood_storage::{Scope, Store};
 use moka::sync::Cache;
 
@@ -45,9 +46,7 @@ impl Access {
     /// # Errors
     /// [`ServerError::Random`] if the system has no random bytes.
     pub fn new(loopback: bool) -> Result<Self, ServerError> {
-        let mut secret = [0; 32];
-        getrandom::fill(&mut secret).map_err(|_| ServerError::Random)?;
-        let worker_token = blake3::Hash::from_bytes(secret).to_hex().to_string();
+        let worker_token = random_token().map_err(|_| ServerError::Random)?;
         Ok(Self {
             loopback,
             worker_hash: blake3::hash(worker_token.as_bytes()),

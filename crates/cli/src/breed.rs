@@ -8,7 +8,7 @@ use brood_bench::{genome_file, logging, output};
 use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
 use brood_genome::{Constraints, Dialect, Genome, Output, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
-use brood_protocol::{Curation, PictureFormat};
+use brood_protocol::{Curation, PictureFormat, Seed};
 use brood_worker::Renderer;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -119,7 +119,7 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     let variation = variation(args, &parents)?;
     let seed = match args.seed {
         Some(seed) => seed,
-        None => random_seed()?,
+        None => Seed::draw().context("draw a seed")?.0,
     };
     let distinct = curation != Curation::Off;
     let request = BroodRequest { variation, count: args.count, seed, distinct };
@@ -193,13 +193,6 @@ fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation
     Ok(variation.with_limit(args.limit).with_locks(locks))
 }
 
-/// Random seed below 2^53, which every JSON reader represents exactly.
-fn random_seed() -> Result<u64> {
-    let mut bytes = [0; 8];
-    getrandom::fill(&mut bytes).context("draw a seed")?;
-    Ok(u64::from_le_bytes(bytes) >> 11)
-}
-
 /// Sheet of the children around the first parent, or around the first child for a random start.
 fn sheet(
     args: &BreedArgs,
@@ -270,13 +263,6 @@ mod tests {
         assert_eq!(amount("0.25"), Ok(0.25));
         for text in ["-0.1", "1.1", "NaN", "x"] {
             assert!(amount(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn drawn_seed_is_below_2_to_the_53() {
-        for _ in 0..100 {
-            assert!(random_seed().unwrap() < 1 << 53);
         }
     }
 }

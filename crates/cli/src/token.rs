@@ -93,9 +93,7 @@ async fn add(args: &AddArgs, json: bool) -> Result<()> {
         (1..=200).contains(&args.name.chars().count()),
         "a token's name must have 1 to 200 characters"
     );
-    let mut secret = [0; 32];
-    getrandom::fill(&mut secret).context("draw a token")?;
-    let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+    let token = brood_protocol::random_token().context("draw a token")?;
     // The database holds only the hash.
     let hash = *blake3::hash(token.as_bytes()).as_bytes();
     let store = open(args.data.as_ref()).await?;

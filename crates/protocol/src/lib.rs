@@ -31,6 +31,7 @@ mod mesh;
 mod page;
 mod picture;
 mod problem;
+mod random;
 mod render_stats;
 mod schema;
 mod search;
@@ -62,6 +63,7 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
 pub use problem::Problem;
+pub use random::{random_bytes, random_token};
 pub use render_stats::RenderStats;
 pub use search::{
     AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, SearchAnswer, SearchLine,

@@ -1,7 +1,11 @@
 //! Seeds: u64, serialised as JSON numbers. Decimal strings are accepted as well, because JavaScript
 //! loses integers above 2^53.
 
+use std::io;
+
 use serde::{Deserialize, Deserializer, Serialize, de};
+
+use crate::random::random_bytes;
 
 /// Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as a
 /// decimal string.
@@ -9,6 +13,16 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 #[schema(value_type = u64)]
 #[serde(transparent)]
 pub struct Seed(pub u64);
+
+impl Seed {
+    /// Draws a random seed below 2^53, which JavaScript represents exactly.
+    ///
+    /// # Errors
+    /// [`io::Error`] if the system has no random bytes.
+    pub fn draw() -> io::Result<Self> {
+        Ok(Self(u64::from_le_bytes(random_bytes()?) >> 11))
+    }
+}
 
 impl<'de> Deserialize<'de> for Seed {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -40,5 +54,17 @@ impl<'de> Deserialize<'de> for Seed {
         }
 
         deserializer.deserialize_any(Visitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drawn_seeds_are_below_2_to_the_53() {
+        for _ in 0..100 {
+            assert!(Seed::draw().unwrap().0 < 1 << 53);
+        }
     }
 }
