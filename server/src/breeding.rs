@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use brood_eval::{diverse_brood, express_brood};
-use brood_genome::{Constraints, Dialect, GenomeHash, Locks, Output, Variation};
+use brood_genome::{Dialect, Genome, GenomeHash, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
-use brood_protocol::{Breed, Curation, Generation, JobId, Lineage, ParentRef, Seed};
+use brood_protocol::{Breed, BreedOptions, Curation, Generation, JobId, Lineage, ParentRef, Seed};
 use brood_storage::{StorageError, StoredIndividual};
 use rayon::prelude::*;
 
@@ -44,34 +44,15 @@ struct Parent {
 struct BreedInputs {
     parents: Vec<Arc<Material>>,
     dialect: Dialect,
-    mutation: f32,
-    recombination: f32,
-    constraints: Constraints,
-    output: Option<Output>,
-    energy_limit: Option<bool>,
-    locks: Option<Locks>,
+    options: BreedOptions,
     count: u32,
-    seed: u64,
-    curation: Curation,
+    seed: Seed,
 }
 
 impl BreedInputs {
     fn variation(&self) -> Variation<'_> {
-        let variation = match self.parents.as_slice() {
-            [] => Variation::random(self.dialect),
-            [parent] => Variation::mutate(&parent.genome, self.mutation),
-            [first, second, ..] => Variation::crossover(
-                &first.genome,
-                &second.genome,
-                self.recombination,
-                self.mutation,
-            ),
-        };
-        variation
-            .with_constraints(self.constraints)
-            .with_output(self.output)
-            .with_limit(self.energy_limit)
-            .with_locks(self.locks.as_ref())
+        let parents: Vec<&Genome> = self.parents.iter().map(|parent| &parent.genome).collect();
+        self.options.variation(self.dialect, &parents)
     }
 
     /// Makes the children in parallel. A draw depends on its slot alone, so the result does not
@@ -80,10 +61,10 @@ impl BreedInputs {
         let request = BroodRequest {
             variation: self.variation(),
             count: self.count,
-            seed: self.seed,
-            distinct: self.curation != Curation::Off,
+            seed: self.seed.0,
+            distinct: self.options.curation != Curation::Off,
         };
-        let children = match self.curation {
+        let children = match self.options.curation {
             Curation::Diverse => diverse_brood(&request),
             Curation::Off | Curation::Distinct => {
                 let slots = (0..self.count).into_par_iter();
@@ -96,31 +77,26 @@ impl BreedInputs {
 }
 
 /// Checks the values of a breed request.
-fn check(breed: &Breed) -> Result<(), ApiError> {
+fn check(count: u32, parents: &[ParentRef], options: &BreedOptions) -> Result<(), ApiError> {
     let refuse = |pointer: &str, reason: &str| Err(ApiError::refused(reason).at(pointer));
-    if !(1..=limit::CHILDREN).contains(&breed.count) {
-        let words = format!("`count` must be 1 to {}, got {}", limit::CHILDREN, breed.count);
+    if !(1..=limit::CHILDREN).contains(&count) {
+        let words = format!("`count` must be 1 to {}, got {count}", limit::CHILDREN);
         return refuse("/count", &words);
     }
-    if breed.parents.len() > 2 {
-        let words = format!("`parents` must have at most 2 items, got {}", breed.parents.len());
+    if parents.len() > 2 {
+        let words = format!("`parents` must have at most 2 items, got {}", parents.len());
         return refuse("/parents", &words);
     }
-    let amounts =
-        [("/mutation", Some(breed.mutation)), ("/recombination", Some(breed.recombination))];
-    for (pointer, amount) in amounts.into_iter().chain([("/saturation", breed.saturation)]) {
-        if let Some(amount) = amount.filter(|amount| !(0.0..=1.0).contains(amount)) {
-            let words = format!("`{}` must be between 0 and 1, got {amount}", &pointer[1..]);
-            return refuse(pointer, &words);
-        }
+    if let Err(error) = options.check_amounts() {
+        return refuse(&format!("/{}", error.field), &error.to_string());
     }
-    if breed.parents.len() == 1 && breed.mutation <= 0.0 {
+    if parents.len() == 1 && options.mutation <= 0.0 {
         return refuse(
             "/mutation",
             "all children of one parent are identical without mutation: raise `mutation`",
         );
     }
-    if breed.parents.is_empty() && breed.locks.as_ref().is_some_and(|locks| !locks.is_empty()) {
+    if parents.is_empty() && options.locks.is_some() {
         return refuse("/locks", "`locks` needs a parent");
     }
     Ok(())
@@ -141,47 +117,36 @@ impl AppState {
         attempt: &Attempt,
         timing: &mut ServerTiming,
     ) -> Result<(Generation, Option<JobId>), ApiError> {
-        check(&breed)?;
+        let (count, seed, refs) = (breed.count, breed.seed, breed.parents.clone());
+        let mut options = BreedOptions::from(breed);
+        check(count, &refs, &options)?;
         let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
-        let parents = self.parents(lineage, &breed.parents).await?;
-        let seed = match breed.seed {
+        let parents = self.parents(lineage, &refs).await?;
+        let seed = match seed {
             Some(seed) => seed,
             None => Seed::draw().map_err(|error| ApiError::internal(error.to_string()))?,
         };
-        // A random start uses the lineage's defaults and records them, so that it can be repeated
-        // after the lineage has changed.
-        let default = parents.is_empty().then_some(lineage.saturation);
-        let limit = parents.is_empty().then_some(lineage.energy_limit);
-        let breed = Breed {
-            saturation: breed.saturation.or(default),
-            energy_limit: breed.energy_limit.or(limit),
-            locks: breed.locks.filter(|locks| !locks.is_empty()),
-            ..breed
-        };
-        let first = parents.first().map(|parent| &parent.material.genome);
-        let locked = breed.locks.as_ref().zip(first);
-        if let Some(Err(error)) = locked.map(|(locks, first)| locks.validate_for(first)) {
-            let pointer = format!("/locks{}", error.pointer());
-            return Err(ApiError::refused(error.to_string()).at(pointer));
+        match (parents.first(), &options.locks) {
+            // A random start uses the lineage's defaults and records them, so that it can be
+            // repeated after the lineage has changed.
+            (None, _) => {
+                options.saturation.get_or_insert(lineage.saturation);
+                options.energy_limit.get_or_insert(lineage.energy_limit);
+            }
+            (Some(first), Some(locks)) => {
+                locks.validate_for(&first.material.genome).map_err(|error| {
+                    let pointer = format!("/locks{}", error.pointer());
+                    ApiError::refused(error.to_string()).at(pointer)
+                })?;
+            }
+            (Some(_), None) => {}
         }
-        let output = breed.saturation.map(Output::saturation).transpose();
-        let constraints = breed.constraints.unwrap_or_default();
         let inputs = BreedInputs {
             parents: parents.iter().map(|parent| parent.material.clone()).collect(),
             dialect: lineage.dialect,
-            mutation: breed.mutation,
-            recombination: breed.recombination,
-            constraints: Constraints {
-                isotropic: constraints.isotropic,
-                homogeneous: constraints.homogeneous,
-            },
-            output: output
-                .map_err(|error| ApiError::refused(error.to_string()).at("/saturation"))?,
-            energy_limit: breed.energy_limit,
-            locks: breed.locks.clone(),
-            count: breed.count,
-            seed: seed.0,
-            curation: breed.curation,
+            options: options.clone(),
+            count,
+            seed,
         };
         let operator = inputs.variation().operator_name();
         if inputs.variation().is_deterministic() {
@@ -191,7 +156,7 @@ impl AppState {
         timing.end("read");
         let children = self.on_processor(move || inputs.children()).await?;
         self.metrics.brood_seconds.record(timing.end("make").as_secs_f64());
-        let brood = Brood { seed, constraints, operator, breed, children, recording: None };
+        let brood = Brood { seed, parents: refs, operator, options, children, recording: None };
         self.birth(lineage, &framed, &parents, brood, attempt, timing).await
     }
 
@@ -279,7 +244,8 @@ mod tests {
 
     fn refused(json: serde_json::Value) -> Option<String> {
         let breed: Breed = serde_json::from_value(json).unwrap();
-        let error = check(&breed).err()?;
+        let (count, parents) = (breed.count, breed.parents.clone());
+        let error = check(count, &parents, &breed.into()).err()?;
         assert_eq!(error.status(), 422);
         error.problem().pointer.clone()
     }

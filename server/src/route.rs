@@ -1,11 +1,12 @@
 //! Routes and their OpenAPI document.
 
 use axum::Router;
-use brood_protocol::{Backend, LeaseId, Problem};
+use brood_protocol::{Backend, BreedOptions, Generation, LeaseId, Problem};
 use utoipa::ToSchema;
 use utoipa::openapi::path::Operation;
 use utoipa::openapi::{
     Components, ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
+    Schema,
 };
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -137,6 +138,7 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
     add::<Problem>(components);
     add::<Backend>(components);
     add::<LeaseId>(components);
+    inline::<Generation, BreedOptions>(components);
     let problem = |words: &str| {
         let schema = RefOr::Ref(Ref::from_schema_name(Problem::name()));
         let content = ContentBuilder::new().schema(Some(schema)).build();
@@ -155,6 +157,19 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
         }
     }
     openapi
+}
+
+/// Lists the fields of `Part`, which `Whole` flattens, in the schema of `Whole`.
+fn inline<Whole: ToSchema, Part: ToSchema>(components: &mut Components) {
+    let whole = components.schemas.get_mut(Whole::name().as_ref());
+    let (Some(whole), RefOr::T(Schema::Object(part))) = (whole, Part::schema()) else { return };
+    let RefOr::T(Schema::AllOf(parts)) = whole else { return };
+    let Some(RefOr::T(Schema::Object(mut object))) = parts.items.pop() else { return };
+    object.description = parts.description.take();
+    object.properties.extend(part.properties);
+    object.required.extend(part.required);
+    *whole = RefOr::T(Schema::Object(object));
+    components.schemas.remove(Part::name().as_ref());
 }
 
 fn add<T: ToSchema>(components: &mut Components) {

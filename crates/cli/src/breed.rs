@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail, ensure};
 use brood_bench::{genome_file, logging, output};
 use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
-use brood_genome::{Constraints, Dialect, Genome, Output, Variation};
+use brood_genome::{Dialect, DialectConstraints, Genome, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
-use brood_protocol::{Curation, PictureFormat, Seed};
+use brood_protocol::{BreedOptions, Curation, PictureFormat, Seed};
 use brood_worker::Renderer;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -115,15 +115,15 @@ fn amount(text: &str) -> Result<f32, String> {
 pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let parents: Vec<Genome> = args.parents.iter().map(genome_file::read).collect::<Result<_>>()?;
-    let curation = Curation::from(args.curation);
-    let variation = variation(args, &parents)?;
+    let options = args.options();
+    let variation = variation(args, &options, &parents)?;
     let seed = match args.seed {
         Some(seed) => seed,
         None => Seed::draw().context("draw a seed")?.0,
     };
-    let distinct = curation != Curation::Off;
+    let distinct = options.curation != Curation::Off;
     let request = BroodRequest { variation, count: args.count, seed, distinct };
-    let children = match curation {
+    let children = match options.curation {
         Curation::Diverse => diverse_brood(&request),
         Curation::Off | Curation::Distinct => make_brood(&request),
     };
@@ -139,58 +139,63 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     report(&children, variation.operator_name(), seed, args.seed.is_none(), json)
 }
 
+impl BreedArgs {
+    fn options(&self) -> BreedOptions {
+        BreedOptions {
+            mutation: self.mutation,
+            recombination: self.recombination,
+            curation: self.curation.into(),
+            constraints: DialectConstraints {
+                isotropic: self.isotropic.then_some(true),
+                homogeneous: self.homogeneous.then_some(true),
+            },
+            saturation: self.saturation,
+            energy_limit: self.limit,
+            locks: self.lock.as_ref().map(|LockWords(locks)| locks.clone()),
+        }
+    }
+}
+
 /// Returns the variation that the options describe; an error if they contradict each other or do
 /// not fit the parents.
-fn variation<'a>(args: &'a BreedArgs, parents: &'a [Genome]) -> Result<Variation<'a>> {
-    let variation = match parents {
-        [] => {
-            let length = if args.models { 0 } else { Dialect::default().length };
-            let default = Dialect { length, ..Dialect::default() };
-            let dialect = args.dialect.map_or(default, |words| words.0);
-            Variation::random(dialect)
-        }
-        [parent] => {
-            ensure!(
-                args.mutation > 0.0,
-                "--mutation must be above 0 with one parent: at 0 every child is a copy"
-            );
-            Variation::mutate(parent, args.mutation)
-        }
-        [first, second] => {
-            ensure!(
-                first.dialect().is_compatible(second.dialect()),
-                "the parents have different dialects; only parents of one dialect can be recombined"
-            );
-            let variation = Variation::crossover(first, second, args.recombination, args.mutation);
-            ensure!(
-                !variation.is_deterministic(),
-                "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",
-                args.recombination
-            );
-            variation
-        }
+fn variation<'a>(
+    args: &BreedArgs,
+    options: &'a BreedOptions,
+    parents: &'a [Genome],
+) -> Result<Variation<'a>> {
+    match parents {
+        [] => ensure!(options.locks.is_none(), "--lock needs a --parent"),
+        [_] => ensure!(
+            options.mutation > 0.0,
+            "--mutation must be above 0 with one parent: at 0 every child is a copy"
+        ),
+        [first, second] => ensure!(
+            first.dialect().is_compatible(second.dialect()),
+            "the parents have different dialects; only parents of one dialect can be recombined"
+        ),
         _ => bail!("--parent may be given at most twice"),
-    };
-    if let (Some(DialectWords(dialect)), Some(parent)) = (args.dialect, parents.first()) {
-        ensure!(
-            dialect.is_compatible(parent.dialect()),
-            "--dialect must match the dialect of the parents, or be left out"
-        );
     }
-    let constraints = Constraints {
-        isotropic: args.isotropic.then_some(true),
-        homogeneous: args.homogeneous.then_some(true),
-    };
-    let output = args.saturation.map(Output::saturation).transpose()?;
-    if let Some(LockWords(locks)) = &args.lock {
-        let Some(parent) = parents.first() else {
-            bail!("--lock needs a --parent");
-        };
-        locks.validate_for(parent)?;
+    if let Some(parent) = parents.first() {
+        if let Some(DialectWords(dialect)) = args.dialect {
+            ensure!(
+                dialect.is_compatible(parent.dialect()),
+                "--dialect must match the dialect of the parents, or be left out"
+            );
+        }
+        if let Some(locks) = &options.locks {
+            locks.validate_for(parent)?;
+        }
     }
-    let locks = args.lock.as_ref().map(|words| &words.0);
-    let variation = variation.with_constraints(constraints).with_output(output);
-    Ok(variation.with_limit(args.limit).with_locks(locks))
+    let length = if args.models { 0 } else { Dialect::default().length };
+    let default = Dialect { length, ..Dialect::default() };
+    let dialect = args.dialect.map_or(default, |words| words.0);
+    let variation = options.variation(dialect, &parents.iter().collect::<Vec<_>>());
+    ensure!(
+        !variation.is_deterministic(),
+        "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",
+        options.recombination
+    );
+    Ok(variation)
 }
 
 /// Sheet of the children around the first parent, or around the first child for a random start.

@@ -62,6 +62,6 @@ pub use output::{Output, OutputError};
 pub use random::{BirthKey, Operator, Stream, philox4x32};
 pub use range::RANGE;
 pub use text::TextError;
-pub use variation::{Constraints, Variation};
+pub use variation::{DialectConstraints, Variation};
 
 pub use brood_brdf::{Input, InputMask, Model, ModelKind, Parameter, Parametrisation};

@@ -6,16 +6,22 @@ mod mutate;
 mod random;
 mod recombine;
 
+use serde::{Deserialize, Serialize};
+
 use crate::locks::ResolvedLocks;
 use crate::{BirthKey, Dialect, Genome, Locks, Output};
 use draft::Draft;
 
-/// Overrides of the dialect's switches for a brood. The child's genome stores the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Constraints {
-    /// Overrides `Dialect::isotropic`.
+/// Overrides of the lineage's dialect. The genomes of the children contain the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct DialectConstraints {
+    /// True: programs read 0 for the inputs p5 and p6, so materials are isotropic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isotropic: Option<bool>,
-    /// Overrides `Dialect::homogeneous`.
+    /// True: programs read 0 for u and v, so materials are homogeneous.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub homogeneous: Option<bool>,
 }
 
@@ -23,7 +29,7 @@ pub struct Constraints {
 #[derive(Debug, Clone, Copy)]
 pub struct Variation<'a> {
     origin: Origin<'a>,
-    constraints: Constraints,
+    constraints: DialectConstraints,
     output: Option<Output>,
     limited: Option<bool>,
     locks: Option<&'a Locks>,
@@ -92,7 +98,7 @@ impl<'a> Variation<'a> {
 
     /// Overrides the isotropic and homogeneous switches of the children.
     #[must_use]
-    pub fn with_constraints(self, constraints: Constraints) -> Self {
+    pub fn with_constraints(self, constraints: DialectConstraints) -> Self {
         Self { constraints, ..self }
     }
 
@@ -215,7 +221,7 @@ impl<'a> Variation<'a> {
     fn of(origin: Origin<'a>) -> Self {
         Self {
             origin,
-            constraints: Constraints::default(),
+            constraints: DialectConstraints::default(),
             output: None,
             limited: None,
             locks: None,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::{GenomeHash, Locks};
+use brood_genome::{Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Variation};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::{IndividualId, Seed};
@@ -79,16 +79,97 @@ brood_brdf::named_enum! {
     }
 }
 
-/// Overrides of the lineage's dialect. The genomes of the children contain the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DialectConstraints {
-    /// True: programs read 0 for the inputs p5 and p6, so materials are isotropic.
+/// Options of a brood: everything that its children depend on besides parents, seed and dialect.
+///
+/// [`Breed`] and lineage files list the same fields in their own objects, because serde's `flatten`
+/// would lose the JSON pointer of an error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct BreedOptions {
+    /// Mutation amount, 0 to 1.
+    pub mutation: f32,
+    /// Expected share of the second parent's blocks, 0 to 1.
+    pub recombination: f32,
+    /// Curation that was used.
+    pub curation: Curation,
+    /// Overrides of the dialect, as requested.
+    pub constraints: DialectConstraints,
+    /// Colour saturation, 0 to 1, as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub isotropic: Option<bool>,
-    /// True: programs read 0 for u and v, so materials are homogeneous.
+    pub saturation: Option<f32>,
+    /// Energy limit, as requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub homogeneous: Option<bool>,
+    pub energy_limit: Option<bool>,
+    /// Locked parts of the first parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub locks: Option<Locks>,
+}
+
+/// Error of an amount outside 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("`{field}` must be between 0 and 1, got {amount}")]
+pub struct AmountError {
+    /// Field of [`BreedOptions`].
+    pub field: &'static str,
+    /// Value of the field.
+    pub amount: f32,
+}
+
+impl Default for BreedOptions {
+    /// Options of a brood of given genomes: no variation and no curation.
+    fn default() -> Self {
+        Self {
+            mutation: 0.0,
+            recombination: 0.0,
+            curation: Curation::Off,
+            constraints: DialectConstraints::default(),
+            saturation: None,
+            energy_limit: None,
+            locks: None,
+        }
+    }
+}
+
+impl BreedOptions {
+    /// Checks that all amounts are between 0 and 1.
+    ///
+    /// # Errors
+    /// [`AmountError`] for the first amount that is not.
+    pub fn check_amounts(&self) -> Result<(), AmountError> {
+        let amounts = [
+            ("mutation", Some(self.mutation)),
+            ("recombination", Some(self.recombination)),
+            ("saturation", self.saturation),
+        ];
+        match amounts
+            .into_iter()
+            .find(|(_, amount)| amount.is_some_and(|x| !(0.0..=1.0).contains(&x)))
+        {
+            Some((field, Some(amount))) => Err(AmountError { field, amount }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the variation of 0, 1 or 2 parents; random children have `dialect`.
+    ///
+    /// # Panics
+    /// If an amount is outside 0 to 1, and as the constructors of [`Variation`].
+    #[must_use]
+    pub fn variation<'a>(&'a self, dialect: Dialect, parents: &[&'a Genome]) -> Variation<'a> {
+        let variation = match *parents {
+            [] => Variation::random(dialect),
+            [parent] => Variation::mutate(parent, self.mutation),
+            [first, second, ..] => {
+                Variation::crossover(first, second, self.recombination, self.mutation)
+            }
+        };
+        let output = |saturation| Output::saturation(saturation).expect("saturation is 0 to 1");
+        variation
+            .with_constraints(self.constraints)
+            .with_output(self.saturation.map(output))
+            .with_limit(self.energy_limit)
+            .with_locks(self.locks.as_ref())
+    }
 }
 
 /// Body of `POST /v1/lineages/{id}/generations`.
@@ -158,19 +239,16 @@ fn default_recombination() -> f32 {
     0.5
 }
 
-impl Default for Breed {
-    fn default() -> Self {
+impl From<Breed> for BreedOptions {
+    fn from(breed: Breed) -> Self {
         Self {
-            parents: Vec::new(),
-            count: default_count(),
-            mutation: default_mutation(),
-            recombination: default_recombination(),
-            curation: Curation::default(),
-            seed: None,
-            constraints: None,
-            saturation: None,
-            energy_limit: None,
-            locks: None,
+            mutation: breed.mutation,
+            recombination: breed.recombination,
+            curation: breed.curation,
+            constraints: breed.constraints.unwrap_or_default(),
+            saturation: breed.saturation,
+            energy_limit: breed.energy_limit,
+            locks: breed.locks.filter(|locks| !locks.is_empty()),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Responses for generations and individuals.
 
-use brood_genome::{GenomeHash, Locks};
+use brood_genome::GenomeHash;
 use serde::{Deserialize, Serialize};
 
-use crate::{Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed};
+use crate::{BreedOptions, GenerationId, IndividualId, LineageId, ParentRef, Seed};
 
 /// Individual: a genome in its place in a brood.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -69,24 +69,9 @@ pub struct Generation {
     pub parents: Vec<ParentRef>,
     /// Parent that is shown large; null after a random start.
     pub centre: Option<Individual>,
-    /// Mutation amount, 0 to 1.
-    pub mutation: f32,
-    /// Expected share of the second parent's blocks, 0 to 1.
-    pub recombination: f32,
-    /// Curation that was used.
-    pub curation: Curation,
-    /// Overrides of the dialect, as requested.
-    pub constraints: DialectConstraints,
-    /// Colour saturation, 0 to 1, as requested.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub saturation: Option<f32>,
-    /// Energy limit, as requested.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub energy_limit: Option<bool>,
-    /// Locked parts of the first parent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Object>)]
-    pub locks: Option<Locks>,
+    /// Options that were used.
+    #[serde(flatten)]
+    pub options: BreedOptions,
     /// Children, by slot.
     pub individuals: Vec<Individual>,
     /// Creation time, in milliseconds since 1970-01-01 UTC.

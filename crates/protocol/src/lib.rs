@@ -44,7 +44,9 @@ mod target;
 /// Sampling and area of a picture, re-exported for crates that do not depend on scenes.
 pub use brood_scene::{PixelArea, Sampling};
 
-pub use breed::{Adopt, Breed, Curation, DialectConstraints, ParentRef, ParentRefError};
+pub use breed::{Adopt, AmountError, Breed, BreedOptions, Curation, ParentRef, ParentRefError};
+/// Overrides of a dialect, re-exported because [`BreedOptions`] has them.
+pub use brood_genome::DialectConstraints;
 pub use claim::{ClaimRequest, Ticket};
 pub use client::{ClientError, TOKEN_VARIABLE, WorkerClient};
 pub use id::{

@@ -3,9 +3,9 @@
 
 use std::sync::atomic::Ordering;
 
-use brood_genome::{GenomeHash, Locks, ModelKind};
+use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{
-    Curation, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
+    BreedOptions, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
 use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
@@ -36,20 +36,8 @@ pub struct NewGeneration {
     pub parents: Vec<ParentRef>,
     /// Parent that is shown large.
     pub centre: Option<IndividualId>,
-    /// Mutation amount, 0 to 1.
-    pub mutation: f32,
-    /// Expected share of the second parent's blocks, 0 to 1.
-    pub recombination: f32,
-    /// Filter for variety within the brood.
-    pub curation: Curation,
-    /// Overrides of the dialect, as requested.
-    pub constraints: DialectConstraints,
-    /// Colour saturation, as requested.
-    pub saturation: Option<f32>,
-    /// Energy limit, as requested.
-    pub energy_limit: Option<bool>,
-    /// Locked parts of the first parent.
-    pub locks: Option<Locks>,
+    /// Options of the brood.
+    pub options: BreedOptions,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
     /// Children.
@@ -89,6 +77,35 @@ pub struct NewIndividual {
     pub twin: bool,
 }
 
+impl NewIndividual {
+    /// Returns what reading the individual back would return, without the read.
+    #[must_use]
+    pub fn stored(
+        &self,
+        lineage: LineageId,
+        generation: GenerationId,
+        parents: &[ParentRef],
+    ) -> StoredIndividual {
+        StoredIndividual {
+            id: self.id,
+            lineage,
+            generation,
+            hash: self.hash,
+            program_hash: self.program_hash,
+            slot: self.slot,
+            parents: parents.to_vec(),
+            operator: self.operator.to_owned(),
+            live_instructions: self.live_instructions,
+            layers: self.layers.clone(),
+            attempts: self.attempts,
+            twin: self.twin,
+            favourite: false,
+            note: String::new(),
+            version: 1,
+        }
+    }
+}
+
 record! {
     /// Stored generation.
     #[derive(Debug, Clone, PartialEq)]
@@ -101,23 +118,11 @@ record! {
         pub index: u64 = "position",
         /// Seed of the brood.
         pub seed: Seed = "seed_bits",
-        /// Mutation amount, 0 to 1.
-        pub mutation: f32,
-        /// Expected share of the second parent's blocks, 0 to 1.
-        pub recombination: f32,
-        /// Filter for variety within the brood.
-        pub curation: Curation,
-        /// Colour saturation, as requested.
-        pub saturation: Option<f32>,
-        /// Energy limit, as requested.
-        pub energy_limit: Option<bool>,
-        /// Locked parts of the first parent.
-        pub locks: Option<Locks> = "locks_json",
         /// Creation time, in milliseconds since 1970-01-01 UTC.
         pub created_ms: i64,
     } and {
-        /// Overrides of the dialect, as requested.
-        pub constraints: DialectConstraints,
+        /// Options of the brood.
+        pub options: BreedOptions,
         /// Parents: by id, or by hash if they were given so or have been removed.
         pub parents: Vec<ParentRef>,
         /// Parent that is shown large, unless it has been removed.
@@ -127,13 +132,24 @@ record! {
     }
 }
 
+record!(BreedOptions {
+    mutation,
+    recombination,
+    curation,
+    saturation,
+    energy_limit,
+    locks = "locks_json",
+} and { constraints });
+record!(DialectConstraints { isotropic, homogeneous });
+
 const CHILDREN: &str = "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
      ORDER BY individual.generation_id, individual.slot";
 
 /// Query for generations, to be read by [`read_with_relations`]; `rest` is its end.
 fn select_generations(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+    let (options, constraints) = (BreedOptions::COLUMNS, DialectConstraints::COLUMNS);
     select::<StoredGeneration>(&format!(
-        ", isotropic, homogeneous, centre_id FROM generation {rest}"
+        ", {options}, {constraints}, centre_id FROM generation {rest}"
     ))
 }
 
@@ -216,7 +232,8 @@ pub(crate) async fn insert(
 /// Inserts the row of the generation. Returns its index.
 async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<u64, StorageError> {
     let words = |locks| serde_json::to_string(locks).expect("locks are lists of numbers and words");
-    let locks = new.locks.as_ref().map(words);
+    let options = &new.options;
+    let locks = options.locks.as_ref().map(words);
     sqlx::query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
              recombination, curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
@@ -229,13 +246,13 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(new.lineage.key())
     .bind(new.seed.0.cast_signed())
     .bind(optional_key(new.centre))
-    .bind(new.mutation)
-    .bind(new.recombination)
-    .bind(new.curation.name())
-    .bind(new.constraints.isotropic)
-    .bind(new.constraints.homogeneous)
-    .bind(new.saturation)
-    .bind(new.energy_limit)
+    .bind(options.mutation)
+    .bind(options.recombination)
+    .bind(options.curation.name())
+    .bind(options.constraints.isotropic)
+    .bind(options.constraints.homogeneous)
+    .bind(options.saturation)
+    .bind(options.energy_limit)
     .bind(locks)
     .bind(new.created_ms)
     .fetch_one(conn)
@@ -303,24 +320,8 @@ fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
 
 /// Returns what reading the generation back would return, without the read.
 fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> StoredGeneration {
-    let child = |child: NewIndividual| StoredIndividual {
-        id: child.id,
-        lineage: new.lineage,
-        generation: new.id,
-        hash: child.hash,
-        program_hash: child.program_hash,
-        slot: child.slot,
-        parents: new.parents.clone(),
-        operator: child.operator.to_owned(),
-        live_instructions: child.live_instructions,
-        layers: child.layers,
-        attempts: child.attempts,
-        twin: child.twin,
-        favourite: false,
-        note: String::new(),
-        version: 1,
-    };
-    let mut individuals: Vec<_> = new.individuals.into_iter().map(child).collect();
+    let child = |child: &NewIndividual| child.stored(new.lineage, new.id, &new.parents);
+    let mut individuals: Vec<_> = new.individuals.iter().map(child).collect();
     individuals.sort_by_key(|child| child.slot);
     StoredGeneration {
         id: new.id,
@@ -329,13 +330,7 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
         seed: new.seed,
         parents: new.parents,
         centre,
-        mutation: new.mutation,
-        recombination: new.recombination,
-        curation: new.curation,
-        constraints: new.constraints,
-        saturation: new.saturation,
-        energy_limit: new.energy_limit,
-        locks: new.locks,
+        options: new.options,
         created_ms: new.created_ms,
         individuals,
     }
@@ -357,10 +352,8 @@ async fn read_with_relations(
     let wanted: Vec<_> = centres.iter().flatten().copied().collect();
     let found = individual::fetch_all(conn, &wanted).await?;
     for ((generation, row), centre) in generations.iter_mut().zip(rows).zip(centres) {
-        generation.constraints = DialectConstraints {
-            isotropic: row.column("isotropic")?,
-            homogeneous: row.column("homogeneous")?,
-        };
+        let constraints = DialectConstraints::read(row)?;
+        generation.options = BreedOptions { constraints, ..BreedOptions::read(row)? };
         generation.parents = parents.remove(&generation.id).unwrap_or_default();
         generation.centre = found.iter().find(|one| Some(one.id) == centre).cloned();
         // Children are sorted by generation and slot.

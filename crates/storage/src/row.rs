@@ -173,7 +173,7 @@ macro_rules! record {
     };
     (
         $name:ident {
-            $first:ident $(= $first_sql:literal)?, $($field:ident $(= $sql:literal)?,)*
+            $first:ident $(= $first_sql:literal)? $(, $field:ident $(= $sql:literal)?)* $(,)?
         }
         $(and { $($other:ident),+ })?
     ) => {

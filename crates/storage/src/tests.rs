@@ -12,8 +12,8 @@ mod search;
 
 use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
 use brood_protocol::{
-    Backend, Curation, DialectConstraints, GenerationId, IndividualId, JobId, LineageId, ParentRef,
-    PictureFormat, PictureKey, Sampling, SceneId, Seed,
+    Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
+    LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
 };
 use tempfile::TempDir;
 
@@ -102,13 +102,15 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
         seed: Seed(u64::MAX - 7),
         parents: parents.to_vec(),
         centre: None,
-        mutation: 0.3,
-        recombination: 0.7,
-        curation: Curation::Distinct,
-        constraints: DialectConstraints { isotropic: Some(true), homogeneous: None },
-        saturation: Some(0.1),
-        energy_limit: Some(true),
-        locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),
+        options: BreedOptions {
+            mutation: 0.3,
+            recombination: 0.7,
+            curation: Curation::Distinct,
+            constraints: DialectConstraints { isotropic: Some(true), homogeneous: None },
+            saturation: Some(0.1),
+            energy_limit: Some(true),
+            locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),
+        },
         created_ms: 1_700_000_000_123,
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),
         pictures: Vec::new(),

@@ -5,7 +5,7 @@ use brood_eval::express;
 use brood_genome::preset::Preset;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_program::Child;
-use brood_protocol::{Adopt, Breed, Curation, Generation, JobId, Lineage, Seed};
+use brood_protocol::{Adopt, BreedOptions, Generation, JobId, Lineage, Seed};
 
 use super::Newborn;
 use super::birth::Brood;
@@ -63,19 +63,11 @@ impl AppState {
         timing.end("read");
         let children = self.on_processor(move || newborns(genomes)).await?;
         timing.end("make");
-        let breed = Breed {
-            parents: Vec::new(),
-            mutation: 0.0,
-            recombination: 0.0,
-            curation: Curation::Off,
-            ..Breed::default()
-        };
-        let constraints = breed.constraints.unwrap_or_default();
         let brood = Brood {
             seed: Seed(0),
-            constraints,
+            parents: Vec::new(),
             operator: OPERATOR,
-            breed,
+            options: BreedOptions::default(),
             children,
             recording: None,
         };

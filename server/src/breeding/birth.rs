@@ -11,12 +11,12 @@ use std::sync::Arc;
 use brood_genome::Model;
 use brood_program::ProgramHash;
 use brood_protocol::{
-    Breed, DialectConstraints, Generation, GenerationId, IndividualId, JobId, Lineage, ParentRef,
-    PictureKey, RenderJob, Seed, encode,
+    BreedOptions, Generation, GenerationId, IndividualId, JobId, Lineage, ParentRef, PictureKey,
+    RenderJob, Seed, encode,
 };
 use brood_storage::{
     CommitTimes, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, SearchStep, StorageError,
-    StoredGeneration, StoredIndividual,
+    StoredGeneration,
 };
 use futures::poll;
 use http::StatusCode;
@@ -90,22 +90,16 @@ impl AppState {
             lineage: lineage.id,
             index: 0,
             seed: brood.seed,
-            parents: brood.breed.parents.clone(),
+            parents: brood.parents.clone(),
             centre: centre.and_then(|parent| {
                 let key = framed.key(parent.material.program.hash());
                 Some(individual(parent.individual.clone()?, key))
             }),
-            mutation: brood.breed.mutation,
-            recombination: brood.breed.recombination,
-            curation: brood.breed.curation,
-            constraints: brood.constraints,
-            saturation: brood.breed.saturation,
-            energy_limit: brood.breed.energy_limit,
-            locks: brood.breed.locks.clone(),
+            options: brood.options.clone(),
             individuals: individuals
                 .iter()
                 .map(|new| {
-                    let stored = stored(new, lineage, id, &brood.breed.parents);
+                    let stored = new.stored(lineage.id, id, &brood.parents);
                     let program = ProgramHash::from_bytes(new.program_hash);
                     individual(stored, framed.key(program))
                 })
@@ -136,15 +130,9 @@ impl AppState {
             id,
             lineage: lineage.id,
             seed: brood.seed,
-            parents: brood.breed.parents,
+            parents: brood.parents,
             centre: answer.centre.as_ref().map(|centre| centre.id),
-            mutation: brood.breed.mutation,
-            recombination: brood.breed.recombination,
-            curation: brood.breed.curation,
-            constraints: brood.constraints,
-            saturation: brood.breed.saturation,
-            energy_limit: brood.breed.energy_limit,
-            locks: brood.breed.locks,
+            options: brood.options,
             created_ms,
             individuals,
             pictures,
@@ -284,9 +272,9 @@ struct DirectDispatch {
 pub(super) struct Brood {
     pub recording: Option<Recording>,
     pub seed: Seed,
-    pub constraints: DialectConstraints,
+    pub parents: Vec<ParentRef>,
     pub operator: &'static str,
-    pub breed: Breed,
+    pub options: BreedOptions,
     pub children: Vec<Newborn>,
 }
 
@@ -307,30 +295,5 @@ impl Drop for Reservations {
         if !self.keys.is_empty() {
             self.app.picture_cache.fail(self.keys.iter().copied(), &Failure::Busy);
         }
-    }
-}
-
-fn stored(
-    new: &NewIndividual,
-    lineage: &Lineage,
-    generation: GenerationId,
-    parents: &[ParentRef],
-) -> StoredIndividual {
-    StoredIndividual {
-        id: new.id,
-        lineage: lineage.id,
-        generation,
-        hash: new.hash,
-        program_hash: new.program_hash,
-        slot: new.slot,
-        parents: parents.to_vec(),
-        operator: new.operator.to_owned(),
-        live_instructions: new.live_instructions,
-        layers: new.layers.clone(),
-        attempts: new.attempts,
-        twin: new.twin,
-        favourite: false,
-        note: String::new(),
-        version: 1,
     }
 }

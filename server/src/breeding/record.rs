@@ -3,7 +3,7 @@
 
 use brood_genome::{Dialect, Genome};
 use brood_protocol::{
-    Breed, Curation, FoundMaterial, Generation, IndividualId, Lineage, MeasuredMaterial, ParentRef,
+    BreedOptions, FoundMaterial, Generation, IndividualId, Lineage, MeasuredMaterial, ParentRef,
 };
 use brood_storage::{SearchStep, StoredSearch};
 
@@ -62,22 +62,12 @@ impl AppState {
             .map(|((measured, newborn), id)| present(measured, newborn, *id, generation))
             .collect();
         let step = step(materials.clone());
-        let breed = Breed {
-            parents: parent
-                .iter()
-                .filter_map(|parent| parent.individual.as_ref())
-                .map(|one| ParentRef::Individual(one.id))
-                .collect(),
-            mutation: 0.0,
-            recombination: 0.0,
-            curation: Curation::Off,
-            ..Breed::default()
-        };
+        let individuals = parent.iter().filter_map(|parent| parent.individual.as_ref());
         let brood = Brood {
             seed: search.options.seed,
-            constraints: breed.constraints.unwrap_or_default(),
+            parents: individuals.map(|one| ParentRef::Individual(one.id)).collect(),
             operator: OPERATOR,
-            breed,
+            options: BreedOptions::default(),
             children,
             recording: Some(Recording { ids, step }),
         };

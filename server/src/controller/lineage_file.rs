@@ -11,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_genome::GenomeHash;
-use brood_protocol::{IndividualId, Lineage, LineageId, MeshSource, ParentRef};
+use brood_protocol::{BreedOptions, IndividualId, Lineage, LineageId, MeshSource, ParentRef};
 use brood_storage::{StoredGeneration, StoredGenome};
 use http::{Request, StatusCode, header};
 
@@ -229,17 +229,26 @@ fn present(
         }
         ParentRef::Genome(_) => *parent,
     };
+    let BreedOptions {
+        mutation,
+        recombination,
+        curation,
+        constraints,
+        saturation,
+        energy_limit,
+        locks,
+    } = stored.options;
     FileGeneration {
         seed: stored.seed,
         parents: stored.parents.iter().map(parent).collect(),
         centre: stored.centre.map(|centre| centre.id).filter(|id| own.contains(id)),
-        mutation: stored.mutation,
-        recombination: stored.recombination,
-        curation: stored.curation,
-        constraints: stored.constraints,
-        saturation: stored.saturation,
-        energy_limit: stored.energy_limit,
-        locks: stored.locks,
+        mutation,
+        recombination,
+        curation,
+        constraints,
+        saturation,
+        energy_limit,
+        locks,
         created_ms: stored.created_ms,
         individuals: stored
             .individuals

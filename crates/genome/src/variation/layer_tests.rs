@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use crate::{
-    BirthKey, Channel, Constraints, Dialect, Genome, LAYERS_MAX, Locks, Model, ModelKind, Output,
-    ParameterLock, Variation,
+    BirthKey, Channel, Dialect, DialectConstraints, Genome, LAYERS_MAX, Locks, Model, ModelKind,
+    Output, ParameterLock, Variation,
 };
 
 fn key(seed: u64) -> BirthKey {
@@ -160,7 +160,7 @@ fn locked_layers_and_parameters_stay() {
 #[test]
 fn constraints_leave_the_values_and_set_the_switch() {
     let parent = random(3);
-    let constraints = Constraints { isotropic: Some(true), homogeneous: None };
+    let constraints = DialectConstraints { isotropic: Some(true), homogeneous: None };
     let child = Variation::mutate(&parent, 0.0).with_constraints(constraints).birth(key(1));
     assert!(child.dialect().isotropic);
     assert_eq!(child.layers(), parent.layers());

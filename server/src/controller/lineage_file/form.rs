@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use brood_genome::{Dialect, Locks};
-use brood_protocol::{Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed};
+use brood_protocol::{
+    BreedOptions, Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed,
+};
 use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -89,6 +91,21 @@ pub struct FileGeneration {
     pub created_ms: i64,
     /// Children by slot.
     pub individuals: Vec<FileIndividual>,
+}
+
+impl FileGeneration {
+    /// Returns the options of the brood.
+    pub fn options(&self) -> BreedOptions {
+        BreedOptions {
+            mutation: self.mutation,
+            recombination: self.recombination,
+            curation: self.curation,
+            constraints: self.constraints,
+            saturation: self.saturation,
+            energy_limit: self.energy_limit,
+            locks: self.locks.clone(),
+        }
+    }
 }
 
 /// One child.

@@ -164,14 +164,9 @@ impl Assembly<'_> {
         let refuse = |field: &str, words: &str| {
             Err(ApiError::refused(words).at(format!("{pointer}/{field}")))
         };
-        for (field, amount) in [
-            ("mutation", Some(from.mutation)),
-            ("recombination", Some(from.recombination)),
-            ("saturation", from.saturation),
-        ] {
-            if let Some(amount) = amount.filter(|amount| !(0.0..=1.0).contains(amount)) {
-                return refuse(field, &format!("`{field}` must be between 0 and 1, got {amount}"));
-            }
+        let options = from.options();
+        if let Err(error) = options.check_amounts() {
+            return refuse(error.field, &error.to_string());
         }
         // Only broods that breeding could have made are accepted: the history must be repeatable.
         let operator = match from.parents.len() {
@@ -182,7 +177,7 @@ impl Assembly<'_> {
             2 => "recombine",
             _ => return refuse("parents", "a brood must have at most 2 parents"),
         };
-        if let Some(locks) = &from.locks
+        if let Some(locks) = &options.locks
             && let Err(error) = locks.validate(&self.dialect)
         {
             return refuse(&format!("locks{}", error.pointer()), &error.to_string());
@@ -246,13 +241,7 @@ impl Assembly<'_> {
             seed: from.seed,
             parents,
             centre,
-            mutation: from.mutation,
-            recombination: from.recombination,
-            curation: from.curation,
-            constraints: from.constraints,
-            saturation: from.saturation,
-            energy_limit: from.energy_limit,
-            locks: from.locks,
+            options,
             created_ms: from.created_ms,
             individuals,
             pictures: Vec::new(),
