@@ -1,43 +1,83 @@
-//! Breed requests: read the parents, make the children, write one transaction and queue render
-//! jobs.
+//! Breeding: makes broods from breed requests, adoptions and search results. A brood is then stored
+//! and its pictures are requested ([`Brood::deliver`]).
 
 mod adopt;
 mod birth;
 mod record;
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use brood_eval::{diverse_brood, express_brood};
-use brood_genome::{Dialect, Genome, GenomeHash, Variation};
+use brood_genome::{Dialect, Genome, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
-use brood_protocol::{Breed, BreedOptions, Curation, Generation, JobId, Lineage, ParentRef, Seed};
-use brood_storage::{StorageError, StoredIndividual};
+use brood_protocol::{
+    Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Seed,
+};
+use brood_storage::{SearchStep, StorageError, Store, StoredIndividual};
+use metrics::Histogram;
 use rayon::prelude::*;
 
 pub use adopt::OPERATOR as ADOPT;
-use birth::Brood;
-pub use record::OPERATOR as FIT;
+pub use record::{OPERATOR as FIT, record};
 
-use crate::idempotency::Attempt;
-use crate::library::Material;
+use crate::library::{Framed, Library, Material};
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
+use crate::processors::Processors;
 use crate::server_timing::ServerTiming;
-use crate::state::{App, AppState};
 
-/// Child with its canonical bytes.
+/// Maker of broods: reads the parents and draws the children. Stores nothing.
+pub struct Breeding {
+    /// Database, for parents.
+    pub store: Store,
+    /// Caches of materials and frames.
+    pub library: Arc<Library>,
+    /// Permits for drawing children.
+    pub processors: Processors,
+    /// Backend that renders thumbnails.
+    pub backend: Backend,
+    /// Metric of the time to make a brood.
+    pub seconds: Histogram,
+}
+
+/// Brood that is ready to be stored.
+pub struct Brood {
+    framed: Arc<Framed>,
+    seed: Seed,
+    parents: Vec<ParentRef>,
+    /// First parent, if it is an individual.
+    centre: Option<(StoredIndividual, Arc<Material>)>,
+    operator: &'static str,
+    options: BreedOptions,
+    children: Vec<Newborn>,
+    /// Search step to write in the same transaction.
+    step: Option<SearchStep>,
+}
+
+/// Child with its id and canonical bytes.
 struct Newborn {
+    id: IndividualId,
     child: Child,
     bytes: Vec<u8>,
 }
 
+impl From<Child> for Newborn {
+    fn from(child: Child) -> Self {
+        Self { id: IndividualId::fresh(), bytes: child.genome.canonical_bytes(), child }
+    }
+}
+
 /// Parent read from the store.
 struct Parent {
-    hash: GenomeHash,
     individual: Option<StoredIndividual>,
     material: Arc<Material>,
+}
+
+impl Parent {
+    fn centre(self) -> Option<(StoredIndividual, Arc<Material>)> {
+        Some((self.individual?, self.material))
+    }
 }
 
 /// Inputs of a brood, owned so that they can move to a blocking thread.
@@ -71,8 +111,7 @@ impl BreedInputs {
                 settle_brood(&request, slots.map(|slot| request.draw(slot)).collect())
             }
         };
-        let write = |child: Child| Newborn { bytes: child.genome.canonical_bytes(), child };
-        express_brood(children).into_iter().map(write).collect()
+        express_brood(children).into_iter().map(Newborn::from).collect()
     }
 }
 
@@ -102,25 +141,22 @@ fn check(count: u32, parents: &[ParentRef], options: &BreedOptions) -> Result<()
     Ok(())
 }
 
-impl AppState {
-    /// Breeds a generation and starts rendering its pictures.
-    ///
-    /// Returns the generation and the job that renders its first pictures, if any must be rendered.
+impl Breeding {
+    /// Breeds a generation.
     ///
     /// # Errors
-    /// [`ApiError`] if the request is invalid, a parent is missing or incompatible, or the store
-    /// fails.
+    /// [`ApiError`] if the request is invalid, a parent is missing or incompatible, or the server
+    /// is busy.
     pub async fn breed(
-        self: &App,
+        &self,
         lineage: &Lineage,
         breed: Breed,
-        attempt: &Attempt,
         timing: &mut ServerTiming,
-    ) -> Result<(Generation, Option<JobId>), ApiError> {
+    ) -> Result<Brood, ApiError> {
         let (count, seed, refs) = (breed.count, breed.seed, breed.parents.clone());
         let mut options = BreedOptions::from(breed);
         check(count, &refs, &options)?;
-        let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
+        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
         let parents = self.parents(lineage, &refs).await?;
         let seed = match seed {
             Some(seed) => seed,
@@ -154,40 +190,10 @@ impl AppState {
             return Err(ApiError::refused(words).at("/recombination"));
         }
         timing.end("read");
-        let children = self.on_processor(move || inputs.children()).await?;
-        self.metrics.brood_seconds.record(timing.end("make").as_secs_f64());
-        let brood = Brood { seed, parents: refs, operator, options, children, recording: None };
-        self.birth(lineage, &framed, &parents, brood, attempt, timing).await
-    }
-
-    /// Runs CPU-heavy `work` on a blocking thread, at most one per processor.
-    ///
-    /// # Errors
-    /// 503 if [`limit::WAITING_BROODS`] calls are already waiting.
-    pub async fn on_processor<T: Send + 'static>(
-        &self,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, ApiError> {
-        struct Waiting<'a>(&'a std::sync::atomic::AtomicUsize);
-        impl Drop for Waiting<'_> {
-            fn drop(&mut self) {
-                self.0.fetch_sub(1, Ordering::Relaxed);
-            }
-        }
-        let before = self.waiting.fetch_add(1, Ordering::Relaxed);
-        let waiting = Waiting(&self.waiting);
-        if before >= limit::WAITING_BROODS {
-            return Err(ApiError::busy("all processors are busy"));
-        }
-        let permit = self.processors.clone().acquire_owned().await;
-        let permit = permit.map_err(|error| ApiError::internal(error.to_string()))?;
-        drop(waiting);
-        let done = tokio::task::spawn_blocking(move || {
-            let result = work();
-            drop(permit);
-            result
-        });
-        done.await.map_err(|error| ApiError::internal(error.to_string()))
+        let children = self.processors.run(move || inputs.children()).await?;
+        self.seconds.record(timing.end("make").as_secs_f64());
+        let centre = parents.into_iter().next().and_then(Parent::centre);
+        Ok(Brood { framed, seed, parents: refs, centre, operator, options, children, step: None })
     }
 
     async fn parents(
@@ -221,7 +227,7 @@ impl AppState {
                              the lineage's dialect";
                 return Err(ApiError::refused(words).at(pointer));
             }
-            found.push(Parent { hash, individual, material });
+            found.push(Parent { individual, material });
         }
         // In a lineage of models, each parent can be compatible with the lineage but not with the
         // other.

@@ -37,6 +37,7 @@ mod metric;
 mod picture;
 mod presenter;
 mod problem;
+mod processors;
 mod route;
 mod server;
 mod server_timing;

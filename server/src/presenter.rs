@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use brood_program::ProgramHash;
 use brood_protocol::{
-    Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage, PictureFormat,
-    PictureKey,
+    Backend, Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage,
+    PictureFormat, PictureKey,
 };
 use brood_scene::Sampling;
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
@@ -153,7 +153,7 @@ impl<'a> Presenter<'a> {
             return Ok(framed.clone());
         }
         let stored = self.app.store.lineage(lineage).await?;
-        let framed = self.app.library.frame(thumbnail_view(self.app, &stored)).await?;
+        let framed = self.app.library.frame(thumbnail_view(self.app.backend, &stored)).await?;
         self.frames.insert(lineage, framed.clone());
         Ok(framed)
     }
@@ -178,7 +178,7 @@ pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
 }
 
 /// Returns the framing of a lineage's thumbnails.
-pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> Framing {
+pub fn thumbnail_view(backend: Backend, lineage: &Lineage) -> Framing {
     Framing {
         scene: lineage.scene,
         light_deg: None,
@@ -186,6 +186,6 @@ pub fn thumbnail_view(app: &AppState, lineage: &Lineage) -> Framing {
         sampling: Sampling::default(),
         area: None,
         format: PictureFormat::Png,
-        backend: app.backend,
+        backend,
     }
 }

@@ -2,20 +2,20 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use brood_protocol::PictureKey;
 use brood_storage::Store;
 use bytes::Bytes;
 use tokio::net::TcpListener;
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
+use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::dispatch::{Dispatch, LeaseEnd};
@@ -26,6 +26,7 @@ use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, DiskCache, PictureCache};
+use crate::processors::Processors;
 use crate::state::{App, AppState};
 use crate::{limit, listen, route};
 
@@ -84,22 +85,30 @@ impl Server {
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
         let (picture_cache, writes) =
             PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let library = Arc::new(Library::new(store.clone()));
+        let (metrics, processors) = (Metrics::new(), Processors::new());
+        let breeding = Breeding {
+            store: store.clone(),
+            library: library.clone(),
+            processors: processors.clone(),
+            backend: config.backend,
+            seconds: metrics.brood_seconds.clone(),
+        };
         let app = Arc::new(AppState {
             access: Access::new(loopback)?,
             hosts,
             backend: config.backend,
             web_dir: config.web_dir,
-            library: Library::new(store.clone()),
+            library,
             store,
             picture_cache,
             render_batches: Coalescer::new(),
             dispatch: Dispatch::new(),
             events: Events::new(),
             ledger: Ledger::default(),
-            metrics: Metrics::new(),
-            processors: Arc::new(Semaphore::new(processors)),
-            waiting: AtomicUsize::new(0),
+            metrics,
+            processors,
+            breeding,
             stopping: CancellationToken::new(),
             tasks: TaskTracker::new(),
         });

@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
 use brood_protocol::Backend;
 use brood_storage::{Store, StoredPicture};
-use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
+use crate::breeding::Breeding;
 use crate::dispatch::{Dispatch, FrameId};
 use crate::event::Events;
 use crate::host_name::HostNames;
@@ -18,6 +17,7 @@ use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, PictureCache};
+use crate::processors::Processors;
 
 /// Shared handle of the state.
 pub type App = Arc<AppState>;
@@ -35,7 +35,7 @@ pub struct AppState {
     /// Directory from which the web page is served; `None` for the copy embedded in the server.
     pub web_dir: Option<PathBuf>,
     /// Caches of materials, scenes and frames (all else that a picture depends on).
-    pub library: Library,
+    pub library: Arc<Library>,
     /// Cache of pictures in memory and on disk, and list of pictures being rendered.
     pub picture_cache: PictureCache,
     /// Requested pictures, collected by frame for a short time before they become render jobs.
@@ -48,10 +48,10 @@ pub struct AppState {
     pub ledger: Ledger,
     /// Metrics that `/metrics` returns.
     pub metrics: Metrics,
-    /// One permit per processor, for CPU-heavy work.
-    pub processors: Arc<Semaphore>,
-    /// Number of calls waiting for a permit of `processors`.
-    pub waiting: AtomicUsize,
+    /// Permits for CPU-heavy work.
+    pub processors: Processors,
+    /// Maker of broods.
+    pub breeding: Breeding,
     /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
     /// Tasks that may outlive their request; the server waits for them before it ends.

@@ -5,33 +5,29 @@ use brood_eval::express;
 use brood_genome::preset::Preset;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_program::Child;
-use brood_protocol::{Adopt, BreedOptions, Generation, JobId, Lineage, Seed};
+use brood_protocol::{Adopt, BreedOptions, Lineage, Seed};
 
-use super::Newborn;
-use super::birth::Brood;
-use crate::idempotency::Attempt;
+use super::{Breeding, Brood, Newborn};
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
 use crate::server_timing::ServerTiming;
-use crate::state::{App, AppState};
 
 /// Operator of an adopted individual.
 pub const OPERATOR: &str = "adopt";
 
-impl AppState {
+impl Breeding {
     /// Makes a generation of `adopt.genomes`, then `adopt.presets`, in this order.
     ///
     /// # Errors
     /// [`ApiError`] if there are too many, one is unknown, or one does not fit the lineage's
     /// dialect.
     pub async fn adopt(
-        self: &App,
+        &self,
         lineage: &Lineage,
         adopt: Adopt,
-        attempt: &Attempt,
         timing: &mut ServerTiming,
-    ) -> Result<(Generation, Option<JobId>), ApiError> {
+    ) -> Result<Brood, ApiError> {
         let count = adopt.genomes.len() + adopt.presets.len();
         if !(1..=limit::CHILDREN as usize).contains(&count) {
             let words = format!(
@@ -40,7 +36,7 @@ impl AppState {
             );
             return Err(ApiError::refused(words).at("/genomes"));
         }
-        let framed = self.library.frame(thumbnail_view(self, lineage)).await?;
+        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
         let mut genomes = Vec::with_capacity(count);
         for (index, hash) in adopt.genomes.iter().enumerate() {
             let pointer = format!("/genomes/{index}");
@@ -61,17 +57,18 @@ impl AppState {
             genomes.push(fitted(preset.genome().clone(), &lineage.dialect, pointer)?);
         }
         timing.end("read");
-        let children = self.on_processor(move || newborns(genomes)).await?;
+        let children = self.processors.run(move || newborns(genomes)).await?;
         timing.end("make");
-        let brood = Brood {
+        Ok(Brood {
+            framed,
             seed: Seed(0),
             parents: Vec::new(),
+            centre: None,
             operator: OPERATOR,
             options: BreedOptions::default(),
             children,
-            recording: None,
-        };
-        self.birth(lineage, &framed, &[], brood, attempt, timing).await
+            step: None,
+        })
     }
 }
 
@@ -103,8 +100,7 @@ pub(super) fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
     let newborn = |(slot, genome): (u32, Genome)| {
         let program = express(&genome);
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
-        let bytes = genome.canonical_bytes();
-        let child = Child {
+        Newborn::from(Child {
             slot,
             hash: genome.hash(),
             program_hash: program.hash(),
@@ -113,8 +109,7 @@ pub(super) fn newborns(genomes: Vec<Genome>) -> Vec<Newborn> {
             twin: false,
             genome,
             program,
-        };
-        Newborn { child, bytes }
+        })
     };
     (0..).zip(genomes).map(newborn).collect()
 }

@@ -3,40 +3,57 @@
 
 use brood_genome::{Dialect, Genome};
 use brood_protocol::{
-    BreedOptions, FoundMaterial, Generation, IndividualId, Lineage, MeasuredMaterial, ParentRef,
+    BreedOptions, FoundMaterial, Generation, Lineage, MeasuredMaterial, ParentRef,
 };
 use brood_storage::{SearchStep, StoredSearch};
 
 use super::adopt::{fitted, newborns};
-use super::birth::{Brood, Recording};
-use super::{Newborn, Parent};
+use super::{Breeding, Brood, Newborn, Parent};
 use crate::limit;
 use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
-use crate::state::{App, AppState};
+use crate::state::App;
 
 /// Operator of an individual found by a search.
 pub const OPERATOR: &str = "fit";
 
-impl AppState {
-    /// Makes a generation of the found materials, in order, and writes the search step with it.
-    ///
-    /// Returns `None`, and writes no step, if none of the materials fits the lineage's dialect.
-    ///
-    /// # Errors
-    /// [`ApiError`] if the store fails or the server is busy.
-    pub async fn record(
-        self: &App,
+/// Makes a generation of the found materials, in order, and writes the search step with it.
+///
+/// Returns `None`, and writes no step, if none of the materials fits the lineage's dialect.
+///
+/// # Errors
+/// [`ApiError`] if the store fails or the server is busy.
+pub async fn record(
+    app: &App,
+    search: &StoredSearch,
+    (found, generation): (Vec<MeasuredMaterial>, u32),
+    step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
+) -> Result<Option<Generation>, ApiError> {
+    let lineage = app.store.lineage(search.lineage).await?;
+    let Some((brood, kept)) = app.breeding.collect(search, &lineage, found).await? else {
+        return Ok(None);
+    };
+    let found = kept.iter().zip(&brood.children);
+    let found = found.map(|(measured, newborn)| present(measured, newborn, generation)).collect();
+    let brood = Brood { step: Some(step(found)), ..brood };
+    let (attempt, mut timing) = (app.ledger.unkeyed(), ServerTiming::begin());
+    let (generation, _) = brood.deliver(app, &lineage, &attempt, &mut timing).await?;
+    Ok(Some(generation))
+}
+
+impl Breeding {
+    /// Makes a brood of the found materials that fit the lineage's dialect; `None` if none does.
+    async fn collect(
+        &self,
         search: &StoredSearch,
-        (found, generation): (Vec<MeasuredMaterial>, u32),
-        step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
-    ) -> Result<Option<(Generation, Vec<FoundMaterial>)>, ApiError> {
-        let lineage = self.store.lineage(search.lineage).await?;
-        let framed = self.library.frame(thumbnail_view(self, &lineage)).await?;
-        let parent = self.parent_of(search, &lineage).await?;
+        lineage: &Lineage,
+        found: Vec<MeasuredMaterial>,
+    ) -> Result<Option<(Brood, Vec<MeasuredMaterial>)>, ApiError> {
+        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
+        let parent = self.parent_of(search, lineage).await?;
         let (dialect, id) = (lineage.dialect, search.id);
-        let made = self.on_processor(move || {
+        let made = self.processors.run(move || {
             let (kept, genomes): (Vec<_>, Vec<_>) = found
                 .into_iter()
                 .take(limit::CHILDREN as usize)
@@ -56,26 +73,18 @@ impl AppState {
         if children.is_empty() {
             return Ok(None);
         }
-        let ids: Vec<_> = children.iter().map(|_| IndividualId::fresh()).collect();
-        let materials = kept.iter().zip(&children).zip(&ids);
-        let materials: Vec<_> = materials
-            .map(|((measured, newborn), id)| present(measured, newborn, *id, generation))
-            .collect();
-        let step = step(materials.clone());
-        let individuals = parent.iter().filter_map(|parent| parent.individual.as_ref());
+        let centre = parent.and_then(Parent::centre);
         let brood = Brood {
+            framed,
             seed: search.options.seed,
-            parents: individuals.map(|one| ParentRef::Individual(one.id)).collect(),
+            parents: centre.iter().map(|(one, _)| ParentRef::Individual(one.id)).collect(),
+            centre,
             operator: OPERATOR,
             options: BreedOptions::default(),
             children,
-            recording: Some(Recording { ids, step }),
+            step: None,
         };
-        let (attempt, mut timing) = (self.ledger.unkeyed(), ServerTiming::begin());
-        let parents: Vec<Parent> = parent.into_iter().collect();
-        let (generation, _) =
-            self.birth(&lineage, &framed, &parents, brood, &attempt, &mut timing).await?;
-        Ok(Some((generation, materials)))
+        Ok(Some((brood, kept)))
     }
 
     /// Returns the previous best, or else the first start individual, if it still exists and is
@@ -104,14 +113,9 @@ fn read(found: &MeasuredMaterial, dialect: &Dialect) -> Result<Genome, String> {
     fitted(genome, dialect, String::new()).map_err(|error| format!("{error:?}"))
 }
 
-fn present(
-    found: &MeasuredMaterial,
-    newborn: &Newborn,
-    individual: IndividualId,
-    generation: u32,
-) -> FoundMaterial {
+fn present(found: &MeasuredMaterial, newborn: &Newborn, generation: u32) -> FoundMaterial {
     FoundMaterial {
-        individual,
+        individual: newborn.id,
         hash: newborn.child.hash,
         e_log: found.e_log,
         e_log_fitted: found.e_log_fitted,

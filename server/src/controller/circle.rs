@@ -102,7 +102,7 @@ pub async fn animation(
     let make = async {
         let pictures = pictures(&app, frames, circle.size_px).await?;
         let (size_px, delay_ms) = (circle.size_px, circle.delay_ms);
-        app.on_processor(move || encode_apng(size_px, size_px, &pictures, delay_ms)).await
+        app.processors.run(move || encode_apng(size_px, size_px, &pictures, delay_ms)).await
     };
     head.made(&headers, make).await
 }
@@ -124,7 +124,7 @@ pub async fn strip(
     let make = async {
         let side = circle.size_px;
         let pictures = pictures(&app, frames, side).await?;
-        app.on_processor(move || side_by_side(&pictures, side)).await
+        app.processors.run(move || side_by_side(&pictures, side)).await
     };
     head.made(&headers, make).await
 }
@@ -172,12 +172,12 @@ pub async fn sheet(
             let centre_px = has_centre.then_some(side);
             let cells = contact::collect(&app, rows, centre_px, circle.size_px).await?;
             let draw = move || composed(&cells, has_centre, circle.size_px, gap_px);
-            let (width, height, rgba) = app.on_processor(draw).await?;
+            let (width, height, rgba) = app.processors.run(draw).await?;
             size = (width, height);
             frames.push(rgba);
         }
         let encode = move || encode_apng(size.0, size.1, &frames, circle.delay_ms);
-        app.on_processor(encode).await
+        app.processors.run(encode).await
     };
     head.made(&headers, limit::in_time(compose)).await
 }
@@ -262,7 +262,7 @@ pub async fn circle_ev(
 ) -> Result<f64, ApiError> {
     let circle = app.library.light_circle(scene).await?;
     let material = app.library.material(individual.hash).await?;
-    app.on_processor(move || circle.common_ev(&material.program)).await
+    app.processors.run(move || circle.common_ev(&material.program)).await
 }
 
 /// Returns the decoded pixels of pictures of one size.
@@ -275,7 +275,7 @@ async fn pictures(
     let pictures = stream::iter(pictures).buffered(AT_ONCE).try_collect::<Vec<_>>();
     let pictures = limit::in_time(pictures).await?;
     let decode = move || pictures.iter().map(|png| pixels(png, size_px)).collect();
-    app.on_processor(decode).await?
+    app.processors.run(decode).await?
 }
 
 fn pixels(png: &[u8], size_px: u32) -> Result<Vec<u8>, ApiError> {

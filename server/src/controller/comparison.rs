@@ -125,7 +125,7 @@ async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, Ap
             pictures.split_first().expect("at least two materials were requested");
         others.iter().map(|other| (first.rmse(other), first.flip(other))).collect()
     };
-    let mut apart = app.on_processor(apart).await?.into_iter();
+    let mut apart = app.processors.run(apart).await?.into_iter();
     let first = request.materials[0].hash;
     let light_deg = app.library.scene(scene).await?.scene.light_deg;
     let mut materials = Vec::with_capacity(request.materials.len());
@@ -171,5 +171,5 @@ async fn optics(
             Optics { curves, phenomena }
         })
     };
-    app.on_processor(look).await
+    app.processors.run(look).await
 }

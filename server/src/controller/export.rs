@@ -87,7 +87,7 @@ pub async fn get(
             let program = express(&material.genome.clone().with_limit(limited));
             export_within(&program, format, within)
         };
-        app.on_processor(print).await?
+        app.processors.run(print).await?
     };
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };

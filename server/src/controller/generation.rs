@@ -37,7 +37,8 @@ pub async fn breed(
     };
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
-    let (generation, job) = app.breed(&lineage, body.value, &attempt, &mut timing).await?;
+    let brood = app.breeding.breed(&lineage, body.value, &mut timing).await?;
+    let (generation, job) = brood.deliver(&app, &lineage, &attempt, &mut timing).await?;
     Ok(answer(&generation, job, timing))
 }
 

@@ -47,7 +47,7 @@ pub async fn create(
         Begun::Fresh(attempt) => attempt,
     };
     let is_text = content_type.is(TEXT);
-    let parsed = app.on_processor(move || -> Result<_, ApiError> {
+    let parsed = app.processors.run(move || -> Result<_, ApiError> {
         let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
         let program = express(&genome);
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();

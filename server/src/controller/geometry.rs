@@ -59,14 +59,14 @@ pub async fn glb(
 async fn encoded(app: &App, id: &str, encode: fn(&Mesh) -> Vec<u8>) -> Result<Vec<u8>, ApiError> {
     let encoded = match MeshRef::from(id) {
         MeshRef::Builtin(name) => {
-            app.on_processor(move || Ok(encode(&Mesh::builtin(name)))).await?
+            app.processors.run(move || Ok(encode(&Mesh::builtin(name)))).await?
         }
         MeshRef::Uploaded(id) => {
             let unknown = |_| ApiError::not_found("there is no mesh with this id or name");
             let row = app.store.mesh(id.parse().map_err(unknown)?).await?;
             let data = app.store.mesh_data(row.content_hash).await?;
             let read = move || decode::<Mesh>(&data).map(|mesh| encode(&mesh));
-            app.on_processor(read).await?
+            app.processors.run(read).await?
         }
     };
     encoded.map_err(|error| ApiError::internal(format!("cannot read a stored mesh: {error}")))

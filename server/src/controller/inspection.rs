@@ -34,7 +34,7 @@ pub async fn get(
         None => {
             let material = app.library.material(hash).await?;
             let library = app.clone();
-            app.on_processor(move || library.library.inspect(hash, &material.genome)).await?
+            app.processors.run(move || library.library.inspect(hash, &material.genome)).await?
         }
     };
     // Serialised directly: through a JSON value, f32 numbers would gain digits.
@@ -75,5 +75,5 @@ pub async fn slice(
         let slice = image_slice(&material.program, size_px);
         encode_png(slice.size_px, slice.size_px, &slice.rgba)
     };
-    head.made(&headers, app.on_processor(draw)).await
+    head.made(&headers, app.processors.run(draw)).await
 }

@@ -77,7 +77,7 @@ impl Upload {
             Begun::Fresh(attempt) => attempt,
         };
         let kind = self.kind;
-        let read = app.on_processor(move || answer(kind, &bytes).map(|answer| (answer, bytes)));
+        let read = app.processors.run(move || answer(kind, &bytes).map(|answer| (answer, bytes)));
         let (answer, bytes) = read.await??;
         let hash = *blake3::hash(&bytes).as_bytes();
         app.store.put_light_asset(hash, kind, bytes.to_vec()).await?;

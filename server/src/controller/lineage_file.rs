@@ -109,7 +109,7 @@ pub async fn import(
         drop(bytes);
         import::check(file)
     };
-    let checked = app.on_processor(check).await??;
+    let checked = app.processors.run(check).await??;
     let import::Checked { file, genomes, mesh, light_assets } = checked;
     let scene = match mesh {
         Some((mesh, data)) => {

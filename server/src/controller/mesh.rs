@@ -36,7 +36,7 @@ pub async fn create(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
         Begun::Fresh(attempt) => attempt,
     };
-    let parsed = app.on_processor(move || -> Result<_, ApiError> {
+    let parsed = app.processors.run(move || -> Result<_, ApiError> {
         let ObjFile { mesh, warnings } = parse_obj(&bytes, &ObjLimits::default())?;
         Ok((row(&mesh, warnings), encode(&mesh)))
     });

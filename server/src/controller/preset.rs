@@ -64,6 +64,7 @@ pub async fn adopt(
     };
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
-    let (generation, job) = app.adopt(&lineage, body.value, &attempt, &mut timing).await?;
+    let brood = app.breeding.adopt(&lineage, body.value, &mut timing).await?;
+    let (generation, job) = brood.deliver(&app, &lineage, &attempt, &mut timing).await?;
     Ok(answer(&generation, job, timing))
 }

@@ -89,7 +89,7 @@ async fn compose(
     for one in individuals.iter().chain(&centre) {
         if !lineages.iter().any(|(id, _)| *id == one.lineage) {
             let lineage = app.store.lineage(one.lineage).await?;
-            lineages.push((lineage.id, thumbnail_view(app, &lineage)));
+            lineages.push((lineage.id, thumbnail_view(app.backend, &lineage)));
         }
     }
     let count = u32::try_from(individuals.len()).expect("a sheet has few cells");
@@ -119,7 +119,7 @@ async fn compose(
     let make = async {
         let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
         let small = limit::in_time(small).await?;
-        app.on_processor(move || draw(small, has_centre, cell_px, gap_px)).await
+        app.processors.run(move || draw(small, has_centre, cell_px, gap_px)).await
     };
     head.made(headers, make).await
 }
@@ -144,7 +144,7 @@ pub(super) async fn collect(
     while let Some(png) = pictures.next().await {
         let png = png?;
         let side = centre_px.filter(|_| small.len() + 1 == count).unwrap_or(cell_px);
-        small.push(app.on_processor(move || scale(&png, side)).await??);
+        small.push(app.processors.run(move || scale(&png, side)).await??);
     }
     Ok(small)
 }

@@ -18,6 +18,7 @@ use super::Dispatch;
 use super::kind::{JobKind, Jobs, LeaseOf};
 use super::lease::{lease_ms, shortened, stale};
 use super::queue::PendingGrant;
+use crate::breeding;
 use crate::clock::now_ms;
 use crate::limit;
 use crate::problem::ApiError;
@@ -164,7 +165,7 @@ impl AppState {
                 let plain = step.clone();
                 let with =
                     move |mut found: Vec<FoundMaterial>| SearchStep { best: found.pop(), ..plain };
-                self.record(search, (vec![best], generation), with).await?
+                breeding::record(self, search, (vec![best], generation), with).await?
             }
             None => None,
         };
@@ -173,7 +174,7 @@ impl AppState {
             None => self.store.step_search(step).await?,
         };
         self.publish_progress(&search);
-        if let Some((generation, _)) = &born {
+        if let Some(generation) = &born {
             self.publish_best(&search, generation);
         }
         if yields {
@@ -199,8 +200,8 @@ impl AppState {
             }),
             ..plain
         };
-        let Some((generation, _)) = self.record(search, (front, search.generation), with).await?
-        else {
+        let found = (front, search.generation);
+        let Some(generation) = breeding::record(self, search, found, with).await? else {
             let reason = "no result is a genome of the lineage's dialect";
             return self.fail_search(search, reason.to_owned()).await;
         };

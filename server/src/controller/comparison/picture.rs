@@ -26,7 +26,7 @@ pub async fn exposed(app: &App, request: &ComparisonRequest) -> Result<(SceneId,
         return Ok((request.scene, ev));
     }
     let (circle, first) = (app.library.light_circle(request.scene).await?, request.first());
-    let ev = app.on_processor(move || circle.ev(&specimen(&first), film)).await?;
+    let ev = app.processors.run(move || circle.ev(&specimen(&first), film)).await?;
     let film = Film { exposure: Exposure::Ev(ev), ..film };
     let id = scene::store(app, &Scene { film, ..known.scene.clone() }).await?;
     Ok((id, ev))
@@ -67,5 +67,5 @@ pub async fn linear(
         let read: Result<_, _> = files.iter().map(read).collect();
         read.map_err(|error| ApiError::internal(error.to_string()))
     };
-    app.on_processor(read).await?
+    app.processors.run(read).await?
 }
