@@ -11,7 +11,7 @@ use brood_eval::{diverse_brood, express_brood};
 use brood_genome::{Dialect, Genome, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{
-    Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Seed,
+    Adopt, Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Seed,
 };
 use brood_storage::{SearchStep, StorageError, Store, StoredIndividual};
 use metrics::Histogram;
@@ -141,13 +141,33 @@ fn check(count: u32, parents: &[ParentRef], options: &BreedOptions) -> Result<()
     Ok(())
 }
 
+/// Request that makes a brood.
+pub enum Origin {
+    /// Children of up to two parents.
+    Breed(Breed),
+    /// Existing genomes and presets.
+    Adopt(Adopt),
+}
+
 impl Breeding {
-    /// Breeds a generation.
+    /// Makes the brood of a request.
     ///
     /// # Errors
-    /// [`ApiError`] if the request is invalid, a parent is missing or incompatible, or the server
-    /// is busy.
-    pub async fn breed(
+    /// [`ApiError`] if the request is invalid, a parent or genome is missing or incompatible, or
+    /// the server is busy.
+    pub async fn make(
+        &self,
+        lineage: &Lineage,
+        origin: Origin,
+        timing: &mut ServerTiming,
+    ) -> Result<Brood, ApiError> {
+        match origin {
+            Origin::Breed(breed) => self.breed(lineage, breed, timing).await,
+            Origin::Adopt(adopt) => self.adopt(lineage, adopt, timing).await,
+        }
+    }
+
+    async fn breed(
         &self,
         lineage: &Lineage,
         breed: Breed,

@@ -10,6 +10,7 @@ use http::{HeaderName, StatusCode};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::clock::now_ms;
 use crate::problem::ApiError;
 
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
@@ -119,6 +120,22 @@ impl Attempt {
         let answer = serde_json::to_vec(answer).expect("answers are plain data");
         let status = status.as_u16();
         Some(Idempotency { key, route, body_hash: self.body_hash, status, answer })
+    }
+
+    /// Stores the record of a request whose effect may be repeated, after the effect.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails.
+    pub async fn store<T: Serialize>(
+        &self,
+        store: &Store,
+        status: StatusCode,
+        answer: &T,
+    ) -> Result<(), ApiError> {
+        match self.record(status, answer) {
+            Some(record) => Ok(store.store_idempotency(record, now_ms()).await?),
+            None => Ok(()),
+        }
     }
 }
 

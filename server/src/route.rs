@@ -62,7 +62,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lineage_file::import))
         .routes(routes!(generation::breed, generation::list))
         .routes(routes!(preset::list))
-        .routes(routes!(preset::adopt))
+        .routes(routes!(generation::adopt))
         .routes(routes!(event::stream_events))
         .routes(routes!(generation::get))
         .routes(routes!(sheet::generation))

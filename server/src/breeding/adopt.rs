@@ -22,7 +22,7 @@ impl Breeding {
     /// # Errors
     /// [`ApiError`] if there are too many, one is unknown, or one does not fit the lineage's
     /// dialect.
-    pub async fn adopt(
+    pub(super) async fn adopt(
         &self,
         lineage: &Lineage,
         adopt: Adopt,

@@ -1,13 +1,14 @@
-//! Generations: breeding and reading.
+//! Generations: breeding, adopting and reading.
 
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Breed, Generation, GenerationId, JobId, LineageId, Page};
+use brood_protocol::{Adopt, Breed, Generation, GenerationId, JobId, LineageId, Page};
 use http::{HeaderName, HeaderValue, header};
 use serde_json::Value;
 
 use super::created;
+use crate::breeding::Origin;
 use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::presenter::Presenter;
@@ -15,7 +16,7 @@ use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
 use crate::state::App;
 
-pub(super) const COLLECTION: &str = "/v1/generations";
+const COLLECTION: &str = "/v1/generations";
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Breeds a generation.
@@ -31,23 +32,45 @@ pub async fn breed(
     key: IdempotencyKey,
     body: JsonBody<Breed>,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(&app, answer).await?)),
+    bred(&app, id, key, &body.bytes, Origin::Breed(body.value)).await
+}
+
+/// Adds genomes and presets to a lineage, as a generation of individuals without parents.
+#[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
+    params(("id" = LineageId, Path)), request_body = Adopt,
+    responses((status = 201, body = Generation, headers(
+        ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
+        ("Server-Timing" = String, description = "duration of each stage")))))]
+pub async fn adopt(
+    State(app): State<App>,
+    NoQuery: NoQuery,
+    Path(id): Path<LineageId>,
+    key: IdempotencyKey,
+    body: JsonBody<Adopt>,
+) -> Result<Response, ApiError> {
+    bred(&app, id, key, &body.bytes, Origin::Adopt(body.value)).await
+}
+
+async fn bred(
+    app: &App,
+    id: LineageId,
+    key: IdempotencyKey,
+    body: &[u8],
+    origin: Origin,
+) -> Result<Response, ApiError> {
+    let attempt = match app.ledger.begin(&app.store, key, body).await? {
+        Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
-    let brood = app.breeding.breed(&lineage, body.value, &mut timing).await?;
-    let (generation, job) = brood.deliver(&app, &lineage, &attempt, &mut timing).await?;
+    let brood = app.breeding.make(&lineage, origin, &mut timing).await?;
+    let (generation, job) = brood.deliver(app, &lineage, &attempt, &mut timing).await?;
     Ok(answer(&generation, job, timing))
 }
 
 /// Returns 201 with the stage durations and a link to the render job.
-pub(super) fn answer(
-    generation: &Generation,
-    job: Option<JobId>,
-    mut timing: ServerTiming,
-) -> Response {
+fn answer(generation: &Generation, job: Option<JobId>, mut timing: ServerTiming) -> Response {
     let mut response = created(COLLECTION, generation);
     timing.end("answer");
     response.headers_mut().insert(SERVER_TIMING, timing.header());
@@ -60,7 +83,7 @@ pub(super) fn answer(
 
 /// Completes a stored answer. The index is only known after the commit, so it is read from the
 /// generation itself.
-pub(super) async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
+async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
     let id = answer.get("id").and_then(Value::as_str).and_then(|id| id.parse().ok());
     let id: GenerationId = id.ok_or_else(|| ApiError::internal("a stored answer has no id"))?;
     answer["index"] = app.store.generation(id).await?.index.into();

@@ -9,11 +9,10 @@ use brood_genome::{Genome, GenomeHash, Model, live_instructions};
 use brood_storage::NewGenome;
 use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
-use super::created;
+use super::create_once;
 use super::file::has_already;
-use crate::clock::now_ms;
-use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::extract::{NoQuery, Path, parse_json, read_upload};
+use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -38,38 +37,33 @@ pub async fn create(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let (head, body) = request.into_parts();
-    let content_type = ContentType::of(&head.headers);
-    content_type.require(&["application/json", TEXT])?;
-    let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
-    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
-        Begun::Fresh(attempt) => attempt,
-    };
+    let types = ["application/json", TEXT];
+    let (content_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
     let is_text = content_type.is(TEXT);
-    let parsed = app.processors.run(move || -> Result<_, ApiError> {
-        let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
-        let program = express(&genome);
-        let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
-        Ok((genome, program, live))
-    });
-    let (genome, program, live) = parsed.await??;
-    let hash = genome.hash();
-    let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
-    let new = NewGenome {
-        hash,
-        bytes: genome.canonical_bytes(),
-        program_hash: *program.hash().as_bytes(),
-        live_instructions: live,
-        layers: genome.layers().iter().map(Model::kind).collect(),
-    };
-    app.store.put_genome(new).await?;
-    app.library.insert_material(hash, genome, program);
-    let answer = GenomeAnswer { hash: hash.to_string() };
-    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.store_idempotency(record, now_ms()).await?;
-    }
-    Ok(created(COLLECTION, &answer))
+    create_once(&app, key, COLLECTION, bytes.clone(), async |attempt| {
+        let parsed = app.processors.run(move || -> Result<_, ApiError> {
+            let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
+            let program = express(&genome);
+            let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
+            Ok((genome, program, live))
+        });
+        let (genome, program, live) = parsed.await??;
+        let hash = genome.hash();
+        let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
+        let new = NewGenome {
+            hash,
+            bytes: genome.canonical_bytes(),
+            program_hash: *program.hash().as_bytes(),
+            live_instructions: live,
+            layers: genome.layers().iter().map(Model::kind).collect(),
+        };
+        app.store.put_genome(new).await?;
+        app.library.insert_material(hash, genome, program);
+        let answer = GenomeAnswer { hash: hash.to_string() };
+        attempt.store(&app.store, StatusCode::CREATED, &answer).await?;
+        Ok(answer)
+    })
+    .await
 }
 
 /// Returns a genome as JSON, or as text if `Accept` asks for `text/x-brood`.

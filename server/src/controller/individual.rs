@@ -73,16 +73,13 @@ pub async fn patch(
     State(app): State<App>,
     NoQuery: NoQuery,
     Path(id): Path<IndividualId>,
-    IfMatch(version): IfMatch,
+    if_match: IfMatch,
     body: JsonBody<PatchIndividual>,
 ) -> Result<Response, ApiError> {
     if let Some(note) = &body.value.note {
         check_length(note, limit::NOTE_CHARS, "/note")?;
     }
-    let version = match version {
-        Some(version) => version,
-        None => app.store.individual(id).await?.version,
-    };
+    let version = if_match.or(async { Ok(app.store.individual(id).await?.version) }).await?;
     let stored = app.store.patch_individual(id, version, body.value).await?;
     app.events.individual(&stored);
     present(&app, stored).await

@@ -6,39 +6,52 @@ pub mod render;
 pub mod search;
 
 use axum::body::Body;
+use axum::extract::{FromRequest, FromRequestParts};
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{CONTENT_TYPE, Ticket, decode, encode};
 use http::{Request, StatusCode, header};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::extract::{ContentType, read_message};
+use crate::extract::{ContentType, Path, read_message};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
 const NAME_CHARS: usize = 200;
 
-/// Reads a worker's message of at most `max` bytes.
-///
-/// # Errors
-/// [`ApiError`] if the content type is wrong, the body is too large, or it cannot be decoded.
-async fn read<T: DeserializeOwned>(request: Request<Body>, max: usize) -> Result<T, ApiError> {
-    let (head, body) = request.into_parts();
-    ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
-    let bytes = read_message(&head.headers, body, max).await?;
-    decode(&bytes).map_err(|error| ApiError::bad_request(quote(&error.to_string())))
+/// Message of a worker of at most `MAX` bytes.
+pub struct Message<T, const MAX: usize>(T);
+
+impl<T: DeserializeOwned, const MAX: usize, S: Send + Sync> FromRequest<S> for Message<T, MAX> {
+    type Rejection = ApiError;
+
+    async fn from_request(request: Request<Body>, _: &S) -> Result<Self, ApiError> {
+        let (head, body) = request.into_parts();
+        ContentType::of(&head.headers).require(&[CONTENT_TYPE])?;
+        let bytes = read_message(&head.headers, body, MAX).await?;
+        let read = decode(&bytes).map(Self);
+        read.map_err(|error| ApiError::bad_request(quote(&error.to_string())))
+    }
 }
 
-/// Reads the ticket of the lease that the address names.
-///
-/// # Errors
-/// [`ApiError`] if the message is invalid or its ticket has another key.
-async fn read_ticket<T: Ticket>(key: T::Key, request: Request<Body>) -> Result<T, ApiError> {
-    let ticket = read(request, limit::JSON_BYTES).await?;
-    check_same(key, &ticket)?;
-    Ok(ticket)
+/// Ticket in the body, of the lease that the address names.
+pub struct Held<T>(T);
+
+impl<T: Ticket<Key: DeserializeOwned>, S: Send + Sync> FromRequest<S> for Held<T> {
+    type Rejection = ApiError;
+
+    async fn from_request(request: Request<Body>, state: &S) -> Result<Self, ApiError> {
+        let (mut head, body) = request.into_parts();
+        let Path(key) = Path::<T::Key>::from_request_parts(&mut head, state).await?;
+        let request = Request::from_parts(head, body);
+        let Message(ticket) =
+            Message::<T, { limit::JSON_BYTES }>::from_request(request, state).await?;
+        check_same(key, &ticket)?;
+        Ok(Self(ticket))
+    }
 }
 
+/// Error if the address names another lease than the ticket.
 fn check_same<T: Ticket>(key: T::Key, ticket: &T) -> Result<(), ApiError> {
     if key == ticket.key() {
         return Ok(());

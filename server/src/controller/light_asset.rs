@@ -8,10 +8,9 @@ use brood_light::IesProfile;
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
 use http::{Request, StatusCode};
 
-use super::created;
-use crate::clock::now_ms;
-use crate::extract::{ContentType, NoQuery, read_body};
-use crate::idempotency::{Begun, IdempotencyKey};
+use super::create_once;
+use crate::extract::{NoQuery, read_upload};
+use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -26,13 +25,7 @@ pub async fn create_profile(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let upload = Upload {
-        kind: LightAssetKind::Profile,
-        collection: "/v1/profiles",
-        media_types: &["application/x-ies", "text/plain"],
-        limit_bytes: limit::PROFILE_BYTES,
-    };
-    upload.store(&app, key, request).await
+    PROFILE.store(&app, key, request).await
 }
 
 /// Uploads an environment image: equirectangular, Radiance HDR or EXR.
@@ -45,13 +38,7 @@ pub async fn create_environment(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let upload = Upload {
-        kind: LightAssetKind::Environment,
-        collection: "/v1/environments",
-        media_types: &["image/vnd.radiance", "image/x-exr"],
-        limit_bytes: limit::ENVIRONMENT_BYTES,
-    };
-    upload.store(&app, key, request).await
+    ENVIRONMENT.store(&app, key, request).await
 }
 
 /// Kind of an upload and its limits.
@@ -62,6 +49,19 @@ struct Upload {
     limit_bytes: usize,
 }
 
+const PROFILE: Upload = Upload {
+    kind: LightAssetKind::Profile,
+    collection: "/v1/profiles",
+    media_types: &["application/x-ies", "text/plain"],
+    limit_bytes: limit::PROFILE_BYTES,
+};
+const ENVIRONMENT: Upload = Upload {
+    kind: LightAssetKind::Environment,
+    collection: "/v1/environments",
+    media_types: &["image/vnd.radiance", "image/x-exr"],
+    limit_bytes: limit::ENVIRONMENT_BYTES,
+};
+
 impl Upload {
     async fn store(
         &self,
@@ -69,23 +69,20 @@ impl Upload {
         key: IdempotencyKey,
         request: Request<Body>,
     ) -> Result<Response, ApiError> {
-        let (head, body) = request.into_parts();
-        ContentType::of(&head.headers).require(self.media_types)?;
-        let bytes = read_body(&head.headers, body, self.limit_bytes).await?;
-        let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
-            Begun::Replay(answer) => return Ok(created(self.collection, &answer)),
-            Begun::Fresh(attempt) => attempt,
-        };
         let kind = self.kind;
-        let read = app.processors.run(move || answer(kind, &bytes).map(|answer| (answer, bytes)));
-        let (answer, bytes) = read.await??;
-        let hash = *blake3::hash(&bytes).as_bytes();
-        app.store.put_light_asset(hash, kind, bytes.to_vec()).await?;
-        // Equal bytes always have the same kind: the kind follows from the first bytes of the file.
-        if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-            app.store.store_idempotency(record, now_ms()).await?;
-        }
-        Ok(created(self.collection, &answer))
+        let (_, bytes) = read_upload(request, self.media_types, self.limit_bytes).await?;
+        create_once(app, key, self.collection, bytes.clone(), async |attempt| {
+            let read =
+                app.processors.run(move || answer(kind, &bytes).map(|answer| (answer, bytes)));
+            let (answer, bytes) = read.await??;
+            let hash = *blake3::hash(&bytes).as_bytes();
+            // Equal bytes always have the same kind: the kind follows from the first bytes of the
+            // file.
+            app.store.put_light_asset(hash, kind, bytes.to_vec()).await?;
+            attempt.store(&app.store, StatusCode::CREATED, &answer).await?;
+            Ok(answer)
+        })
+        .await
     }
 }
 

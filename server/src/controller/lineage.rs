@@ -11,11 +11,11 @@ use brood_storage::{LineageCursor, NewLineage};
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
-use super::{check_length, created, versioned};
+use super::{check_length, create_once, versioned};
 use crate::access::Need;
 use crate::clock::now_ms;
 use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::IdempotencyKey;
 use crate::layer::token;
 use crate::limit;
 use crate::presenter::Presenter;
@@ -33,54 +33,52 @@ pub async fn create(
     key: IdempotencyKey,
     body: JsonBody<CreateLineage>,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
-        Begun::Fresh(attempt) => attempt,
-    };
-    let asked = body.value;
-    check_name(&asked.name)?;
-    check_length(&asked.notes, limit::NOTE_CHARS, "/notes")?;
-    check_saturation(asked.saturation)?;
-    let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
-    if !sides.contains(&asked.thumbnail_px) {
-        let words = format!("must be {} to {} pixels", sides.start(), sides.end());
-        return Err(ApiError::refused(words).at("/thumbnail_px"));
-    }
-    asked
-        .dialect
-        .validate()
-        .map_err(|error| ApiError::refused(error.to_string()).at("/dialect"))?;
-    let scene = match asked.scene {
-        Some(scene) => check_scene(&app, scene).await?,
-        None => super::scene::store(&app, &Scene::default()).await?,
-    };
-    let new = NewLineage {
-        id: LineageId::fresh(),
-        name: asked.name,
-        notes: asked.notes,
-        scene,
-        thumbnail_px: asked.thumbnail_px,
-        dialect: asked.dialect,
-        saturation: asked.saturation,
-        energy_limit: asked.energy_limit,
-        created_ms: now_ms(),
-    };
-    let answer = Lineage {
-        id: new.id,
-        name: new.name.clone(),
-        notes: new.notes.clone(),
-        scene,
-        thumbnail_px: new.thumbnail_px,
-        dialect: new.dialect,
-        saturation: new.saturation,
-        energy_limit: new.energy_limit,
-        generations: 0,
-        created_ms: new.created_ms,
-        version: 1,
-    };
-    let record = attempt.record(StatusCode::CREATED, &answer);
-    let lineage = app.store.create_lineage(new, record).await?;
-    Ok(created(COLLECTION, &lineage))
+    create_once(&app, key, COLLECTION, body.bytes, async |attempt| {
+        let asked = body.value;
+        check_name(&asked.name)?;
+        check_length(&asked.notes, limit::NOTE_CHARS, "/notes")?;
+        check_saturation(asked.saturation)?;
+        let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
+        if !sides.contains(&asked.thumbnail_px) {
+            let words = format!("must be {} to {} pixels", sides.start(), sides.end());
+            return Err(ApiError::refused(words).at("/thumbnail_px"));
+        }
+        asked
+            .dialect
+            .validate()
+            .map_err(|error| ApiError::refused(error.to_string()).at("/dialect"))?;
+        let scene = match asked.scene {
+            Some(scene) => check_scene(&app, scene).await?,
+            None => super::scene::store(&app, &Scene::default()).await?,
+        };
+        let new = NewLineage {
+            id: LineageId::fresh(),
+            name: asked.name,
+            notes: asked.notes,
+            scene,
+            thumbnail_px: asked.thumbnail_px,
+            dialect: asked.dialect,
+            saturation: asked.saturation,
+            energy_limit: asked.energy_limit,
+            created_ms: now_ms(),
+        };
+        let answer = Lineage {
+            id: new.id,
+            name: new.name.clone(),
+            notes: new.notes.clone(),
+            scene,
+            thumbnail_px: new.thumbnail_px,
+            dialect: new.dialect,
+            saturation: new.saturation,
+            energy_limit: new.energy_limit,
+            generations: 0,
+            created_ms: new.created_ms,
+            version: 1,
+        };
+        let record = attempt.record(StatusCode::CREATED, &answer);
+        Ok(app.store.create_lineage(new, record).await?)
+    })
+    .await
 }
 
 /// Lists the lineages that are not hidden, newest first.
@@ -121,7 +119,7 @@ pub async fn patch(
     State(app): State<App>,
     NoQuery: NoQuery,
     Path(id): Path<LineageId>,
-    IfMatch(version): IfMatch,
+    if_match: IfMatch,
     body: JsonBody<PatchLineage>,
 ) -> Result<Response, ApiError> {
     let patch = body.value;
@@ -137,10 +135,7 @@ pub async fn patch(
     if let Some(scene) = patch.scene {
         check_scene(&app, scene).await?;
     }
-    let version = match version {
-        Some(version) => version,
-        None => app.store.lineage(id).await?.version,
-    };
+    let version = if_match.or(async { Ok(app.store.lineage(id).await?.version) }).await?;
     let lineage = app.store.patch_lineage(id, version, patch).await?;
     app.events.lineage(id, lineage.version);
     Ok(versioned(lineage.version, &lineage))

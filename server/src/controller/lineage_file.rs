@@ -18,9 +18,9 @@ use http::{Request, StatusCode, header};
 pub use form::LineageFile;
 use form::{FileGeneration, FileIndividual, FileLightAsset};
 
-use super::created;
-use crate::extract::{ContentType, NoQuery, Path, parse_json, read_body};
-use crate::idempotency::{Begun, IdempotencyKey};
+use super::create_once;
+use crate::extract::{NoQuery, Path, parse_json, read_upload};
+use crate::idempotency::IdempotencyKey;
 use crate::library::read_genome;
 use crate::lighting;
 use crate::limit;
@@ -97,51 +97,47 @@ pub async fn import(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let (head, body) = request.into_parts();
-    ContentType::of(&head.headers).require(&[JSON])?;
-    let bytes = read_body(&head.headers, body, limit::LINEAGE_FILE_BYTES).await?;
-    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
-        Begun::Replay(answer) => return Ok(created("/v1/lineages", &answer)),
-        Begun::Fresh(attempt) => attempt,
-    };
-    let check = move || {
-        let file = parse_json(&bytes)?;
-        drop(bytes);
-        import::check(file)
-    };
-    let checked = app.processors.run(check).await??;
-    let import::Checked { file, genomes, mesh, light_assets } = checked;
-    let scene = match mesh {
-        Some((mesh, data)) => {
-            let id = app.store.put_mesh(mesh, data).await?;
-            let mesh = brood_scene::MeshRef::Uploaded(id.to_string());
-            brood_scene::Scene { mesh, ..file.scene.clone() }
+    let (_, bytes) = read_upload(request, &[JSON], limit::LINEAGE_FILE_BYTES).await?;
+    create_once(&app, key, "/v1/lineages", bytes.clone(), async |attempt| {
+        let check = move || {
+            let file = parse_json(&bytes)?;
+            drop(bytes);
+            import::check(file)
+        };
+        let checked = app.processors.run(check).await??;
+        let import::Checked { file, genomes, mesh, light_assets } = checked;
+        let scene = match mesh {
+            Some((mesh, data)) => {
+                let id = app.store.put_mesh(mesh, data).await?;
+                let mesh = brood_scene::MeshRef::Uploaded(id.to_string());
+                brood_scene::Scene { mesh, ..file.scene.clone() }
+            }
+            None => file.scene.clone(),
+        };
+        app.library.mesh(&scene).await.map_err(|error| error.at("/scene/mesh"))?;
+        for (kind, bytes) in light_assets {
+            app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
         }
-        None => file.scene.clone(),
-    };
-    app.library.mesh(&scene).await.map_err(|error| error.at("/scene/mesh"))?;
-    for (kind, bytes) in light_assets {
-        app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
-    }
-    lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
-    let scene = super::scene::store(&app, &scene).await?;
-    let mut new = import::assemble(file, genomes, scene)?;
-    let answer = Lineage {
-        id: new.lineage.id,
-        name: new.lineage.name.clone(),
-        notes: new.lineage.notes.clone(),
-        scene,
-        thumbnail_px: new.lineage.thumbnail_px,
-        dialect: new.lineage.dialect,
-        saturation: new.lineage.saturation,
-        energy_limit: new.lineage.energy_limit,
-        generations: new.generations.len() as u64,
-        created_ms: new.lineage.created_ms,
-        version: 1,
-    };
-    new.idempotency = attempt.record(StatusCode::CREATED, &answer);
-    let lineage = app.store.import_lineage(new).await?;
-    Ok(created("/v1/lineages", &lineage))
+        lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
+        let scene = super::scene::store(&app, &scene).await?;
+        let mut new = import::assemble(file, genomes, scene)?;
+        let answer = Lineage {
+            id: new.lineage.id,
+            name: new.lineage.name.clone(),
+            notes: new.lineage.notes.clone(),
+            scene,
+            thumbnail_px: new.lineage.thumbnail_px,
+            dialect: new.lineage.dialect,
+            saturation: new.lineage.saturation,
+            energy_limit: new.lineage.energy_limit,
+            generations: new.generations.len() as u64,
+            created_ms: new.lineage.created_ms,
+            version: 1,
+        };
+        new.idempotency = attempt.record(StatusCode::CREATED, &answer);
+        Ok(app.store.import_lineage(new).await?)
+    })
+    .await
 }
 
 async fn written(file: LineageFile) -> Result<Vec<u8>, ApiError> {

@@ -9,10 +9,9 @@ use brood_protocol::{MeshAnswer, MeshId, MeshWarning, encode};
 use brood_storage::StoredMesh;
 use http::{Request, StatusCode};
 
-use super::created;
-use crate::clock::now_ms;
-use crate::extract::{ContentType, NoQuery, Path, read_body};
-use crate::idempotency::{Begun, IdempotencyKey};
+use super::create_once;
+use crate::extract::{NoQuery, Path, read_upload};
+use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
@@ -29,24 +28,19 @@ pub async fn create(
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
-    let (head, body) = request.into_parts();
-    ContentType::of(&head.headers).require(&["model/obj"])?;
-    let bytes = read_body(&head.headers, body, limit::OBJ_BYTES).await?;
-    let attempt = match app.ledger.begin(&app.store, key, &bytes).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
-        Begun::Fresh(attempt) => attempt,
-    };
-    let parsed = app.processors.run(move || -> Result<_, ApiError> {
-        let ObjFile { mesh, warnings } = parse_obj(&bytes, &ObjLimits::default())?;
-        Ok((row(&mesh, warnings), encode(&mesh)))
-    });
-    let (mut row, data) = parsed.await??;
-    row.id = app.store.put_mesh(row.clone(), data).await?;
-    let answer = answer(row)?;
-    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.store_idempotency(record, now_ms()).await?;
-    }
-    Ok(created(COLLECTION, &answer))
+    let (_, bytes) = read_upload(request, &["model/obj"], limit::OBJ_BYTES).await?;
+    create_once(&app, key, COLLECTION, bytes.clone(), async |attempt| {
+        let parsed = app.processors.run(move || -> Result<_, ApiError> {
+            let ObjFile { mesh, warnings } = parse_obj(&bytes, &ObjLimits::default())?;
+            Ok((row(&mesh, warnings), encode(&mesh)))
+        });
+        let (mut row, data) = parsed.await??;
+        row.id = app.store.put_mesh(row.clone(), data).await?;
+        let answer = answer(row)?;
+        attempt.store(&app.store, StatusCode::CREATED, &answer).await?;
+        Ok(answer)
+    })
+    .await
 }
 
 /// Returns a mesh's summary, without its geometry.

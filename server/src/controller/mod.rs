@@ -33,11 +33,14 @@ pub mod thumbnail;
 
 use axum::Json;
 use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
 use http::{HeaderValue, StatusCode, header};
 use serde::{Deserialize, Serialize};
 
 use crate::extract::etag;
+use crate::idempotency::{Attempt, Begun, IdempotencyKey};
 use crate::problem::ApiError;
+use crate::state::App;
 
 /// Fields of an answer that its headers repeat.
 #[derive(Deserialize)]
@@ -45,6 +48,24 @@ struct Head {
     id: Option<String>,
     hash: Option<String>,
     version: Option<u64>,
+}
+
+/// Answers a request that creates something below `collection`: as before if its key and `body`
+/// were received before, else by `create`, which must store the record of the attempt.
+async fn create_once<T: Serialize, Create: Future<Output = Result<T, ApiError>>>(
+    app: &App,
+    key: IdempotencyKey,
+    collection: &str,
+    body: Bytes,
+    create: impl FnOnce(Attempt) -> Create,
+) -> Result<Response, ApiError> {
+    let begun = app.ledger.begin(&app.store, key, &body).await?;
+    // Frees the memory of a large body as soon as `create` has read it.
+    drop(body);
+    match begun {
+        Begun::Replay(answer) => Ok(created(collection, &answer)),
+        Begun::Fresh(attempt) => Ok(created(collection, &create(attempt).await?)),
+    }
 }
 
 /// Returns 201 with a `Location` below `collection`, and an ETag if the answer has a version.

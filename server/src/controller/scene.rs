@@ -7,10 +7,10 @@ use brood_protocol::{SceneAnswer, SceneId};
 use brood_scene::Scene;
 use http::StatusCode;
 
-use super::created;
+use super::create_once;
 use crate::clock::now_ms;
 use crate::extract::{Json as JsonBody, NoQuery, Path};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::IdempotencyKey;
 use crate::lighting;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -26,20 +26,17 @@ pub async fn create(
     key: IdempotencyKey,
     body: JsonBody<Scene>,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
-        Begun::Fresh(attempt) => attempt,
-    };
-    let scene = body.value;
-    scene.validate()?;
-    app.library.mesh(&scene).await?;
-    lighting::check(&app.store, &scene).await?;
-    let id = store(&app, &scene).await?;
-    let answer = SceneAnswer { id, scene };
-    if let Some(record) = attempt.record(StatusCode::CREATED, &answer) {
-        app.store.store_idempotency(record, now_ms()).await?;
-    }
-    Ok(created(COLLECTION, &answer))
+    create_once(&app, key, COLLECTION, body.bytes, async |attempt| {
+        let scene = body.value;
+        scene.validate()?;
+        app.library.mesh(&scene).await?;
+        lighting::check(&app.store, &scene).await?;
+        let id = store(&app, &scene).await?;
+        let answer = SceneAnswer { id, scene };
+        attempt.store(&app.store, StatusCode::CREATED, &answer).await?;
+        Ok(answer)
+    })
+    .await
 }
 
 /// Returns the default scene of new lineages.

@@ -143,9 +143,7 @@ async fn change(
     app.dispatch.searches.notify.notify_one();
     app.publish_state(&search);
     let answer = present(app, search).await?;
-    if let Some(record) = attempt.record(StatusCode::OK, &answer) {
-        app.store.store_idempotency(record, now_ms()).await?;
-    }
+    attempt.store(&app.store, StatusCode::OK, &answer).await?;
     Ok(Json(answer).into_response())
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use axum::body::Body;
 use bytes::{Bytes, BytesMut};
-use http::{HeaderMap, header};
+use http::{HeaderMap, Request, header};
 use http_body_util::BodyExt;
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::Instant;
@@ -67,6 +67,21 @@ impl AsRef<[u8]> for BudgetedBytes {
 /// 413 if it is larger than `limit`, 408 if it is too slow, 503 if the memory budget is used up.
 pub async fn read_body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, ApiError> {
     read_into(&BODIES, headers, body, limit).await
+}
+
+/// Reads a whole body of one of these media types.
+///
+/// # Errors
+/// 415 for another media type; else as for [`read_body`].
+pub async fn read_upload(
+    request: Request<Body>,
+    media_types: &[&str],
+    limit: usize,
+) -> Result<(ContentType, Bytes), ApiError> {
+    let (head, body) = request.into_parts();
+    let content_type = ContentType::of(&head.headers);
+    content_type.require(media_types)?;
+    Ok((content_type, read_body(&head.headers, body, limit).await?))
 }
 
 /// Reads a worker's message, which has a memory budget of its own.

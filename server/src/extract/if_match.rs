@@ -8,7 +8,23 @@ use crate::problem::ApiError;
 
 /// Version that the client saw; `None` for `*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct IfMatch(pub Option<u64>);
+pub struct IfMatch(Option<u64>);
+
+impl IfMatch {
+    /// Returns the version that the client saw, or else the `current` one.
+    ///
+    /// # Errors
+    /// The error of `current`.
+    pub async fn or(
+        self,
+        current: impl Future<Output = Result<u64, ApiError>>,
+    ) -> Result<u64, ApiError> {
+        match self.0 {
+            Some(version) => Ok(version),
+            None => current.await,
+        }
+    }
+}
 
 impl<S: Send + Sync> FromRequestParts<S> for IfMatch {
     type Rejection = ApiError;

@@ -7,8 +7,8 @@ use http::Request;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 
+use super::read_upload;
 use super::strict::{check, pointer_step, syntax_error};
-use super::{ContentType, read_body};
 use crate::limit;
 use crate::problem::ApiError;
 
@@ -25,9 +25,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Json<T> {
     type Rejection = ApiError;
 
     async fn from_request(request: Request<Body>, _: &S) -> Result<Self, ApiError> {
-        let (head, body) = request.into_parts();
-        ContentType::of(&head.headers).require(&["application/json"])?;
-        let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
+        let (_, bytes) = read_upload(request, &["application/json"], limit::JSON_BYTES).await?;
         let value = parse_json(&bytes)?;
         Ok(Self { value, bytes })
     }

@@ -9,7 +9,7 @@ mod path;
 mod query;
 mod strict;
 
-pub use body::{ContentType, read_body, read_message};
+pub use body::{ContentType, read_body, read_message, read_upload};
 pub use if_match::{IfMatch, etag};
 pub use json::{Json, parse_json, parse_value};
 pub use multipart::{Parts, boundary as multipart_boundary};

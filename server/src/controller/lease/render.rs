@@ -1,12 +1,11 @@
 //! Worker routes of render jobs.
 
-use axum::body::Body;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
-use http::{Request, StatusCode};
+use http::StatusCode;
 
-use super::{check_same, for_logs, granted, read, read_ticket};
+use super::{Held, Message, check_same, for_logs, granted};
 use crate::dispatch::Render;
 use crate::extract::{NoQuery, Path};
 use crate::limit;
@@ -20,9 +19,9 @@ use crate::state::App;
 pub async fn claim(
     State(app): State<App>,
     NoQuery: NoQuery,
-    request: Request<Body>,
+    Message(request): Message<LeaseRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
-    let LeaseRequest { worker, report, wait_ms } = read(request, limit::JSON_BYTES).await?;
+    let LeaseRequest { worker, report, wait_ms } = request;
     let worker = for_logs(&worker);
     app.dispatch.worker_seen(&worker, &report);
     Ok(granted(app.lease::<Render>(&worker, wait_ms).await?))
@@ -36,10 +35,8 @@ pub async fn claim(
 pub async fn heartbeat(
     State(app): State<App>,
     NoQuery: NoQuery,
-    Path(id): Path<LeaseId>,
-    request: Request<Body>,
+    Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: LeaseTicket = read_ticket(id, request).await?;
     let renewed = app.renew_lease::<Render>(&ticket)?;
     app.dispatch.worker_seen_again(&renewed.worker);
     Ok(StatusCode::NO_CONTENT)
@@ -54,9 +51,8 @@ pub async fn results(
     State(app): State<App>,
     NoQuery: NoQuery,
     Path(id): Path<LeaseId>,
-    request: Request<Body>,
+    Message(results): Message<LeaseResults, { limit::LEASE_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
-    let results: LeaseResults = read(request, limit::LEASE_BYTES).await?;
     check_same(id, &results.ticket)?;
     app.results(results).await?;
     Ok(StatusCode::NO_CONTENT)
@@ -70,10 +66,8 @@ pub async fn results(
 pub async fn release(
     State(app): State<App>,
     NoQuery: NoQuery,
-    Path(id): Path<LeaseId>,
-    request: Request<Body>,
+    Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: LeaseTicket = read_ticket(id, request).await?;
     app.release_lease::<Render>(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,12 +1,11 @@
 //! Worker routes of searches.
 
-use axum::body::Body;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{JobId, SearchReport, SearchRequest, SearchTicket, encode};
-use http::{Request, StatusCode};
+use http::StatusCode;
 
-use super::{check_same, for_logs, granted, message, read, read_ticket};
+use super::{Held, Message, check_same, for_logs, granted, message};
 use crate::dispatch::Search;
 use crate::extract::{NoQuery, Path};
 use crate::limit;
@@ -20,9 +19,9 @@ use crate::state::App;
 pub async fn claim(
     State(app): State<App>,
     NoQuery: NoQuery,
-    request: Request<Body>,
+    Message(request): Message<SearchRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
-    let SearchRequest { worker, wait_ms } = read(request, limit::JSON_BYTES).await?;
+    let SearchRequest { worker, wait_ms } = request;
     Ok(granted(app.lease::<Search>(&for_logs(&worker), wait_ms).await?))
 }
 
@@ -34,10 +33,8 @@ pub async fn claim(
 pub async fn heartbeat(
     State(app): State<App>,
     NoQuery: NoQuery,
-    Path(id): Path<JobId>,
-    request: Request<Body>,
+    Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: SearchTicket = read_ticket(id, request).await?;
     app.renew_lease::<Search>(&ticket)?;
     Ok(StatusCode::NO_CONTENT)
 }
@@ -51,9 +48,8 @@ pub async fn report(
     State(app): State<App>,
     NoQuery: NoQuery,
     Path(id): Path<JobId>,
-    request: Request<Body>,
+    Message(report): Message<SearchReport, { limit::SEARCH_REPORT_BYTES }>,
 ) -> Result<Response, ApiError> {
-    let report: SearchReport = read(request, limit::SEARCH_REPORT_BYTES).await?;
     check_same(id, &report.ticket)?;
     Ok(message(encode(&app.report_search(report).await?)))
 }
@@ -66,10 +62,8 @@ pub async fn report(
 pub async fn release(
     State(app): State<App>,
     NoQuery: NoQuery,
-    Path(id): Path<JobId>,
-    request: Request<Body>,
+    Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let ticket: SearchTicket = read_ticket(id, request).await?;
     app.release_lease::<Search>(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }
