@@ -8,6 +8,7 @@ use axum::body::Body;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::{GracefulShutdown, Watcher};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
@@ -19,7 +20,7 @@ use crate::limit;
 
 /// Accepts connections until `stopping`, then waits a bounded time for the open ones.
 pub async fn serve(listener: TcpListener, router: Router, stopping: CancellationToken) {
-    let connections = TaskTracker::new();
+    let (connections, graceful) = (TaskTracker::new(), GracefulShutdown::new());
     let free = Arc::new(Semaphore::new(limit::CONNECTIONS));
     let abandoned = CancellationToken::new();
     loop {
@@ -41,25 +42,23 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
                 continue;
             }
         };
-        let (router, stopping, abandoned) = (router.clone(), stopping.clone(), abandoned.clone());
+        let connection = drive(stream, router.clone(), graceful.watcher());
+        let abandoned = abandoned.clone();
         connections.spawn(async move {
-            tokio::select! {
-                () = drive(stream, router, stopping) => {}
-                () = abandoned.cancelled() => {}
-            }
+            abandoned.run_until_cancelled(connection).await;
             drop(place);
         });
     }
     drop(listener);
     connections.close();
-    if tokio::time::timeout(GRACE, connections.wait()).await.is_err() {
+    if tokio::time::timeout(GRACE, graceful.shutdown()).await.is_err() {
         tracing::warn!(connections = connections.len(), "open connections were cut off");
         abandoned.cancel();
-        connections.wait().await;
     }
+    connections.wait().await;
 }
 
-async fn drive(stream: TcpStream, router: Router, stopping: CancellationToken) {
+async fn drive(stream: TcpStream, router: Router, watcher: Watcher) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "the connection was already closed");
         return;
@@ -78,15 +77,7 @@ async fn drive(stream: TcpStream, router: Router, stopping: CancellationToken) {
         .timer(TokioTimer::new())
         .header_read_timeout(limit::IDLE)
         .serve_connection(io, service);
-    tokio::pin!(connection);
-    let result = tokio::select! {
-        result = connection.as_mut() => result,
-        () = stopping.cancelled() => {
-            connection.as_mut().graceful_shutdown();
-            connection.await
-        }
-    };
-    if let Err(error) = result {
+    if let Err(error) = watcher.watch(connection).await {
         tracing::debug!(%error, "a connection ended early");
     }
 }
