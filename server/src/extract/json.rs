@@ -5,10 +5,9 @@ use axum::extract::FromRequest;
 use bytes::Bytes;
 use http::Request;
 use serde::de::DeserializeOwned;
-use serde_path_to_error::Segment;
 
 use super::read_upload;
-use super::strict::{check, pointer_step, syntax_error};
+use super::strict::{check, pointer, pointer_step, syntax_error};
 use crate::limit;
 use crate::problem::ApiError;
 
@@ -57,7 +56,7 @@ pub fn parse_value<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, 
 }
 
 fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
-    let mut pointer: String = error.path().iter().map(step).collect();
+    let mut pointer = pointer(error.path());
     let message = error.inner().to_string();
     if let Some(name) = unknown_field(&message) {
         let name = format!("/{}", pointer_step(name));
@@ -66,14 +65,6 @@ fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
         }
     }
     syntax_error(error.inner()).at(pointer)
-}
-
-fn step(segment: &Segment) -> String {
-    match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } => format!("/{}", pointer_step(key)),
-        Segment::Enum { .. } | Segment::Unknown => String::new(),
-    }
 }
 
 fn unknown_field(message: &str) -> Option<&str> {

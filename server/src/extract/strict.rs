@@ -1,12 +1,14 @@
 //! Strictness that serde lacks: duplicate keys, nesting depth, and the JSON pointer of a syntax
 //! error.
 //!
-//! Walks the document once before it is parsed into a type, tracking the JSON pointer.
+//! Walks the document once before it is parsed into a type. serde_json's own depth limit of 128 is
+//! fixed, and serde reports duplicate keys of structs only, not of maps.
 
 use std::collections::HashSet;
 use std::fmt;
 
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde_path_to_error::{Path, Segment, Track};
 
 use crate::limit;
 use crate::problem::{ApiError, quote, serde_words};
@@ -16,10 +18,21 @@ use crate::problem::{ApiError, quote, serde_words};
 /// # Errors
 /// 400 with a pointer to the error.
 pub fn check(bytes: &[u8]) -> Result<(), ApiError> {
-    let mut walk = Walk { path: Vec::new() };
-    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
-    let result = Value(&mut walk).deserialize(&mut deserializer).and_then(|()| deserializer.end());
-    result.map_err(|error| syntax_error(&error).at(walk.pointer()))
+    let mut track = Track::new();
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let tracked = serde_path_to_error::Deserializer::new(&mut json, &mut track);
+    let walked = Value { depth: 0 }.deserialize(tracked).and_then(|()| json.end());
+    walked.map_err(|error| syntax_error(&error).at(pointer(&track.path())))
+}
+
+/// Returns a path as a JSON pointer.
+pub fn pointer(path: &Path) -> String {
+    let step = |segment: &Segment| match segment {
+        Segment::Seq { index } => format!("/{index}"),
+        Segment::Map { key } => format!("/{}", pointer_step(key)),
+        Segment::Enum { .. } | Segment::Unknown => String::new(),
+    };
+    path.iter().map(step).collect()
 }
 
 /// Returns one step of a JSON pointer, escaped as in RFC 6901 and shortened by [`quote`].
@@ -37,37 +50,33 @@ pub fn syntax_error(error: &serde_json::Error) -> ApiError {
     words.at_line(place(error.line()), Some(place(error.column())))
 }
 
-struct Walk {
-    path: Vec<Step>,
+/// Any JSON value at a depth.
+#[derive(Clone, Copy)]
+struct Value {
+    depth: usize,
 }
 
-enum Step {
-    Key(String),
-    Index(usize),
-}
-
-impl Walk {
-    fn pointer(&self) -> String {
-        self.path
-            .iter()
-            .map(|step| match step {
-                Step::Key(key) => format!("/{}", pointer_step(key)),
-                Step::Index(index) => format!("/{index}"),
-            })
-            .collect()
-    }
-
-    fn enter<E: de::Error>(&self) -> Result<(), E> {
-        if self.path.len() >= limit::JSON_DEPTH {
+impl Value {
+    fn inner<E: de::Error>(self) -> Result<Self, E> {
+        if self.depth >= limit::JSON_DEPTH {
             return Err(E::custom(format_args!("nested deeper than {} levels", limit::JSON_DEPTH)));
         }
-        Ok(())
+        Ok(Self { depth: self.depth + 1 })
     }
 }
 
-struct Value<'a>(&'a mut Walk);
+/// Value of a duplicate key: an error whose path includes the key.
+struct Duplicate;
 
-impl<'de> DeserializeSeed<'de> for Value<'_> {
+impl<'de> DeserializeSeed<'de> for Duplicate {
+    type Value = ();
+
+    fn deserialize<D: de::Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
+        Err(de::Error::custom("the key occurs twice"))
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Value {
     type Value = ();
 
     fn deserialize<D: de::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -75,7 +84,7 @@ impl<'de> DeserializeSeed<'de> for Value<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Value<'_> {
+impl<'de> Visitor<'de> for Value {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -107,30 +116,19 @@ impl<'de> Visitor<'de> for Value<'_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<(), A::Error> {
-        self.0.enter()?;
-        let mut index = 0;
-        loop {
-            self.0.path.push(Step::Index(index));
-            if seq.next_element_seed(Value(self.0))?.is_none() {
-                break;
-            }
-            self.0.path.pop();
-            index += 1;
-        }
-        self.0.path.pop();
+        let inner = self.inner()?;
+        while seq.next_element_seed(inner)?.is_some() {}
         Ok(())
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        self.0.enter()?;
+        let inner = self.inner()?;
         let mut keys = HashSet::new();
         while let Some(key) = map.next_key::<String>()? {
-            self.0.path.push(Step::Key(key.clone()));
-            if !keys.insert(key) {
-                return Err(de::Error::custom("the key occurs twice"));
+            match keys.insert(key) {
+                true => map.next_value_seed(inner)?,
+                false => map.next_value_seed(Duplicate)?,
             }
-            map.next_value_seed(Value(self.0))?;
-            self.0.path.pop();
         }
         Ok(())
     }
