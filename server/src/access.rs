@@ -1,11 +1,10 @@
 //! Access control: tokens, their scopes, and unauthenticated access on a loopback address.
 
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use brood_protocol::random_token;
 use brood_storage::{Scope, Store};
-use moka::sync::Cache;
+use moka::future::Cache;
 
 use crate::error::ServerError;
 use crate::problem::ApiError;
@@ -34,7 +33,7 @@ pub struct Access {
     loopback: bool,
     worker_token: String,
     worker_hash: blake3::Hash,
-    any: Mutex<Option<(Instant, bool)>>,
+    any: Cache<(), bool>,
     scopes: Cache<[u8; 32], Option<Scope>>,
 }
 
@@ -51,7 +50,7 @@ impl Access {
             loopback,
             worker_hash: blake3::hash(worker_token.as_bytes()),
             worker_token,
-            any: Mutex::new(None),
+            any: Cache::builder().max_capacity(1).time_to_live(TOKEN_TTL).build(),
             scopes: Cache::builder().max_capacity(1024).time_to_live(TOKEN_TTL).build(),
         })
     }
@@ -104,27 +103,18 @@ impl Access {
             return Ok(Some(Scope::Work));
         }
         let hash = *hash.as_bytes();
-        if let Some(known) = self.scopes.get(&hash) {
-            return Ok(known);
-        }
-        let token = store.token_by_hash(hash).await?;
-        let now = crate::clock::now_ms();
-        let valid = token.filter(|token| token.expires_ms.is_none_or(|expires| expires > now));
-        let scope = valid.map(|token| token.scope);
-        self.scopes.insert(hash, scope);
-        Ok(scope)
+        let read = async {
+            let token = store.token_by_hash(hash).await?;
+            let now = crate::clock::now_ms();
+            let valid = token.filter(|token| token.expires_ms.is_none_or(|expires| expires > now));
+            Ok::<_, ApiError>(valid.map(|token| token.scope))
+        };
+        Ok(self.scopes.try_get_with(hash, read).await?)
     }
 
     async fn any_token(&self, store: &Store) -> Result<bool, ApiError> {
-        let known = *self.any.lock().expect("nothing panics under this lock");
-        if let Some((when, any)) = known
-            && when.elapsed() < TOKEN_TTL
-        {
-            return Ok(any);
-        }
-        let any = store.any_token().await?;
-        *self.any.lock().expect("nothing panics under this lock") = Some((Instant::now(), any));
-        Ok(any)
+        let read = async { Ok::<_, ApiError>(store.any_token().await?) };
+        Ok(self.any.try_get_with((), read).await?)
     }
 }
 

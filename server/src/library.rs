@@ -13,7 +13,7 @@ use brood_protocol::{
 };
 use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
-use moka::sync::Cache;
+use moka::{future, sync};
 
 use crate::lighting;
 use crate::problem::ApiError;
@@ -129,15 +129,15 @@ impl Framed {
     }
 }
 
-/// Caches over the store.
+/// Caches over the store. Concurrent requests for one entry read it once.
 pub struct Library {
     store: Store,
-    materials: Cache<GenomeHash, Arc<Material>>,
-    scenes: Cache<SceneId, Arc<KnownScene>>,
-    frames: Cache<FrameKey, Arc<Framed>>,
-    inspections: Cache<GenomeHash, Arc<Inspection>>,
-    circles: Cache<SceneId, Arc<LightOrbit>>,
-    optics: Cache<(GenomeHash, SceneId), Arc<Optics>>,
+    materials: future::Cache<GenomeHash, Arc<Material>>,
+    scenes: future::Cache<SceneId, Arc<KnownScene>>,
+    frames: future::Cache<FrameKey, Arc<Framed>>,
+    inspections: sync::Cache<GenomeHash, Arc<Inspection>>,
+    circles: future::Cache<SceneId, Arc<LightOrbit>>,
+    optics: sync::Cache<(GenomeHash, SceneId), Arc<Optics>>,
 }
 
 impl Library {
@@ -145,24 +145,24 @@ impl Library {
     pub fn new(store: Store) -> Self {
         Self {
             store,
-            materials: Cache::new(MATERIALS),
-            scenes: Cache::new(SCENES),
-            frames: Cache::new(FRAMES),
-            inspections: Cache::new(INSPECTIONS),
-            circles: Cache::new(CIRCLES),
-            optics: Cache::new(OPTICS),
+            materials: future::Cache::new(MATERIALS),
+            scenes: future::Cache::new(SCENES),
+            frames: future::Cache::new(FRAMES),
+            inspections: sync::Cache::new(INSPECTIONS),
+            circles: future::Cache::new(CIRCLES),
+            optics: sync::Cache::new(OPTICS),
         }
     }
 
     /// Caches a new material.
-    pub fn insert_material(
+    pub async fn insert_material(
         &self,
         hash: GenomeHash,
         genome: Genome,
         program: Program,
     ) -> Arc<Material> {
         let material = Arc::new(Material { genome, program });
-        self.materials.insert(hash, material.clone());
+        self.materials.insert(hash, material.clone()).await;
         material
     }
 
@@ -178,19 +178,16 @@ impl Library {
     /// # Errors
     /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn material(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
-        if let Some(material) = self.materials.get(&hash) {
-            return Ok(material);
-        }
-        let stored = self.store.genome(hash).await?;
-        let material = tokio::task::spawn_blocking(move || -> Result<Material, ApiError> {
-            let genome = read_genome(hash, &stored)?;
-            let program = express(&genome);
-            Ok(Material { genome, program })
-        });
-        let material = material.await.map_err(|error| ApiError::internal(error.to_string()))??;
-        let material = Arc::new(material);
-        self.materials.insert(hash, material.clone());
-        Ok(material)
+        let read = async {
+            let stored = self.store.genome(hash).await?;
+            let read = tokio::task::spawn_blocking(move || {
+                let genome = read_genome(hash, &stored)?;
+                let program = express(&genome);
+                Ok(Arc::new(Material { genome, program }))
+            });
+            read.await.map_err(|error| ApiError::internal(error.to_string()))?
+        };
+        Ok(self.materials.try_get_with(hash, read).await?)
     }
 
     /// Returns the cached inspection of a genome.
@@ -219,17 +216,15 @@ impl Library {
     /// # Errors
     /// [`ApiError`] if the scene, its mesh or a light's file cannot be read.
     pub async fn light_circle(&self, id: SceneId) -> Result<Arc<LightOrbit>, ApiError> {
-        if let Some(circle) = self.circles.get(&id) {
-            return Ok(circle);
-        }
-        let known = self.scene(id).await?;
-        let mesh = self.scene_mesh(&known).await?;
-        let assets = lighting::load(&self.store, &known.scene).await?;
-        let trace = move || LightOrbit::trace(&mesh, &known.scene, &assets);
-        let traced = tokio::task::spawn_blocking(trace).await;
-        let circle = Arc::new(traced.map_err(|error| ApiError::internal(error.to_string()))?);
-        self.circles.insert(id, circle.clone());
-        Ok(circle)
+        let trace = async {
+            let known = self.scene(id).await?;
+            let mesh = self.scene_mesh(&known).await?;
+            let assets = lighting::load(&self.store, &known.scene).await?;
+            let trace = move || Arc::new(LightOrbit::trace(&mesh, &known.scene, &assets));
+            let traced = tokio::task::spawn_blocking(trace).await;
+            traced.map_err(|error| ApiError::internal(error.to_string()))
+        };
+        Ok(self.circles.try_get_with(id, trace).await?)
     }
 
     /// Returns a scene by its id.
@@ -237,17 +232,15 @@ impl Library {
     /// # Errors
     /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn scene(&self, id: SceneId) -> Result<Arc<KnownScene>, ApiError> {
-        if let Some(known) = self.scenes.get(&id) {
-            return Ok(known);
-        }
-        let json = self.store.scene(id).await?;
-        let scene: Scene = serde_json::from_str(&json).map_err(|error| {
-            ApiError::internal(format!("stored scene {id} cannot be read: {error}"))
-        })?;
-        let mesh = self.mesh(&scene).await?;
-        let known = Arc::new(KnownScene { scene, mesh });
-        self.scenes.insert(id, known.clone());
-        Ok(known)
+        let read = async {
+            let json = self.store.scene(id).await?;
+            let scene: Scene = serde_json::from_str(&json).map_err(|error| {
+                ApiError::internal(format!("stored scene {id} cannot be read: {error}"))
+            })?;
+            let mesh = self.mesh(&scene).await?;
+            Ok::<_, ApiError>(Arc::new(KnownScene { scene, mesh }))
+        };
+        Ok(self.scenes.try_get_with(id, read).await?)
     }
 
     /// Returns the source of a scene's mesh.
@@ -306,19 +299,17 @@ impl Library {
         let light = view.light_deg.map(f64::to_bits);
         let shape = (view.size_px, view.sampling, view.area);
         let key: FrameKey = (view.scene, light, shape, view.format, view.backend);
-        if let Some(framed) = self.frames.get(&key) {
-            return Ok(framed);
-        }
-        let known = self.scene(view.scene).await?;
-        let light_deg = view.light_deg.unwrap_or(known.scene.light_deg);
-        let scene = known.scene.with_light_deg(light_deg);
-        let options = (view.format, view.backend);
-        let frame = Frame::new(&scene, known.mesh, view.size_px, view.sampling, options);
-        let frame = frame.with_area(view.area);
-        let identity = frame.identity();
-        let framed = Arc::new(Framed { frame, identity, view, light_deg });
-        self.frames.insert(key, framed.clone());
-        Ok(framed)
+        let make = async {
+            let known = self.scene(view.scene).await?;
+            let light_deg = view.light_deg.unwrap_or(known.scene.light_deg);
+            let scene = known.scene.with_light_deg(light_deg);
+            let options = (view.format, view.backend);
+            let frame = Frame::new(&scene, known.mesh, view.size_px, view.sampling, options);
+            let frame = frame.with_area(view.area);
+            let identity = frame.identity();
+            Ok::<_, ApiError>(Arc::new(Framed { frame, identity, view, light_deg }))
+        };
+        Ok(self.frames.try_get_with(key, make).await?)
     }
 }
 

@@ -76,7 +76,8 @@ impl Brood {
                 attempts: child.attempts,
                 twin: child.twin,
             });
-            let material = app.library.insert_material(child.hash, child.genome, child.program);
+            let material =
+                app.library.insert_material(child.hash, child.genome, child.program).await;
             materials.push((key, id, material));
         }
         for row in &pictures {

@@ -58,7 +58,7 @@ pub async fn create(
             layers: genome.layers().iter().map(Model::kind).collect(),
         };
         app.store.put_genome(new).await?;
-        app.library.insert_material(hash, genome, program);
+        app.library.insert_material(hash, genome, program).await;
         let answer = GenomeAnswer { hash: hash.to_string() };
         attempt.store(&app.store, StatusCode::CREATED, &answer).await?;
         Ok(answer)

@@ -1,5 +1,7 @@
 //! Conversions of library errors to problems.
 
+use std::sync::Arc;
+
 use brood_genome::{JsonError, TextError};
 use brood_light::FieldError;
 use brood_mesh::ObjError;
@@ -21,6 +23,13 @@ impl From<StorageError> for ApiError {
             }
             other => Self::internal(other.to_string()),
         }
+    }
+}
+
+/// Error of a cache entry, shared by all requests that waited for it.
+impl From<Arc<ApiError>> for ApiError {
+    fn from(error: Arc<ApiError>) -> Self {
+        Self::clone(&error)
     }
 }
 

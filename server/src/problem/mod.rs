@@ -14,7 +14,7 @@ use brood_protocol::Problem;
 use http::{HeaderName, HeaderValue, StatusCode, header};
 
 /// Error of a request.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ApiError {
     answer: Box<Answer>,
 }
