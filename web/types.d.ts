@@ -100,7 +100,8 @@ export interface components {
         Camera: {
             /**
              * Format: double
-             * @description Distance from the centre; null frames the mesh.
+             * @description Distance from the centre. Default: frames the bounding sphere at scale 1 with a small
+             *     margin.
              */
             distance?: number | null;
             /**
@@ -110,7 +111,7 @@ export interface components {
              */
             fov_y_deg: number | null;
             /**
-             * @description Azimuth (0 is +z, 90 is +x) and elevation, degrees.
+             * @description Azimuth (0 is +z, 90 is +x) and elevation above the horizontal plane, degrees.
              * @default [
              *       30,
              *       20
@@ -136,7 +137,7 @@ export interface components {
              */
             target: number[] | null;
             /**
-             * @description Up direction of the picture.
+             * @description Up direction of the picture, of any length.
              * @default [
              *       0,
              *       1,
@@ -147,7 +148,7 @@ export interface components {
         } | {
             /**
              * Format: double
-             * @description Half the height of the view.
+             * @description Half the height of the view, in world units.
              */
             orthographic: number;
         };
@@ -748,91 +749,97 @@ export interface components {
         /** @description A light; the kind tells which fields it has. Lengths are metres. */
         Light: {
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
-            /** @description Radiant intensity, W/sr; null gives irradiance pi at the centre of the mesh. */
-            intensity?: (number | number[]) | null;
-            /** @description Luminous intensity, cd. */
-            intensity_cd?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
+            /** @description Radiant intensity, W/sr; of a profile or cone the largest. */
+            intensity?: number | number[] | null;
+            /** @description Luminous intensity, cd; of a profile or cone the largest. */
+            intensity_cd?: number | number[] | null;
             /** @enum {string} */
             kind?: "point";
-            /** @description Position; null places it relative to the mesh. */
+            /**
+             * @description World position. Default: right of and above the default camera, four bounding-sphere radii
+             *     from the centre of the mesh.
+             */
             position?: number[] | null;
         } | {
-            /** @description Direction of travel; null comes from the default position of a point light. */
+            /** @description Direction of travel, of any length. Default: from the default position of a point light. */
             direction?: number[] | null;
             /** @description Illuminance at normal incidence, lx. */
-            illuminance_lx?: (number | number[]) | null;
-            /** @description Irradiance at normal incidence, W/m2; null is pi. */
-            irradiance_w_m2?: (number | number[]) | null;
+            illuminance_lx?: number | number[] | null;
+            /** @description Irradiance at normal incidence, W/m2. */
+            irradiance_w_m2?: number | number[] | null;
             /** @enum {string} */
             kind: "directional";
         } | {
-            /** @description Axis of the cone; null points at the centre of the mesh. */
+            /** @description Axis of the cone, of any length. Default: towards the centre of the mesh. */
             axis?: number[] | null;
             /**
              * Format: double
-             * @description Half angle of the outer cone, degrees; the intensity falls linearly in the cosine.
+             * @description Half angle of the outer cone, degrees. Between both the intensity is linear in the cosine.
              * @default 15
              */
             falloff_deg: number | null;
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
             /**
              * Format: double
              * @description Half angle of the cone of full intensity, degrees.
              * @default 10
              */
             hotspot_deg: number | null;
-            /**
-             * @description Radiant intensity on the axis, W/sr; null gives irradiance pi at the distance of the mesh's
-             *     centre.
-             */
-            intensity?: (number | number[]) | null;
-            /** @description Luminous intensity on the axis, cd. */
-            intensity_cd?: (number | number[]) | null;
+            /** @description Radiant intensity, W/sr; of a profile or cone the largest. */
+            intensity?: number | number[] | null;
+            /** @description Luminous intensity, cd; of a profile or cone the largest. */
+            intensity_cd?: number | number[] | null;
             /** @enum {string} */
             kind: "spot";
-            /** @description Position; null places it relative to the mesh. */
+            /** @description World position. Default: that of a point light. */
             position?: number[] | null;
         } | {
-            /** @description Direction of the profile's nadir or aim; null points at the centre of the mesh. */
+            /**
+             * @description Direction of the profile's nadir (types A and B: of its aim), of any length. Default:
+             *     towards the centre of the mesh.
+             */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
-            /** @description Peak radiant intensity, W/sr; null uses the file's values. */
-            intensity?: (number | number[]) | null;
-            /** @description Peak luminous intensity, cd. */
-            intensity_cd?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
+            /** @description Radiant intensity, W/sr; of a profile or cone the largest. */
+            intensity?: number | number[] | null;
+            /** @description Luminous intensity, cd; of a profile or cone the largest. */
+            intensity_cd?: number | number[] | null;
             /** @enum {string} */
             kind: "ies";
-            /** @description Position; null places it relative to the mesh. */
+            /** @description World position. Default: that of a point light. */
             position?: number[] | null;
-            /** @description Id of the uploaded profile. */
+            /** @description Name of the profile among the assets: the id of the uploaded file. */
             profile: string;
-            /** @description Direction of the profile's 90 degrees (type C) or up (types A and B). */
+            /**
+             * @description Direction of the profile's 90 degrees (type C) or up (types A and B), of any length. If it
+             *     is omitted or along the axis: up, or away from the default camera for a vertical axis.
+             */
             up?: number[] | null;
         } | {
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
             /** @enum {string} */
             kind: "sphere";
             /** @description Luminance, cd/m2. */
-            luminance_nit?: (number | number[]) | null;
-            /** @description Centre; null places it relative to the mesh. */
+            luminance_nit?: number | number[] | null;
+            /** @description World position of the centre. Default: that of a point light. */
             position?: number[] | null;
-            /** @description Radiance, W/(m2 sr); null gives irradiance pi at the centre of the mesh. */
-            radiance_w_m2_sr?: (number | number[]) | null;
+            /** @description Radiance, W/(m2 sr). */
+            radiance_w_m2_sr?: number | number[] | null;
             /**
              * Format: double
-             * @description Radius; null is half the radius of the mesh.
+             * @description Radius. Default: half the radius of the mesh.
              */
             radius?: number | null;
             /**
@@ -842,26 +849,23 @@ export interface components {
              */
             samples: number | null;
         } | {
-            /** @description Emission axis; null points at the centre of the mesh. */
+            /** @description Emission axis, of any length. Default: towards the centre of the mesh. */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
             /** @enum {string} */
             kind: "disk";
             /** @description Luminance, cd/m2. */
-            luminance_nit?: (number | number[]) | null;
-            /** @description Centre; null places it relative to the mesh. */
+            luminance_nit?: number | number[] | null;
+            /** @description World position of the centre. Default: that of a point light. */
             position?: number[] | null;
-            /**
-             * @description Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
-             *     centre.
-             */
-            radiance_w_m2_sr?: (number | number[]) | null;
+            /** @description Radiance, W/(m2 sr). */
+            radiance_w_m2_sr?: number | number[] | null;
             /**
              * Format: double
-             * @description Radius; null is half the radius of the mesh.
+             * @description Radius. Default: half the radius of the mesh.
              */
             radius?: number | null;
             /**
@@ -871,43 +875,46 @@ export interface components {
              */
             samples: number | null;
         } | {
-            /** @description Emission axis; null points at the centre of the mesh. */
+            /** @description Emission axis, of any length. Default: towards the centre of the mesh. */
             axis?: number[] | null;
             /** @description Luminous flux, lm. */
-            flux_lm?: (number | number[]) | null;
+            flux_lm?: number | number[] | null;
             /** @description Radiant flux, W. */
-            flux_w?: (number | number[]) | null;
+            flux_w?: number | number[] | null;
             /**
              * Format: double
-             * @description Height; null is the radius of the mesh.
+             * @description Height. Default: the radius of the mesh.
              */
             height?: number | null;
             /** @enum {string} */
             kind: "rectangle";
             /** @description Luminance, cd/m2. */
-            luminance_nit?: (number | number[]) | null;
-            /** @description Centre; null places it relative to the mesh. */
+            luminance_nit?: number | number[] | null;
+            /** @description World position of the centre. Default: that of a point light. */
             position?: number[] | null;
-            /**
-             * @description Radiance, W/(m2 sr); null gives irradiance pi on the axis at the distance of the mesh's
-             *     centre.
-             */
-            radiance_w_m2_sr?: (number | number[]) | null;
+            /** @description Radiance, W/(m2 sr). */
+            radiance_w_m2_sr?: number | number[] | null;
             /**
              * Format: int32
              * @description Samples per shading point.
              * @default 16
              */
             samples: number | null;
-            /** @description Direction of the height. */
+            /**
+             * @description Direction of the height, of any length. If it is omitted or along the axis: up, or away from
+             *     the default camera for a vertical axis.
+             */
             up?: number[] | null;
             /**
              * Format: double
-             * @description Width; null is the radius of the mesh.
+             * @description Width. Default: the radius of the mesh.
              */
             width?: number | null;
         } | {
-            /** @description Id of the uploaded picture: equirectangular, its middle towards -z. */
+            /**
+             * @description Name of the picture among the assets, the id of the uploaded file. Equirectangular: upper
+             *     edge +y, middle -z, +x a quarter of the width to the right of the middle.
+             */
             image: string;
             /** @enum {string} */
             kind: "environment";
@@ -923,15 +930,15 @@ export interface components {
              * @default 64
              */
             samples: number | null;
-            /** @description Factor from pixel values to radiance, W/(m2 sr); default 1. */
-            scale?: (number | number[]) | null;
+            /** @description Factor from pixel values to radiance in W/(m2 sr): for red, green and blue, or one number for all. Default: 1. */
+            scale?: number | number[] | null;
         } | {
             /** @enum {string} */
             kind: "ambient";
             /** @description Luminance, cd/m2. */
-            luminance_nit?: (number | number[]) | null;
-            /** @description Radiance, W/(m2 sr); null is 1. */
-            radiance_w_m2_sr?: (number | number[]) | null;
+            luminance_nit?: number | number[] | null;
+            /** @description Radiance, W/(m2 sr). */
+            radiance_w_m2_sr?: number | number[] | null;
             /**
              * Format: int32
              * @description Samples per shading point.

@@ -14,6 +14,7 @@ import { loadSetting, saveSetting } from "../page/memory.js";
 import { clearProblems, guarded, showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { extentOf } from "./extents.js";
+import { LIGHT_KINDS } from "./light_kind.js";
 import { sceneStore } from "./store.js";
 
 /** Meshes that the server generates. */
@@ -152,8 +153,6 @@ const FILES = { ies: api.createProfile, environment: api.createEnvironment };
  * seconds.
  */
 const SKY_SAMPLES = 16;
-/** Kinds of light that have a position. */
-const PLACED = ["point", "spot", "ies", "sphere", "disk", "rectangle"];
 
 /**
  * Replaces the first light. Keeps its position, and takes the default strength of the new kind.
@@ -162,7 +161,8 @@ const PLACED = ["point", "spot", "ies", "sphere", "disk", "rectangle"];
  */
 const setLight = (kind, more) =>
   changeScene("light", ({ lights: [first, ...others] = [] }) => {
-    const position = PLACED.includes(kind) && first?.position ? { position: first.position } : {};
+    const { isPlaced } = LIGHT_KINDS[kind];
+    const position = isPlaced && first?.position ? { position: first.position } : {};
     return { lights: [{ kind, ...position, ...more }, ...others] };
   });
 

@@ -9,6 +9,7 @@
  * @import { Extent } from "../live/camera.js"
  * @import { Channels, Light, Vec3 } from "../model.js"
  */
+import { LIGHT_KINDS } from "./light_kind.js";
 
 /** Distance in radii of a light without a position. */
 const PLACED_RADII = 4;
@@ -53,28 +54,12 @@ const STRENGTHS = [
 ];
 
 /**
- * Field that the controls adjust, by kind. Lights with an area are not adjusted, because their
- * strength depends on their size.
- */
-const ADJUSTED = /** @type {const} */ ({
-  point: "intensity",
-  spot: "intensity",
-  ies: "intensity",
-  directional: "irradiance_w_m2",
-  ambient: "radiance_w_m2_sr",
-  environment: "scale",
-  sphere: null,
-  disk: null,
-  rectangle: null,
-});
-
-/**
  * Field that the controls adjust; null if there is none or the scene gives the strength in another
  * field.
  * @param {Light} light
  */
 export function strengthField(light) {
-  const field = ADJUSTED[light.kind ?? "point"];
+  const field = LIGHT_KINDS[light.kind ?? "point"].adjusted;
   const given = Object.entries(light).filter(
     ([name, value]) => value !== null && STRENGTHS.includes(name),
   );

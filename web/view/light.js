@@ -11,6 +11,7 @@ import { liveStore } from "../live/store.js";
 import { chooseLight, lightByFile, setShadows } from "../scene/edit.js";
 import { NEUTRAL } from "../scene/light_color.js";
 import { commitLight, dragLight } from "../scene/light_controls.js";
+import { LIGHT_KINDS } from "../scene/light_kind.js";
 import { sceneStore } from "../scene/store.js";
 import { Colour, Slider, Switch } from "./control.js";
 import { html } from "./html.js";
@@ -88,24 +89,10 @@ function Circle() {
   `;
 }
 
-/** @type {{kind: import("../model.js").LightKind, name: string}[]} */
-const KINDS = [
-  { kind: "point", name: "point" },
-  { kind: "directional", name: "directional" },
-  { kind: "spot", name: "spot" },
-  { kind: "sphere", name: "sphere" },
-  { kind: "disk", name: "disk" },
-  { kind: "rectangle", name: "rectangle" },
-  { kind: "ambient", name: "ambient" },
-];
-/**
- * Kinds of light that need a file.
- * @type {{kind: "ies"|"environment", name: string, accept: string}[]}
- */
-const FROM_FILES = [
-  { kind: "ies", name: "IES profile…", accept: ".ies,.IES" },
-  { kind: "environment", name: "environment…", accept: ".hdr,.exr" },
-];
+/** Kinds of light that need no file. */
+const KINDS = /** @type {import("../model.js").LightKind[]} */ (Object.keys(LIGHT_KINDS)).filter((kind) => !LIGHT_KINDS[kind].accept);
+/** Kinds of light that need a file. @type {("ies"|"environment")[]} */
+const FROM_FILES = ["ies", "environment"];
 
 /** @param {"ies"|"environment"} kind @param {Event} event */
 function readFile(kind, event) {
@@ -120,21 +107,20 @@ function Kind() {
   const scene = sceneStore.editedScene.value;
   const kind = scene?.lights?.[0]?.kind ?? "point";
   const others = (scene?.lights?.length ?? 1) - 1;
-  const file = FROM_FILES.find((one) => one.kind === kind);
   return html`
     <div class="row">
       <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene}
         onChange=${(/** @type {Event} */ event) => chooseLight(/** @type {import("../model.js").LightKind} */ (/** @type {HTMLSelectElement} */ (event.target).value))}>
-        ${KINDS.map((one) => html`<option key=${one.kind} value=${one.kind} selected=${one.kind === kind}>${one.name}</option>`)}
-        ${file && html`<option value=${kind} selected>${file.name.replace("…", "")}</option>`}
+        ${KINDS.map((one) => html`<option key=${one} value=${one} selected=${one === kind}>${LIGHT_KINDS[one].name}</option>`)}
+        ${LIGHT_KINDS[kind].accept && html`<option value=${kind} selected>${LIGHT_KINDS[kind].name}</option>`}
       </select>
       <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} onInput=${setShadows} title="Objects cast shadows" />
     </div>
     <div class="row">
       ${FROM_FILES.map((one) => html`
-        <label key=${one.kind} class="button">
-          <input type="file" accept=${one.accept} data-testid=${`light-${one.kind}`} aria-label=${one.name.replace("…", "")} disabled=${!scene} onChange=${(/** @type {Event} */ event) => readFile(one.kind, event)} />
-          <span>${one.name}</span>
+        <label key=${one} class="button">
+          <input type="file" accept=${LIGHT_KINDS[one].accept} data-testid=${`light-${one}`} aria-label=${LIGHT_KINDS[one].name} disabled=${!scene} onChange=${(/** @type {Event} */ event) => readFile(one, event)} />
+          <span>${LIGHT_KINDS[one].name}…</span>
         </label>
       `)}
     </div>

@@ -9,7 +9,7 @@ use brood_genome::Genome;
 use brood_light::Light;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{Camera, Scene};
+use brood_scene::{Camera, OrthographicCamera, Scene};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -116,7 +116,7 @@ fn lambert() -> Result<Program> {
 fn scene() -> Scene {
     let position = DVec3::new(1.0, 1.0, 2f64.sqrt()).normalize() * LIGHT_DISTANCE;
     Scene {
-        camera: Camera::Orthographic { orthographic: HALF },
+        camera: Camera::Orthographic(OrthographicCamera { orthographic: HALF }),
         lights: vec![Light::point_at(position.to_array())],
         ..Scene::default()
     }

@@ -12,7 +12,7 @@ use brood_genome::{BirthKey, Operator, Stream};
 use brood_light::Light;
 use brood_mesh::{ObjLimits, parse_obj};
 use brood_program::Program;
-use brood_scene::{Camera, SampleSet, Sampling, Scene};
+use brood_scene::{Camera, LookAtCamera, SampleSet, Sampling, Scene};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -159,12 +159,12 @@ impl Meshes {
 fn scenes(at: f64, size: f64) -> Vec<Scene> {
     let light =
         |x: f64, y: f64, z: f64| Light::point_at([at + size * x, at + size * y, at + size * z]);
-    let close = Camera::LookAt {
+    let close = Camera::LookAt(LookAtCamera {
         eye: [at + 1.2 * size, at, at],
         target: [at, at, at],
         up: [0.0, 1.0, 0.0],
         fov_y_deg: 90.0,
-    };
+    });
     vec![
         Scene::default(),
         Scene { lights: vec![light(-3.0, 0.0, 0.0), light(0.0, -1.01, 0.0)], ..Scene::default() },

@@ -15,7 +15,7 @@ use brood_genome::{BirthKey, Dialect, Genome, Variation};
 use brood_light::{DirectionalLight, Light};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{Camera, Exposure, PixelArea, SampleSet, Sampling, Scene};
+use brood_scene::{Camera, Exposure, OrthographicCamera, PixelArea, SampleSet, Sampling, Scene};
 
 const MODES: [Sampling; 5] = [
     Sampling::Fixed(1),
@@ -57,7 +57,7 @@ fn main() {
 fn lambert_scene() -> Scene {
     let direction = Some([-0.5, -0.5, -std::f64::consts::FRAC_1_SQRT_2]);
     let mut scene = Scene {
-        camera: Camera::Orthographic { orthographic: 1.05 },
+        camera: Camera::Orthographic(OrthographicCamera { orthographic: 1.05 }),
         lights: vec![Light::Directional(DirectionalLight { direction, strength: None })],
         ..Scene::default()
     };

@@ -7,9 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::environment::EnvironmentMap;
-use crate::field::FieldError;
 use crate::ies::IesProfile;
-use crate::light::Light;
 
 /// IES profiles and environment maps by the names used in scenes.
 #[derive(Debug, Clone, Default)]
@@ -50,29 +48,6 @@ impl LightAssets {
         self.environments.get(name)
     }
 
-    /// Checks that every asset that the lights of a scene refer to is present. A light whose asset
-    /// is missing emits nothing.
-    ///
-    /// # Errors
-    /// Returns [`FieldError`] for the first light whose asset is missing.
-    pub fn check(&self, lights: &[Light]) -> Result<(), FieldError> {
-        for (index, light) in lights.iter().enumerate() {
-            let Some(asset) = light.asset() else { continue };
-            let (field, known) = match asset {
-                AssetRef::Profile(name) => ("profile", self.profiles.contains_key(name)),
-                AssetRef::Environment(name) => ("image", self.environments.contains_key(name)),
-            };
-            if !known {
-                let pointer = format!("/lights/{index}/{field}");
-                return Err(FieldError {
-                    pointer,
-                    reason: "names an asset that does not exist".to_owned(),
-                });
-            }
-        }
-        Ok(())
-    }
-
     /// True if both hold the same `Arc`s under the same names, which implies equal content hashes.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
@@ -107,39 +82,17 @@ impl LightAssets {
     }
 }
 
-impl Light {
-    /// Asset that the light refers to, if its kind uses one.
-    #[must_use]
-    pub fn asset(&self) -> Option<AssetRef<'_>> {
-        match self {
-            Self::Ies(light) => Some(AssetRef::Profile(&light.profile)),
-            Self::Environment(light) => Some(AssetRef::Environment(&light.image)),
-            Self::Point(_)
-            | Self::Directional(_)
-            | Self::Spot(_)
-            | Self::Sphere(_)
-            | Self::Disk(_)
-            | Self::Rectangle(_)
-            | Self::Ambient(_) => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn check_returns_the_pointer_when_an_asset_is_missing() {
-        let json = r#"[{}, {"kind": "ies", "profile": "a.ies"}]"#;
-        let lights: Vec<Light> = serde_json::from_str(json).unwrap();
+    fn content_hash_changes_when_an_asset_is_added() {
         let mut assets = LightAssets::default();
-        assert_eq!(assets.check(&lights).unwrap_err().pointer, "/lights/1/profile");
-        assert_eq!(assets.check(&lights[..1]), Ok(()));
         let empty = assets.content_hash();
         let text = b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
         assets.insert_profile("a.ies", Arc::new(IesProfile::parse(text).unwrap()));
-        assert_eq!(assets.check(&lights), Ok(()));
         assert_ne!(assets.content_hash(), empty);
+        assert!(assets.profile("a.ies").is_some() && assets.environment("a.ies").is_none());
     }
 }

@@ -1,48 +1,170 @@
-//! Lights of a scene: parameters of each kind and their JSON form. The sample set samples them.
+//! Lights of a scene: the list of kinds, and what is the same for all of them.
+//!
+//! Each kind has a file in `light/` with its description, its ranges and its sampling. In JSON a
+//! light is an object with a `kind` and the fields of that kind.
 
-mod area;
-mod distant;
+mod ambient;
+mod directional;
+mod disk;
+mod environment;
+mod ies;
 mod json;
+mod kind;
 mod point;
-#[cfg(feature = "schema")]
+mod rectangle;
 mod schema;
+mod sphere;
+mod spot;
 mod strength;
+mod surface;
 #[cfg(test)]
 mod tests;
-mod validate;
 
-use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
-pub use area::{AREA_SAMPLES, DiskLight, RectangleLight, SphereLight};
-pub use distant::{AmbientLight, DirectionalLight, ENVIRONMENT_SAMPLES, EnvironmentLight};
-pub use point::{IesLight, PointLight, SpotLight};
-pub(crate) use strength::Measure;
+use glam::DVec3;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::openapi::{OneOfBuilder, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+pub use ambient::AmbientLight;
+pub use directional::DirectionalLight;
+pub use disk::DiskLight;
+pub use environment::{ENVIRONMENT_SAMPLES, EnvironmentLight};
+pub use ies::IesLight;
+pub(crate) use kind::Draw;
+pub use point::PointLight;
+pub use rectangle::RectangleLight;
+pub use sphere::SphereLight;
+pub use spot::SpotLight;
 pub use strength::{Quantity, Strength};
+pub use surface::AREA_SAMPLES;
 
-/// Light of a scene. In JSON an object with a `kind`. World units are metres.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-// The derived form serves formats without field names; JSON has its own form.
-#[serde(remote = "Self")]
-pub enum Light {
-    /// Isotropic point light.
-    Point(PointLight),
-    /// Parallel light.
-    Directional(DirectionalLight),
-    /// Point light restricted to a cone.
-    Spot(SpotLight),
-    /// Point light with a photometric profile.
-    Ies(IesLight),
-    /// Emitting ball.
-    Sphere(SphereLight),
-    /// Disk that emits from its front.
-    Disk(DiskLight),
-    /// Rectangle that emits from its front.
-    Rectangle(RectangleLight),
-    /// Equirectangular environment.
-    Environment(EnvironmentLight),
-    /// Uniform radiance from every direction.
-    Ambient(AmbientLight),
+use crate::assets::{AssetRef, LightAssets};
+use crate::field::FieldError;
+use crate::sampler::placement::LightPlacement;
+use crate::sampler::sample::{LightSample, Receiver};
+use kind::{At, Kind, Source};
+
+/// Defines [`Light`] and [`LightSource`] by the list of kinds.
+macro_rules! kinds {
+    ($($kind:literal: $variant:ident($light:ident),)*) => {
+        /// A light; the kind decides which fields it has. World units are metres.
+        #[derive(Debug, Clone, PartialEq, Serialize)]
+        #[serde(tag = "kind")]
+        pub enum Light {
+            $(#[doc = concat!("`", $kind, "`")] #[serde(rename = $kind)] $variant($light),)*
+        }
+
+        /// Light in the unit frame, prepared for sampling.
+        #[derive(Debug)]
+        pub(crate) enum LightSource {
+            $($variant(<$light as Kind>::Source),)*
+        }
+
+        impl Light {
+            const KINDS: &[&str] = &[$($kind),*];
+
+            /// Returns the kind in JSON.
+            #[must_use]
+            pub fn kind(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $kind,)* }
+            }
+
+            /// Returns the largest number of samples at one shading point.
+            #[must_use]
+            pub fn samples(&self) -> u32 {
+                match self { $(Self::$variant(light) => light.samples(),)* }
+            }
+
+            /// Returns the asset that the light refers to, if its kind uses one.
+            #[must_use]
+            pub fn asset(&self) -> Option<AssetRef<'_>> {
+                match self { $(Self::$variant(light) => light.asset(),)* }
+            }
+
+            /// Checks every field; `pointer` is the JSON pointer of the light.
+            ///
+            /// # Errors
+            /// Returns the first field out of its range, in the order of the description.
+            pub fn validate(&self, pointer: &str) -> Result<(), FieldError> {
+                match self { $(Self::$variant(light) => light.check(&At(pointer)),)* }
+            }
+
+            /// Prepares the light for sampling; `None` if its asset is missing.
+            pub(crate) fn source(
+                &self,
+                placement: &LightPlacement<'_>,
+                assets: &LightAssets,
+            ) -> Option<LightSource> {
+                match self {
+                    $(Self::$variant(light) => {
+                        light.source(placement, assets).map(LightSource::$variant)
+                    })*
+                }
+            }
+
+            fn read(object: json::LightObject) -> Result<Self, String> {
+                match object.kind.as_str() {
+                    $($kind => object.fields().map(Self::$variant),)*
+                    _ => Err(object.unknown_kind(Self::KINDS)),
+                }
+            }
+
+            fn schemas() -> Vec<Schema> {
+                vec![$(schema::light::<$light>($kind, DEFAULT_KIND),)*]
+            }
+        }
+
+        impl LightSource {
+            /// Calls `put` with the index of each sample and the sample.
+            pub fn for_each_sample(
+                &self,
+                receiver: &Receiver,
+                draw: &Draw,
+                put: impl FnMut(u32, LightSample),
+            ) {
+                match self {
+                    $(Self::$variant(source) => source.for_each_sample(receiver, draw, put),)*
+                }
+            }
+
+            /// True for extended lights.
+            pub fn is_soft(&self) -> bool {
+                match self { $(Self::$variant(_) => <$light as Kind>::Source::IS_SOFT,)* }
+            }
+
+            /// Returns the approximate irradiance of an extended light without occlusion, in the
+            /// brightest channel; 0 for other lights.
+            pub fn unoccluded_irradiance(&self, position: DVec3, n: DVec3) -> f64 {
+                match self {
+                    $(Self::$variant(source) => source.unoccluded_irradiance(position, n),)*
+                }
+            }
+
+            /// Returns the approximate maximum of the irradiance at the centre of the mesh.
+            pub fn reference_irradiance(&self) -> Option<[f64; 3]> {
+                match self { $(Self::$variant(source) => source.reference_irradiance(),)* }
+            }
+        }
+    };
 }
+
+kinds! {
+    "point": Point(PointLight),
+    "directional": Directional(DirectionalLight),
+    "spot": Spot(SpotLight),
+    "ies": Ies(IesLight),
+    "sphere": Sphere(SphereLight),
+    "disk": Disk(DiskLight),
+    "rectangle": Rectangle(RectangleLight),
+    "environment": Environment(EnvironmentLight),
+    "ambient": Ambient(AmbientLight),
+}
+
+/// Kind of a light that names none.
+const DEFAULT_KIND: &str = "point";
 
 impl Light {
     /// Returns a point light at a position with irradiance pi at the centre of the mesh.
@@ -50,39 +172,32 @@ impl Light {
     pub fn point_at(position: [f64; 3]) -> Self {
         Self::Point(PointLight { position: Some(position), strength: None })
     }
-
-    /// Returns the largest number of samples at one shading point.
-    #[must_use]
-    pub fn samples(&self) -> u32 {
-        match self {
-            Self::Point(_) | Self::Directional(_) | Self::Spot(_) | Self::Ies(_) => 1,
-            Self::Sphere(light) => light.samples,
-            Self::Disk(light) => light.samples,
-            Self::Rectangle(light) => light.samples,
-            Self::Environment(light) => light.samples,
-            Self::Ambient(light) => light.samples,
-        }
-    }
-
-    /// Returns the kind in JSON.
-    #[must_use]
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Point(_) => "point",
-            Self::Directional(_) => "directional",
-            Self::Spot(_) => "spot",
-            Self::Ies(_) => "ies",
-            Self::Sphere(_) => "sphere",
-            Self::Disk(_) => "disk",
-            Self::Rectangle(_) => "rectangle",
-            Self::Environment(_) => "environment",
-            Self::Ambient(_) => "ambient",
-        }
-    }
 }
 
 impl Default for Light {
     fn default() -> Self {
         Self::Point(PointLight::default())
+    }
+}
+
+impl<'de> Deserialize<'de> for Light {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = json::LightObject::read(deserializer, DEFAULT_KIND)?;
+        Self::read(object).map_err(D::Error::custom)
+    }
+}
+
+impl PartialSchema for Light {
+    fn schema() -> RefOr<Schema> {
+        let text = "A light; the kind tells which fields it has. Lengths are metres.";
+        let items = OneOfBuilder::new().description(Some(text));
+        let items = Self::schemas().into_iter().fold(items, OneOfBuilder::item);
+        RefOr::T(Schema::OneOf(items.build()))
+    }
+}
+
+impl ToSchema for Light {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Light")
     }
 }

@@ -19,6 +19,7 @@ pub(crate) struct SamplePoints {
 
 impl SamplePoints {
     /// Points for the light of that index in the scene.
+    #[inline]
     pub fn new(seed: u64, light: usize) -> Self {
         let bits = mix(seed ^ mix(light as u64 + 1));
         // One half of the hash per dimension.

@@ -1,31 +1,28 @@
 //! Scene description: mesh, camera, lights and film, with a default for every field.
 //!
-//! Owns the JSON form, a binary form for formats that are not self-describing, and validation. Does
-//! not trace rays; the sample set does.
+//! Owns the JSON form, the only serialised form, and validation. Does not trace rays; the sample
+//! set does.
 
 mod camera;
 mod film;
 mod mesh_ref;
 mod normals;
-#[cfg(feature = "schema")]
-mod schema;
 #[cfg(test)]
 mod tests;
 mod validate;
 
 use brood_light::Light;
-use serde::ser::SerializeStruct;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-pub use camera::Camera;
-pub use film::{Exposure, Film, Tone};
+pub use camera::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
+pub use film::{EV_MAX, Exposure, Film, Tone};
 pub use mesh_ref::MeshRef;
 pub use normals::Normals;
-pub use validate::{EV_MAX, LIGHT_SAMPLES_MAX, LIGHTS_MAX};
+pub use validate::{LIGHT_SAMPLES_MAX, LIGHTS_MAX};
 
 /// Mesh, camera, lights and film of a picture. The world is right-handed with y up.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     /// Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
@@ -43,10 +40,18 @@ pub struct Scene {
     /// Position on the light orbit, in degrees: all lights are rotated by this angle about the
     /// vertical axis through the centre of the mesh, from +z towards +x.
     pub light_deg: f64,
+    // Picture keys hash the JSON, so fields added later are written only if they differ from their
+    // default.
     /// True if the mesh casts shadows.
+    #[serde(skip_serializing_if = "is_default")]
     pub shadows: bool,
     /// Meaning of the vertex normals.
+    #[serde(skip_serializing_if = "is_default")]
     pub normals: Normals,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl Default for Scene {
@@ -82,34 +87,5 @@ impl Scene {
     #[must_use]
     pub fn light_samples(&self) -> u32 {
         self.lights.iter().map(Light::samples).sum()
-    }
-}
-
-impl Serialize for Scene {
-    /// Picture keys hash this JSON, so fields added later are written only if they differ from
-    /// their default.
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let all = !serializer.is_human_readable();
-        let (shadows, normals) = (self.shadows || all, self.normals != Normals::default() || all);
-        let fields = 7 + usize::from(shadows) + usize::from(normals);
-        let mut out = serializer.serialize_struct("Scene", fields)?;
-        out.serialize_field("mesh", &self.mesh)?;
-        out.serialize_field("rotation_deg", &self.rotation_deg)?;
-        out.serialize_field("scale", &self.scale)?;
-        out.serialize_field("camera", &self.camera)?;
-        out.serialize_field("lights", &self.lights)?;
-        out.serialize_field("film", &self.film)?;
-        out.serialize_field("light_deg", &self.light_deg)?;
-        if shadows {
-            out.serialize_field("shadows", &self.shadows)?;
-        } else {
-            out.skip_field("shadows")?;
-        }
-        if normals {
-            out.serialize_field("normals", &self.normals)?;
-        } else {
-            out.skip_field("normals")?;
-        }
-        out.end()
     }
 }

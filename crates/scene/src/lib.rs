@@ -20,7 +20,8 @@ mod description;
 mod sample_set;
 
 pub use description::{
-    Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, MeshRef, Normals, Scene, Tone,
+    Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
+    OrbitCamera, OrthographicCamera, Scene, Tone,
 };
 pub use sample_set::{
     ImageLayout, PixelArea, PixelAreaError, PixelRun, PixelSpan, Raster, SampleCounts, SampleSet,

@@ -7,9 +7,9 @@ use http::Request;
 use serde::de::DeserializeOwned;
 
 use super::read_upload;
-use super::strict::{check, pointer, pointer_step, syntax_error};
+use super::strict::{check, located, pointer, pointer_step};
 use crate::limit;
-use crate::problem::ApiError;
+use crate::problem::{ApiError, quote};
 
 /// JSON body and its bytes.
 #[derive(Debug)]
@@ -58,13 +58,19 @@ pub fn parse_value<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, 
 fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
     let mut pointer = pointer(error.path());
     let message = error.inner().to_string();
+    // The fields of a light are parsed when its kind is known. Their errors begin with a pointer.
+    let split = message.split_once(": ").filter(|(field, _)| field.starts_with('/'));
+    if let Some((field, words)) = split {
+        pointer.extend(field.split('/').skip(1).map(|step| format!("/{}", quote(step))));
+        return located(words, error.inner()).at(pointer);
+    }
     if let Some(name) = unknown_field(&message) {
         let name = format!("/{}", pointer_step(name));
         if !pointer.ends_with(&name) {
             pointer.push_str(&name);
         }
     }
-    syntax_error(error.inner()).at(pointer)
+    located(&message, error.inner()).at(pointer)
 }
 
 fn unknown_field(message: &str) -> Option<&str> {
@@ -76,6 +82,7 @@ fn unknown_field(message: &str) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use brood_protocol::Breed;
+    use brood_scene::Scene;
 
     use super::*;
 
@@ -95,6 +102,25 @@ mod tests {
         assert_eq!(pointer(r#"{"curation": "best"}"#), "/curation");
         assert_eq!(pointer(r#"{"count": 1, "count": 1}"#), "/count");
         assert_eq!(pointer("[]"), "");
+    }
+
+    #[test]
+    fn parse_points_at_the_field_of_a_light() {
+        let refused = |light: &str| {
+            let scene = format!(r#"{{"lights": [{{}}, {light}]}}"#);
+            let error = parse_json::<Scene>(scene.as_bytes()).unwrap_err();
+            let problem = error.problem();
+            (problem.pointer.clone().unwrap(), problem.detail.clone())
+        };
+        let (pointer, words) = refused(r#"{"position": [0, "x", 0]}"#);
+        assert_eq!(pointer, "/lights/1/position/1");
+        assert!(words.contains("expected f64") && !words.contains("/position"), "{words}");
+        assert_eq!(refused(r#"{"kind": "laser"}"#).0, "/lights/1/kind");
+        assert_eq!(refused(r#"{"flux_w": [1], "kind": "spot"}"#).0, "/lights/1/flux_w");
+        let (pointer, words) = refused(r#"{"hotspot_deg": 5}"#);
+        assert_eq!(pointer, "/lights/1/hotspot_deg");
+        assert!(words.contains("a light of kind point has no field"), "{words}");
+        assert_eq!(refused("7").0, "/lights/1");
     }
 
     #[test]

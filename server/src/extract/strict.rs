@@ -22,7 +22,7 @@ pub fn check(bytes: &[u8]) -> Result<(), ApiError> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let tracked = serde_path_to_error::Deserializer::new(&mut json, &mut track);
     let walked = Value { depth: 0 }.deserialize(tracked).and_then(|()| json.end());
-    walked.map_err(|error| syntax_error(&error).at(pointer(&track.path())))
+    walked.map_err(|error| located(&error.to_string(), &error).at(pointer(&track.path())))
 }
 
 /// Returns a path as a JSON pointer.
@@ -40,9 +40,9 @@ pub fn pointer_step(key: &str) -> String {
     quote(key).replace('~', "~0").replace('/', "~1")
 }
 
-/// Converts a serde error, with its line and column if it has them.
-pub fn syntax_error(error: &serde_json::Error) -> ApiError {
-    let words = ApiError::bad_json(serde_words(&error.to_string()));
+/// Converts the message of a serde error, with the error's line and column if it has them.
+pub fn located(message: &str, error: &serde_json::Error) -> ApiError {
+    let words = ApiError::bad_json(serde_words(message));
     let place = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     if error.line() == 0 {
         return words;

@@ -1,73 +1,104 @@
-//! Lights at a point, with inverse-square fall-off.
+//! Isotropic point light.
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-use super::strength::{Quantity, Strength};
+use super::kind::{At, Draw, Kind, Source};
+use super::strength::{FromPoint, Group, Measure, Strength};
+use crate::assets::LightAssets;
+use crate::field::FieldError;
+use crate::sampler::placement::LightPlacement;
+use crate::sampler::sample::{LightSample, Receiver};
+use crate::units::isotropic_intensity;
 
-/// Isotropic point light.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// Isotropic point light. At most one of `intensity`, `intensity_cd`, `flux_w` and `flux_lm`; by
+/// default the irradiance at the centre of the mesh is pi.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct PointLight {
-    /// World position; `None` is right of and above the default camera, four bounding-sphere radii
+    /// World position. Default: right of and above the default camera, four bounding-sphere radii
     /// from the centre of the mesh.
     pub position: Option<[f64; 3]>,
-    /// Intensity or flux; `None` gives irradiance pi at the centre of the mesh.
+    /// Intensity or flux.
+    #[serde(flatten, with = "FromPoint")]
+    #[schema(schema_with = FromPoint::schema)]
     pub strength: Option<Strength>,
 }
 
-/// Point light restricted to a cone.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpotLight {
-    /// World position; the default is that of a point light.
-    pub position: Option<[f64; 3]>,
-    /// Axis of the cone, of any length; `None` points at the centre of the mesh.
-    pub axis: Option<[f64; 3]>,
-    /// Half angle of the cone of full intensity, degrees.
-    pub hotspot_deg: f64,
-    /// Half angle of the outer cone, degrees. Between both the intensity is linear in the cosine.
-    pub falloff_deg: f64,
-    /// Intensity on the axis, or flux of the whole cone; `None` gives irradiance pi at the distance
-    /// of the mesh's centre.
-    pub strength: Option<Strength>,
-}
+impl Kind for PointLight {
+    type Source = PointSource;
 
-/// Point light with the distribution of an IES file.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct IesLight {
-    /// World position; the default is that of a point light.
-    pub position: Option<[f64; 3]>,
-    /// Direction of the profile's nadir (types A and B: of its aim), of any length; `None` points
-    /// at the centre of the mesh.
-    pub axis: Option<[f64; 3]>,
-    /// Direction of the profile's 90 degrees (type C) or up (types A and B), of any length. `None`,
-    /// or a direction along the axis, means up, or away from the default camera for a vertical
-    /// axis.
-    pub up: Option<[f64; 3]>,
-    /// Name of the profile among the assets.
-    pub profile: String,
-    /// Peak intensity, or flux; `None` uses the file's values.
-    pub strength: Option<Strength>,
-}
+    fn check(&self, at: &At<'_>) -> Result<(), FieldError> {
+        at.position(self.position)?;
+        at.strength(self.strength, FromPoint::QUANTITIES)
+    }
 
-impl PointLight {
-    /// Quantities allowed for the strength.
-    pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
-}
-
-impl SpotLight {
-    /// Quantities allowed for the strength.
-    pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
-}
-
-impl IesLight {
-    /// Quantities allowed for the strength.
-    pub const QUANTITIES: &[Quantity] = &FROM_A_POINT;
-}
-
-impl Default for SpotLight {
-    fn default() -> Self {
-        Self { position: None, axis: None, hotspot_deg: 10.0, falloff_deg: 15.0, strength: None }
+    fn source(&self, placement: &LightPlacement<'_>, _: &LightAssets) -> Option<PointSource> {
+        let position = placement.position(self.position);
+        Some(PointSource::new(position, self.strength, isotropic_intensity, placement))
     }
 }
 
-const FROM_A_POINT: [Quantity; 4] =
-    [Quantity::Intensity, Quantity::IntensityCd, Quantity::FluxW, Quantity::FluxLm];
+/// Isotropic point light in the unit frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PointSource {
+    pub(super) position: DVec3,
+    /// Intensity, scaled so that division by a squared distance in the unit frame gives irradiance.
+    intensity: [f64; 3],
+}
+
+impl PointSource {
+    /// Makes the source at a position in the unit frame. Without a strength, the irradiance at the
+    /// distance of the unit frame's origin is pi.
+    pub(super) fn new(
+        position: DVec3,
+        strength: Option<Strength>,
+        from_flux: impl Fn(f64) -> f64,
+        placement: &LightPlacement<'_>,
+    ) -> Self {
+        let Some(strength) = strength else {
+            return Self { position, intensity: [PI * position.length_squared(); 3] };
+        };
+        let channels = strength.radiometric();
+        let intensity = match strength.quantity.measure() {
+            Measure::Flux => channels.map(from_flux),
+            Measure::Intensity | Measure::Irradiance | Measure::Radiance => channels,
+        };
+        let unit = placement.unit();
+        Self { position, intensity: intensity.map(|channel| channel / (unit * unit)) }
+    }
+
+    /// Returns the sample at a position; `None` at the light itself.
+    pub(super) fn at(&self, position: DVec3) -> Option<LightSample> {
+        let towards = self.position - position;
+        let squared = towards.length_squared();
+        if squared == 0.0 || !squared.is_finite() {
+            return None;
+        }
+        let irradiance = self.intensity.map(|channel| channel / squared);
+        let distance = squared.sqrt();
+        Some(LightSample { towards: towards / distance, irradiance, distance, fading: false })
+    }
+}
+
+impl Source for PointSource {
+    const IS_SOFT: bool = false;
+
+    fn for_each_sample(
+        &self,
+        receiver: &Receiver,
+        _: &Draw,
+        mut put: impl FnMut(u32, LightSample),
+    ) {
+        if let Some(sample) = self.at(receiver.position) {
+            put(0, sample);
+        }
+    }
+
+    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+        self.at(DVec3::ZERO).map(|sample| sample.irradiance)
+    }
+}

@@ -2,13 +2,16 @@
 
 use std::fmt;
 
-use serde::de::{Error, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serializer};
+use utoipa::openapi::schema::{SchemaType, Type};
+use utoipa::openapi::{ArrayBuilder, ObjectBuilder, OneOfBuilder, RefOr, Schema};
 
 use crate::units::{EFFICACY_WHITE, radiometric};
 
 /// Quantity of a light's strength. JSON names carry the unit, except `intensity`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// `intensity`: radiant intensity, W/sr.
     Intensity,
@@ -38,7 +41,7 @@ pub(crate) enum Measure {
 }
 
 /// Strength of a light.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strength {
     /// Quantity.
     pub quantity: Quantity,
@@ -59,18 +62,35 @@ impl Quantity {
         Self::LuminanceNit,
     ];
 
+    /// Field names in JSON.
+    const NAMES: [&'static str; 8] = [
+        "intensity",
+        "intensity_cd",
+        "flux_w",
+        "flux_lm",
+        "irradiance_w_m2",
+        "illuminance_lx",
+        "radiance_w_m2_sr",
+        "luminance_nit",
+    ];
+
     /// Returns the field name in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
+        // The order of the variants is that of `NAMES`.
+        Self::NAMES[self as usize]
+    }
+
+    fn description(self) -> &'static str {
         match self {
-            Self::Intensity => "intensity",
-            Self::IntensityCd => "intensity_cd",
-            Self::FluxW => "flux_w",
-            Self::FluxLm => "flux_lm",
-            Self::IrradianceWM2 => "irradiance_w_m2",
-            Self::IlluminanceLx => "illuminance_lx",
-            Self::RadianceWM2Sr => "radiance_w_m2_sr",
-            Self::LuminanceNit => "luminance_nit",
+            Self::Intensity => "Radiant intensity, W/sr; of a profile or cone the largest.",
+            Self::IntensityCd => "Luminous intensity, cd; of a profile or cone the largest.",
+            Self::FluxW => "Radiant flux, W.",
+            Self::FluxLm => "Luminous flux, lm.",
+            Self::IrradianceWM2 => "Irradiance at normal incidence, W/m2.",
+            Self::IlluminanceLx => "Illuminance at normal incidence, lx.",
+            Self::RadianceWM2Sr => "Radiance, W/(m2 sr).",
+            Self::LuminanceNit => "Luminance, cd/m2.",
         }
     }
 
@@ -111,6 +131,97 @@ impl Strength {
             return self.channels;
         }
         self.channels.map(|channel| radiometric(channel, EFFICACY_WHITE))
+    }
+}
+
+/// Quantities that measure a kind of light, and the JSON form of its strength: at most one field of
+/// the light, named after the quantity.
+pub(super) trait Group {
+    /// Allowed quantities. An omitted strength is written as null in the first.
+    const QUANTITIES: &'static [Quantity];
+
+    fn serialize<S: Serializer>(
+        strength: &Option<Strength>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let quantity = strength.map_or(Self::QUANTITIES[0], |strength| strength.quantity);
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(quantity.name(), &strength.map(|strength| strength.channels))?;
+        map.end()
+    }
+
+    fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Strength>, D::Error> {
+        // A struct takes its own fields out of the object, so that others are found to be unknown.
+        let reader = OneQuantity(Self::QUANTITIES);
+        deserializer.deserialize_struct("Strength", &Quantity::NAMES, reader)
+    }
+
+    /// Properties of the object of a light.
+    fn schema() -> RefOr<Schema> {
+        let object = Self::QUANTITIES.iter().fold(ObjectBuilder::new(), |object, quantity| {
+            object.property(quantity.name(), Channels::described(quantity.description()))
+        });
+        RefOr::T(Schema::Object(object.build()))
+    }
+}
+
+/// Lights at a point.
+pub(super) enum FromPoint {}
+/// Lights with an area.
+pub(super) enum FromArea {}
+/// Parallel light.
+pub(super) enum FromDirection {}
+/// Light from everywhere.
+pub(super) enum FromEverywhere {}
+
+impl Group for FromPoint {
+    const QUANTITIES: &'static [Quantity] =
+        &[Quantity::Intensity, Quantity::IntensityCd, Quantity::FluxW, Quantity::FluxLm];
+}
+
+impl Group for FromArea {
+    const QUANTITIES: &'static [Quantity] =
+        &[Quantity::RadianceWM2Sr, Quantity::LuminanceNit, Quantity::FluxW, Quantity::FluxLm];
+}
+
+impl Group for FromDirection {
+    const QUANTITIES: &'static [Quantity] = &[Quantity::IrradianceWM2, Quantity::IlluminanceLx];
+}
+
+impl Group for FromEverywhere {
+    const QUANTITIES: &'static [Quantity] = &[Quantity::RadianceWM2Sr, Quantity::LuminanceNit];
+}
+
+/// Reads at most one of the quantities.
+struct OneQuantity(&'static [Quantity]);
+
+impl<'de> Visitor<'de> for OneQuantity {
+    type Value = Option<Strength>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the strength of a light")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Option<Strength>, A::Error> {
+        let mut found: Option<Strength> = None;
+        while let Some(name) = map.next_key::<String>()? {
+            let Some(quantity) = self.0.iter().find(|quantity| quantity.name() == name) else {
+                return Err(Error::custom(format_args!("unknown field `{name}`")));
+            };
+            let value = map.next_value::<Channels>();
+            let Channels(channels) =
+                value.map_err(|error| Error::custom(format_args!("/{name}: {error}")))?;
+            if let Some(first) = found {
+                return Err(Error::custom(format_args!(
+                    "a light's strength is given once, not by both {} and {name}",
+                    first.quantity.name(),
+                )));
+            }
+            found = Some(Strength::new(*quantity, channels));
+        }
+        Ok(found)
     }
 }
 
@@ -155,6 +266,19 @@ impl<'de> Visitor<'de> for OneOrThree {
             None => Ok(Channels(channels)),
             Some(_) => Err(Error::invalid_length(4, &self)),
         }
+    }
+}
+
+impl Channels {
+    /// Schema of one number per channel, or one for all.
+    pub(super) fn described(description: &str) -> Schema {
+        let number = || {
+            let object = ObjectBuilder::new().schema_type(SchemaType::new(Type::Number));
+            object.minimum(Some(0))
+        };
+        let three = ArrayBuilder::new().items(number()).min_items(Some(3)).max_items(Some(3));
+        let items = OneOfBuilder::new().description(Some(description)).item(number()).item(three);
+        Schema::OneOf(items.build())
     }
 }
 

@@ -8,8 +8,6 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::area::on_unit_circle;
-
 /// GGX alpha of the lobes; each has a third of the samples that are not cosine-distributed.
 const ALPHAS: [f64; 3] = [0.05, 0.15, 0.45];
 /// Share of cosine-distributed directions: the least share of the samples useful to diffuse
@@ -18,7 +16,7 @@ const BY_COSINE: f64 = 0.5;
 
 /// Mixture of directions for one direction to the eye, in the local frame (z is the normal).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Mixture {
+pub(crate) struct Mixture {
     wo: DVec3,
 }
 
@@ -56,8 +54,14 @@ impl Mixture {
     }
 }
 
+/// Returns the point of the unit circle spanned by `x` and `y` at a fraction of a turn.
+pub(crate) fn on_unit_circle(x: DVec3, y: DVec3, turn: f64) -> DVec3 {
+    let angle = 2.0 * PI * turn;
+    x * libm::cos(angle) + y * libm::sin(angle)
+}
+
 /// Maps a point of the unit square to a cosine-distributed direction, never below the horizon.
-pub(super) fn by_cosine([across, around]: [f64; 2]) -> DVec3 {
+pub(crate) fn by_cosine([across, around]: [f64; 2]) -> DVec3 {
     on_unit_circle(DVec3::X, DVec3::Y, around) * across.sqrt() + DVec3::Z * (1.0 - across).sqrt()
 }
 

@@ -11,7 +11,7 @@ const DEFAULT_DEG: [f64; 2] = [65.0, 45.0];
 const DEFAULT_RADII: f64 = 4.0;
 
 /// Transform of lights from the world to the unit frame.
-pub(super) struct LightPlacement<'a> {
+pub(crate) struct LightPlacement<'a> {
     frame: &'a UnitFrame,
     turn: DMat3,
 }

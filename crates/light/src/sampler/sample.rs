@@ -30,6 +30,6 @@ pub struct Receiver {
 }
 
 /// Returns the largest channel.
-pub(super) fn brightest([r, g, b]: [f64; 3]) -> f64 {
+pub(crate) fn brightest([r, g, b]: [f64; 3]) -> f64 {
     r.max(g).max(b)
 }

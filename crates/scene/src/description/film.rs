@@ -1,13 +1,19 @@
 //! Film of a scene: exposure and tone curve.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::schema::{SchemaType, Type};
+use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+/// Largest absolute exposure, in EV.
+pub const EV_MAX: f64 = 64.0;
 
 /// Exposure and tone curve.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Film {
     /// "auto" or a fixed exposure in EV.
@@ -27,8 +33,7 @@ pub enum Exposure {
 }
 
 /// Tone curve from exposed radiance to display value.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Tone {
     /// Clips to 1.
@@ -64,21 +69,39 @@ impl From<Exposure> for Film {
 
 impl Serialize for Exposure {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match (serializer.is_human_readable(), self) {
-            (true, Self::Auto) => serializer.serialize_str("auto"),
-            (true, Self::Ev(ev)) => serializer.serialize_f64(*ev),
-            (false, Self::Auto) => serializer.serialize_none(),
-            (false, Self::Ev(ev)) => serializer.serialize_some(ev),
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Ev(ev) => serializer.serialize_f64(*ev),
         }
     }
 }
 
 impl<'de> Deserialize<'de> for Exposure {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        if deserializer.is_human_readable() {
-            return deserializer.deserialize_any(AutoOrEv);
-        }
-        Ok(Option::<f64>::deserialize(deserializer)?.map_or(Self::Auto, Self::Ev))
+        deserializer.deserialize_any(AutoOrEv)
+    }
+}
+
+impl PartialSchema for Exposure {
+    fn schema() -> RefOr<Schema> {
+        let auto = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .enum_values(Some(["auto"]));
+        let ev = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::Number))
+            .minimum(Some(-EV_MAX))
+            .maximum(Some(EV_MAX));
+        let items = OneOfBuilder::new()
+            .description(Some("Measured from the picture, or a fixed number of EV."))
+            .item(auto)
+            .item(ev);
+        RefOr::T(Schema::OneOf(items.build()))
+    }
+}
+
+impl ToSchema for Exposure {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("Exposure")
     }
 }
 

@@ -1,9 +1,16 @@
 //! Reference to the mesh of a scene: built-in by name, or uploaded by id.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::schema::{SchemaType, Type};
+use utoipa::openapi::{ObjectBuilder, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+/// Longest mesh id, in bytes.
+pub(super) const ID_BYTES_MAX: usize = 128;
 
 /// Mesh by name. In JSON a string: the name of a built-in mesh, otherwise the id of an uploaded
 /// one.
@@ -48,5 +55,24 @@ impl Serialize for MeshRef {
 impl<'de> Deserialize<'de> for MeshRef {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Ok(Self::from(String::deserialize(deserializer)?.as_str()))
+    }
+}
+
+impl PartialSchema for MeshRef {
+    fn schema() -> RefOr<Schema> {
+        let text = "\"sphere\", \"torus\", \"cube\", \"knob\" or the id of an uploaded mesh";
+        let object = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .min_length(Some(1))
+            .max_length(Some(ID_BYTES_MAX))
+            .description(Some(text))
+            .build();
+        RefOr::T(Schema::Object(object))
+    }
+}
+
+impl ToSchema for MeshRef {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("MeshRef")
     }
 }

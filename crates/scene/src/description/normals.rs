@@ -1,10 +1,10 @@
 //! Treatment of interpolated normals.
 
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 /// Meaning of vertex normals. It matters for large triangles near silhouettes and at grazing light.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Normals {
     /// Normals describe a curved surface: shadow rays start on it instead of on the flat triangle,

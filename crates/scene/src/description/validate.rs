@@ -4,6 +4,9 @@ use brood_light::FieldError;
 use brood_light::field::{finite, positive, require};
 use glam::DVec3;
 
+use super::camera::{LookAtCamera, OrbitCamera, OrthographicCamera};
+use super::film::EV_MAX;
+use super::mesh_ref::ID_BYTES_MAX;
 use super::{Camera, Exposure, MeshRef, Scene};
 
 /// Largest number of lights.
@@ -14,10 +17,6 @@ pub const LIGHT_SAMPLES_MAX: u32 = 4096;
 const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view in degrees, both exclusive.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
-/// Largest absolute exposure, in EV.
-pub const EV_MAX: f64 = 64.0;
-/// Longest mesh id, in bytes.
-const ID_BYTES_MAX: usize = 128;
 /// Sine of the smallest angle between the view direction and up.
 const UP_SINE_MIN: f64 = 1e-6;
 
@@ -52,7 +51,7 @@ impl Scene {
 impl Camera {
     fn validate(&self) -> Result<(), FieldError> {
         match self {
-            Self::Orbit { orbit_deg, distance, fov_y_deg } => {
+            Self::Orbit(OrbitCamera { orbit_deg, distance, fov_y_deg }) => {
                 finite(orbit_deg, "/camera/orbit_deg")?;
                 let elevation = orbit_deg[1].abs() <= 90.0;
                 require(elevation, "/camera/orbit_deg/1", "elevation must be within 90 degrees")?;
@@ -61,7 +60,7 @@ impl Camera {
                 }
                 field_of_view(*fov_y_deg)
             }
-            Self::LookAt { eye, target, up, fov_y_deg } => {
+            Self::LookAt(LookAtCamera { eye, target, up, fov_y_deg }) => {
                 finite(eye, "/camera/eye")?;
                 finite(target, "/camera/target")?;
                 finite(up, "/camera/up")?;
@@ -74,7 +73,9 @@ impl Camera {
                 require(sine > UP_SINE_MIN, "/camera/up", reason)?;
                 field_of_view(*fov_y_deg)
             }
-            Self::Orthographic { orthographic } => positive(*orthographic, "/camera/orthographic"),
+            Self::Orthographic(OrthographicCamera { orthographic }) => {
+                positive(*orthographic, "/camera/orthographic")
+            }
         }
     }
 }

@@ -7,11 +7,14 @@ use brood_light::Light;
 use brood_mesh::{BuiltinMesh, Mesh};
 
 use super::{PixelArea, SampleSet, Sampling};
-use crate::{Camera, Scene};
+use crate::{Camera, OrthographicCamera, Scene};
 
 /// Parallel projection, in which the sphere is a disc of radius 0.8 half sides of the picture.
 fn disc() -> Scene {
-    Scene { camera: Camera::Orthographic { orthographic: 1.25 }, ..Scene::default() }
+    Scene {
+        camera: Camera::Orthographic(OrthographicCamera { orthographic: 1.25 }),
+        ..Scene::default()
+    }
 }
 
 /// Returns red irradiance times cosine of each pixel: the picture of a Lambertian surface.

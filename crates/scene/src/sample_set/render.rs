@@ -74,8 +74,7 @@ impl SampleSet {
         Self::render_with_assets(mesh, scene, &LightAssets::default(), raster)
     }
 
-    /// Samples a scene whose lights refer to assets. A light whose asset is missing emits nothing
-    /// ([`LightAssets::check`] reports it).
+    /// Samples a scene whose lights refer to assets. A light whose asset is missing emits nothing.
     ///
     /// # Panics
     /// As [`SampleSet::render_area`].

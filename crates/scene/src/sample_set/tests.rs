@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::{SampleSet, Sampling};
-use crate::{Camera, Scene};
+use crate::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera, Scene};
 
 fn sphere() -> Mesh {
     Mesh::builtin(BuiltinMesh::Sphere)
@@ -26,7 +26,7 @@ fn point(position: Option<[f64; 3]>, intensity: Option<[f64; 3]>) -> Light {
 }
 
 fn orbit(azimuth: f64, elevation: f64) -> Camera {
-    Camera::Orbit { orbit_deg: [azimuth, elevation], distance: None, fov_y_deg: 30.0 }
+    Camera::Orbit(OrbitCamera { orbit_deg: [azimuth, elevation], distance: None, fov_y_deg: 30.0 })
 }
 
 /// Scene with its light at the eye, so that everything visible is lit.
@@ -99,9 +99,24 @@ fn sphere_radius_in_pixels_matches_camera() {
     let eye = [1.0, 2.0, 2.0];
     let cases = [
         (orbit(40.0, -70.0), framed),
-        (Camera::Orbit { orbit_deg: [0.0, 0.0], distance: Some(3.0), fov_y_deg: 40.0 }, near),
-        (Camera::LookAt { eye, target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y_deg: 40.0 }, near),
-        (Camera::Orthographic { orthographic: 1.25 }, 0.8),
+        (
+            Camera::Orbit(OrbitCamera {
+                orbit_deg: [0.0, 0.0],
+                distance: Some(3.0),
+                fov_y_deg: 40.0,
+            }),
+            near,
+        ),
+        (
+            Camera::LookAt(LookAtCamera {
+                eye,
+                target: [0.0; 3],
+                up: [0.0, 1.0, 0.0],
+                fov_y_deg: 40.0,
+            }),
+            near,
+        ),
+        (Camera::Orthographic(OrthographicCamera { orthographic: 1.25 }), 0.8),
     ];
     for (camera, fraction) in cases {
         let samples = SampleSet::render(&sphere(), &with_camera(camera.clone()), 300, 1);
@@ -118,8 +133,14 @@ fn camera_has_x_to_the_right_and_y_upwards() {
     // A right triangle: its right angle at the lower left, one corner at the right, one at the top.
     let flag = obj("v -1 -1 0\nv 1 -1 0\nv -1 1 0\nf 1 2 3\n");
     let up = [0.0, 1.0, 0.0];
-    let look_at = Camera::LookAt { eye: [0.0, 0.0, 9.0], target: [0.0; 3], up, fov_y_deg: 30.0 };
-    let cameras = [orbit(0.0, 0.0), look_at, Camera::Orthographic { orthographic: 2.0 }];
+    let look_at = Camera::LookAt(LookAtCamera {
+        eye: [0.0, 0.0, 9.0],
+        target: [0.0; 3],
+        up,
+        fov_y_deg: 30.0,
+    });
+    let cameras =
+        [orbit(0.0, 0.0), look_at, Camera::Orthographic(OrthographicCamera { orthographic: 2.0 })];
     for camera in cameras {
         let samples = SampleSet::render(&flag, &with_camera(camera.clone()), 64, 1);
         let image = samples.image().unwrap();
@@ -257,7 +278,11 @@ fn wo_is_clamped_above_horizon_when_interpolated_normal_faces_away() {
     let leaning = obj("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvn 1 0 .001\nf 1//1 2//1 3//1\n");
     let scene = Scene {
         lights: vec![Light::point_at([9.0, 0.0, 9.0])],
-        camera: Camera::Orbit { orbit_deg: [-3.0, 0.0], distance: None, fov_y_deg: 1.0 },
+        camera: Camera::Orbit(OrbitCamera {
+            orbit_deg: [-3.0, 0.0],
+            distance: None,
+            fov_y_deg: 1.0,
+        }),
         ..Scene::default()
     };
     let samples = SampleSet::render(&leaning, &scene, 33, 1);

@@ -5,7 +5,7 @@ use brood_mesh::angle::{orbit_direction, sin_cos_deg};
 use brood_mesh::trace::Ray;
 use glam::{DVec2, DVec3};
 
-use crate::description::Camera;
+use crate::description::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 
 /// Default distance of an orbit camera, divided by the distance at which the bounding sphere
 /// touches the picture's edge.
@@ -30,7 +30,7 @@ pub(super) struct View {
 impl View {
     pub fn new(camera: &Camera, frame: &UnitFrame) -> Self {
         match *camera {
-            Camera::Orbit { orbit_deg: [azimuth, elevation], distance, fov_y_deg } => {
+            Camera::Orbit(OrbitCamera { orbit_deg: [azimuth, elevation], distance, fov_y_deg }) => {
                 let back = orbit_direction(azimuth, elevation);
                 // Also defined at elevation 90, unlike a cross product with y.
                 let right = orbit_direction(azimuth + 90.0, 0.0);
@@ -39,13 +39,13 @@ impl View {
                 let axes = [right, back.cross(right), back];
                 Self::perspective(back * distance, axes, fov_y_deg, frame)
             }
-            Camera::LookAt { eye, target, up, fov_y_deg } => {
+            Camera::LookAt(LookAtCamera { eye, target, up, fov_y_deg }) => {
                 let back = (DVec3::from(eye) - DVec3::from(target)).normalize();
                 let right = DVec3::from(up).normalize().cross(back).normalize();
                 let axes = [right, back.cross(right), back];
                 Self::perspective(frame.relative(eye), axes, fov_y_deg, frame)
             }
-            Camera::Orthographic { orthographic } => {
+            Camera::Orthographic(OrthographicCamera { orthographic }) => {
                 // Rays start in front of the object, independent of the world's origin.
                 let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale());
                 let half = frame.length(orthographic) / frame.scale();

@@ -1,0 +1,155 @@
+//! Equirectangular environment.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use brood_mesh::angle::rotation_y_deg;
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+use utoipa::openapi::Schema;
+
+use super::kind::{At, Draw, Kind, Source};
+use super::strength::Channels;
+use crate::assets::{AssetRef, LightAssets};
+use crate::environment::EnvironmentMap;
+use crate::field::FieldError;
+use crate::sampler::mixture::Mixture;
+use crate::sampler::placement::LightPlacement;
+use crate::sampler::sample::{LightSample, Receiver};
+
+/// Default number of samples of environments and ambient light per shading point
+/// (docs/maths/lights.md).
+pub const ENVIRONMENT_SAMPLES: u32 = 64;
+/// Share of an environment's samples that are drawn in proportion to its luminance.
+const BY_LIGHT: f64 = 0.5;
+
+/// Equirectangular environment at infinity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentLight {
+    /// Name of the picture among the assets, the id of the uploaded file. Equirectangular: upper
+    /// edge +y, middle -z, +x a quarter of the width to the right of the middle.
+    #[schema(min_length = 1, max_length = 255)]
+    pub image: String,
+    /// Rotation about the vertical axis, from +z towards +x, degrees.
+    #[serde(default)]
+    #[schema(default = 0)]
+    pub rotation_deg: f64,
+    /// Factor from pixel values to radiance in W/(m2 sr), for red, green and blue. Default: 1.
+    #[serde(default = "unscaled", deserialize_with = "channels")]
+    #[schema(schema_with = scale_schema)]
+    pub scale: [f64; 3],
+    /// Samples per shading point.
+    #[serde(default = "environment_samples")]
+    #[schema(minimum = 1, maximum = 1024, default = environment_samples)]
+    pub samples: u32,
+}
+
+fn unscaled() -> [f64; 3] {
+    [1.0; 3]
+}
+
+fn channels<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    Channels::deserialize(deserializer).map(|channels| channels.0)
+}
+
+fn scale_schema() -> Schema {
+    Channels::described(
+        "Factor from pixel values to radiance in W/(m2 sr): for red, green and blue, or one number \
+         for all. Default: 1.",
+    )
+}
+
+pub(super) fn environment_samples() -> u32 {
+    ENVIRONMENT_SAMPLES
+}
+
+impl Kind for EnvironmentLight {
+    type Source = EnvironmentSource;
+
+    fn check(&self, at: &At<'_>) -> Result<(), FieldError> {
+        at.asset_name(&self.image, "image")?;
+        at.finite(self.rotation_deg, "rotation_deg")?;
+        at.channels(self.scale, "scale")?;
+        at.samples(self.samples)
+    }
+
+    fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    fn asset(&self) -> Option<AssetRef<'_>> {
+        Some(AssetRef::Environment(&self.image))
+    }
+
+    fn source(
+        &self,
+        placement: &LightPlacement<'_>,
+        assets: &LightAssets,
+    ) -> Option<EnvironmentSource> {
+        let map = assets.environment(&self.image)?.clone();
+        let own = rotation_y_deg(self.rotation_deg);
+        let rotation = DMat3::from_cols(
+            placement.direction((own * DVec3::X).to_array()),
+            placement.direction((own * DVec3::Y).to_array()),
+            placement.direction((own * DVec3::Z).to_array()),
+        );
+        Some(EnvironmentSource { map, rotation, scale: self.scale })
+    }
+}
+
+/// Environment picture, rotated as the scene defines.
+#[derive(Debug, Clone)]
+pub(crate) struct EnvironmentSource {
+    map: Arc<EnvironmentMap>,
+    /// Rotation from the picture's directions to the unit frame.
+    rotation: DMat3,
+    scale: [f64; 3],
+}
+
+impl Source for EnvironmentSource {
+    const IS_SOFT: bool = true;
+
+    /// Multiple importance sampling: half of the directions are drawn in proportion to luminance,
+    /// half from the material lobes of [`Mixture`]. Weights use the combined density.
+    ///
+    /// # Source
+    /// Veach and Guibas 1995, *Optimally Combining Sampling Techniques*: the balance heuristic.
+    fn for_each_sample(
+        &self,
+        receiver: &Receiver,
+        draw: &Draw,
+        mut put: impl FnMut(u32, LightSample),
+    ) {
+        let (points, samples) = (draw.points(receiver), draw.samples);
+        let frame = &receiver.frame;
+        let mixture = Mixture::new(receiver.wo);
+        for sample in 0..samples {
+            let [across, down] = points.at(sample);
+            let (towards, radiance) = if across < BY_LIGHT {
+                let Some(drawn) = self.map.draw([across / BY_LIGHT, down]) else { continue };
+                ((self.rotation * drawn.0).normalize(), drawn.1)
+            } else {
+                let local = mixture.draw([(across - BY_LIGHT) / (1.0 - BY_LIGHT), down]);
+                let towards = frame.global(local).normalize();
+                (towards, self.map.radiance((self.rotation.transpose() * towards).normalize()))
+            };
+            let by_material = mixture.density(frame.local(towards));
+            let density = BY_LIGHT * self.map.density(radiance) + (1.0 - BY_LIGHT) * by_material;
+            let weight = 1.0 / (f64::from(samples) * density);
+            let [r, g, b] = self.scale;
+            let irradiance =
+                [radiance[0] * r * weight, radiance[1] * g * weight, radiance[2] * b * weight];
+            put(
+                sample,
+                LightSample { towards, irradiance, distance: f64::INFINITY, fading: false },
+            );
+        }
+    }
+
+    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+        let [r, g, b] = self.map.mean();
+        Some([PI * r * self.scale[0], PI * g * self.scale[1], PI * b * self.scale[2]])
+    }
+}
