@@ -1,13 +1,14 @@
 //! Routes and their OpenAPI document.
 
 use axum::Router;
-use brood_protocol::{Backend, BreedOptions, Generation, LeaseId, Problem};
-use utoipa::ToSchema;
+use brood_protocol::{Backend, BreedOptions, LeaseId, Problem};
 use utoipa::openapi::path::Operation;
+use utoipa::openapi::schema::ArrayItems;
 use utoipa::openapi::{
     Components, ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
     Schema,
 };
+use utoipa::{PartialSchema, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
@@ -138,7 +139,8 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
     add::<Problem>(components);
     add::<Backend>(components);
     add::<LeaseId>(components);
-    inline::<Generation, BreedOptions>(components);
+    components.schemas.values_mut().for_each(inline_options);
+    components.schemas.remove(BreedOptions::name().as_ref());
     let problem = |words: &str| {
         let schema = RefOr::Ref(Ref::from_schema_name(Problem::name()));
         let content = ContentBuilder::new().schema(Some(schema)).build();
@@ -159,17 +161,33 @@ fn finish(mut openapi: OpenApi) -> OpenApi {
     openapi
 }
 
-/// Lists the fields of `Part`, which `Whole` flattens, in the schema of `Whole`.
-fn inline<Whole: ToSchema, Part: ToSchema>(components: &mut Components) {
-    let whole = components.schemas.get_mut(Whole::name().as_ref());
-    let (Some(whole), RefOr::T(Schema::Object(part))) = (whole, Part::schema()) else { return };
-    let RefOr::T(Schema::AllOf(parts)) = whole else { return };
-    let Some(RefOr::T(Schema::Object(mut object))) = parts.items.pop() else { return };
-    object.description = parts.description.take();
-    object.properties.extend(part.properties);
-    object.required.extend(part.required);
-    *whole = RefOr::T(Schema::Object(object));
-    components.schemas.remove(Part::name().as_ref());
+/// Lists the fields of [`BreedOptions`], which [`Generation`](brood_protocol::Generation) flattens,
+/// among the others of the schema, also where a page contains it.
+fn inline_options(schema: &mut RefOr<Schema>) {
+    match schema {
+        RefOr::T(Schema::AllOf(parts)) => {
+            let options = Ref::from_schema_name(BreedOptions::name()).ref_location;
+            let has_options = |part: &RefOr<Schema>| matches!(part, RefOr::Ref(part) if part.ref_location == options);
+            if !parts.items.iter().any(has_options) {
+                return;
+            }
+            let Some(RefOr::T(Schema::Object(mut whole))) = parts.items.pop() else { return };
+            let RefOr::T(Schema::Object(options)) = BreedOptions::schema() else { return };
+            whole.description = parts.description.take();
+            whole.properties.extend(options.properties);
+            whole.required.extend(options.required);
+            *schema = RefOr::T(Schema::Object(whole));
+        }
+        RefOr::T(Schema::Object(object)) => {
+            object.properties.values_mut().for_each(inline_options);
+        }
+        RefOr::T(Schema::Array(array)) => {
+            if let ArrayItems::RefOrSchema(items) = &mut array.items {
+                inline_options(items);
+            }
+        }
+        _ => {}
+    }
 }
 
 fn add<T: ToSchema>(components: &mut Components) {
