@@ -18,11 +18,10 @@ use metrics::Histogram;
 use rayon::prelude::*;
 
 pub use adopt::OPERATOR as ADOPT;
-pub use record::{OPERATOR as FIT, record};
+pub use record::OPERATOR as FIT;
 
-use crate::library::{Framed, Library, Material};
+use crate::library::{Framed, Framing, Library, Material};
 use crate::limit;
-use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
 use crate::processors::Processors;
 use crate::server_timing::ServerTiming;
@@ -176,7 +175,7 @@ impl Breeding {
         let (count, seed, refs) = (breed.count, breed.seed, breed.parents.clone());
         let mut options = BreedOptions::from(breed);
         check(count, &refs, &options)?;
-        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
+        let framed = self.library.frame(Framing::thumbnail(self.backend, lineage)).await?;
         let parents = self.parents(lineage, &refs).await?;
         let seed = match seed {
             Some(seed) => seed,

@@ -17,6 +17,7 @@
 //! ```
 
 mod access;
+mod answer;
 mod breeding;
 mod clock;
 mod config;

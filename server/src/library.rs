@@ -8,8 +8,8 @@ use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
 use brood_mesh::Mesh;
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
-    Backend, Frame, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION, SceneId,
-    Subject, decode,
+    Backend, Frame, Lineage, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION,
+    SceneId, Subject, decode,
 };
 use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
@@ -69,6 +69,21 @@ pub struct Framing {
     pub format: PictureFormat,
     /// Backend.
     pub backend: Backend,
+}
+
+impl Framing {
+    /// Returns the framing of a lineage's thumbnails.
+    pub fn thumbnail(backend: Backend, lineage: &Lineage) -> Self {
+        Self {
+            scene: lineage.scene,
+            light_deg: None,
+            size_px: lineage.thumbnail_px,
+            sampling: Sampling::default(),
+            area: None,
+            format: PictureFormat::Png,
+            backend,
+        }
+    }
 }
 
 /// Bits of a [`Framing`], as a hashable key.

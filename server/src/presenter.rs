@@ -3,22 +3,14 @@
 use std::sync::Arc;
 
 use brood_program::ProgramHash;
-use brood_protocol::{
-    Backend, Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage,
-    PictureFormat, PictureKey,
-};
-use brood_scene::Sampling;
+use brood_protocol::{Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage};
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
 use std::collections::HashMap;
 
+use crate::answer::individual;
 use crate::library::{Framed, Framing};
 use crate::problem::ApiError;
 use crate::state::AppState;
-
-/// Returns the URL of a thumbnail.
-pub fn thumbnail_url(key: PictureKey) -> String {
-    format!("/v1/thumbnails/{key}.png")
-}
 
 /// Converts individuals with thumbnails in the scenes of their lineages, and collects the new
 /// picture rows.
@@ -41,7 +33,7 @@ impl<'a> Presenter<'a> {
     pub async fn individual(&mut self, stored: StoredIndividual) -> Result<Individual, ApiError> {
         let framed = self.frame(stored.lineage).await?;
         let key = framed.key(ProgramHash::from_bytes(stored.program_hash));
-        let picture_cache = &self.app.picture_cache;
+        let picture_cache = &self.app.pictures.cache;
         if picture_cache.row(key).is_none() {
             let row = Arc::new(framed.row(key, stored.hash));
             picture_cache.insert_row(&row);
@@ -153,39 +145,8 @@ impl<'a> Presenter<'a> {
             return Ok(framed.clone());
         }
         let stored = self.app.store.lineage(lineage).await?;
-        let framed = self.app.library.frame(thumbnail_view(self.app.backend, &stored)).await?;
+        let framed = self.app.library.frame(Framing::thumbnail(self.app.backend, &stored)).await?;
         self.frames.insert(lineage, framed.clone());
         Ok(framed)
-    }
-}
-
-/// Converts an individual whose thumbnail has this key.
-pub fn individual(stored: StoredIndividual, key: PictureKey) -> Individual {
-    Individual {
-        id: stored.id,
-        hash: stored.hash,
-        slot: stored.slot,
-        parents: stored.parents,
-        operator: stored.operator,
-        live_instructions: stored.live_instructions,
-        layers: stored.layers.iter().map(|kind| kind.name().to_owned()).collect(),
-        thumbnail: thumbnail_url(key),
-        favourite: stored.favourite,
-        note: stored.note,
-        twin: stored.twin,
-        version: stored.version,
-    }
-}
-
-/// Returns the framing of a lineage's thumbnails.
-pub fn thumbnail_view(backend: Backend, lineage: &Lineage) -> Framing {
-    Framing {
-        scene: lineage.scene,
-        light_deg: None,
-        size_px: lineage.thumbnail_px,
-        sampling: Sampling::default(),
-        area: None,
-        format: PictureFormat::Png,
-        backend,
     }
 }

@@ -18,7 +18,7 @@ use crate::access::Access;
 use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
-use crate::dispatch::{Dispatch, LeaseEnd};
+use crate::dispatch::{History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases};
 use crate::error::ServerError;
 use crate::event::Events;
 use crate::host_name::HostNames;
@@ -83,17 +83,37 @@ impl Server {
         let (root, bytes) = (config.data.join("cache"), config.cache_mib.saturating_mul(1 << 20));
         let opened = tokio::task::spawn_blocking(move || DiskCache::open(&root, bytes)).await;
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
-        let (picture_cache, writes) =
-            PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
+        let (cache, writes) = PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
+        let (tasks, stopping) = (TaskTracker::new(), CancellationToken::new());
         let library = Arc::new(Library::new(store.clone()));
-        let (metrics, processors) = (Metrics::new(), Processors::new());
-        let breeding = Breeding {
+        let (metrics, events) = (Arc::new(Metrics::new()), Arc::new(Events::new()));
+        let (processors, ledger) = (Processors::new(), Ledger::default());
+        let pictures = Arc::new(PictureService {
+            store: store.clone(),
+            library: library.clone(),
+            cache,
+            batches: Coalescer::new(),
+            jobs: Jobs::new(&tasks, &stopping),
+            history: History::new(),
+            events: events.clone(),
+            metrics: metrics.clone(),
+        });
+        let breeding = Arc::new(Breeding {
             store: store.clone(),
             library: library.clone(),
             processors: processors.clone(),
             backend: config.backend,
             seconds: metrics.brood_seconds.clone(),
-        };
+        });
+        let searches = Arc::new(Searches {
+            store: store.clone(),
+            jobs: Jobs::new(&tasks, &stopping),
+            breeding: breeding.clone(),
+            pictures: pictures.clone(),
+            ledger: ledger.clone(),
+            events: events.clone(),
+            metrics: metrics.clone(),
+        });
         let app = Arc::new(AppState {
             access: Access::new(loopback)?,
             hosts,
@@ -101,16 +121,16 @@ impl Server {
             web_dir: config.web_dir,
             library,
             store,
-            picture_cache,
-            render_batches: Coalescer::new(),
-            dispatch: Dispatch::new(),
-            events: Events::new(),
-            ledger: Ledger::default(),
+            pictures,
+            searches,
+            workers: Workers::default(),
+            events,
+            ledger,
             metrics,
             processors,
             breeding,
-            stopping: CancellationToken::new(),
-            tasks: TaskTracker::new(),
+            stopping,
+            tasks,
         });
         Ok(Self { app, listener, address, writes })
     }
@@ -161,7 +181,7 @@ impl Server {
         // Needed if the accept loop has ended by itself.
         app.stopping.cancel();
         background.shutdown().await;
-        app.end_leases(LeaseEnd::Shutdown).await;
+        end_all_leases(&app, LeaseEnd::Shutdown).await;
         app.tasks.close();
         if tokio::time::timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
             tracing::warn!(tasks = app.tasks.len(), "background tasks did not finish in time");
@@ -187,9 +207,15 @@ impl WorkerReaper {
     pub async fn requeue_jobs_of(&self, worker: &str) {
         // A stopping server releases all leases at once and closes the store.
         if !self.app.stopping.is_cancelled() {
-            self.app.end_leases(LeaseEnd::Death(worker)).await;
+            end_all_leases(&self.app, LeaseEnd::Death(worker)).await;
         }
     }
+}
+
+/// Ends leases of all kinds and requeues their jobs.
+async fn end_all_leases(app: &App, end: LeaseEnd<'_>) {
+    end_leases(&*app.pictures, end).await;
+    end_leases(&*app.searches, end).await;
 }
 
 /// Runs the periodic maintenance.
@@ -203,7 +229,7 @@ async fn run_maintenance(app: App) {
     loop {
         tokio::select! {
             () = app.stopping.cancelled() => return,
-            _ = leases.tick() => app.end_leases(LeaseEnd::Expired).await,
+            _ = leases.tick() => end_all_leases(&app, LeaseEnd::Expired).await,
             _ = tidy.tick() => {
                 app.events.sweep();
                 app.metrics.upkeep();
@@ -242,7 +268,7 @@ async fn write_pictures(
         {
             batch.push(picture);
         }
-        let disk = app.picture_cache.disk().clone();
+        let disk = app.pictures.cache.disk().clone();
         let pictures = std::mem::take(&mut batch);
         let write = move || disk.write_all(&pictures);
         if let Err(error) = tokio::task::spawn_blocking(write).await {

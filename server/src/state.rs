@@ -4,19 +4,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use brood_protocol::Backend;
-use brood_storage::{Store, StoredPicture};
+use brood_storage::Store;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
-use crate::dispatch::{Dispatch, FrameId};
+use crate::dispatch::{PictureService, Searches, Workers};
 use crate::event::Events;
 use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
-use crate::picture::{Coalescer, PictureCache};
 use crate::processors::Processors;
 
 /// Shared handle of the state.
@@ -36,22 +35,22 @@ pub struct AppState {
     pub web_dir: Option<PathBuf>,
     /// Caches of materials, scenes and frames (all else that a picture depends on).
     pub library: Arc<Library>,
-    /// Cache of pictures in memory and on disk, and list of pictures being rendered.
-    pub picture_cache: PictureCache,
-    /// Requested pictures, collected by frame for a short time before they become render jobs.
-    pub render_batches: Coalescer<FrameId, Arc<StoredPicture>>,
-    /// Leases (jobs given to workers for a time), finished jobs and known workers.
-    pub dispatch: Dispatch,
+    /// Pictures, and the render jobs that make them.
+    pub pictures: Arc<PictureService>,
+    /// Searches.
+    pub searches: Arc<Searches>,
+    /// Workers heard from recently.
+    pub workers: Workers,
     /// Event streams of lineages and searches.
-    pub events: Events,
+    pub events: Arc<Events>,
     /// Idempotency keys of running requests: a repeated request has no second effect.
     pub ledger: Ledger,
     /// Metrics that `/metrics` returns.
-    pub metrics: Metrics,
+    pub metrics: Arc<Metrics>,
     /// Permits for CPU-heavy work.
     pub processors: Processors,
     /// Maker of broods.
-    pub breeding: Breeding,
+    pub breeding: Arc<Breeding>,
     /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
     /// Tasks that may outlive their request; the server waits for them before it ends.

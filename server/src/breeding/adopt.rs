@@ -8,8 +8,8 @@ use brood_program::Child;
 use brood_protocol::{Adopt, BreedOptions, Lineage, Seed};
 
 use super::{Breeding, Brood, Newborn};
+use crate::library::Framing;
 use crate::limit;
-use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
 use crate::server_timing::ServerTiming;
 
@@ -36,7 +36,7 @@ impl Breeding {
             );
             return Err(ApiError::refused(words).at("/genomes"));
         }
-        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
+        let framed = self.library.frame(Framing::thumbnail(self.backend, lineage)).await?;
         let mut genomes = Vec::with_capacity(count);
         for (index, hash) in adopt.genomes.iter().enumerate() {
             let pointer = format!("/genomes/{index}");

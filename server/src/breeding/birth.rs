@@ -21,16 +21,15 @@ use futures::poll;
 use http::StatusCode;
 
 use super::{Brood, Newborn};
+use crate::answer::individual;
 use crate::clock::now_ms;
-use crate::dispatch::{FrameId, Render, WaitingWorker, queued_job, render_work};
+use crate::dispatch::{FrameId, PictureService, WaitingRenderer, queued_job, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
 use crate::limit;
-use crate::picture::Failure;
-use crate::presenter::{individual, thumbnail_url};
+use crate::picture::{Failure, thumbnail_url};
 use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
-use crate::state::App;
 
 impl Brood {
     /// Stores the brood and starts rendering its pictures.
@@ -41,7 +40,7 @@ impl Brood {
     /// [`ApiError`] if the store fails.
     pub async fn deliver(
         self,
-        app: &App,
+        service: &Arc<PictureService>,
         lineage: &Lineage,
         attempt: &Attempt,
         timing: &mut ServerTiming,
@@ -77,11 +76,11 @@ impl Brood {
                 twin: child.twin,
             });
             let material =
-                app.library.insert_material(child.hash, child.genome, child.program).await;
+                service.library.insert_material(child.hash, child.genome, child.program).await;
             materials.push((key, id, material));
         }
         for row in &pictures {
-            app.picture_cache.insert_row(&Arc::new(row.clone()));
+            service.cache.insert_row(&Arc::new(row.clone()));
         }
         let answer = Generation {
             id,
@@ -101,15 +100,15 @@ impl Brood {
             created_ms,
         };
 
-        let reserved = app.picture_cache.reserve(materials.iter().map(|(key, ..)| *key));
+        let reserved = service.cache.reserve(materials.iter().map(|(key, ..)| *key));
         let distinct: HashSet<_> = materials.iter().map(|(key, ..)| *key).collect();
-        app.metrics.shared.increment((materials.len() - distinct.len()) as u64);
-        app.metrics.skipped.increment((distinct.len() - reserved.len()) as u64);
+        service.metrics.shared.increment((materials.len() - distinct.len()) as u64);
+        service.metrics.skipped.increment((distinct.len() - reserved.len()) as u64);
         let batch = FrameId::pictures_per_job(&framed.frame);
         let first = reserved.get(..batch).unwrap_or(&reserved);
         let direct = (!first.is_empty()).then(|| {
             let work = render_work(&framed.frame, items(first, &materials));
-            (JobId::fresh(), work, app.dispatch.renders.waiting.next())
+            (JobId::fresh(), work, service.jobs.waiting.next())
         });
         let job = direct.as_ref().map(|(id, work, waiting)| NewJob {
             id: *id,
@@ -134,12 +133,12 @@ impl Brood {
             search: step,
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
-        let reservations = Reservations { app: app.clone(), keys: reserved };
+        let reservations = Reservations { service: service.clone(), keys: reserved };
         let birth = Birth { new, direct, answer, framed, materials, reservations, redraws, twins };
         timing.end("prepare");
         // Runs in a separate task: committed changes must be published even if the client
         // disconnects.
-        let born = app.tasks.spawn(birth.complete(app.clone()));
+        let born = service.jobs.tasks.spawn(birth.complete(service.clone()));
         let born = born.await.map_err(|error| ApiError::internal(error.to_string()))?;
         let (generation, committed) = born?;
         timing.note("queue", committed.queued);
@@ -164,30 +163,36 @@ struct Birth {
 
 impl Birth {
     /// Writes the brood, then publishes it.
-    async fn complete(self, app: App) -> Result<(Generation, CommitTimes), ApiError> {
+    async fn complete(
+        self,
+        service: Arc<PictureService>,
+    ) -> Result<(Generation, CommitTimes), ApiError> {
         let Self { new, direct, mut answer, framed, materials, mut reservations, redraws, twins } =
             self;
-        let (born, committed) = write_and_dispatch(&app, new, direct).await?;
+        let (born, committed) = write_and_dispatch(&service, new, direct).await?;
         let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
         reservations.keys.drain(..batch);
-        app.dispatch.renders.notify.notify_one();
+        service.jobs.notify.notify_one();
         answer.index = born.index;
-        app.metrics.breeds.increment(1);
-        app.metrics.births.increment(answer.individuals.len() as u64);
-        app.metrics.redraws.increment(redraws);
-        app.metrics.twins.increment(twins);
-        app.events.generation(answer.lineage, answer.id);
+        service.metrics.breeds.increment(1);
+        service.metrics.births.increment(answer.individuals.len() as u64);
+        service.metrics.redraws.increment(redraws);
+        service.metrics.twins.increment(twins);
+        service.events.generation(answer.lineage, answer.id);
         for (key, individual, _) in &materials {
             // Subscribe before checking: a picture completed in between is still published.
-            app.picture_cache.add_listener(*key, answer.lineage, *individual);
-            if app.picture_cache.has(*key) {
-                for (lineage, individual) in app.picture_cache.take_listeners(*key) {
-                    app.events.thumbnail(lineage, individual, &thumbnail_url(*key));
+            service.cache.add_listener(*key, answer.lineage, *individual);
+            if service.cache.has(*key) {
+                for (lineage, individual) in service.cache.take_listeners(*key) {
+                    service.events.thumbnail(lineage, individual, &thumbnail_url(*key));
                 }
             }
         }
         if !reservations.keys.is_empty() {
-            app.tasks.spawn(async move { reservations.enqueue(&framed, &materials).await });
+            service
+                .jobs
+                .tasks
+                .spawn(async move { reservations.enqueue(&framed, &materials).await });
         }
         Ok((answer, committed))
     }
@@ -195,24 +200,24 @@ impl Birth {
 
 /// Writes a brood; a waiting worker starts on its pictures before the commit.
 async fn write_and_dispatch(
-    app: &App,
+    service: &Arc<PictureService>,
     new: NewGeneration,
     direct: Option<DirectDispatch>,
 ) -> Result<(StoredGeneration, CommitTimes), StorageError> {
-    let write = app.store.create_generation_timed(new);
+    let write = service.store.create_generation_timed(new);
     let mut write = std::pin::pin!(write);
     // Polled once first, so that the brood's write is queued before any write about the job.
     if let std::task::Poll::Ready(refused) = poll!(write.as_mut()) {
         return refused;
     }
-    let ticket =
-        direct.map(|DirectDispatch { job, work, waiting }| app.grant_directly(job, work, waiting));
+    let ticket = direct
+        .map(|DirectDispatch { job, work, waiting }| service.grant_directly(job, work, waiting));
     let born = write.await;
     if born.is_err()
         && let Some(ticket) = ticket
     {
         // The job was not stored, so its results must be rejected.
-        app.dispatch.renders.leases.end(&ticket);
+        service.jobs.leases.end(&ticket);
     }
     born
 }
@@ -235,12 +240,12 @@ fn items<'a>(
 struct DirectDispatch {
     job: JobId,
     work: RenderJob,
-    waiting: WaitingWorker<Render>,
+    waiting: WaitingRenderer,
 }
 
 /// Reserved pictures without a job; they fail on drop unless they get one.
 struct Reservations {
-    app: App,
+    service: Arc<PictureService>,
     keys: Vec<PictureKey>,
 }
 
@@ -248,18 +253,18 @@ impl Reservations {
     /// Queues the pictures beyond the first job. Pictures that do not fit in the queue, or that a
     /// crash loses, are rendered on the first request.
     async fn enqueue(mut self, framed: &Framed, materials: &[ChildPicture]) {
-        let app = self.app.clone();
+        let service = self.service.clone();
         while !self.keys.is_empty() {
             let batch = FrameId::pictures_per_job(&framed.frame).min(self.keys.len());
             let work = render_work(&framed.frame, items(&self.keys[..batch], materials));
             let job = queued_job(Queue::Batch, encode(&work));
-            if let Err(error) = app.store.enqueue(job, limit::QUEUED_JOBS).await {
+            if let Err(error) = service.store.enqueue(job, limit::QUEUED_JOBS).await {
                 let pictures = self.keys.len();
                 tracing::warn!(%error, pictures, "the queue is full: the rest of a brood is rendered on request");
                 return;
             }
             self.keys.drain(..batch);
-            app.dispatch.renders.notify.notify_one();
+            service.jobs.notify.notify_one();
         }
     }
 }
@@ -267,7 +272,7 @@ impl Reservations {
 impl Drop for Reservations {
     fn drop(&mut self) {
         if !self.keys.is_empty() {
-            self.app.picture_cache.fail(self.keys.iter().copied(), &Failure::Busy);
+            self.service.cache.fail(self.keys.iter().copied(), &Failure::Busy);
         }
     }
 }

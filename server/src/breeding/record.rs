@@ -2,47 +2,41 @@
 //! search step that found them.
 
 use brood_genome::{Dialect, Genome};
-use brood_protocol::{
-    BreedOptions, FoundMaterial, Generation, Lineage, MeasuredMaterial, ParentRef,
-};
+use brood_protocol::{BreedOptions, FoundMaterial, Lineage, MeasuredMaterial, ParentRef};
 use brood_storage::{SearchStep, StoredSearch};
 
 use super::adopt::{fitted, newborns};
 use super::{Breeding, Brood, Newborn, Parent};
+use crate::library::Framing;
 use crate::limit;
-use crate::presenter::thumbnail_view;
 use crate::problem::ApiError;
-use crate::server_timing::ServerTiming;
-use crate::state::App;
 
 /// Operator of an individual found by a search.
 pub const OPERATOR: &str = "fit";
 
-/// Makes a generation of the found materials, in order, and writes the search step with it.
-///
-/// Returns `None`, and writes no step, if none of the materials fits the lineage's dialect.
-///
-/// # Errors
-/// [`ApiError`] if the store fails or the server is busy.
-pub async fn record(
-    app: &App,
-    search: &StoredSearch,
-    (found, generation): (Vec<MeasuredMaterial>, u32),
-    step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
-) -> Result<Option<Generation>, ApiError> {
-    let lineage = app.store.lineage(search.lineage).await?;
-    let Some((brood, kept)) = app.breeding.collect(search, &lineage, found).await? else {
-        return Ok(None);
-    };
-    let found = kept.iter().zip(&brood.children);
-    let found = found.map(|(measured, newborn)| present(measured, newborn, generation)).collect();
-    let brood = Brood { step: Some(step(found)), ..brood };
-    let (attempt, mut timing) = (app.ledger.unkeyed(), ServerTiming::begin());
-    let (generation, _) = brood.deliver(app, &lineage, &attempt, &mut timing).await?;
-    Ok(Some(generation))
-}
-
 impl Breeding {
+    /// Makes a brood of the found materials, in order, to be stored with a step of the search.
+    ///
+    /// Returns `None` if none of the materials fits the lineage's dialect.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the store fails or the server is busy.
+    pub async fn record(
+        &self,
+        search: &StoredSearch,
+        lineage: &Lineage,
+        (found, generation): (Vec<MeasuredMaterial>, u32),
+        step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
+    ) -> Result<Option<Brood>, ApiError> {
+        let Some((brood, kept)) = self.collect(search, lineage, found).await? else {
+            return Ok(None);
+        };
+        let found = kept.iter().zip(&brood.children);
+        let found = found.map(|(measured, newborn)| present(measured, newborn, generation));
+        let step = step(found.collect());
+        Ok(Some(Brood { step: Some(step), ..brood }))
+    }
+
     /// Makes a brood of the found materials that fit the lineage's dialect; `None` if none does.
     async fn collect(
         &self,
@@ -50,7 +44,7 @@ impl Breeding {
         lineage: &Lineage,
         found: Vec<MeasuredMaterial>,
     ) -> Result<Option<(Brood, Vec<MeasuredMaterial>)>, ApiError> {
-        let framed = self.library.frame(thumbnail_view(self.backend, lineage)).await?;
+        let framed = self.library.frame(Framing::thumbnail(self.backend, lineage)).await?;
         let parent = self.parent_of(search, lineage).await?;
         let (dialect, id) = (lineage.dialect, search.id);
         let made = self.processors.run(move || {

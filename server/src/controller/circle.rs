@@ -271,7 +271,7 @@ async fn pictures(
     rows: Vec<Arc<StoredPicture>>,
     size_px: u32,
 ) -> Result<Vec<Vec<u8>>, ApiError> {
-    let pictures = rows.into_iter().map(|row| async move { app.picture(&row).await });
+    let pictures = rows.into_iter().map(|row| async move { app.pictures.get(&row).await });
     let pictures = stream::iter(pictures).buffered(AT_ONCE).try_collect::<Vec<_>>();
     let pictures = limit::in_time(pictures).await?;
     let decode = move || pictures.iter().map(|png| pixels(png, size_px)).collect();

@@ -23,7 +23,7 @@ use crate::dispatch::PictureRequest;
 use crate::extract::Query;
 use crate::library::{Framing, Optics};
 use crate::limit;
-use crate::presenter::thumbnail_url;
+use crate::picture::thumbnail_url;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -112,7 +112,7 @@ pub async fn difference(
         let framed = app.library.frame(request.view(&app, scene, PictureFormat::Png)).await?;
         let pair = [0, 1].map(|index: usize| request.materials[index].material.clone());
         let difference = Subject::Difference(pair);
-        app.picture(PictureRequest::own(framed.frame.clone(), &difference)).await
+        app.pictures.get(PictureRequest::own(framed.frame.clone(), &difference)).await
     };
     head.made(&headers, make).await
 }

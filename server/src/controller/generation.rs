@@ -65,7 +65,7 @@ async fn bred(
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
     let brood = app.breeding.make(&lineage, origin, &mut timing).await?;
-    let (generation, job) = brood.deliver(app, &lineage, &attempt, &mut timing).await?;
+    let (generation, job) = brood.deliver(&app.pictures, &lineage, &attempt, &mut timing).await?;
     Ok(answer(&generation, job, timing))
 }
 

@@ -42,7 +42,7 @@ async fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
         times: None,
     };
     // A job's row is removed after it is done, so finished jobs are checked first.
-    if let Some(done) = app.dispatch.history.get(id) {
+    if let Some(done) = app.pictures.history.get(id) {
         let (work, times) = (Some(done.work), Some(done.times));
         return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
     }
@@ -51,7 +51,7 @@ async fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
         // The job may have finished between the two checks, or be granted to a worker before it is
         // written.
         Err(StorageError::NotFound) => {
-            if let Some(done) = app.dispatch.history.get(id) {
+            if let Some(done) = app.pictures.history.get(id) {
                 let (work, times) = (Some(done.work), Some(done.times));
                 return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
             }

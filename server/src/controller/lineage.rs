@@ -165,7 +165,7 @@ pub async fn delete(
         app.store.purge_lineage(id).await?;
         // The caches may contain entries of the purged lineage.
         app.library.clear_materials();
-        app.picture_cache.clear_rows();
+        app.pictures.cache.clear_rows();
     } else {
         app.store.hide_lineage(id).await?;
     }

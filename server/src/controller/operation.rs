@@ -59,9 +59,9 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     for (state, searches) in app.store.search_counts().await? {
         app.metrics.gauge("brood_searches", &[("state", state)], searches as f64);
     }
-    let (in_flight, memory_bytes) = app.picture_cache.size();
-    let (disk_bytes, pictures) = app.picture_cache.disk().size();
-    app.metrics.gauge("brood_leases", &[], app.dispatch.renders.leases.len() as f64);
+    let (in_flight, memory_bytes) = app.pictures.cache.size();
+    let (disk_bytes, pictures) = app.pictures.cache.disk().size();
+    app.metrics.gauge("brood_leases", &[], app.pictures.jobs.leases.len() as f64);
     app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
     app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);

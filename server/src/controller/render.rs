@@ -121,8 +121,8 @@ async fn render(
     let key = framed.key(material.program.hash());
     let head = FileHead::of_picture(key, content_type(format), REVALIDATED);
     let make = async {
-        let row = app.store_row(framed.row(key, individual.hash)).await?;
-        app.picture(&row).await
+        let row = app.pictures.store_row(framed.row(key, individual.hash)).await?;
+        app.pictures.get(&row).await
     };
     head.made(headers, make).await
 }

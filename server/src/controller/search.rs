@@ -55,8 +55,8 @@ pub async fn create(
         }
         other => other.into(),
     })?;
-    app.publish_state(&app.store.search(id).await?);
-    app.dispatch.searches.notify.notify_one();
+    app.searches.publish_state(&app.store.search(id).await?);
+    app.searches.jobs.notify.notify_one();
     Ok(accepted(&answer))
 }
 
@@ -139,9 +139,9 @@ async fn change(
     };
     let search = app.store.change_search(id, change, now_ms()).await?;
     let search = search.map_err(|state| wrong_state(change, state))?;
-    app.dispatch.searches.leases.forget(id);
-    app.dispatch.searches.notify.notify_one();
-    app.publish_state(&search);
+    app.searches.jobs.leases.forget(id);
+    app.searches.jobs.notify.notify_one();
+    app.searches.publish_state(&search);
     let answer = present(app, search).await?;
     attempt.store(&app.store, StatusCode::OK, &answer).await?;
     Ok(Json(answer).into_response())

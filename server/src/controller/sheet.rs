@@ -15,7 +15,6 @@ use super::file::{FileHead, REVALIDATED};
 use crate::extract::{NoQuery, Path, Query};
 use crate::library::Framing;
 use crate::limit;
-use crate::presenter::thumbnail_view;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
@@ -89,7 +88,7 @@ async fn compose(
     for one in individuals.iter().chain(&centre) {
         if !lineages.iter().any(|(id, _)| *id == one.lineage) {
             let lineage = app.store.lineage(one.lineage).await?;
-            lineages.push((lineage.id, thumbnail_view(app.backend, &lineage)));
+            lineages.push((lineage.id, Framing::thumbnail(app.backend, &lineage)));
         }
     }
     let count = u32::try_from(individuals.len()).expect("a sheet has few cells");
@@ -137,7 +136,7 @@ pub(super) async fn collect(
     let count = rows.len();
     let pictures = rows.into_iter().map(|row| {
         let app = app.clone();
-        async move { app.picture(&row).await }
+        async move { app.pictures.get(&row).await }
     });
     let mut pictures = stream::iter(pictures).buffered(AT_ONCE);
     let mut small = Vec::with_capacity(count);
@@ -160,7 +159,7 @@ pub(super) async fn row(
 ) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(brood_program::ProgramHash::from_bytes(one.program_hash));
-    app.store_row(framed.row(key, one.hash)).await
+    app.pictures.store_row(framed.row(key, one.hash)).await
 }
 
 /// Scales a picture to its cell. At most one picture at a time is held in its full size.

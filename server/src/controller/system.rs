@@ -12,7 +12,7 @@ use crate::state::App;
 #[utoipa::path(get, path = "/v1/system", tag = "operation",
     responses((status = 200, body = SystemAnswer)))]
 pub async fn get(State(app): State<App>, NoQuery: NoQuery) -> Json<SystemAnswer> {
-    let (workers, backend) = app.dispatch.workers();
+    let (workers, backend) = app.workers.present();
     Json(SystemAnswer {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         renderer_version: RENDERER_VERSION,

@@ -102,7 +102,7 @@ async fn answer(
     let frame = view_frame(own, own.size_px, own.samples, PictureFormat::Png);
     let request = PictureRequest::own(frame, &Subject::Target(source(target, Some(n))?, aspect));
     let head = FileHead::of_picture(request.key(), "image/png", IMMUTABLE);
-    let picture = app.picture(request);
+    let picture = app.pictures.get(request);
     match aspect {
         // Rendered before the ETag is compared: a missing mask must be 404, not 304.
         Aspect::Mask => Ok(head.answer(headers, picture.await?)),
@@ -221,5 +221,5 @@ pub async fn render(
     let subject = Subject::Target(source(&target, None)?, Aspect::Picture);
     let request = PictureRequest::own(frame, &subject);
     let head = FileHead::of_picture(request.key(), "image/png", IMMUTABLE);
-    head.made(&headers, app.picture(request)).await
+    head.made(&headers, app.pictures.get(request)).await
 }

@@ -1,18 +1,21 @@
 //! Kinds of leased jobs. Claims, heartbeats, releases and the loss of leases are the same for all
-//! kinds, see [`lease`](super::lease). A kind claims its jobs and stores their return.
+//! kinds, see [`lease`](super::lease). A kind is the service that owns the jobs: it claims them and
+//! stores their return.
+
+use std::sync::Arc;
 
 use brood_protocol::{JobId, Ticket};
 use brood_storage::StorageError;
 use tokio::sync::Notify;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
 
-use super::Dispatch;
-use super::queue::{PendingGrant, WaitingWorkers};
+use super::queue::WaitingWorkers;
 use super::table::{Lease, LeaseTable};
 use crate::problem::ApiError;
-use crate::state::{App, AppState};
 
 /// Kind of leased job.
-pub trait JobKind: Sized + 'static {
+pub trait JobKind: Sized + Send + Sync + 'static {
     /// Name in logs.
     const NAME: &'static str;
     /// Proof of a lease.
@@ -23,18 +26,18 @@ pub trait JobKind: Sized + 'static {
     type Grant: Send + 'static;
 
     /// Returns the leases of this kind.
-    fn jobs(dispatch: &Dispatch) -> &Jobs<Self>;
+    fn jobs(&self) -> &Jobs<Self>;
 
     /// Returns the job of a lease.
     fn job(lease: &LeaseOf<Self>) -> JobId;
 
     /// True if a job of this kind is queued.
-    fn any_queued(app: &AppState) -> impl Future<Output = Result<bool, StorageError>> + Send;
+    fn any_queued(&self) -> impl Future<Output = Result<bool, StorageError>> + Send;
 
     /// Claims the next job and grants its lease. Jobs that need no worker or cannot be decoded end
     /// here.
     fn claim(
-        app: &App,
+        self: &Arc<Self>,
         worker: &str,
     ) -> impl Future<Output = Result<Option<PendingGrant<Self>>, ApiError>> + Send;
 
@@ -42,7 +45,7 @@ pub trait JobKind: Sized + 'static {
     /// died, the job may fail instead: a render job after three deaths, a search after three
     /// consecutive ones.
     fn on_returned(
-        app: &AppState,
+        &self,
         lease: LeaseOf<Self>,
         worker_died: bool,
     ) -> impl Future<Output = ()> + Send;
@@ -58,12 +61,59 @@ pub struct Jobs<K: JobKind> {
     /// Notified once per queued job.
     pub notify: Notify,
     /// Waiting workers.
-    pub waiting: WaitingWorkers<K>,
+    pub waiting: WaitingWorkers<PendingGrant<K>>,
+    /// Tasks that may outlive their request.
+    pub tasks: TaskTracker,
+    /// Cancelled when the server begins to stop.
+    pub stopping: CancellationToken,
 }
 
 impl<K: JobKind> Jobs<K> {
     /// Creates an empty table without waiting workers.
-    pub fn new() -> Self {
-        Self { leases: LeaseTable::new(), notify: Notify::new(), waiting: WaitingWorkers::new() }
+    pub fn new(tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
+        Self {
+            leases: LeaseTable::new(),
+            notify: Notify::new(),
+            waiting: WaitingWorkers::new(),
+            tasks: tasks.clone(),
+            stopping: stopping.clone(),
+        }
+    }
+}
+
+/// Lease on its way to a worker. Unless taken, it is returned on drop, so that a cancelled request
+/// loses no job.
+pub struct PendingGrant<K: JobKind> {
+    kind: Arc<K>,
+    grant: Option<K::Grant>,
+    ticket: K::Ticket,
+}
+
+impl<K: JobKind> PendingGrant<K> {
+    /// Wraps a new lease.
+    pub fn new(kind: &Arc<K>, ticket: K::Ticket, grant: K::Grant) -> Self {
+        Self { kind: kind.clone(), ticket, grant: Some(grant) }
+    }
+
+    /// Returns the proof of the lease.
+    pub fn ticket(&self) -> K::Ticket {
+        self.ticket
+    }
+
+    /// Returns the lease, which the worker must now renew.
+    pub fn take(mut self) -> K::Grant {
+        self.grant.take().expect("taken once, by value")
+    }
+}
+
+impl<K: JobKind> Drop for PendingGrant<K> {
+    fn drop(&mut self) {
+        if self.grant.is_none() {
+            return;
+        }
+        if let Some(lease) = self.kind.jobs().leases.end(&self.ticket) {
+            let kind = self.kind.clone();
+            self.kind.jobs().tasks.spawn(async move { kind.on_returned(lease, false).await });
+        }
     }
 }

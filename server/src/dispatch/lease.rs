@@ -1,16 +1,15 @@
 //! Leases of all kinds of jobs: claims, heartbeats, releases, and the return of jobs whose lease is
 //! lost.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::Instant;
 
 use super::kind::JobKind;
 use super::table::Renewed;
-use super::{Render, Search};
 use crate::limit;
 use crate::problem::ApiError;
-use crate::state::{App, AppState};
 
 /// Longest error text of a worker that is stored.
 const REASON_CHARS: usize = 500;
@@ -26,102 +25,95 @@ pub enum LeaseEnd<'a> {
     Shutdown,
 }
 
-impl AppState {
-    /// Waits for a job; `None` if there is none in the requested time.
-    ///
-    /// # Errors
-    /// [`ApiError`] if the store fails.
-    pub async fn lease<K: JobKind>(
-        self: &App,
-        worker: &str,
-        wait_ms: u32,
-    ) -> Result<Option<K::Grant>, ApiError> {
-        let wait = limit::LEASE_WAIT.min(Duration::from_millis(wait_ms.into()));
-        let deadline = Instant::now() + wait;
-        let jobs = K::jobs(&self.dispatch);
-        loop {
-            let notified = jobs.notify.notified();
-            if self.stopping.is_cancelled() {
-                return Ok(None);
-            }
-            if K::any_queued(self).await? {
-                let (app, worker) = (self.clone(), worker.to_owned());
-                // Runs in a separate task: a claim that was written must become a lease even if the
-                // worker disconnects.
-                let claim = self.tasks.spawn(async move {
-                    let claimed = K::claim(&app, &worker).await;
-                    if let Ok(Some(_)) = claimed {
-                        // Notifications coalesce: wake another waiter, as more jobs may be queued.
-                        K::jobs(&app.dispatch).notify.notify_one();
-                    }
-                    claimed
-                });
-                let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
-                if let Some(pending) = claimed? {
-                    return Ok(Some(pending.take()));
+/// Waits for a job; `None` if there is none in the requested time.
+///
+/// # Errors
+/// [`ApiError`] if the store fails.
+pub async fn claim_lease<K: JobKind>(
+    kind: &Arc<K>,
+    worker: &str,
+    wait_ms: u32,
+) -> Result<Option<K::Grant>, ApiError> {
+    let wait = limit::LEASE_WAIT.min(Duration::from_millis(wait_ms.into()));
+    let deadline = Instant::now() + wait;
+    let jobs = kind.jobs();
+    loop {
+        let notified = jobs.notify.notified();
+        if jobs.stopping.is_cancelled() {
+            return Ok(None);
+        }
+        if kind.any_queued().await? {
+            let (kind, worker) = (kind.clone(), worker.to_owned());
+            // Runs in a separate task: a claim that was written must become a lease even if the
+            // worker disconnects.
+            let claim = jobs.tasks.spawn(async move {
+                let claimed = kind.claim(&worker).await;
+                if let Ok(Some(_)) = claimed {
+                    // Notifications coalesce: wake another waiter, as more jobs may be queued.
+                    kind.jobs().notify.notify_one();
                 }
-            }
-            let mut receiver = jobs.waiting.join(worker);
-            tokio::select! {
-                biased;
-                pending = &mut receiver => if let Ok(pending) = pending {
-                    return Ok(Some(pending.take()));
-                },
-                () = notified => {}
-                () = tokio::time::sleep_until(deadline) => {}
-                () = self.stopping.cancelled() => {}
-            }
-            // A job may have arrived while another branch ended the wait.
-            receiver.close();
-            if let Ok(pending) = receiver.try_recv() {
+                claimed
+            });
+            let claimed = claim.await.map_err(|error| ApiError::internal(error.to_string()))?;
+            if let Some(pending) = claimed? {
                 return Ok(Some(pending.take()));
             }
-            if Instant::now() >= deadline {
-                return Ok(None);
-            }
+        }
+        let mut receiver = jobs.waiting.join(worker);
+        tokio::select! {
+            biased;
+            pending = &mut receiver => if let Ok(pending) = pending {
+                return Ok(Some(pending.take()));
+            },
+            () = notified => {}
+            () = tokio::time::sleep_until(deadline) => {}
+            () = jobs.stopping.cancelled() => {}
+        }
+        // A job may have arrived while another branch ended the wait.
+        receiver.close();
+        if let Ok(pending) = receiver.try_recv() {
+            return Ok(Some(pending.take()));
+        }
+        if Instant::now() >= deadline {
+            return Ok(None);
         }
     }
+}
 
-    /// Renews a lease.
-    ///
-    /// # Errors
-    /// 409 if the lease is not valid any more.
-    pub fn renew_lease<K: JobKind>(&self, ticket: &K::Ticket) -> Result<Renewed, ApiError> {
-        K::jobs(&self.dispatch).leases.renew(ticket).ok_or_else(stale)
-    }
+/// Renews a lease.
+///
+/// # Errors
+/// 409 if the lease is not valid any more.
+pub fn renew_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<Renewed, ApiError> {
+    kind.jobs().leases.renew(ticket).ok_or_else(stale)
+}
 
-    /// Returns an unfinished job to its queue.
-    ///
-    /// # Errors
-    /// 409 if the lease is not valid any more.
-    pub async fn release_lease<K: JobKind>(&self, ticket: &K::Ticket) -> Result<(), ApiError> {
-        let lease = K::jobs(&self.dispatch).leases.end(ticket).ok_or_else(stale)?;
-        K::on_returned(self, lease, false).await;
-        Ok(())
-    }
+/// Returns an unfinished job to its queue.
+///
+/// # Errors
+/// 409 if the lease is not valid any more.
+pub async fn release_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<(), ApiError> {
+    let lease = kind.jobs().leases.end(ticket).ok_or_else(stale)?;
+    kind.on_returned(lease, false).await;
+    Ok(())
+}
 
-    /// Ends leases of all kinds and requeues their jobs.
-    pub async fn end_leases(&self, end: LeaseEnd<'_>) {
-        self.end_leases_of::<Render>(end).await;
-        self.end_leases_of::<Search>(end).await;
-    }
-
-    async fn end_leases_of<K: JobKind>(&self, end: LeaseEnd<'_>) {
-        let leases = &K::jobs(&self.dispatch).leases;
-        let (ended, lost) = match end {
-            LeaseEnd::Expired => (leases.end_expired(), Some("a lease has expired")),
-            LeaseEnd::Death(worker) => {
-                (leases.end_those_of(worker), Some("a worker died while running a job"))
-            }
-            LeaseEnd::Shutdown => (leases.end_all(), None),
-        };
-        for lease in ended {
-            if let Some(message) = lost {
-                let (kind, job, worker) = (K::NAME, K::job(&lease), &lease.worker);
-                tracing::warn!(kind, %job, worker, "{message}");
-            }
-            K::on_returned(self, lease, lost.is_some()).await;
+/// Ends leases and requeues their jobs.
+pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) {
+    let leases = &kind.jobs().leases;
+    let (ended, lost) = match end {
+        LeaseEnd::Expired => (leases.end_expired(), Some("a lease has expired")),
+        LeaseEnd::Death(worker) => {
+            (leases.end_those_of(worker), Some("a worker died while running a job"))
         }
+        LeaseEnd::Shutdown => (leases.end_all(), None),
+    };
+    for lease in ended {
+        if let Some(message) = lost {
+            let (job, worker) = (K::job(&lease), &lease.worker);
+            tracing::warn!(kind = K::NAME, %job, worker, "{message}");
+        }
+        kind.on_returned(lease, lost.is_some()).await;
     }
 }
 

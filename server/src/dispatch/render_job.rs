@@ -1,8 +1,7 @@
 //! Render jobs: claims, direct grants, results.
 
+use std::sync::Arc;
 use std::time::Duration;
-
-use bytes::Bytes;
 
 use brood_protocol::{
     JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, RenderItem,
@@ -10,18 +9,19 @@ use brood_protocol::{
 };
 use brood_scene::PixelArea;
 use brood_storage::{FIRST_EPOCH, JobState, StorageError};
+use bytes::Bytes;
 
-use super::kind::{JobKind, Jobs, LeaseOf};
+use super::history::FinishedJob;
+use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
 use super::lease::{lease_ms, shortened, stale};
-use super::queue::{PendingGrant, WaitingWorker};
-use super::{Dispatch, FinishedJob};
+use super::pictures::PictureService;
+use super::queue::WaitingWorker;
 use crate::clock::now_ms;
 use crate::picture::{Failure, check};
 use crate::problem::{ApiError, quote};
-use crate::state::{App, AppState};
 
-/// Kind of render jobs.
-pub enum Render {}
+/// Worker that waits for a render job.
+pub type WaitingRenderer = WaitingWorker<PendingGrant<PictureService>>;
 
 /// Render job during its lease.
 pub struct LeasedRender {
@@ -31,94 +31,108 @@ pub struct LeasedRender {
     queued: Duration,
 }
 
-impl JobKind for Render {
+impl JobKind for PictureService {
     const NAME: &'static str = "render";
     type Ticket = LeaseTicket;
     type Payload = LeasedRender;
     type Grant = LeaseGrant;
 
-    fn jobs(dispatch: &Dispatch) -> &Jobs<Self> {
-        &dispatch.renders
+    fn jobs(&self) -> &Jobs<Self> {
+        &self.jobs
     }
 
     fn job(lease: &LeaseOf<Self>) -> JobId {
         lease.payload.job
     }
 
-    async fn any_queued(app: &AppState) -> Result<bool, StorageError> {
-        app.store.any_queued().await
+    async fn any_queued(&self) -> Result<bool, StorageError> {
+        self.store.any_queued().await
     }
 
-    async fn claim(app: &App, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(job) = app.store.claim(worker).await? {
+    async fn claim(self: &Arc<Self>, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+        while let Some(job) = self.store.claim(worker).await? {
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
                 Err(error) => {
                     tracing::error!(job = %job.id, %error, "cannot decode a stored job");
-                    app.store.fail(job.id, job.epoch, &error.to_string()).await?;
+                    self.store.fail(job.id, job.epoch, &error.to_string()).await?;
                     continue;
                 }
             };
             let before = work.items.len();
-            work.items = app.without_cached(work.items).await?;
-            app.metrics.skipped.increment((before - work.items.len()) as u64);
+            work.items = self.without_cached(work.items).await?;
+            self.metrics.skipped.increment((before - work.items.len()) as u64);
             if work.items.is_empty() {
-                app.store.complete(job.id, job.epoch).await?;
+                self.store.complete(job.id, job.epoch).await?;
                 continue;
             }
             let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
             let queued = Duration::from_millis(waited_ms);
-            return Ok(Some(grant(app, (job.id, job.epoch), worker, work, queued)));
+            return Ok(Some(self.grant((job.id, job.epoch), worker, work, queued)));
         }
         Ok(None)
     }
 
-    async fn on_returned(app: &AppState, lease: LeaseOf<Self>, worker_died: bool) {
+    async fn on_returned(&self, lease: LeaseOf<Self>, worker_died: bool) {
         let job = lease.payload.job;
-        match app.store.release(job, lease.ticket.epoch, worker_died).await {
+        match self.store.release(job, lease.ticket.epoch, worker_died).await {
             Ok(JobState::Dead) => {
                 let reason = "worker_lost: three workers died while rendering it";
                 tracing::error!(%job, reason, "a job has failed permanently");
-                app.picture_cache.fail(keys(&lease), &Failure::Render(reason.into()));
+                self.cache.fail(keys(&lease), &Failure::Render(reason.into()));
             }
-            Ok(_) => app.dispatch.renders.notify.notify_one(),
+            Ok(_) => self.jobs.notify.notify_one(),
             Err(error) => {
                 tracing::error!(%job, %error, "cannot requeue a job");
-                app.picture_cache.fail(keys(&lease), &Failure::Internal);
+                self.cache.fail(keys(&lease), &Failure::Internal);
             }
         }
     }
 }
 
-impl AppState {
+impl PictureService {
     /// Grants a job that is being written as leased directly to a waiting worker.
     pub fn grant_directly(
-        self: &App,
+        self: &Arc<Self>,
         job: JobId,
         work: RenderJob,
-        waiting: WaitingWorker<Render>,
+        waiting: WaitingRenderer,
     ) -> LeaseTicket {
         let lease = (job, FIRST_EPOCH);
-        let pending = grant(self, lease, &waiting.worker, work, Duration::ZERO);
+        let pending = self.grant(lease, &waiting.worker, work, Duration::ZERO);
         let ticket = pending.ticket();
         // If the worker has disconnected, dropping the grant returns the lease.
         drop(waiting.sender.send(pending));
         ticket
     }
 
+    /// Grants the lease of a claimed job.
+    fn grant(
+        self: &Arc<Self>,
+        (job, epoch): (JobId, u64),
+        worker: &str,
+        work: RenderJob,
+        queued: Duration,
+    ) -> PendingGrant<Self> {
+        let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch };
+        let payload = LeasedRender { job, work: work.clone(), queued };
+        self.jobs.leases.grant(ticket, worker, payload);
+        PendingGrant::new(self, ticket, LeaseGrant { ticket, job, ttl_ms: lease_ms(), work })
+    }
+
     /// Returns the items that must be rendered. Cached pictures, made by another job or before a
     /// restart, are completed here: a request may be waiting for them.
     async fn without_cached(
-        self: &App,
+        self: &Arc<Self>,
         items: Vec<RenderItem>,
     ) -> Result<Vec<RenderItem>, ApiError> {
-        if !items.iter().any(|item| self.picture_cache.has(item.key)) {
+        if !items.iter().any(|item| self.cache.has(item.key)) {
             return Ok(items);
         }
-        let app = self.clone();
+        let own = self.clone();
         let reading = tokio::task::spawn_blocking(move || {
             let mut items = items;
-            items.retain(|item| !app.picture_cache.complete_if_cached(item.key));
+            items.retain(|item| !own.cache.complete_if_cached(item.key));
             items
         });
         reading.await.map_err(|error| ApiError::internal(error.to_string()))
@@ -128,8 +142,8 @@ impl AppState {
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.
-    pub async fn results(self: &App, results: LeaseResults) -> Result<(), ApiError> {
-        let lease = self.dispatch.renders.leases.end(&results.ticket).ok_or_else(stale)?;
+    pub async fn results(self: &Arc<Self>, results: LeaseResults) -> Result<(), ApiError> {
+        let lease = self.jobs.leases.end(&results.ticket).ok_or_else(stale)?;
         let job = lease.payload.job;
         let (pictures, work) = match results.outcome {
             RenderOutcome::Pictures(pictures, work) => (pictures, work),
@@ -140,7 +154,7 @@ impl AppState {
             }
             RenderOutcome::Missing(reason) => {
                 let failure = Failure::Missing(shortened(&reason).into());
-                self.picture_cache.fail(keys(&lease), &failure);
+                self.cache.fail(keys(&lease), &failure);
                 return Ok(self.store.complete(job, lease.ticket.epoch).await?);
             }
         };
@@ -154,15 +168,15 @@ impl AppState {
         self.metrics.rendered.increment(pictures.len() as u64);
         self.metrics.work(&work);
         let times = JobTimes { queued_us: micros(lease.payload.queued), leased_us: micros(leased) };
-        self.dispatch.history.note(job, FinishedJob { work, times });
+        self.history.note(job, FinishedJob { work, times });
         for picture in pictures {
-            self.picture_ready(picture.key, Bytes::from(picture.bytes), true);
+            self.ready(picture.key, Bytes::from(picture.bytes), true);
         }
         // The pictures are already cached, so the answer does not wait for the removal of the
         // queue's row.
-        let app = self.clone();
-        self.tasks.spawn(async move {
-            if let Err(error) = app.store.complete(job, lease.ticket.epoch).await {
+        let own = self.clone();
+        self.jobs.tasks.spawn(async move {
+            if let Err(error) = own.store.complete(job, lease.ticket.epoch).await {
                 tracing::warn!(%job, %error, "cannot remove a finished job from the queue");
             }
         });
@@ -170,28 +184,17 @@ impl AppState {
     }
 
     /// Marks a job as failed.
-    async fn fail_job(&self, lease: &LeaseOf<Render>, reason: &str) -> Result<(), ApiError> {
-        self.picture_cache.fail(keys(lease), &Failure::Render(reason.into()));
+    async fn fail_job(
+        &self,
+        lease: &LeaseOf<PictureService>,
+        reason: &str,
+    ) -> Result<(), ApiError> {
+        self.cache.fail(keys(lease), &Failure::Render(reason.into()));
         Ok(self.store.fail(lease.payload.job, lease.ticket.epoch, reason).await?)
     }
 }
 
-/// Grants the lease of a claimed job.
-fn grant(
-    app: &App,
-    (job, epoch): (JobId, u64),
-    worker: &str,
-    work: RenderJob,
-    queued: Duration,
-) -> PendingGrant<Render> {
-    let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch };
-    let payload = LeasedRender { job, work: work.clone(), queued };
-    app.dispatch.renders.leases.grant(ticket, worker, payload);
-    let grant = LeaseGrant { ticket, job, ttl_ms: lease_ms(), work };
-    PendingGrant::new(app.clone(), ticket, grant)
-}
-
-fn keys(lease: &LeaseOf<Render>) -> impl Iterator<Item = PictureKey> {
+fn keys(lease: &LeaseOf<PictureService>) -> impl Iterator<Item = PictureKey> {
     lease.payload.work.items.iter().map(|item| item.key)
 }
 

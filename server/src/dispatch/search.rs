@@ -6,79 +6,97 @@ mod publish;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    Directive, FoundMaterial, GenerationLine, JobId, MeasuredMaterial, SearchGrant, SearchReport,
-    SearchState, SearchTicket, SearchUpdate, WireError, decode,
+    Directive, FoundMaterial, Generation, GenerationLine, JobId, MeasuredMaterial, SearchGrant,
+    SearchReport, SearchState, SearchTicket, SearchUpdate, WireError, decode,
 };
-use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, StoredSearch};
+use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
 
-use super::Dispatch;
-use super::kind::{JobKind, Jobs, LeaseOf};
-use super::lease::{lease_ms, shortened, stale};
-use super::queue::PendingGrant;
-use crate::breeding;
+use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
+use super::lease::{lease_ms, renew_lease, shortened, stale};
+use super::pictures::PictureService;
+use crate::breeding::Breeding;
 use crate::clock::now_ms;
+use crate::event::Events;
+use crate::idempotency::Ledger;
 use crate::limit;
+use crate::metric::Metrics;
 use crate::problem::ApiError;
-use crate::state::{App, AppState};
+use crate::server_timing::ServerTiming;
 
 pub use publish::search_json;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
 
-/// Kind of searches.
-pub enum Search {}
+/// Serves searches: their leases, reports and events. Also the kind of searches.
+pub struct Searches {
+    /// Database.
+    pub store: Store,
+    /// Leases of searches.
+    pub jobs: Jobs<Self>,
+    /// Maker of the broods of found materials.
+    pub breeding: Arc<Breeding>,
+    /// Pictures of found materials.
+    pub pictures: Arc<PictureService>,
+    /// Idempotency keys of running requests.
+    pub ledger: Ledger,
+    /// Event streams.
+    pub events: Arc<Events>,
+    /// Metrics.
+    pub metrics: Arc<Metrics>,
+}
 
-impl JobKind for Search {
+impl JobKind for Searches {
     const NAME: &'static str = "search";
     type Ticket = SearchTicket;
     type Payload = ();
     type Grant = SearchGrant;
 
-    fn jobs(dispatch: &Dispatch) -> &Jobs<Self> {
-        &dispatch.searches
+    fn jobs(&self) -> &Jobs<Self> {
+        &self.jobs
     }
 
     fn job(lease: &LeaseOf<Self>) -> JobId {
         lease.ticket.job
     }
 
-    async fn any_queued(app: &AppState) -> Result<bool, StorageError> {
-        app.store.any_search_queued().await
+    async fn any_queued(&self) -> Result<bool, StorageError> {
+        self.store.any_search_queued().await
     }
 
-    async fn claim(app: &App, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(claimed) = app.store.claim_search(worker, now_ms()).await? {
+    async fn claim(self: &Arc<Self>, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+        while let Some(claimed) = self.store.claim_search(worker, now_ms()).await? {
             let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
-            app.dispatch.searches.leases.grant(ticket, worker, ());
+            self.jobs.leases.grant(ticket, worker, ());
             match grant(ticket, claimed) {
                 Ok(grant) => {
-                    let pending = PendingGrant::new(app.clone(), ticket, grant);
-                    let search = app.store.search(ticket.job).await?;
-                    app.publish_state(&search);
+                    let pending = PendingGrant::new(self, ticket, grant);
+                    let search = self.store.search(ticket.job).await?;
+                    self.publish_state(&search);
                     return Ok(Some(pending));
                 }
                 Err(error) => {
                     let reason = format!("cannot decode the start genomes: {error}");
-                    app.fail_claimed(&ticket, reason).await?;
+                    self.fail_claimed(&ticket, reason).await?;
                 }
             }
         }
         Ok(None)
     }
 
-    async fn on_returned(app: &AppState, lease: LeaseOf<Self>, worker_died: bool) {
+    async fn on_returned(&self, lease: LeaseOf<Self>, worker_died: bool) {
         let SearchTicket { job, epoch } = lease.ticket;
-        match app.store.release_search(job, epoch, worker_died, now_ms()).await {
+        match self.store.release_search(job, epoch, worker_died, now_ms()).await {
             Ok(search) => {
                 if search.state == SearchState::Failed {
                     tracing::error!(%job, "a search has failed: too many workers died while running it");
                 }
-                app.publish_state(&search);
-                app.dispatch.searches.notify.notify_one();
+                self.publish_state(&search);
+                self.jobs.notify.notify_one();
             }
             // Paused or cancelled meanwhile.
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
@@ -87,7 +105,7 @@ impl JobKind for Search {
     }
 }
 
-impl AppState {
+impl Searches {
     /// Marks a search that no worker can run as failed, and ends its lease.
     async fn fail_claimed(&self, ticket: &SearchTicket, reason: String) -> Result<(), ApiError> {
         let search = self.store.search(ticket.job).await?;
@@ -95,7 +113,7 @@ impl AppState {
         if search.epoch == ticket.epoch {
             self.fail_search(&search, reason).await?;
         }
-        self.dispatch.searches.leases.end(ticket);
+        self.jobs.leases.end(ticket);
         Ok(())
     }
 
@@ -103,38 +121,38 @@ impl AppState {
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the report is invalid.
-    pub async fn report_search(self: &App, report: SearchReport) -> Result<Directive, ApiError> {
+    pub async fn report(self: &Arc<Self>, report: SearchReport) -> Result<Directive, ApiError> {
         let SearchReport { ticket, update } = report;
-        let held = self.renew_lease::<Search>(&ticket)?.age;
+        let held = renew_lease(&**self, &ticket)?.age;
         let search = self.store.search(ticket.job).await?;
         if search.epoch != ticket.epoch || search.state != SearchState::Running {
-            self.dispatch.searches.leases.end(&ticket);
+            self.jobs.leases.end(&ticket);
             return Err(stale());
         }
         // Runs in a separate task: what was written must be published even if the worker
         // disconnects.
-        let app = self.clone();
-        let taken = self.tasks.spawn(async move {
+        let own = self.clone();
+        let taken = self.jobs.tasks.spawn(async move {
             match update {
                 SearchUpdate::Generations { lines, checkpoint, best } => {
-                    app.take_generations(&search, held, (lines, checkpoint), best).await
+                    own.take_generations(&search, held, (lines, checkpoint), best).await
                 }
                 SearchUpdate::Finished { front, seconds } => {
-                    app.take_front(&search, front, seconds).await
+                    own.take_front(&search, front, seconds).await
                 }
-                SearchUpdate::Failed(reason) => app.fail_search(&search, shortened(&reason)).await,
+                SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
         if directive == Directive::Stop {
-            self.dispatch.searches.leases.end(&ticket);
-            self.dispatch.searches.notify.notify_one();
+            self.jobs.leases.end(&ticket);
+            self.jobs.notify.notify_one();
         }
         Ok(directive)
     }
 
     async fn take_generations(
-        self: &App,
+        &self,
         search: &StoredSearch,
         held: Duration,
         (lines, checkpoint): (Vec<GenerationLine>, Vec<u8>),
@@ -165,7 +183,7 @@ impl AppState {
                 let plain = step.clone();
                 let with =
                     move |mut found: Vec<FoundMaterial>| SearchStep { best: found.pop(), ..plain };
-                breeding::record(self, search, (vec![best], generation), with).await?
+                self.record(search, (vec![best], generation), with).await?
             }
             None => None,
         };
@@ -184,7 +202,7 @@ impl AppState {
     }
 
     async fn take_front(
-        self: &App,
+        &self,
         search: &StoredSearch,
         front: Vec<MeasuredMaterial>,
         seconds: f64,
@@ -201,7 +219,7 @@ impl AppState {
             ..plain
         };
         let found = (front, search.generation);
-        let Some(generation) = breeding::record(self, search, found, with).await? else {
+        let Some(generation) = self.record(search, found, with).await? else {
             let reason = "no result is a genome of the lineage's dialect";
             return self.fail_search(search, reason.to_owned()).await;
         };
@@ -209,6 +227,23 @@ impl AppState {
         self.publish_best(&search, &generation);
         self.publish_state(&search);
         Ok(Directive::Stop)
+    }
+
+    /// Stores found materials as a generation of the search's lineage, with a step of the search;
+    /// `None`, without the step, if none of them fits the lineage's dialect.
+    async fn record(
+        &self,
+        search: &StoredSearch,
+        found: (Vec<MeasuredMaterial>, u32),
+        step: impl FnOnce(Vec<FoundMaterial>) -> SearchStep + Send,
+    ) -> Result<Option<Generation>, ApiError> {
+        let lineage = self.store.lineage(search.lineage).await?;
+        let Some(brood) = self.breeding.record(search, &lineage, found, step).await? else {
+            return Ok(None);
+        };
+        let (attempt, mut timing) = (self.ledger.unkeyed(), ServerTiming::begin());
+        let delivered = brood.deliver(&self.pictures, &lineage, &attempt, &mut timing).await?;
+        Ok(Some(delivered.0))
     }
 
     /// Marks a search as failed.

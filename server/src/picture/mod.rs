@@ -8,8 +8,10 @@ mod check;
 mod coalesce;
 mod disk;
 mod segment;
+mod url;
 
 pub use cache::{Failure, Lookup, PictureCache};
 pub use check::check;
 pub use coalesce::Coalescer;
 pub use disk::DiskCache;
+pub use url::thumbnail_url;

@@ -43,7 +43,7 @@ pub async fn row(
 ) -> Result<Arc<StoredPicture>, ApiError> {
     let framed = app.library.frame(view).await?;
     let key = framed.key(one.material.program.hash());
-    app.store_row(framed.row(key, one.hash)).await
+    app.pictures.store_row(framed.row(key, one.hash)).await
 }
 
 /// Returns the linear pictures at the given exposure, in the order of the materials.
@@ -60,7 +60,7 @@ pub async fn linear(
     for one in &request.materials {
         rows.push(row(app, one, view).await?);
     }
-    let files = rows.into_iter().map(|row| async move { app.picture(&row).await });
+    let files = rows.into_iter().map(|row| async move { app.pictures.get(&row).await });
     let files = stream::iter(files).buffered(*COMPARED.end()).try_collect::<Vec<_>>().await?;
     let read = move || -> Result<Vec<LinearImage>, ApiError> {
         let read = |exr: &bytes::Bytes| LinearImage::from_exr(exr, exposure_ev);

@@ -6,7 +6,7 @@ use brood_protocol::{LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
 use http::StatusCode;
 
 use super::{Held, Message, check_same, for_logs, granted};
-use crate::dispatch::Render;
+use crate::dispatch::{claim_lease, release_lease, renew_lease};
 use crate::extract::{NoQuery, Path};
 use crate::limit;
 use crate::problem::ApiError;
@@ -23,8 +23,8 @@ pub async fn claim(
 ) -> Result<Response, ApiError> {
     let LeaseRequest { worker, report, wait_ms } = request;
     let worker = for_logs(&worker);
-    app.dispatch.worker_seen(&worker, &report);
-    Ok(granted(app.lease::<Render>(&worker, wait_ms).await?))
+    app.workers.seen(&worker, &report);
+    Ok(granted(claim_lease(&app.pictures, &worker, wait_ms).await?))
 }
 
 /// Renews a lease.
@@ -37,8 +37,8 @@ pub async fn heartbeat(
     NoQuery: NoQuery,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let renewed = app.renew_lease::<Render>(&ticket)?;
-    app.dispatch.worker_seen_again(&renewed.worker);
+    let renewed = renew_lease(&*app.pictures, &ticket)?;
+    app.workers.seen_again(&renewed.worker);
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -54,7 +54,7 @@ pub async fn results(
     Message(results): Message<LeaseResults, { limit::LEASE_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
     check_same(id, &results.ticket)?;
-    app.results(results).await?;
+    app.pictures.results(results).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -68,6 +68,6 @@ pub async fn release(
     NoQuery: NoQuery,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    app.release_lease::<Render>(&ticket).await?;
+    release_lease(&*app.pictures, &ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }

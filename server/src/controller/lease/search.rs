@@ -6,7 +6,7 @@ use brood_protocol::{JobId, SearchReport, SearchRequest, SearchTicket, encode};
 use http::StatusCode;
 
 use super::{Held, Message, check_same, for_logs, granted, message};
-use crate::dispatch::Search;
+use crate::dispatch::{claim_lease, release_lease, renew_lease};
 use crate::extract::{NoQuery, Path};
 use crate::limit;
 use crate::problem::ApiError;
@@ -22,7 +22,7 @@ pub async fn claim(
     Message(request): Message<SearchRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let SearchRequest { worker, wait_ms } = request;
-    Ok(granted(app.lease::<Search>(&for_logs(&worker), wait_ms).await?))
+    Ok(granted(claim_lease(&app.searches, &for_logs(&worker), wait_ms).await?))
 }
 
 /// Renews the lease of a search.
@@ -35,7 +35,7 @@ pub async fn heartbeat(
     NoQuery: NoQuery,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    app.renew_lease::<Search>(&ticket)?;
+    renew_lease(&*app.searches, &ticket)?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -51,7 +51,7 @@ pub async fn report(
     Message(report): Message<SearchReport, { limit::SEARCH_REPORT_BYTES }>,
 ) -> Result<Response, ApiError> {
     check_same(id, &report.ticket)?;
-    Ok(message(encode(&app.report_search(report).await?)))
+    Ok(message(encode(&app.searches.report(report).await?)))
 }
 
 /// Returns a search to its queue.
@@ -64,6 +64,6 @@ pub async fn release(
     NoQuery: NoQuery,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    app.release_lease::<Search>(&ticket).await?;
+    release_lease(&*app.searches, &ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }

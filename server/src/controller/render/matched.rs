@@ -57,7 +57,7 @@ impl MatchedRender {
         let material = app.library.material(individual.hash).await?;
         let request = PictureRequest::own(frame, &Subject::Matched(material, source));
         let head = FileHead::of_picture(request.key(), content_type(self.format), REVALIDATED);
-        head.made(headers, app.picture(request)).await
+        head.made(headers, app.pictures.get(request)).await
     }
 
     /// Returns the frame of the target's picture.

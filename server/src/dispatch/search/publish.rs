@@ -4,7 +4,7 @@ use brood_protocol::{Budget, Generation, SearchAnswer, SearchState};
 use brood_storage::StoredSearch;
 use serde_json::json;
 
-use crate::state::AppState;
+use super::Searches;
 
 /// Converts a search to its answer.
 pub fn search_json(search: StoredSearch) -> SearchAnswer {
@@ -43,7 +43,7 @@ fn progress(search: &StoredSearch) -> f64 {
     share.clamp(0.0, 1.0)
 }
 
-impl AppState {
+impl Searches {
     /// Publishes a search's state.
     pub fn publish_state(&self, search: &StoredSearch) {
         let data = json!({ "id": search.id, "state": search.state, "reason": search.reason });

@@ -7,8 +7,9 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::config::ServerConfig;
-use crate::dispatch::LeaseEnd;
+use crate::dispatch::{LeaseEnd, claim_lease, end_leases};
 use crate::server::Server;
+use crate::state::App;
 
 async fn app() -> (TempDir, App) {
     let dir = tempfile::tempdir().unwrap();
@@ -83,32 +84,33 @@ async fn claimed_search_is_requeued_without_a_death_when_request_was_dropped() {
     let (_dir, app) = app().await;
     let id = search(&app, no_genomes()).await;
     let claimed = async {
-        while app.dispatch.searches.leases.len() == 0 {
+        while app.searches.jobs.leases.len() == 0 {
             tokio::task::yield_now().await;
         }
     };
     tokio::select! {
         biased;
         () = claimed => {}
-        _ = app.lease::<Search>("gone", 20_000) => panic!("the request is dropped first"),
+        _ = claim_lease(&app.searches, "gone", 20_000) => panic!("the request is dropped first"),
     }
     // Waits until the search is queued again: long before the first lease would expire.
-    let grant = app.lease::<Search>("next", 10_000).await.unwrap().expect("the search is queued");
+    let grant =
+        claim_lease(&app.searches, "next", 10_000).await.unwrap().expect("the search is queued");
     assert_eq!(grant.ticket, SearchTicket { job: id, epoch: 3 }, "claim, release, claim");
     assert_eq!(app.store.search(id).await.unwrap().deaths, 0);
-    assert_eq!(app.dispatch.searches.leases.len(), 1);
+    assert_eq!(app.searches.jobs.leases.len(), 1);
 }
 
 #[tokio::test]
 async fn search_fails_with_reason_when_start_cannot_be_decoded() {
     let (_dir, app) = app().await;
     let broken = search(&app, vec![9]).await;
-    assert!(app.lease::<Search>("worker", 0).await.unwrap().is_none());
+    assert!(claim_lease(&app.searches, "worker", 0).await.unwrap().is_none());
     let search = app.store.search(broken).await.unwrap();
     assert_eq!(search.state, SearchState::Failed);
     assert!(search.reason.unwrap().starts_with("cannot decode the start genomes"));
     assert!(search.ended_ms.is_some());
-    assert_eq!(app.dispatch.searches.leases.len(), 0);
+    assert_eq!(app.searches.jobs.leases.len(), 0);
 }
 
 #[tokio::test]
@@ -116,7 +118,7 @@ async fn next_search_is_claimed_when_start_of_the_first_cannot_be_decoded() {
     let (_dir, app) = app().await;
     search(&app, vec![9]).await;
     let good = search(&app, no_genomes()).await;
-    let grant = app.lease::<Search>("worker", 0).await.unwrap().unwrap();
+    let grant = claim_lease(&app.searches, "worker", 0).await.unwrap().unwrap();
     assert_eq!(grant.ticket.job, good);
 }
 
@@ -125,12 +127,12 @@ async fn search_of_a_dead_worker_is_requeued_with_a_death_but_not_at_shutdown() 
     let (_dir, app) = app().await;
     let id = search(&app, no_genomes()).await;
     for (end, deaths) in [(LeaseEnd::Shutdown, 0), (LeaseEnd::Death("worker"), 1)] {
-        let grant = app.lease::<Search>("worker", 0).await.unwrap().unwrap();
-        app.end_leases(LeaseEnd::Death("other")).await;
-        app.end_leases(LeaseEnd::Expired).await;
-        app.renew_lease::<Search>(&grant.ticket).unwrap();
-        app.end_leases(end).await;
-        assert!(app.renew_lease::<Search>(&grant.ticket).is_err());
+        let grant = claim_lease(&app.searches, "worker", 0).await.unwrap().unwrap();
+        end_leases(&*app.searches, LeaseEnd::Death("other")).await;
+        end_leases(&*app.searches, LeaseEnd::Expired).await;
+        renew_lease(&*app.searches, &grant.ticket).unwrap();
+        end_leases(&*app.searches, end).await;
+        assert!(renew_lease(&*app.searches, &grant.ticket).is_err());
         let search = app.store.search(id).await.unwrap();
         assert_eq!((search.state, search.deaths), (SearchState::Queued, deaths));
     }

@@ -1,0 +1,206 @@
+//! Picture requests: answered from memory, from disk, by a render already in flight, or by a new
+//! job.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use brood_protocol::{PictureKey, RenderJob, encode};
+use brood_storage::{Queue, StorageError, Store, StoredPicture};
+use bytes::Bytes;
+
+use super::history::History;
+use super::kind::Jobs;
+use super::request::{FrameId, PictureRequest, queued_job, render_work};
+use crate::clock::now_ms;
+use crate::event::Events;
+use crate::library::Library;
+use crate::limit;
+use crate::metric::Metrics;
+use crate::picture::{Coalescer, Failure, Lookup, PictureCache, thumbnail_url};
+use crate::problem::ApiError;
+
+/// Requests within this time share a job.
+const BATCH_WINDOW: Duration = Duration::from_millis(1);
+/// Largest `Retry-After` in seconds.
+const RETRY_MOST_S: u64 = 60;
+
+/// Serves pictures: from the cache, by a render in flight, or by a new render job. Also the kind of
+/// render jobs.
+pub struct PictureService {
+    /// Database: picture rows and the queue of jobs.
+    pub store: Store,
+    /// Caches of materials and frames.
+    pub library: Arc<Library>,
+    /// Pictures in memory and on disk, and renders in flight.
+    pub cache: PictureCache,
+    /// Requested pictures, collected by frame for a short time before they become render jobs.
+    pub batches: Coalescer<FrameId, Arc<StoredPicture>>,
+    /// Leases of render jobs.
+    pub jobs: Jobs<Self>,
+    /// Recently finished render jobs.
+    pub history: History,
+    /// Event streams, which get the URLs of new thumbnails.
+    pub events: Arc<Events>,
+    /// Metrics.
+    pub metrics: Arc<Metrics>,
+}
+
+impl PictureService {
+    /// Returns a picture, rendered if necessary; waits at most [`limit::WAIT`].
+    ///
+    /// # Errors
+    /// 503 if the server is busy, stopping or too slow; 500 if rendering fails.
+    pub async fn get(
+        self: &Arc<Self>,
+        request: impl Into<PictureRequest>,
+    ) -> Result<Bytes, ApiError> {
+        let request = request.into();
+        let mut waiter = match self.cache.subscribe(request.key()) {
+            Lookup::Cached(bytes) => {
+                self.metrics.served.increment(1);
+                return Ok(bytes);
+            }
+            Lookup::InFlight(waiter) => waiter,
+            Lookup::Leader(waiter) => {
+                let own = self.clone();
+                // Runs in a separate task, so that the picture completes even if the client
+                // disconnects.
+                self.jobs.tasks.spawn(async move { own.fetch_or_enqueue(request).await });
+                waiter
+            }
+        };
+        let outcome = tokio::select! {
+            outcome = waiter.wait_for(Option::is_some) => match outcome {
+                Ok(outcome) => outcome.clone(),
+                Err(_) => None,
+            },
+            () = tokio::time::sleep(limit::WAIT) => {
+                return Err(ApiError::not_yet("retry in a moment"));
+            }
+            () = self.jobs.stopping.cancelled() => {
+                return Err(ApiError::stopping("retry after the restart"));
+            }
+        };
+        match outcome {
+            Some(Ok(bytes)) => Ok(bytes),
+            Some(Err(Failure::Missing(reason))) => Err(ApiError::not_found(reason.as_ref())),
+            Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
+            Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are queued")),
+            Some(Err(Failure::Internal)) | None => {
+                Err(ApiError::internal("a picture request ended without a result"))
+            }
+        }
+    }
+
+    /// Returns the `Retry-After` of a 503 in seconds: the recent mean duration of jobs or the age
+    /// of the oldest queued job, whichever is longer.
+    pub async fn retry_after_s(&self) -> u64 {
+        let of_late = self.history.wait().unwrap_or_default();
+        // The age is optional: an error of the store must not hide the 503.
+        let oldest = self.store.oldest_queued_ms().await.ok().flatten();
+        let waited_ms = oldest.map_or(0, |made_ms| u64::try_from(now_ms() - made_ms).unwrap_or(0));
+        whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
+    }
+
+    async fn fetch_or_enqueue(self: Arc<Self>, request: PictureRequest) {
+        let key = request.key();
+        let disk = self.cache.disk().clone();
+        if disk.contains(key)
+            && let Ok(Some(bytes)) = tokio::task::spawn_blocking(move || disk.read(key)).await
+        {
+            self.metrics.recalled.increment(1);
+            self.ready(key, bytes, false);
+            return;
+        }
+        let row = match request {
+            PictureRequest::Stored(row) => row,
+            PictureRequest::Own(work) => return self.enqueue(async { Ok(work) }, [key]).await,
+        };
+        let frame = FrameId::of(&row);
+        if self.batches.add(frame, row) {
+            tokio::time::sleep(BATCH_WINDOW).await;
+            let rows = self.batches.take(&frame);
+            for batch in rows.chunks(frame.per_job()) {
+                let work = self.work_of(frame, batch);
+                self.enqueue(work, batch.iter().map(|row| row.key)).await;
+            }
+        }
+    }
+
+    /// Returns the render job for stored pictures of one frame.
+    async fn work_of(
+        &self,
+        frame: FrameId,
+        rows: &[Arc<StoredPicture>],
+    ) -> Result<RenderJob, ApiError> {
+        let framed = self.library.frame(frame.view()).await?;
+        let mut items = Vec::with_capacity(rows.len());
+        for row in rows {
+            items.push((row.key, self.library.material(row.genome_hash).await?));
+        }
+        let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
+        Ok(render_work(&framed.frame, items))
+    }
+
+    /// Queues a job; if it cannot be queued, fails the pictures with these keys.
+    async fn enqueue(
+        &self,
+        work: impl Future<Output = Result<RenderJob, ApiError>>,
+        keys: impl IntoIterator<Item = PictureKey>,
+    ) {
+        let result = async {
+            let job = queued_job(Queue::Interactive, encode(&work.await?));
+            self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
+                StorageError::QueueFull | StorageError::Busy => Failure::Busy,
+                other => {
+                    tracing::error!(error = %other, "cannot queue a render job");
+                    Failure::Internal
+                }
+            })?;
+            Ok(())
+        };
+        match result.await {
+            Ok(()) => self.jobs.notify.notify_one(),
+            Err(failure) => self.cache.fail(keys, &failure),
+        }
+    }
+
+    /// Completes a picture: answers the waiting requests and publishes its thumbnail.
+    pub fn ready(&self, key: PictureKey, bytes: Bytes, fresh: bool) {
+        if fresh {
+            self.cache.complete(key, bytes);
+        } else {
+            self.cache.complete_from_disk(key, bytes);
+        }
+        let listeners = self.cache.take_listeners(key);
+        if !listeners.is_empty() {
+            let url = thumbnail_url(key);
+            for (lineage, individual) in listeners {
+                self.events.thumbnail(lineage, individual, &url);
+            }
+        }
+    }
+}
+
+impl From<ApiError> for Failure {
+    fn from(error: ApiError) -> Self {
+        tracing::error!(?error, "cannot prepare a render job");
+        Self::Internal
+    }
+}
+
+/// Rounds up to whole seconds, at most [`RETRY_MOST_S`].
+fn whole_seconds(time: Duration) -> u64 {
+    u64::try_from(time.as_millis().div_ceil(1000)).unwrap_or(RETRY_MOST_S).clamp(1, RETRY_MOST_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn retry_after_is_whole_seconds_within_bounds() {
+        let seconds = |ms| whole_seconds(Duration::from_millis(ms));
+        assert_eq!([0, 1, 1000, 1001, 59_001, 3_600_000].map(seconds), [1, 1, 1, 2, 60, 60]);
+    }
+}
