@@ -9,6 +9,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
 use sqlx::{ConnectOptions, Row, SqliteConnection};
 
 use crate::StorageError;
+use crate::error::Result;
 
 /// Oldest supported SQLite: earlier versions have bugs in the write-ahead log.
 const MIN_SQLITE: [u32; 3] = [3, 51, 3];
@@ -55,7 +56,7 @@ fn in_any_order(options: SqliteConnectOptions) -> SqliteConnectOptions {
 }
 
 /// Error if a pragma of the write connection does not have the value that durability requires.
-pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<()> {
     let mode: String = sqlx::query_scalar("PRAGMA journal_mode").fetch_one(&mut *conn).await?;
     if mode != "wal" {
         return Err(StorageError::Unsupported(format!(
@@ -70,7 +71,7 @@ pub(crate) async fn assert_writing(conn: &mut SqliteConnection) -> Result<(), St
 }
 
 /// Error if the connection can write.
-pub(crate) async fn assert_reading(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+pub(crate) async fn assert_reading(conn: &mut SqliteConnection) -> Result<()> {
     expect(conn, "query_only", "PRAGMA query_only", 1).await
 }
 
@@ -79,7 +80,7 @@ async fn expect(
     name: &str,
     sql: &'static str,
     wanted: i64,
-) -> Result<(), StorageError> {
+) -> Result<()> {
     let found: i64 = sqlx::query_scalar(sql).fetch_one(conn).await?;
     if found == wanted {
         return Ok(());
@@ -88,7 +89,7 @@ async fn expect(
 }
 
 /// Returns the version of the SQLite library. Error if it is too old.
-pub(crate) async fn sqlite_version(conn: &mut SqliteConnection) -> Result<String, StorageError> {
+pub(crate) async fn sqlite_version(conn: &mut SqliteConnection) -> Result<String> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(conn).await?;
     if is_recent_enough(&version) {
         return Ok(version);
@@ -105,7 +106,7 @@ fn is_recent_enough(version: &str) -> bool {
 }
 
 /// Applies missing migrations. Error if a newer or different build has written the file.
-pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<()> {
     match MIGRATIONS.run(conn).await {
         Ok(()) => Ok(()),
         Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {
@@ -120,7 +121,7 @@ pub(crate) async fn migrate(conn: &mut SqliteConnection) -> Result<(), StorageEr
 
 /// Error if the applied migrations differ from those of this build. For processes that do not own
 /// the directory and must not migrate.
-pub(crate) async fn assert_migrated(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+pub(crate) async fn assert_migrated(conn: &mut SqliteConnection) -> Result<()> {
     let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
     let rows = sqlx::query(sql).fetch_all(conn).await?;
     let mut applied = Vec::with_capacity(rows.len());
@@ -139,7 +140,7 @@ fn other_version() -> StorageError {
 
 /// Checks the integrity of the whole file. Its time grows with the size of the file, so it runs
 /// after an unclean shutdown only.
-pub(crate) async fn check(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+pub(crate) async fn check(conn: &mut SqliteConnection) -> Result<()> {
     let verdict: String = sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&mut *conn).await?;
     if verdict != "ok" {
         return Err(StorageError::Corrupt(verdict));

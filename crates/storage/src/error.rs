@@ -56,6 +56,9 @@ pub enum StorageError {
     Database(#[source] sqlx::Error),
 }
 
+/// Result of a store operation.
+pub type Result<T, E = StorageError> = std::result::Result<T, E>;
+
 /// Scope of a failure inside a transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FailureScope {
@@ -131,10 +134,7 @@ impl From<sqlx::Error> for StorageError {
 }
 
 /// Returns `otherwise` as the error if a write changed no row.
-pub(crate) fn changed(
-    done: &SqliteQueryResult,
-    otherwise: StorageError,
-) -> Result<(), StorageError> {
+pub(crate) fn changed(done: &SqliteQueryResult, otherwise: StorageError) -> Result<()> {
     if done.rows_affected() == 0 { Err(otherwise) } else { Ok(()) }
 }
 

@@ -4,9 +4,10 @@ use std::collections::HashSet;
 
 use brood_protocol::{IndividualId, ParentRef};
 
+use crate::error::Result;
 use crate::individual::{fetch, fetch_all, select_individuals, with_parents};
 use crate::row::{Key, optional_key};
-use crate::{StorageError, Store, StoredIndividual};
+use crate::{Store, StoredIndividual};
 
 /// Largest number of ancestors returned, for any depth.
 const MAX_ANCESTORS: usize = 10_000;
@@ -33,12 +34,8 @@ impl Store {
     /// to `depth` steps and 10,000 individuals. Each is returned once, at its nearest place.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if the individual does not exist.
-    pub async fn ancestry(
-        &self,
-        id: IndividualId,
-        depth: u32,
-    ) -> Result<Vec<StoredIndividual>, StorageError> {
+    /// Returns `StorageError::NotFound` if the individual does not exist.
+    pub async fn ancestry(&self, id: IndividualId, depth: u32) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         let mut level = vec![fetch(&mut conn, id).await?];
         let mut seen = HashSet::from([id]);
@@ -73,13 +70,13 @@ impl Store {
     /// cursor, from at most 10,000 broods.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if the individual does not exist.
+    /// Returns `StorageError::NotFound` if the individual does not exist.
     pub async fn descendants(
         &self,
         id: IndividualId,
         cursor: Option<IndividualId>,
         limit: u32,
-    ) -> Result<Vec<StoredIndividual>, StorageError> {
+    ) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         fetch(&mut conn, id).await?;
         let query = select_individuals(DESCENDANTS).bind(id.key()).bind(optional_key(cursor));

@@ -7,9 +7,10 @@ use brood_genome::{Genome, GenomeHash, ModelKind};
 use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteRow;
 
+use crate::Store;
+use crate::error::Result;
 use crate::row::{Columns, Key, corrupt_column, insert_rows, json_set};
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 /// Genome to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,8 +41,8 @@ impl Store {
     /// are removed.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn put_genome(&self, genome: NewGenome) -> Result<(), StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn put_genome(&self, genome: NewGenome) -> Result<()> {
         self.write(operation!(|conn| {
             insert(conn, std::slice::from_ref(&genome)).await?;
             sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
@@ -56,8 +57,8 @@ impl Store {
     /// Returns a genome.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome, StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome> {
         let query = sqlx::query("SELECT bytes, text FROM genome WHERE hash = ?");
         let mut conn = self.reader().await?;
         let row = query.bind(hash.key()).fetch_one(&mut *conn).await?;
@@ -67,11 +68,11 @@ impl Store {
     /// Returns several genomes, without the unknown ones.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the read fails.
+    /// Returns a `StorageError` if the read fails.
     pub async fn genomes(
         &self,
         hashes: &[GenomeHash],
-    ) -> Result<HashMap<GenomeHash, StoredGenome>, StorageError> {
+    ) -> Result<HashMap<GenomeHash, StoredGenome>> {
         let wanted = json_set(hashes);
         let rows = sqlx::query(
             "SELECT hash, bytes, text FROM genome
@@ -85,7 +86,7 @@ impl Store {
 }
 
 impl StoredGenome {
-    fn read(row: &SqliteRow) -> Result<Self, StorageError> {
+    fn read(row: &SqliteRow) -> Result<Self> {
         Ok(match row.column("bytes")? {
             Some(bytes) => Self::Bytes(bytes),
             None => Self::Text(row.column("text")?),
@@ -94,10 +95,7 @@ impl StoredGenome {
 }
 
 /// Inserts genomes. Existing ones are unchanged.
-pub(crate) async fn insert(
-    conn: &mut SqliteConnection,
-    genomes: &[NewGenome],
-) -> Result<(), StorageError> {
+pub(crate) async fn insert(conn: &mut SqliteConnection, genomes: &[NewGenome]) -> Result<()> {
     let head =
         "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ";
     insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), genomes, |row, genome| {
@@ -119,7 +117,7 @@ fn layer_names(layers: &[ModelKind]) -> String {
 
 /// Reads the layers of a row from `layers` or, if that is NULL, from the genome in `unread_bytes`.
 /// Genomes of the first version, stored as text, have none.
-pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>, StorageError> {
+pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>> {
     const COLUMN: &str = "layers";
     let names: Option<String> = row.column(COLUMN)?;
     match (names, row.column::<Option<Vec<u8>>>("unread_bytes")?) {

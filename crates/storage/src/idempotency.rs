@@ -4,10 +4,10 @@
 
 use sqlx::SqliteConnection;
 
-use crate::error::unique_conflict;
+use crate::Store;
+use crate::error::{Result, unique_conflict};
 use crate::row::Columns;
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 /// Idempotency record, stored in the transaction of the write that it answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,13 +45,13 @@ impl Store {
     /// Looks up a request.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the read fails.
+    /// Returns a `StorageError` if the read fails.
     pub async fn lookup_idempotent(
         &self,
         key: &str,
         route: &str,
         body_hash: [u8; 32],
-    ) -> Result<IdempotencyLookup, StorageError> {
+    ) -> Result<IdempotencyLookup> {
         let row = sqlx::query(
             "SELECT body_hash, status, answer FROM idempotency WHERE key = ? AND route = ?",
         )
@@ -69,20 +69,16 @@ impl Store {
     /// Stores a record on its own, for a write that is idempotent itself.
     ///
     /// # Errors
-    /// Returns [`StorageError::Conflict`] if the key is in use.
-    pub async fn store_idempotency(
-        &self,
-        answer: Idempotency,
-        created_ms: i64,
-    ) -> Result<(), StorageError> {
+    /// Returns `StorageError::Conflict` if the key is in use.
+    pub async fn store_idempotency(&self, answer: Idempotency, created_ms: i64) -> Result<()> {
         self.write(operation!(|conn| insert(conn, Some(&answer), created_ms).await)).await
     }
 
     /// Deletes the records created before `before_ms`. Returns their number.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64, StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64> {
         self.write(operation!(|conn| {
             let query = sqlx::query("DELETE FROM idempotency WHERE created_ms < ?");
             Ok(query.bind(before_ms).execute(conn).await?.rows_affected())
@@ -97,7 +93,7 @@ pub(crate) async fn insert(
     conn: &mut SqliteConnection,
     answer: Option<&Idempotency>,
     created_ms: i64,
-) -> Result<(), StorageError> {
+) -> Result<()> {
     let Some(answer) = answer else { return Ok(()) };
     sqlx::query(
         "INSERT INTO idempotency (key, route, body_hash, status, created_ms, answer)

@@ -2,7 +2,7 @@
 
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
-use crate::error::changed;
+use crate::error::{Result, changed};
 use crate::lineage::{self, NewLineage};
 use crate::row::Key;
 use crate::writer::operation;
@@ -31,7 +31,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if a scene, parent or marked individual does not exist,
     /// [`StorageError::Conflict`] if an id or the idempotency key is in use.
-    pub async fn import_lineage(&self, new: NewImport) -> Result<Lineage, StorageError> {
+    pub async fn import_lineage(&self, new: NewImport) -> Result<Lineage> {
         self.write(operation!(|conn| {
             idempotency::insert(conn, new.idempotency.as_ref(), new.lineage.created_ms).await?;
             lineage::insert(conn, &new.lineage).await?;

@@ -9,7 +9,7 @@ use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Sqlite, SqliteConnection};
 
-use crate::error::changed;
+use crate::error::{Result, changed};
 use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
 use crate::writer::operation;
 use crate::{StorageError, Store, genome};
@@ -81,7 +81,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn individual(&self, id: IndividualId) -> Result<StoredIndividual, StorageError> {
+    pub async fn individual(&self, id: IndividualId) -> Result<StoredIndividual> {
         fetch(&mut *self.snapshot().await?, id).await
     }
 
@@ -89,10 +89,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if one does not exist.
-    pub async fn individuals(
-        &self,
-        ids: &[IndividualId],
-    ) -> Result<Vec<StoredIndividual>, StorageError> {
+    pub async fn individuals(&self, ids: &[IndividualId]) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         let found = fetch_all(&mut conn, ids).await?;
         let found: HashMap<_, _> = found.into_iter().map(|one| (one.id, one)).collect();
@@ -107,7 +104,7 @@ impl Store {
     pub async fn covers(
         &self,
         lineages: &[LineageId],
-    ) -> Result<HashMap<LineageId, StoredIndividual>, StorageError> {
+    ) -> Result<HashMap<LineageId, StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         let query = sqlx::query(COVERS).bind(json_set(lineages));
         let mut chosen: Vec<(LineageId, IndividualId)> = Vec::new();
@@ -133,7 +130,7 @@ impl Store {
         id: IndividualId,
         expected_version: u64,
         patch: PatchIndividual,
-    ) -> Result<StoredIndividual, StorageError> {
+    ) -> Result<StoredIndividual> {
         self.write(operation!(|conn| {
             let done = sqlx::query(
                 "UPDATE individual SET favourite = coalesce(?, favourite),
@@ -161,7 +158,7 @@ impl Store {
         &self,
         cursor: Option<IndividualId>,
         limit: u32,
-    ) -> Result<Vec<StoredIndividual>, StorageError> {
+    ) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         let query = select_individuals(FAVOURITES).bind(optional_key(cursor)).bind(limit);
         let rows = query.fetch_all(&mut *conn).await?;
@@ -173,7 +170,7 @@ impl Store {
 pub(crate) async fn fetch(
     conn: &mut SqliteConnection,
     id: IndividualId,
-) -> Result<StoredIndividual, StorageError> {
+) -> Result<StoredIndividual> {
     fetch_all(conn, &[id]).await?.pop().ok_or(StorageError::NotFound)
 }
 
@@ -181,7 +178,7 @@ pub(crate) async fn fetch(
 pub(crate) async fn fetch_all(
     conn: &mut SqliteConnection,
     ids: &[IndividualId],
-) -> Result<Vec<StoredIndividual>, StorageError> {
+) -> Result<Vec<StoredIndividual>> {
     let wanted = json_set(ids);
     let query =
         select_individuals("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
@@ -193,7 +190,7 @@ pub(crate) async fn fetch_all(
 pub(crate) async fn with_parents(
     conn: &mut SqliteConnection,
     rows: &[SqliteRow],
-) -> Result<Vec<StoredIndividual>, StorageError> {
+) -> Result<Vec<StoredIndividual>> {
     let mut individuals = Vec::with_capacity(rows.len());
     for row in rows {
         let layers = genome::layers(row)?;
@@ -213,7 +210,7 @@ pub(crate) async fn with_parents(
 pub(crate) async fn parents(
     conn: &mut SqliteConnection,
     generations: String,
-) -> Result<HashMap<GenerationId, Vec<ParentRef>>, StorageError> {
+) -> Result<HashMap<GenerationId, Vec<ParentRef>>> {
     let query = sqlx::query(
         "SELECT generation_id, genome_hash, individual_id FROM generation_parent
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?))

@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 use brood_protocol::JobId;
 use sqlx::SqliteConnection;
 
-use crate::error::{LEASE_ENDED, changed};
+use crate::error::{LEASE_ENDED, Result, changed};
 use crate::row::{Columns, Key, Record, columns, record, returning, select, signed};
 use crate::writer::operation;
 use crate::{StorageError, Store};
@@ -149,7 +149,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::QueueFull`] if `max_queued` jobs are waiting in its queue.
-    pub async fn enqueue(&self, job: NewJob, max_queued: u64) -> Result<(), StorageError> {
+    pub async fn enqueue(&self, job: NewJob, max_queued: u64) -> Result<()> {
         self.write_relaxed(operation!(|conn| {
             let waiting: i64 =
                 sqlx::query_scalar("SELECT count(*) FROM job WHERE state = 'queued' AND queue = ?")
@@ -169,7 +169,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn claim(&self, worker: &str) -> Result<Option<ClaimedJob>, StorageError> {
+    pub async fn claim(&self, worker: &str) -> Result<Option<ClaimedJob>> {
         let worker = worker.to_owned();
         let turn = self.claims().load(Ordering::Relaxed) % BATCH_INTERVAL;
         let queues = if turn == BATCH_INTERVAL - 1 {
@@ -199,7 +199,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
-    pub async fn complete(&self, id: JobId, epoch: u64) -> Result<(), StorageError> {
+    pub async fn complete(&self, id: JobId, epoch: u64) -> Result<()> {
         self.write_relaxed(operation!(|conn| {
             let query =
                 sqlx::query("DELETE FROM job WHERE id = ? AND epoch = ? AND state = 'leased'");
@@ -213,7 +213,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
-    pub async fn fail(&self, id: JobId, epoch: u64, reason: &str) -> Result<(), StorageError> {
+    pub async fn fail(&self, id: JobId, epoch: u64, reason: &str) -> Result<()> {
         let reason = reason.to_owned();
         self.write_relaxed(operation!(|conn| {
             let done = sqlx::query(
@@ -236,12 +236,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale.
-    pub async fn release(
-        &self,
-        id: JobId,
-        epoch: u64,
-        worker_died: bool,
-    ) -> Result<JobState, StorageError> {
+    pub async fn release(&self, id: JobId, epoch: u64, worker_died: bool) -> Result<JobState> {
         self.write_relaxed(operation!(|conn| {
             let row = sqlx::query(RELEASE)
                 .bind(i64::from(worker_died))
@@ -262,7 +257,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn requeue_all_leased(&self) -> Result<u64, StorageError> {
+    pub async fn requeue_all_leased(&self) -> Result<u64> {
         self.write_relaxed(operation!(|conn| {
             let sql = "UPDATE job SET state = 'queued', worker = NULL WHERE state = 'leased'";
             Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
@@ -274,7 +269,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn any_queued(&self) -> Result<bool, StorageError> {
+    pub async fn any_queued(&self) -> Result<bool> {
         let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued')");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
@@ -283,7 +278,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn oldest_queued_ms(&self) -> Result<Option<i64>, StorageError> {
+    pub async fn oldest_queued_ms(&self) -> Result<Option<i64>> {
         let query = sqlx::query_scalar("SELECT min(created_ms) FROM job WHERE state = 'queued'");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
@@ -292,7 +287,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn queue_depth(&self) -> Result<QueueDepth, StorageError> {
+    pub async fn queue_depth(&self) -> Result<QueueDepth> {
         let rows =
             sqlx::query("SELECT queue, state, count(*) AS jobs FROM job GROUP BY state, queue")
                 .fetch_all(&mut *self.reader().await?)
@@ -308,14 +303,14 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no such job or it has completed.
-    pub async fn job(&self, id: JobId) -> Result<StoredJob, StorageError> {
+    pub async fn job(&self, id: JobId) -> Result<StoredJob> {
         let query = select::<StoredJob>("FROM job WHERE id = ?").bind(id.key());
         StoredJob::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
 }
 
 /// Inserts a job without checking the length of the queue.
-pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<(), StorageError> {
+pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<()> {
     let (state, epoch) = match job.leased_to {
         Some(_) => (JobState::Leased, FIRST_EPOCH),
         None => (JobState::Queued, 0),
@@ -337,7 +332,7 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<
 }
 
 /// Deletes all failed and dead jobs except the newest [`MAX_KEPT_FAILURES`].
-async fn prune_failures(conn: &mut SqliteConnection) -> Result<(), StorageError> {
+async fn prune_failures(conn: &mut SqliteConnection) -> Result<()> {
     sqlx::query(PRUNE_FAILURES).bind(MAX_KEPT_FAILURES).execute(conn).await?;
     Ok(())
 }

@@ -3,21 +3,22 @@
 
 use brood_protocol::LightAssetKind;
 
+use crate::Store;
+use crate::error::Result;
 use crate::row::Columns;
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 impl Store {
     /// Stores a file. Equal files are stored once.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
+    /// Returns a `StorageError` if the write fails.
     pub async fn put_light_asset(
         &self,
         hash: [u8; 32],
         kind: LightAssetKind,
         bytes: Vec<u8>,
-    ) -> Result<(), StorageError> {
+    ) -> Result<()> {
         self.write(operation!(|conn| {
             sqlx::query(
                 "INSERT INTO light_asset (hash, kind, bytes) VALUES (?, ?, ?)
@@ -36,8 +37,8 @@ impl Store {
     /// Returns the kind of a file.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn light_asset_kind(&self, hash: [u8; 32]) -> Result<LightAssetKind, StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn light_asset_kind(&self, hash: [u8; 32]) -> Result<LightAssetKind> {
         let query = sqlx::query("SELECT kind FROM light_asset WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
         row.column("kind")
@@ -46,11 +47,8 @@ impl Store {
     /// Returns a file and its kind.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn light_asset(
-        &self,
-        hash: [u8; 32],
-    ) -> Result<(LightAssetKind, Vec<u8>), StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn light_asset(&self, hash: [u8; 32]) -> Result<(LightAssetKind, Vec<u8>)> {
         let query = sqlx::query("SELECT kind, bytes FROM light_asset WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
         Ok((row.column("kind")?, row.column("bytes")?))

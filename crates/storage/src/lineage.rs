@@ -8,7 +8,7 @@ use brood_genome::Dialect;
 use brood_protocol::{Lineage, LineageId, PatchLineage, SceneId};
 use sqlx::SqliteConnection;
 
-use crate::error::changed;
+use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
 use crate::row::{Key, Record, optional_key, record, select, signed};
 use crate::writer::operation;
@@ -99,7 +99,7 @@ impl Store {
         &self,
         new: NewLineage,
         idempotency: Option<Idempotency>,
-    ) -> Result<Lineage, StorageError> {
+    ) -> Result<Lineage> {
         self.write(operation!(|conn| {
             idempotency::insert(conn, idempotency.as_ref(), new.created_ms).await?;
             insert(conn, &new).await?;
@@ -117,7 +117,7 @@ impl Store {
         cursor: Option<LineageCursor>,
         limit: u32,
         include_hidden: bool,
-    ) -> Result<Vec<Lineage>, StorageError> {
+    ) -> Result<Vec<Lineage>> {
         // Two statements, so that SQLite starts at the cursor in the index.
         let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
         let mut query = select::<Lineage>(&format!(
@@ -135,7 +135,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn lineage(&self, id: LineageId) -> Result<Lineage, StorageError> {
+    pub async fn lineage(&self, id: LineageId) -> Result<Lineage> {
         fetch(&mut *self.reader().await?, id).await
     }
 
@@ -149,7 +149,7 @@ impl Store {
         id: LineageId,
         expected_version: u64,
         patch: PatchLineage,
-    ) -> Result<Lineage, StorageError> {
+    ) -> Result<Lineage> {
         self.write(operation!(|conn| {
             let done = sqlx::query(
                 "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
@@ -178,7 +178,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn hide_lineage(&self, id: LineageId) -> Result<(), StorageError> {
+    pub async fn hide_lineage(&self, id: LineageId) -> Result<()> {
         self.write(operation!(|conn| {
             let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?");
             changed(&query.bind(id.key()).execute(conn).await?, StorageError::NotFound)
@@ -188,10 +188,7 @@ impl Store {
 }
 
 /// Inserts a lineage.
-pub(crate) async fn insert(
-    conn: &mut SqliteConnection,
-    new: &NewLineage,
-) -> Result<(), StorageError> {
+pub(crate) async fn insert(conn: &mut SqliteConnection, new: &NewLineage) -> Result<()> {
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage
@@ -214,10 +211,7 @@ pub(crate) async fn insert(
 }
 
 /// Reads a lineage.
-pub(crate) async fn fetch(
-    conn: &mut SqliteConnection,
-    id: LineageId,
-) -> Result<Lineage, StorageError> {
+pub(crate) async fn fetch(conn: &mut SqliteConnection, id: LineageId) -> Result<Lineage> {
     let query = select::<Lineage>("FROM lineage WHERE id = ?").bind(id.key());
     Lineage::read(&query.fetch_one(conn).await?)
 }

@@ -4,6 +4,7 @@ use std::fs::{DirBuilder, File, TryLockError};
 use std::path::Path;
 
 use crate::StorageError;
+use crate::error::Result;
 
 /// Held while the write connection is open.
 #[derive(Debug)]
@@ -13,7 +14,7 @@ pub(crate) struct DirectoryLock {
 
 impl DirectoryLock {
     /// Creates the directory if needed and locks it.
-    pub(crate) fn take(dir: &Path) -> Result<Self, StorageError> {
+    pub(crate) fn take(dir: &Path) -> Result<Self> {
         let mut builder = DirBuilder::new();
         builder.recursive(true);
         #[cfg(unix)]

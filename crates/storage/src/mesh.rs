@@ -3,9 +3,10 @@
 
 use brood_protocol::MeshId;
 
+use crate::Store;
+use crate::error::Result;
 use crate::row::{Columns, Key, Record, record, select, signed};
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 record! {
     /// Mesh without its data.
@@ -31,8 +32,8 @@ impl Store {
     /// first id.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn put_mesh(&self, mesh: StoredMesh, data: Vec<u8>) -> Result<MeshId, StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn put_mesh(&self, mesh: StoredMesh, data: Vec<u8>) -> Result<MeshId> {
         self.write(operation!(|conn| {
             sqlx::query(
                 "INSERT INTO mesh
@@ -60,8 +61,8 @@ impl Store {
     /// Returns a mesh without its data.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn mesh(&self, id: MeshId) -> Result<StoredMesh, StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn mesh(&self, id: MeshId) -> Result<StoredMesh> {
         let query = select::<StoredMesh>("FROM mesh WHERE id = ?").bind(id.key());
         StoredMesh::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
@@ -69,8 +70,8 @@ impl Store {
     /// Returns the data of a mesh.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn mesh_data(&self, content_hash: [u8; 32]) -> Result<Vec<u8>, StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn mesh_data(&self, content_hash: [u8; 32]) -> Result<Vec<u8>> {
         let query = sqlx::query_scalar("SELECT data FROM mesh WHERE content_hash = ?");
         Ok(query.bind(content_hash.as_slice()).fetch_one(&mut *self.reader().await?).await?)
     }

@@ -7,9 +7,10 @@ use brood_genome::GenomeHash;
 use brood_protocol::{Backend, PictureFormat, PictureKey, PixelArea, Sampling, SceneId};
 use sqlx::SqliteConnection;
 
+use crate::Store;
+use crate::error::Result;
 use crate::row::{Columns, Key, Record, columns, insert_rows, json_set, record, select};
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 record! {
     /// Parameters that are needed to render a picture, with its key.
@@ -53,8 +54,8 @@ impl Store {
     /// Stores keys. Existing keys are unchanged; nothing is written if all exist.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if a genome or scene does not exist.
-    pub async fn put_pictures(&self, mut pictures: Vec<NewPicture>) -> Result<(), StorageError> {
+    /// Returns `StorageError::NotFound` if a genome or scene does not exist.
+    pub async fn put_pictures(&self, mut pictures: Vec<NewPicture>) -> Result<()> {
         let known = json_set(pictures.iter().map(|picture| &picture.key));
         let rows = sqlx::query(
             "SELECT key FROM picture WHERE key IN (SELECT unhex(value) FROM json_each(?))",
@@ -74,18 +75,15 @@ impl Store {
     /// Returns the parameters of a key.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if the key is unknown.
-    pub async fn picture(&self, key: PictureKey) -> Result<StoredPicture, StorageError> {
+    /// Returns `StorageError::NotFound` if the key is unknown.
+    pub async fn picture(&self, key: PictureKey) -> Result<StoredPicture> {
         let query = select::<StoredPicture>("FROM picture WHERE key = ?").bind(key.key());
         StoredPicture::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
 }
 
 /// Inserts keys. Existing keys are unchanged.
-pub(crate) async fn insert(
-    conn: &mut SqliteConnection,
-    pictures: &[NewPicture],
-) -> Result<(), StorageError> {
+pub(crate) async fn insert(conn: &mut SqliteConnection, pictures: &[NewPicture]) -> Result<()> {
     let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
      backend, renderer_version) ";
     insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |row, picture| {

@@ -5,7 +5,7 @@
 use brood_protocol::LineageId;
 use sqlx::SqliteConnection;
 
-use crate::error::changed;
+use crate::error::{Result, changed};
 use crate::row::Key;
 use crate::writer::operation;
 use crate::{StorageError, Store};
@@ -45,12 +45,12 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage does not exist.
-    pub async fn purge_lineage(&self, id: LineageId) -> Result<(), StorageError> {
+    pub async fn purge_lineage(&self, id: LineageId) -> Result<()> {
         self.write(operation!(|conn| purge(conn, id).await)).await
     }
 }
 
-async fn purge(conn: &mut SqliteConnection, id: LineageId) -> Result<(), StorageError> {
+async fn purge(conn: &mut SqliteConnection, id: LineageId) -> Result<()> {
     for sql in [CREATE_CANDIDATES, CLEAR_CANDIDATES] {
         sqlx::query(sql).execute(&mut *conn).await?;
     }

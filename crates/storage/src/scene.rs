@@ -3,21 +3,17 @@
 
 use brood_protocol::SceneId;
 
+use crate::Store;
+use crate::error::Result;
 use crate::row::{Columns, Key};
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 impl Store {
     /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn put_scene(
-        &self,
-        json: &str,
-        hash: [u8; 32],
-        created_ms: i64,
-    ) -> Result<SceneId, StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn put_scene(&self, json: &str, hash: [u8; 32], created_ms: i64) -> Result<SceneId> {
         let json = json.to_owned();
         self.write(operation!(|conn| {
             sqlx::query(
@@ -42,8 +38,8 @@ impl Store {
     /// Returns the JSON text of a scene.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn scene(&self, id: SceneId) -> Result<String, StorageError> {
+    /// Returns `StorageError::NotFound` if it does not exist.
+    pub async fn scene(&self, id: SceneId) -> Result<String> {
         let query = sqlx::query_scalar("SELECT json FROM scene WHERE id = ?");
         Ok(query.bind(id.key()).fetch_one(&mut *self.reader().await?).await?)
     }

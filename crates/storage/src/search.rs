@@ -12,7 +12,7 @@ use brood_protocol::{
 };
 use sqlx::SqliteConnection;
 
-use crate::error::changed;
+use crate::error::{Result, changed};
 use crate::lineage::{self, NewLineage};
 use crate::row::{Columns, Key, Record, optional_key, record, select};
 use crate::writer::operation;
@@ -130,7 +130,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::QueueFull`] if `max_queued` searches are queued,
     /// [`StorageError::NotFound`] if the target or the lineage does not exist.
-    pub async fn create_search(&self, new: NewSearch, max_queued: u32) -> Result<(), StorageError> {
+    pub async fn create_search(&self, new: NewSearch, max_queued: u32) -> Result<()> {
         self.write(operation!(|conn| insert(conn, new, max_queued).await)).await
     }
 
@@ -138,7 +138,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn search(&self, id: JobId) -> Result<StoredSearch, StorageError> {
+    pub async fn search(&self, id: JobId) -> Result<StoredSearch> {
         fetch(&mut *self.reader().await?, id).await
     }
 
@@ -152,7 +152,7 @@ impl Store {
         before: Option<JobId>,
         lineage: Option<LineageId>,
         limit: u32,
-    ) -> Result<Vec<StoredSearch>, StorageError> {
+    ) -> Result<Vec<StoredSearch>> {
         let query = select::<StoredSearch>(
             "FROM search
              WHERE (?1 IS NULL OR id < ?1) AND (?2 IS NULL OR lineage_id = ?2)
@@ -172,7 +172,7 @@ impl Store {
         id: JobId,
         change: SearchChange,
         now_ms: i64,
-    ) -> Result<Result<StoredSearch, SearchState>, StorageError> {
+    ) -> Result<Result<StoredSearch, SearchState>> {
         self.write(operation!(|conn| {
             let present = fetch(conn, id).await?;
             let (to, from) = change.transition();
@@ -200,7 +200,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.
-    pub async fn search_front(&self, id: JobId) -> Result<Vec<FoundMaterial>, StorageError> {
+    pub async fn search_front(&self, id: JobId) -> Result<Vec<FoundMaterial>> {
         let query = sqlx::query("SELECT front_json FROM search WHERE id = ?").bind(id.key());
         let row = query.fetch_one(&mut *self.reader().await?).await?;
         Ok(row.column::<Option<_>>("front_json")?.unwrap_or_default())
@@ -211,12 +211,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn search_log(
-        &self,
-        id: JobId,
-        after: u32,
-        limit: u32,
-    ) -> Result<Vec<SearchLine>, StorageError> {
+    pub async fn search_log(&self, id: JobId, after: u32, limit: u32) -> Result<Vec<SearchLine>> {
         let query = select::<SearchLine>(
             "FROM search_log WHERE search_id = ? AND generation > ? ORDER BY generation LIMIT ?",
         );
@@ -228,7 +223,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>, StorageError> {
+    pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>> {
         let sql = "SELECT state, count(*) AS searches FROM search GROUP BY state";
         let rows = sqlx::query(sql).fetch_all(&mut *self.reader().await?).await?;
         let mut counts: BTreeMap<_, _> =
@@ -242,11 +237,7 @@ impl Store {
 }
 
 /// Inserts a search, with its lineage and idempotency record if they are given.
-async fn insert(
-    conn: &mut SqliteConnection,
-    new: NewSearch,
-    max_queued: u32,
-) -> Result<(), StorageError> {
+async fn insert(conn: &mut SqliteConnection, new: NewSearch, max_queued: u32) -> Result<()> {
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
     let waiting: u32 = sqlx::query_scalar("SELECT count(*) FROM search WHERE state = 'queued'")
         .fetch_one(&mut *conn)
@@ -277,10 +268,7 @@ async fn insert(
 }
 
 /// Reads the search with this id.
-pub(crate) async fn fetch(
-    conn: &mut SqliteConnection,
-    id: JobId,
-) -> Result<StoredSearch, StorageError> {
+pub(crate) async fn fetch(conn: &mut SqliteConnection, id: JobId) -> Result<StoredSearch> {
     let query = select::<StoredSearch>("FROM search WHERE id = ?").bind(id.key());
     StoredSearch::read(&query.fetch_one(conn).await?)
 }

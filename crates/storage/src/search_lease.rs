@@ -9,11 +9,11 @@ use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 use sqlx::SqliteConnection;
 
-use crate::error::{LEASE_ENDED, changed};
+use crate::Store;
+use crate::error::{LEASE_ENDED, Result, changed};
 use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::writer::operation;
-use crate::{StorageError, Store};
 
 /// A search fails after this many consecutive worker deaths without progress. Every step resets the
 /// count: a long search must not fail because its machine runs out of memory once a day.
@@ -98,12 +98,8 @@ impl Store {
     /// Leases the first search of the queue. Returns `None` if no search is queued.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn claim_search(
-        &self,
-        worker: &str,
-        now_ms: i64,
-    ) -> Result<Option<ClaimedSearch>, StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn claim_search(&self, worker: &str, now_ms: i64) -> Result<Option<ClaimedSearch>> {
         let worker = worker.to_owned();
         self.write_relaxed(operation!(|conn| {
             let query = returning::<ClaimedSearch>(CLAIM).bind(worker).bind(now_ms);
@@ -115,8 +111,8 @@ impl Store {
     /// True if a search is queued.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the read fails.
-    pub async fn any_search_queued(&self) -> Result<bool, StorageError> {
+    /// Returns a `StorageError` if the read fails.
+    pub async fn any_search_queued(&self) -> Result<bool> {
         let sql = "SELECT EXISTS (SELECT 1 FROM search WHERE state = 'queued')";
         Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
     }
@@ -125,8 +121,8 @@ impl Store {
     /// [`NewGeneration::search`](crate::NewGeneration::search).
     ///
     /// # Errors
-    /// Returns [`StorageError::Conflict`] if the epoch is stale.
-    pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch, StorageError> {
+    /// Returns `StorageError::Conflict` if the epoch is stale.
+    pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch> {
         if step.end.is_some() {
             return self.write(operation!(|conn| step_and_fetch(conn, step).await)).await;
         }
@@ -137,14 +133,14 @@ impl Store {
     /// instead.
     ///
     /// # Errors
-    /// Returns [`StorageError::Conflict`] if the epoch is stale.
+    /// Returns `StorageError::Conflict` if the epoch is stale.
     pub async fn release_search(
         &self,
         id: JobId,
         epoch: u64,
         worker_died: bool,
         now_ms: i64,
-    ) -> Result<StoredSearch, StorageError> {
+    ) -> Result<StoredSearch> {
         self.write_relaxed(operation!(|conn| {
             let done = sqlx::query(RELEASE)
                 .bind(i64::from(worker_died))
@@ -164,8 +160,8 @@ impl Store {
     /// previous run are void. Returns the number of searches.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn requeue_all_searches(&self) -> Result<u64, StorageError> {
+    /// Returns a `StorageError` if the write fails.
+    pub async fn requeue_all_searches(&self) -> Result<u64> {
         self.write_relaxed(operation!(|conn| {
             let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
                            WHERE state = 'running'";
@@ -175,20 +171,14 @@ impl Store {
     }
 }
 
-async fn step_and_fetch(
-    conn: &mut SqliteConnection,
-    step: SearchStep,
-) -> Result<StoredSearch, StorageError> {
+async fn step_and_fetch(conn: &mut SqliteConnection, step: SearchStep) -> Result<StoredSearch> {
     apply(conn, &step).await?;
     search::fetch(conn, step.id).await
 }
 
 /// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
 /// `recorded` becomes the validation error of the last line if the step records an individual.
-pub(crate) async fn apply(
-    conn: &mut SqliteConnection,
-    step: &SearchStep,
-) -> Result<(), StorageError> {
+pub(crate) async fn apply(conn: &mut SqliteConnection, step: &SearchStep) -> Result<()> {
     let state = match (&step.end, step.yields) {
         (Some(end), _) => end.state,
         (None, true) => SearchState::Queued,
@@ -237,7 +227,7 @@ pub(crate) async fn apply(
 
 /// Inserts the log lines of a step. The last one has the hash of the new best individual, if there
 /// is one; all others have the hash of the best before the step.
-async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<(), StorageError> {
+async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<()> {
     let last = step.lines.last().map(|line| line.generation);
     let new = step.best.as_ref().map(|best| best.hash);
     let head = "INSERT INTO search_log (search_id, generation, evaluations, seconds, fitted, held,

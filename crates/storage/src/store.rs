@@ -11,6 +11,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 use sqlx::{ConnectOptions, Connection, Sqlite, SqliteConnection, SqlitePool, Transaction};
 use tokio::task::JoinHandle;
 
+use crate::error::Result;
 use crate::lock::DirectoryLock;
 use crate::row::{Record, record, select};
 use crate::writer::{CommitTimes, Durability, WriteFuture, Writer};
@@ -78,7 +79,7 @@ impl Store {
     /// Returns [`StorageError::Locked`] if another server uses the directory,
     /// [`StorageError::Unsupported`] if it belongs to another version, [`StorageError::Corrupt`] if
     /// the check fails, [`StorageError::Directory`] if it is not accessible.
-    pub async fn open(dir: &Path) -> Result<Self, StorageError> {
+    pub async fn open(dir: &Path) -> Result<Self> {
         let lock = DirectoryLock::take(dir)?;
         let file = dir.join(FILE);
         let unclean = log_bytes(dir) > 0;
@@ -105,7 +106,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`Store::open`], except [`StorageError::Locked`].
-    pub async fn open_shared(dir: &Path) -> Result<Self, StorageError> {
+    pub async fn open_shared(dir: &Path) -> Result<Self> {
         match Self::open(dir).await {
             Err(StorageError::Locked) => {}
             other => return other,
@@ -123,7 +124,7 @@ impl Store {
         file: &Path,
         lock: Option<DirectoryLock>,
         sqlite_version: String,
-    ) -> Result<Self, StorageError> {
+    ) -> Result<Self> {
         let readers = SqlitePoolOptions::new()
             .max_connections(READERS)
             .acquire_timeout(READER_WAIT)
@@ -161,7 +162,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed, other variants if
     /// the log cannot be written back.
-    pub async fn close(self) -> Result<(), StorageError> {
+    pub async fn close(self) -> Result<()> {
         // Readers first: an active read would prevent the log from being emptied.
         self.inner.readers.close().await;
         let closed = self.inner.writer.close().await;
@@ -180,7 +181,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the file exists, [`StorageError::Directory`] if it
     /// cannot be created.
-    pub async fn backup(&self, file: &Path) -> Result<(), StorageError> {
+    pub async fn backup(&self, file: &Path) -> Result<()> {
         let name = file.to_str().ok_or_else(|| {
             StorageError::Unsupported("the path of the backup file must be UTF-8".to_owned())
         })?;
@@ -203,7 +204,7 @@ impl Store {
         result
     }
 
-    async fn copy_into(&self, name: &str) -> Result<(), StorageError> {
+    async fn copy_into(&self, name: &str) -> Result<()> {
         // A separate connection: copying takes long, and the pool is for short reads.
         let mut conn = self.inner.backup.connect().await?;
         sqlx::query("VACUUM INTO ?").bind(name).execute(&mut conn).await?;
@@ -214,7 +215,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn counts(&self) -> Result<StoreCounts, StorageError> {
+    pub async fn counts(&self) -> Result<StoreCounts> {
         let query = select::<StoreCounts>("");
         StoreCounts::read(&query.fetch_one(&mut *self.reader().await?).await?)
     }
@@ -225,47 +226,38 @@ impl Store {
     }
 
     /// Returns a connection for one read.
-    pub(crate) async fn reader(&self) -> Result<PoolConnection<Sqlite>, StorageError> {
+    pub(crate) async fn reader(&self) -> Result<PoolConnection<Sqlite>> {
         Ok(self.inner.readers.acquire().await?)
     }
 
     /// Returns a connection for several reads of one consistent state.
-    pub(crate) async fn snapshot(&self) -> Result<Transaction<'static, Sqlite>, StorageError> {
+    pub(crate) async fn snapshot(&self) -> Result<Transaction<'static, Sqlite>> {
         Ok(self.inner.readers.begin().await?)
     }
 
     /// Runs a write that is durable against power loss when this returns.
-    pub(crate) async fn write<T, F>(&self, operation: F) -> Result<T, StorageError>
+    pub(crate) async fn write<T, F>(&self, operation: F) -> Result<T>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
-            + Send
-            + 'static,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         Ok(self.write_timed(operation).await?.0)
     }
 
     /// Like [`Store::write`], and returns the times of the commit.
-    pub(crate) async fn write_timed<T, F>(
-        &self,
-        operation: F,
-    ) -> Result<(T, CommitTimes), StorageError>
+    pub(crate) async fn write_timed<T, F>(&self, operation: F) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
-            + Send
-            + 'static,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         self.inner.writer.write(Durability::PowerLoss, operation).await
     }
 
     /// Runs a write that survives the end of the process but not a power loss.
-    pub(crate) async fn write_relaxed<T, F>(&self, operation: F) -> Result<T, StorageError>
+    pub(crate) async fn write_relaxed<T, F>(&self, operation: F) -> Result<T>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
-            + Send
-            + 'static,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
     }

@@ -3,6 +3,7 @@
 
 use brood_protocol::{Target, TargetId};
 
+use crate::error::Result;
 use crate::row::{Columns, Key, optional_key};
 use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
@@ -28,7 +29,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the id or the idempotency key is in use.
-    pub async fn create_target(&self, new: NewTarget) -> Result<(), StorageError> {
+    pub async fn create_target(&self, new: NewTarget) -> Result<()> {
         self.write(operation!(|conn| {
             let NewTarget { target, hash, bytes, idempotency } = new;
             idempotency::insert(conn, idempotency.as_ref(), target.created_ms).await?;
@@ -60,7 +61,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn target(&self, id: TargetId) -> Result<Target, StorageError> {
+    pub async fn target(&self, id: TargetId) -> Result<Target> {
         let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
         query.fetch_one(&mut *self.reader().await?).await?.column("json")
     }
@@ -69,11 +70,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn list_targets(
-        &self,
-        before: Option<TargetId>,
-        limit: u32,
-    ) -> Result<Vec<Target>, StorageError> {
+    pub async fn list_targets(&self, before: Option<TargetId>, limit: u32) -> Result<Vec<Target>> {
         let sql = "SELECT json FROM target WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2";
         let query = sqlx::query(sql).bind(optional_key(before)).bind(limit);
         let rows = query.fetch_all(&mut *self.reader().await?).await?;
@@ -84,7 +81,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
-    pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>, StorageError> {
+    pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>> {
         let query = sqlx::query("SELECT bytes FROM target_file WHERE hash = ?");
         let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
         row.column("bytes")
@@ -95,7 +92,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if an
     /// unfinished search uses it.
-    pub async fn delete_target(&self, id: TargetId) -> Result<(), StorageError> {
+    pub async fn delete_target(&self, id: TargetId) -> Result<()> {
         self.write(operation!(|conn| {
             let used: i64 = sqlx::query_scalar(
                 "SELECT count(*) FROM search

@@ -1,7 +1,7 @@
 //! Access tokens, identified by the hash of their secret. Owner of the table `token` and of the
 //! scopes' permissions. Secrets never reach this module.
 
-use crate::error::{changed, unique_conflict};
+use crate::error::{Result, changed, unique_conflict};
 use crate::row::{Record, columns, record, select};
 use crate::writer::operation;
 use crate::{StorageError, Store};
@@ -77,7 +77,7 @@ impl Store {
         scope: Scope,
         hash: [u8; 32],
         expires_ms: Option<i64>,
-    ) -> Result<(), StorageError> {
+    ) -> Result<()> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
             sqlx::query("INSERT INTO token (name, scope, hash, expires_ms) VALUES (?, ?, ?, ?)")
@@ -97,7 +97,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn list_tokens(&self) -> Result<Vec<Token>, StorageError> {
+    pub async fn list_tokens(&self) -> Result<Vec<Token>> {
         let query = select::<Token>("FROM token ORDER BY name");
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(Token::read).collect()
     }
@@ -106,7 +106,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no token with this name.
-    pub async fn revoke_token(&self, name: &str) -> Result<(), StorageError> {
+    pub async fn revoke_token(&self, name: &str) -> Result<()> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
             let query = sqlx::query("DELETE FROM token WHERE name = ?").bind(name);
@@ -119,7 +119,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn token_by_hash(&self, hash: [u8; 32]) -> Result<Option<Token>, StorageError> {
+    pub async fn token_by_hash(&self, hash: [u8; 32]) -> Result<Option<Token>> {
         let query = select::<Token>("FROM token WHERE hash = ?").bind(hash.as_slice());
         let row = query.fetch_optional(&mut *self.reader().await?).await?;
         row.as_ref().map(Token::read).transpose()
@@ -129,7 +129,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn any_token(&self) -> Result<bool, StorageError> {
+    pub async fn any_token(&self) -> Result<bool> {
         let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }

@@ -16,7 +16,7 @@ use sqlx::{Connection, Row, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::StorageError;
-use crate::error::FailureScope;
+use crate::error::{FailureScope, Result};
 use crate::lock::DirectoryLock;
 
 /// Capacity of the channel. If it is full, [`StorageError::Busy`] is returned.
@@ -45,7 +45,7 @@ macro_rules! operation {
 pub(crate) use operation;
 
 /// Answers a caller, with the operation's result or with the error of its group.
-type Reply = Box<dyn FnOnce(Result<GroupTimes, StorageError>) + Send>;
+type Reply = Box<dyn FnOnce(Result<GroupTimes>) + Send>;
 
 /// End times of the stages of a group.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +79,7 @@ pub(crate) enum Durability {
 struct Pending<T, F> {
     operation: F,
     enqueued: Instant,
-    answer: oneshot::Sender<Result<(T, CommitTimes), StorageError>>,
+    answer: oneshot::Sender<Result<(T, CommitTimes)>>,
 }
 
 /// Type-erased [`Pending`].
@@ -98,9 +98,7 @@ struct Executed {
 impl<T, F> Operation for Pending<T, F>
 where
     T: Send + 'static,
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
-        + Send
-        + 'static,
+    F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
 {
     fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> WriteFuture<'c, Executed> {
         Box::pin(async move {
@@ -112,7 +110,7 @@ where
                 tracing::error!(%error, detail = ?error, "write failed");
             }
             let (answer, enqueued) = (self.answer, self.enqueued);
-            let reply = Box::new(move |outcome: Result<GroupTimes, StorageError>| {
+            let reply = Box::new(move |outcome: Result<GroupTimes>| {
                 let committed = |times: GroupTimes| CommitTimes {
                     queued: times.started.saturating_duration_since(enqueued),
                     written: times.written - times.started,
@@ -140,7 +138,7 @@ struct Request {
 /// Message to the task.
 enum Message {
     Write(Request),
-    Close(oneshot::Sender<Result<(), StorageError>>),
+    Close(oneshot::Sender<Result<()>>),
 }
 
 /// Sending end of the channel.
@@ -181,12 +179,10 @@ impl Writer {
         &self,
         durability: Durability,
         operation: F,
-    ) -> Result<(T, CommitTimes), StorageError>
+    ) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T, StorageError>>
-            + Send
-            + 'static,
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         let (answer, answered) = oneshot::channel();
         let operation = Box::new(Pending { operation, enqueued: Instant::now(), answer });
@@ -199,7 +195,7 @@ impl Writer {
     }
 
     /// Waits for pending writes, then closes the connection.
-    pub(crate) async fn close(&self) -> Result<(), StorageError> {
+    pub(crate) async fn close(&self) -> Result<()> {
         let (answer, answered) = oneshot::channel();
         self.sender.send(Message::Close(answer)).await.map_err(|_| self.ended())?;
         answered.await.unwrap_or_else(|_| Err(self.ended()))
@@ -392,7 +388,7 @@ impl WriterTask {
     }
 
     /// Closes the connection. Rejects the messages that arrived after the request to close.
-    async fn close(mut self, answer: oneshot::Sender<Result<(), StorageError>>) {
+    async fn close(mut self, answer: oneshot::Sender<Result<()>>) {
         self.receiver.close();
         while let Some(message) = self.receiver.recv().await {
             match message {
@@ -442,7 +438,7 @@ async fn begin(
     conn: &mut SqliteConnection,
     durability: Durability,
     synced: &mut bool,
-) -> Result<(), StorageError> {
+) -> Result<()> {
     let wanted = durability == Durability::PowerLoss;
     let sql = match (*synced == wanted, wanted) {
         (true, _) => BEGIN,
@@ -460,7 +456,7 @@ async fn begin(
 }
 
 /// Closes the connection. The owner of the data directory also writes the log back.
-async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<(), StorageError> {
+async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<()> {
     if owner {
         match truncate_log(&mut conn).await {
             Ok(true) => {}
@@ -476,20 +472,17 @@ async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<(),
 }
 
 /// Writes the log back and truncates it. Returns true if no reader blocked the checkpoint.
-async fn truncate_log(conn: &mut SqliteConnection) -> Result<bool, StorageError> {
+async fn truncate_log(conn: &mut SqliteConnection) -> Result<bool> {
     let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(conn).await?;
     Ok(row.try_get::<i64, _>(0)? == 0)
 }
 
 /// Runs a checkpoint pragma. Returns the number of pages in the log.
-async fn run_checkpoint(
-    conn: &mut SqliteConnection,
-    sql: &'static str,
-) -> Result<i64, StorageError> {
+async fn run_checkpoint(conn: &mut SqliteConnection, sql: &'static str) -> Result<i64> {
     Ok(sqlx::query(sql).fetch_one(conn).await?.try_get(1)?)
 }
 
-async fn execute(conn: &mut SqliteConnection, sql: &'static str) -> Result<(), StorageError> {
+async fn execute(conn: &mut SqliteConnection, sql: &'static str) -> Result<()> {
     sqlx::query(sql).execute(conn).await?;
     Ok(())
 }
