@@ -89,8 +89,8 @@ struct Shares {
     reflected: f64,
 }
 
-/// Quadrature points: facet normals by the inverse cumulative distribution of D (n . m), with more
-/// of them at steep angles than D has.
+/// Quadrature points: facet normals. The inverse of the cumulative distribution of D (n . m) places
+/// them; steep angles get more points than this distribution gives them.
 struct Grid {
     rows: Vec<Row>,
     /// Azimuths from 0 to pi; the other half is symmetric.

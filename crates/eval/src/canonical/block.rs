@@ -1,8 +1,8 @@
 //! Execution of translated code on one block of samples.
 //!
 //! A row holds the values of one input, constant or register for a block: four quarters, or one
-//! quarter that stands for all if the value is constant. Instructions address rows through a table
-//! of views, by slot.
+//! quarter that stands for all if the value is constant. An instruction names a row by its slot, an
+//! index into a table of views.
 
 #![allow(unsafe_code, reason = "rows are read and written through pointers, see kernel.rs")]
 

@@ -74,8 +74,8 @@ impl<'a> Code<'a> {
 /// Buffers of a translation, reused for the next program because allocating them takes as long as
 /// translating.
 ///
-/// The tables are indexed by the number of a value, so that reading an operand does not branch on
-/// its kind, which is unpredictable.
+/// The tables are indexed by the number of a value. Reading an operand therefore needs no branch on
+/// the kind of the value; such a branch would be unpredictable.
 #[derive(Default)]
 struct Translation {
     instructions: Vec<Instruction>,
@@ -202,8 +202,8 @@ impl Translation {
         }
     }
 
-    /// Emits two steps as one instruction if both are sums, differences or products and the value
-    /// of the first is read only by the second, once.
+    /// Emits two steps as one instruction if both are sums, differences or products, and the only
+    /// read of the first value is one operand of the second step.
     fn fuse(&mut self, index: usize, level: Level) -> bool {
         let value = self.first_step as usize + index;
         let (Some((next, [left, right])), 1) = (self.steps.get(index + 1), self.reads[value])

@@ -46,7 +46,7 @@ pub(super) enum Tangent {
     Step(usize),
 }
 
-/// A step that depends on a constant, with the tangents of its operands.
+/// Step that depends on a constant, and the tangent of each operand.
 pub(super) struct TangentStep {
     pub(super) step: usize,
     pub(super) a: Tangent,
@@ -67,8 +67,8 @@ pub(super) enum Adjoint {
     },
 }
 
-/// A step between a constant and the result of one channel, with the destinations of the adjoints
-/// of its operands.
+/// Step between a constant and the result of one channel. Names the destination of the adjoint of
+/// each operand.
 pub(super) struct AdjointStep {
     pub(super) step: usize,
     pub(super) a: Adjoint,
