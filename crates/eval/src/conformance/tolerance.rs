@@ -17,8 +17,8 @@ pub struct Tolerance {
     pub bound: f64,
 }
 
-/// The table. Every opcode has an entry. A test fails if a bound exceeds four times the largest error
-/// that was measured against the f64 reference.
+/// Bound of each opcode. A test fails if a bound exceeds four times the largest error that was
+/// measured against the f64 reference.
 pub const TOLERANCES: [Tolerance; 17] = [
     Tolerance { opcode: Opcode::Add, bound: 1.2e-7 },
     Tolerance { opcode: Opcode::Sub, bound: 1.2e-7 },
