@@ -7,7 +7,7 @@ use brood_light::FieldError;
 use brood_mesh::ObjError;
 use brood_storage::StorageError;
 
-use super::{ApiError, quote};
+use super::{ApiError, quote, shortened};
 
 impl From<StorageError> for ApiError {
     fn from(error: StorageError) -> Self {
@@ -57,6 +57,9 @@ impl From<ObjError> for ApiError {
     }
 }
 
+/// Largest length of a message that may contain input at any place.
+const MESSAGE_BYTES: usize = 160;
+
 /// Returns serde's message without its position, with quoted input shortened.
 pub fn serde_words(message: &str) -> String {
     let message = match message.rfind(" at line ") {
@@ -65,7 +68,7 @@ pub fn serde_words(message: &str) -> String {
     };
     match message.rfind(", expected ") {
         Some(split) => format!("{}{}", quote(&message[..split]), &message[split..]),
-        None => quote(message),
+        None => shortened(message, MESSAGE_BYTES),
     }
 }
 
@@ -81,5 +84,8 @@ mod tests {
         assert!(words.len() < 100, "{words}");
         assert!(words.ends_with(", expected `a` or `b`"), "{words}");
         assert_eq!(serde_words("missing field `name` at line 1 column 2"), "missing field `name`");
+        let own = "a light's strength is given once, not by both intensity_cd and flux_lm";
+        assert_eq!(serde_words(&format!("{own} at line 1 column 9")), own);
+        assert!(serde_words(&long).len() <= MESSAGE_BYTES);
     }
 }

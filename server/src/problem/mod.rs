@@ -213,10 +213,16 @@ pub fn plain(status: StatusCode) -> Problem {
 
 /// Returns input for an error text: at most 64 bytes, without control characters.
 pub fn quote(input: &str) -> String {
-    let clean = input.chars().map(|c| if c.is_control() { ' ' } else { c });
+    shortened(input, 64)
+}
+
+/// Returns text of at most `bytes` bytes, which ends with an ellipsis if it was longer, without
+/// control characters.
+fn shortened(text: &str, bytes: usize) -> String {
+    let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     let mut out = String::new();
     for c in clean {
-        if out.len() + c.len_utf8() > 61 {
+        if out.len() + c.len_utf8() + '…'.len_utf8() > bytes {
             out.push('…');
             break;
         }
