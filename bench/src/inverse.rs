@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use brood_eval::{LinearPicture, RadianceImage, model_reflectance, shade};
+use brood_eval::{LinearPicture, RadianceImage, shade_brdf};
 use brood_genome::{Model, ModelKind};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
@@ -128,14 +128,7 @@ fn material(
     let (size_px, assets) = (args.size, LightAssets::default());
     let raster = Raster { size_px, sampling: args.samples, area: PixelArea::whole(size_px) };
     let rendered = picture(truth, &SampleSet::render_with_assets(mesh, scene, &assets, raster));
-    let count = rendered.premultiplied().len();
-    let picture_of = LinearPicture {
-        width: size_px,
-        height: size_px,
-        pixels: rendered.premultiplied().to_vec(),
-        clipped: vec![false; count],
-        is_linear: true,
-    };
+    let picture_of = LinearPicture::from(&rendered);
     let begun = Instant::now();
     let view = View {
         mesh,
@@ -178,9 +171,7 @@ fn material(
 }
 
 fn picture(model: &Model, set: &SampleSet) -> RadianceImage {
-    let mut f = Vec::new();
-    model_reflectance(&*model.brdf(), set, &mut f);
-    shade(set, &f)
+    shade_brdf(set, &*model.brdf())
 }
 
 fn figures(values: &[f64]) -> Figures {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use brood_brdf::{Brdf, Model, ModelKind};
-use brood_eval::{model_reflectance, shade};
+use brood_eval::shade_brdf;
 use brood_light::{AREA_SAMPLES, ENVIRONMENT_SAMPLES, EnvironmentMap, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
@@ -124,9 +124,7 @@ fn sweep(
         let area = PixelArea::whole(workload.size_px);
         let raster = Raster { size_px: workload.size_px, sampling: Sampling::Fixed(1), area };
         let set = SampleSet::render_with_assets(&mesh, &scene, assets, raster);
-        let mut f = Vec::new();
-        model_reflectance(brdf, &set, &mut f);
-        let image = shade(&set, &f);
+        let image = shade_brdf(&set, brdf);
         Ok(image.premultiplied().as_flattened().iter().map(|c| f64::from(*c)).collect())
     };
     let reference = picture(workload.reference_samples)?;

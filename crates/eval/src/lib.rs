@@ -62,5 +62,5 @@ pub use picture::{
     picture_size, sheet,
 };
 pub use preview::{Preview, PreviewScorer, diverse_brood};
-pub use radiance::{RadianceImage, shade, shade_each};
+pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;

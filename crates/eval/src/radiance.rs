@@ -4,7 +4,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use brood_brdf::Brdf;
 use brood_scene::{ImageLayout, PixelArea, PixelRun, SampleSet};
+
+use crate::model_reflectance;
 
 /// Linear radiance and coverage of a picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,6 +98,17 @@ pub fn shade(set: &SampleSet, f: &[f32]) -> RadianceImage {
     let (width, height) = (layout.width, layout.height);
     let coverage = layout.coverage.clone();
     RadianceImage { width, height, premultiplied, coverage, centres: light.centres() }
+}
+
+/// Shades a picture of a BRDF, see [`model_reflectance`] and [`shade`].
+///
+/// # Panics
+/// If the set is not that of a picture, or has no directions.
+#[must_use]
+pub fn shade_brdf(set: &SampleSet, brdf: &dyn Brdf) -> RadianceImage {
+    let mut f = Vec::new();
+    model_reflectance(brdf, set, &mut f);
+    shade(set, &f)
 }
 
 /// Shades without building a picture: calls `put` with each pixel that has samples and its radiance
@@ -212,7 +226,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::model_reflectance;
 
     /// Returns the share of a uniform sky's light that is reflected towards the eye: the mean of pi
     /// f over cosine-weighted directions.
@@ -244,9 +257,7 @@ mod tests {
             let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
             let mesh = Mesh::builtin(BuiltinMesh::Sphere);
             let set = SampleSet::render_with_assets(&mesh, &scene, &assets, raster);
-            let mut f = Vec::new();
-            model_reflectance(&*brdf, &set, &mut f);
-            let image = shade(&set, &f);
+            let image = shade_brdf(&set, &*brdf);
             let mut seen = 0;
             for span in set.image().unwrap().spans() {
                 let wo = set.pair(span.start as usize).0.wo();

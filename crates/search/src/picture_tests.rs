@@ -1,7 +1,7 @@
 //! Tests that materials are found from pictures of them.
 
 use brood_brdf::{Model, ModelKind};
-use brood_eval::{Level, LinearPicture, RadianceImage, model_reflectance, shade};
+use brood_eval::{Level, LinearPicture, RadianceImage, shade_brdf};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
@@ -20,19 +20,7 @@ fn scene(json: &str) -> Scene {
 fn rendered(model: &Model, mesh: &Mesh, scene: &Scene, sampling: Sampling) -> RadianceImage {
     let raster = Raster { size_px: SIDE_PX, sampling, area: PixelArea::whole(SIDE_PX) };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
-    let mut f = Vec::new();
-    model_reflectance(&*model.brdf(), &set, &mut f);
-    shade(&set, &f)
-}
-
-fn picture(image: &RadianceImage) -> LinearPicture {
-    LinearPicture {
-        width: image.width(),
-        height: image.height(),
-        pixels: image.premultiplied().to_vec(),
-        clipped: vec![false; image.premultiplied().len()],
-        is_linear: true,
-    }
+    shade_brdf(&set, &*model.brdf())
 }
 
 fn view<'a>(
@@ -52,7 +40,7 @@ fn model_is_recovered_from_a_picture() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     for light in [r#"{"kind": "point", "position": [3, 3, 3]}"#, r#"{"kind": "directional"}"#] {
         let scene = scene(&format!(r#"{{"lights": [{light}], "light_deg": 20}}"#));
-        let picture = picture(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
+        let picture = LinearPicture::from(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
         let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
         let recovery = Recovery::new(&samples, Form::of(&model), 1e-7);
         let found = recovery.run(3, 0).model;
@@ -66,7 +54,7 @@ fn lambertian_is_found_from_a_picture_of_unknown_brightness() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Knob), LightAssets::default());
     let scene = scene(r#"{"shadows": true}"#);
     let model = Model::new(ModelKind::Lambert);
-    let mut picture = picture(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
+    let mut picture = LinearPicture::from(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
     picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value * 0.25));
     let unknown = View { is_gain_unknown: true, ..view(&mesh, &scene, &assets, &picture) };
     let (_, samples) = ImageView::new(&unknown).unwrap();
@@ -86,8 +74,8 @@ fn clipped_highlight_bounds_the_fit_from_below() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let scene = scene(r#"{"lights": [{"kind": "directional"}], "light_deg": 20}"#);
     let image = rendered(&model, &mesh, &scene, Sampling::Adaptive);
-    let body = picture(&rendered(&matt, &mesh, &scene, Sampling::Adaptive));
-    let mut picture = picture(&image);
+    let body = LinearPicture::from(&rendered(&matt, &mesh, &scene, Sampling::Adaptive));
+    let mut picture = LinearPicture::from(&image);
     let brightest = picture.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
     // Everything above a third of the brightest is clipped, and the mask excludes the slope of the
     // highlight: a diffuse body is left, and only the clipped pixels indicate a highlight.

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use brood_brdf::{Model, ModelKind};
-use brood_eval::{Developed, encode_exr, encode_png, model_reflectance, shade};
+use brood_eval::{Developed, encode_exr, encode_png, shade_brdf};
 use brood_mesh::BuiltinMesh;
 use brood_scene::{Exposure, PixelArea, Raster, SampleSet};
 
@@ -18,9 +18,7 @@ fn picture(scene: &Scene, mesh: &Mesh) -> Vec<u8> {
     let area = PixelArea::whole(SIDE_PX);
     let raster = Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
-    let mut f = Vec::new();
-    model_reflectance(&*Model::new(ModelKind::Lambert).brdf(), &set, &mut f);
-    encode_exr(&shade(&set, &f)).unwrap()
+    encode_exr(&shade_brdf(&set, &*Model::new(ModelKind::Lambert).brdf())).unwrap()
 }
 
 fn white(side: u32) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Tests that rendered pictures are read back, and that unusable pictures are rejected.
 
 use brood_brdf::{Model, ModelKind};
-use brood_eval::{model_reflectance, shade};
+use brood_eval::shade_brdf;
 use brood_mesh::BuiltinMesh;
 
 use super::*;
@@ -15,19 +15,7 @@ fn scene(json: &str) -> Scene {
 fn rendered(model: &Model, mesh: &Mesh, scene: &Scene, sampling: Sampling) -> RadianceImage {
     let raster = Raster { size_px: SIDE_PX, sampling, area: PixelArea::whole(SIDE_PX) };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
-    let mut f = Vec::new();
-    model_reflectance(&*model.brdf(), &set, &mut f);
-    shade(&set, &f)
-}
-
-fn picture(image: &RadianceImage) -> LinearPicture {
-    LinearPicture {
-        width: image.width(),
-        height: image.height(),
-        pixels: image.premultiplied().to_vec(),
-        clipped: vec![false; image.premultiplied().len()],
-        is_linear: true,
-    }
+    shade_brdf(&set, &*model.brdf())
 }
 
 fn view<'a>(
@@ -48,7 +36,7 @@ fn pixels_give_the_reflectance_of_the_rendered_model() {
     for light in [r#"{"kind": "point", "position": [3, 3, 3]}"#, r#"{"kind": "directional"}"#] {
         let scene = scene(&format!(r#"{{"lights": [{light}], "light_deg": 20}}"#));
         let image = rendered(&model, &mesh, &scene, Sampling::Adaptive);
-        let picture = picture(&image);
+        let picture = LinearPicture::from(&image);
         let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
         let counts = view.counts();
         assert!(counts.used as usize == samples.len() && counts.used > 300, "{counts}");
@@ -71,7 +59,7 @@ fn unknown_brightness_is_compensated_by_a_gain() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Knob), LightAssets::default());
     let scene = scene(r#"{"shadows": true}"#);
     let image = rendered(&model, &mesh, &scene, Sampling::Adaptive);
-    let mut picture = picture(&image);
+    let mut picture = LinearPicture::from(&image);
     picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value * 0.25));
     let unknown = View { is_gain_unknown: true, ..view(&mesh, &scene, &assets, &picture) };
     let (view, _) = ImageView::new(&unknown).unwrap();
@@ -87,7 +75,7 @@ fn pixels_lit_by_several_lights_are_left_out() {
         r#"{"lights": [{"kind": "directional", "direction": [1, 0, -0.2]}, {"kind": "directional", "direction": [-1, 0, -0.2]}]}"#,
     );
     let image = rendered(&Model::new(ModelKind::Lambert), &mesh, &scene, Sampling::Adaptive);
-    let picture = picture(&image);
+    let picture = LinearPicture::from(&image);
     let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
     assert!(view.counts().several_lights > 50 && samples.len() > 200, "{}", view.counts());
     let lambert = 0.5 / std::f64::consts::PI;
@@ -99,7 +87,7 @@ fn unusable_pictures_are_rejected() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let plain = Scene::default();
     let model = Model::new(ModelKind::Lambert);
-    let good = picture(&rendered(&model, &mesh, &plain, Sampling::Adaptive));
+    let good = LinearPicture::from(&rendered(&model, &mesh, &plain, Sampling::Adaptive));
     let refused = |scene: &Scene, picture: &LinearPicture, mask: Option<LinearPicture>| {
         let view = View { mask: mask.as_ref(), ..view(&mesh, scene, &assets, picture) };
         match ImageView::new(&view) {

@@ -5,6 +5,7 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
+use crate::RadianceImage;
 use crate::film::decode_srgb;
 
 /// A picture as linear red, green and blue.
@@ -70,6 +71,18 @@ pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPic
 pub fn picture_size(bytes: &[u8]) -> Result<(u32, u32), LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
     Ok(ImageReader::with_format(Cursor::new(bytes), format).into_dimensions()?)
+}
+
+impl From<&RadianceImage> for LinearPicture {
+    fn from(image: &RadianceImage) -> Self {
+        Self {
+            width: image.width(),
+            height: image.height(),
+            pixels: image.premultiplied().to_vec(),
+            clipped: vec![false; image.premultiplied().len()],
+            is_linear: true,
+        }
+    }
 }
 
 fn linear(decoded: &DynamicImage) -> LinearPicture {
