@@ -132,6 +132,13 @@ async function wide(app) {
     return child;
   });
 
+  await step("enters the frames by an arrow key while nothing has the focus", async () => {
+    await app.cell(2).focus();
+    await app.page.evaluate(() => /** @type {HTMLElement} */ (document.activeElement).blur());
+    await app.page.keyboard.press("ArrowRight");
+    await app.page.waitForFunction(() => document.activeElement?.matches('[data-cell="3"]'));
+  });
+
   await step("re-rolls the same parents", async () => {
     const child = await app.generation(await app.becomes(() => app.id("reroll").click()));
     assert.deepEqual(child.parents, keyed.parents);

@@ -121,8 +121,25 @@ function flipsBy(event) {
   return isPlain(event, "t") && searchStore.activeTarget.value ? flipKeyTarget : null;
 }
 
+/** True if the page is higher than its window, so that arrow keys scroll it. */
+const scrolls = () =>
+  document.documentElement.scrollHeight > document.documentElement.clientHeight;
+
+/**
+ * Moves from the last focused frame by an arrow key while nothing has the focus.
+ * @param {KeyboardEvent} event
+ */
+function enterFrames(event) {
+  const step = STEPS[event.key];
+  const isFree = event.target === document.body && !event.altKey && !inDialog(event.target);
+  if (!step || !isFree || scrolls()) return;
+  focus(neighbour(pageStore.focusedCell.value, step));
+  event.preventDefault();
+}
+
 /** @param {KeyboardEvent} event */
 function keyAlone(event) {
+  enterFrames(event);
   if (isPlain(event, "c") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
     openComparison();
     event.preventDefault();
