@@ -6,12 +6,12 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::kind::{At, Draw, Kind, Source};
+use super::kind::{At, Kind, SingleSample};
 use super::strength::{FromDirection, Group, Strength};
 use crate::assets::LightAssets;
 use crate::field::FieldError;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::LightSample;
 
 /// Parallel light, like the sun. At most one of `irradiance_w_m2` and `illuminance_lx`; by default
 /// the irradiance is pi.
@@ -52,12 +52,10 @@ pub(crate) struct DirectionalSource {
     irradiance: [f64; 3],
 }
 
-impl Source for DirectionalSource {
-    const IS_SOFT: bool = false;
-
-    fn for_each_sample(&self, _: &Receiver, _: &Draw, mut put: impl FnMut(u32, LightSample)) {
+impl SingleSample for DirectionalSource {
+    fn at(&self, _: DVec3) -> Option<LightSample> {
         let Self { towards, irradiance } = *self;
-        put(0, LightSample { towards, irradiance, distance: f64::INFINITY, fading: false });
+        Some(LightSample { towards, irradiance, distance: f64::INFINITY, fading: false })
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

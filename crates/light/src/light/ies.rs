@@ -6,13 +6,13 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::kind::{At, Draw, Kind, Source};
+use super::kind::{At, Kind, SingleSample};
 use super::strength::{FromPoint, Group, Measure, Strength};
 use crate::assets::{AssetRef, LightAssets};
 use crate::field::FieldError;
 use crate::ies::IesProfile;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::LightSample;
 use crate::units::{EFFICACY_WHITE, luminance, radiometric};
 
 /// Point light with the distribution of an IES file. At most one of `intensity`, `intensity_cd`,
@@ -90,8 +90,8 @@ pub(crate) struct IesSource {
     scale: [f64; 3],
 }
 
-impl IesSource {
-    /// Returns the sample at a position; `None` where the profile is 0.
+impl SingleSample for IesSource {
+    /// `None` where the profile is 0.
     fn at(&self, position: DVec3) -> Option<LightSample> {
         let towards = self.position - position;
         let squared = towards.length_squared();
@@ -104,21 +104,6 @@ impl IesSource {
         let irradiance = self.scale.map(|channel| channel * candela / squared);
         let distance = squared.sqrt();
         (candela > 0.0).then_some(LightSample { towards, irradiance, distance, fading: false })
-    }
-}
-
-impl Source for IesSource {
-    const IS_SOFT: bool = false;
-
-    fn for_each_sample(
-        &self,
-        receiver: &Receiver,
-        _: &Draw,
-        mut put: impl FnMut(u32, LightSample),
-    ) {
-        if let Some(sample) = self.at(receiver.position) {
-            put(0, sample);
-        }
     }
 
     /// As if the centre of the mesh were in the peak direction.

@@ -55,6 +55,35 @@ pub(crate) trait Source {
     fn reference_irradiance(&self) -> Option<[f64; 3]>;
 }
 
+/// Light without extent: one sample at most, and hard shadows.
+pub(crate) trait SingleSample {
+    /// Returns the sample at a position in the unit frame; `None` if the light does not reach it.
+    fn at(&self, position: DVec3) -> Option<LightSample>;
+
+    /// As [`Source::reference_irradiance`].
+    fn reference_irradiance(&self) -> Option<[f64; 3]>;
+}
+
+impl<S: SingleSample> Source for S {
+    const IS_SOFT: bool = false;
+
+    #[inline]
+    fn for_each_sample(
+        &self,
+        receiver: &Receiver,
+        _: &Draw,
+        mut put: impl FnMut(u32, LightSample),
+    ) {
+        if let Some(sample) = self.at(receiver.position) {
+            put(0, sample);
+        }
+    }
+
+    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+        SingleSample::reference_irradiance(self)
+    }
+}
+
 /// Samples to draw of one light.
 #[derive(Debug)]
 pub(crate) struct Draw {

@@ -6,12 +6,12 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::kind::{At, Draw, Kind, Source};
+use super::kind::{At, Kind, SingleSample};
 use super::strength::{FromPoint, Group, Measure, Strength};
 use crate::assets::LightAssets;
 use crate::field::FieldError;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::LightSample;
 use crate::units::isotropic_intensity;
 
 /// Isotropic point light. At most one of `intensity`, `intensity_cd`, `flux_w` and `flux_lm`; by
@@ -70,9 +70,11 @@ impl PointSource {
         let unit = placement.unit();
         Self { position, intensity: intensity.map(|channel| channel / (unit * unit)) }
     }
+}
 
-    /// Returns the sample at a position; `None` at the light itself.
-    pub(super) fn at(&self, position: DVec3) -> Option<LightSample> {
+impl SingleSample for PointSource {
+    /// `None` at the light itself.
+    fn at(&self, position: DVec3) -> Option<LightSample> {
         let towards = self.position - position;
         let squared = towards.length_squared();
         if squared == 0.0 || !squared.is_finite() {
@@ -81,21 +83,6 @@ impl PointSource {
         let irradiance = self.intensity.map(|channel| channel / squared);
         let distance = squared.sqrt();
         Some(LightSample { towards: towards / distance, irradiance, distance, fading: false })
-    }
-}
-
-impl Source for PointSource {
-    const IS_SOFT: bool = false;
-
-    fn for_each_sample(
-        &self,
-        receiver: &Receiver,
-        _: &Draw,
-        mut put: impl FnMut(u32, LightSample),
-    ) {
-        if let Some(sample) = self.at(receiver.position) {
-            put(0, sample);
-        }
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

@@ -5,13 +5,13 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::kind::{At, Draw, Kind, Source};
+use super::kind::{At, Kind, SingleSample};
 use super::point::PointSource;
 use super::strength::{FromPoint, Group, Strength};
 use crate::assets::LightAssets;
 use crate::field::FieldError;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::LightSample;
 use crate::units::spot_intensity;
 
 /// Smallest outer cone; below, the solid angle loses digits.
@@ -93,8 +93,8 @@ pub(crate) struct SpotSource {
     cos_falloff: f64,
 }
 
-impl SpotSource {
-    /// Returns the sample at a position; `None` outside the cone.
+impl SingleSample for SpotSource {
+    /// `None` outside the cone.
     fn at(&self, position: DVec3) -> Option<LightSample> {
         let sample = self.point.at(position)?;
         let cos = -sample.towards.dot(self.axis);
@@ -107,21 +107,6 @@ impl SpotSource {
             return Some(LightSample { irradiance, fading: true, ..sample });
         }
         None
-    }
-}
-
-impl Source for SpotSource {
-    const IS_SOFT: bool = false;
-
-    fn for_each_sample(
-        &self,
-        receiver: &Receiver,
-        _: &Draw,
-        mut put: impl FnMut(u32, LightSample),
-    ) {
-        if let Some(sample) = self.at(receiver.position) {
-            put(0, sample);
-        }
     }
 
     /// As if the centre of the mesh were on the axis.

@@ -10,6 +10,7 @@ use super::tangent::tangents;
 ///
 /// # Shapes
 /// `positions`, `normals`, `uvs` and `smooth_group` per vertex.
+#[derive(Default)]
 pub(crate) struct RawMesh {
     /// Positions.
     pub positions: Vec<DVec3>,

@@ -107,14 +107,7 @@ fn rounded_cube() -> MeshParts {
     ];
     let steps = cube_steps();
     let side = u32::try_from(steps.len()).expect("a face has few steps");
-    let mut raw = RawMesh {
-        positions: Vec::new(),
-        normals: Vec::new(),
-        uvs: Vec::new(),
-        smooth_group: Vec::new(),
-        smooth_groups: 0,
-        triangles: Vec::new(),
-    };
+    let mut raw = RawMesh::default();
     for (face, (n, u, v)) in (0u32..).zip(faces) {
         for t in &steps {
             for s in &steps {

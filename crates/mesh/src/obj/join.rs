@@ -15,14 +15,7 @@ use crate::mesh::RawMesh;
 /// # Errors
 /// Returns an error if there are too many vertices or the triangulation takes too long.
 pub(super) fn join(records: Records, limits: &ObjLimits) -> Result<RawMesh, ObjError> {
-    let mut raw = RawMesh {
-        positions: Vec::new(),
-        normals: Vec::new(),
-        uvs: Vec::new(),
-        smooth_group: Vec::new(),
-        smooth_groups: 0,
-        triangles: Vec::new(),
-    };
+    let mut raw = RawMesh::default();
     let mut position_ids = PositionIds::default();
     let mut vertex_ids: HashMap<Corner, u32> = HashMap::new();
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
