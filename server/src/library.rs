@@ -9,7 +9,7 @@ use brood_mesh::Mesh;
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, Lineage, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION,
-    SceneId, Subject, decode,
+    SceneId, Subject, decode_stored,
 };
 use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
@@ -285,7 +285,7 @@ impl Library {
     /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn uploaded_mesh(&self, hash: [u8; 32]) -> Result<Arc<Mesh>, ApiError> {
         let data = self.store.mesh_data(hash).await?;
-        let read = tokio::task::spawn_blocking(move || decode::<Mesh>(&data)).await;
+        let read = tokio::task::spawn_blocking(move || decode_stored::<Mesh>(&data)).await;
         let read = read.map_err(|error| ApiError::internal(error.to_string()))?;
         let mesh = read
             .map_err(|error| ApiError::internal(format!("cannot read a stored mesh: {error}")))?;

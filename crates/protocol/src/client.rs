@@ -6,7 +6,9 @@ use brood_mesh::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::lease::{CONTENT_TYPE, LeaseResults, LeaseTicket, WireError, decode, encode};
+use crate::lease::{
+    CONTENT_TYPE, LeaseResults, LeaseTicket, WireError, decode, decode_stored, encode,
+};
 use crate::{
     ClaimRequest, Directive, LightAssetFile, SearchReport, SearchTicket, TargetBytes, Ticket,
 };
@@ -133,7 +135,8 @@ impl WorkerClient {
     /// Returns a [`ClientError`] if the call fails or the response cannot be decoded.
     pub async fn mesh(&self, hash: &[u8; 32]) -> Result<Mesh, ClientError> {
         let path = format!("/v1/leases/meshes/{}", blake3::Hash::from_bytes(*hash).to_hex());
-        read(self.send::<()>(Method::GET, &path, None).await?).await
+        let response = self.send::<()>(Method::GET, &path, None).await?;
+        Ok(decode_stored(&response.bytes().await?)?)
     }
 
     /// Downloads a light asset.

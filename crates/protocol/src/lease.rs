@@ -16,7 +16,7 @@ pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
 const MAGIC: &[u8; 8] = b"brood/5\n";
 
-/// Error of [`decode`] and [`Frame::scene`].
+/// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
@@ -209,11 +209,11 @@ impl Frame {
 pub struct LeaseResults {
     /// Ticket of the lease.
     pub ticket: LeaseTicket,
-    /// RenderOutcome of the job.
+    /// Outcome of the job.
     pub outcome: RenderOutcome,
 }
 
-/// RenderOutcome of a render job.
+/// Outcome of a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum RenderOutcome {
     /// All pictures of the job, and the work counters.
@@ -287,7 +287,22 @@ pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
 /// Returns [`WireError::Version`] if the prefix is wrong, [`WireError::Malformed`] if the rest is
 /// truncated, too long or not a `T`.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
-    let body = bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?;
+    decode_body(bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?)
+}
+
+/// Decodes stored data: a mesh, or the start genomes of a search. Accepts every protocol version,
+/// because the encoding of these types never changes.
+///
+/// # Errors
+/// As for [`decode`].
+pub fn decode_stored<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
+    let [b'b', b'r', b'o', b'o', b'd', b'/', b'0'..=b'9', b'\n', body @ ..] = bytes else {
+        return Err(WireError::Version);
+    };
+    decode_body(body)
+}
+
+fn decode_body<T: DeserializeOwned>(body: &[u8]) -> Result<T, WireError> {
     match postcard::take_from_bytes(body) {
         Ok((message, [])) => Ok(message),
         Ok((_, rest)) => Err(WireError::Malformed(format!("{} bytes after the end", rest.len()))),
@@ -330,5 +345,15 @@ mod tests {
         }
         let longer = [whole.as_slice(), b"x"].concat();
         assert!(matches!(decode::<LeaseResults>(&longer), Err(WireError::Malformed(_))));
+    }
+
+    #[test]
+    fn stored_data_is_decoded_when_another_version_wrote_it() {
+        let genomes = vec![vec![1_u8, 2], Vec::new()];
+        let mut old = encode(&genomes);
+        old[6] = b'4';
+        assert_eq!(decode_stored::<Vec<Vec<u8>>>(&old), Ok(genomes));
+        old[0] = b'x';
+        assert_eq!(decode_stored::<Vec<Vec<u8>>>(&old), Err(WireError::Version));
     }
 }

@@ -57,7 +57,7 @@ pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
     PackedProgram, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, WorkerReport,
-    decode, encode,
+    decode, decode_stored, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};

@@ -3,7 +3,7 @@
 use axum::extract::State;
 use axum::response::Response;
 use brood_mesh::Mesh;
-use brood_protocol::decode;
+use brood_protocol::decode_stored;
 use brood_scene::MeshRef;
 use http::HeaderMap;
 
@@ -65,7 +65,7 @@ async fn encoded(app: &App, id: &str, encode: fn(&Mesh) -> Vec<u8>) -> Result<Ve
             let unknown = |_| ApiError::not_found("there is no mesh with this id or name");
             let row = app.store.mesh(id.parse().map_err(unknown)?).await?;
             let data = app.store.mesh_data(row.content_hash).await?;
-            let read = move || decode::<Mesh>(&data).map(|mesh| encode(&mesh));
+            let read = move || decode_stored::<Mesh>(&data).map(|mesh| encode(&mesh));
             app.processors.run(read).await?
         }
     };

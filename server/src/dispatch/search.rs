@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use brood_protocol::{
     Directive, FoundMaterial, Generation, GenerationLine, JobId, MeasuredMaterial, SearchGrant,
-    SearchReport, SearchState, SearchTicket, SearchUpdate, WireError, decode,
+    SearchReport, SearchState, SearchTicket, SearchUpdate, WireError, decode_stored,
 };
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
 
@@ -268,7 +268,7 @@ impl Searches {
 /// Returns the grant of a claimed search.
 fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, WireError> {
     let options = claimed.options;
-    let start = decode(&claimed.start)?;
+    let start = decode_stored(&claimed.start)?;
     Ok(SearchGrant {
         ticket,
         ttl_ms: lease_ms(),

@@ -19,7 +19,7 @@ pub async fn mesh(
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = parse(&hash, "a mesh hash must be 64 hexadecimal digits")?;
-    // The stored encoding is the wire encoding.
+    // Sent as it is stored: the worker accepts the version in its prefix.
     Ok(message(app.store.mesh_data(hash).await?))
 }
 

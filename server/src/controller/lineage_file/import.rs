@@ -10,7 +10,7 @@ use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
 use brood_mesh::Mesh;
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, LineageId, ParentRef, PatchIndividual, SceneId,
-    decode,
+    decode_stored,
 };
 use brood_scene::MeshRef;
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, StoredMesh};
@@ -107,7 +107,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
 fn mesh(data: &str) -> Result<(StoredMesh, Vec<u8>), ApiError> {
     let refuse = |words: &str| ApiError::refused(words).at("/mesh");
     let bytes = BASE64_STANDARD.decode(data).map_err(|_| refuse("the mesh must be base64"))?;
-    let mesh: Mesh = decode(&bytes).map_err(|_| refuse("the mesh cannot be decoded"))?;
+    let mesh: Mesh = decode_stored(&bytes).map_err(|_| refuse("the mesh cannot be decoded"))?;
     Ok((mesh::row(&mesh, Vec::new()), brood_protocol::encode(&mesh)))
 }
 
