@@ -18,7 +18,7 @@ import { compareStore } from "./store.js";
  *   individual, or name of a preset, whose genome is sent to the server first.
  */
 
-/** Numbers of materials that the server compares. */
+/** Least and largest number of materials in a comparison. */
 export const FEWEST = 2;
 export const MOST = 6;
 /** Side of the compared pictures. */
@@ -54,7 +54,7 @@ function choiceByBirth(id) {
   return null;
 }
 
-/** Choices in sight: the centre, then the frames, each once. @returns {Choice[]} */
+/** Choices of the shown generation: the centre, then the frames, each once. @returns {Choice[]} */
 export function shownChoices() {
   const of = lineageStore.generation.value;
   if (!of) return [];
@@ -91,7 +91,7 @@ export function setReference(of) {
   pageStore.announcement.value = `${of.name} is the reference.`;
 }
 
-/** Hash or id by which the server knows a choice. @param {Choice} of */
+/** Hash or id of a choice on the server. @param {Choice} of */
 const materialKey = async ({ key, preset }) =>
   preset ? (await api.createGenome(new Blob([preset.text]))).hash : key;
 

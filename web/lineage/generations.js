@@ -44,7 +44,7 @@ export function noteSceneOf(read, sceneId) {
   for (const one of read) sceneReadFor.set(one.id, sceneId);
 }
 
-/** Forgets all notes, as another lineage is opened. */
+/** Clears all notes, because another lineage is opened. */
 export const clearSceneNotes = () => sceneReadFor.clear();
 
 /**

@@ -13,7 +13,7 @@ import { lineageStore } from "./store.js";
 /** Number of genomes kept; the oldest are dropped. */
 const KEPT = 400;
 
-/** Requests without an answer or with a failed one, which are not repeated. @type {Set<string>} */
+/** Hashes with a pending or failed request, which is not repeated. @type {Set<string>} */
 const asked = new Set();
 
 /** @param {Individual} of @returns {Promise<Genome>} */
@@ -26,7 +26,7 @@ export async function genomeOf(of) {
   return known;
 }
 
-/** Reads a genome if it is unknown; after a failure it stays unknown. @param {Individual} of */
+/** Reads a genome unless it is stored, requested or has failed before. @param {Individual} of */
 async function learn(of) {
   if (lineageStore.genomes.peek().has(of.hash) || asked.has(of.hash)) return;
   asked.add(of.hash);

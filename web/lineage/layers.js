@@ -119,8 +119,8 @@ export function locksFor(locks, { instructions, layers }) {
 }
 
 /**
- * Says what keeps a parameter besides its own lock: its whole model, or channels. A channel keeps
- * only its own part of a colour.
+ * Text for the lock that keeps a parameter besides its own: that of its whole model, or those of
+ * channels. A channel keeps only its own part of a colour.
  * @param {Locks} locks
  * @param {number} layer
  * @param {Parameter} of

@@ -93,7 +93,7 @@ export function unlockAll() {
 }
 
 /**
- * Says how many twins locks have caused in a brood; empty where there are none.
+ * Number of twins that locks have caused in a brood, in words; empty if there are none.
  * @param {Generation} of
  */
 export function twinsInWords(of) {

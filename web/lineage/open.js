@@ -167,7 +167,7 @@ export async function hide(of) {
  */
 export function watchLineage() {
   effect(() => {
-    // A server that has just started does not know its backend before the first pictures.
+    // After a start, the server reports no backend before the first pictures.
     if (
       lineageStore.readyId.value === null ||
       !pageStore.serverInfo.peek() ||

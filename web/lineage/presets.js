@@ -165,7 +165,7 @@ async function importGenomeFile(file) {
       if (problemOf(error).status !== 422) throw error;
     }
     if (of && made) {
-      // Locks name positions, where this genome has other things.
+      // Locks name positions, and this genome has other parts there.
       unlockAll();
       return breedFrom(made, of.scene);
     }

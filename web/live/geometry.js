@@ -66,8 +66,8 @@ export function readGeometry(bytes) {
 }
 
 /**
- * Bound on the texture coordinates of a mesh, interpolated ones included: a power of two and a
- * little, so that code generated for one object suits most others.
+ * Bound on the texture coordinates of a mesh, interpolated ones included. Slightly above a power of
+ * two, so that most objects have the same bound and share generated code.
  * @param {Float32Array} uvs
  */
 function reach(uvs) {

@@ -88,7 +88,7 @@ vec3 srgb(vec3 shown) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   ${lights > 0 ? lighting(lights) : NO_LIGHT}
-  // Along a diagonal as marks.js has it: two colours, two of nothing.
+  // Diagonal stripes as in marks.js: two colours, then two transparent ones.
   int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
   float strongest = max(shown.r, max(shown.g, shown.b));
   bool marked = marks && coverage == 1.0;

@@ -58,8 +58,8 @@ export function isLinked(gl, linked) {
 }
 
 /**
- * Reason why linking failed; null if it succeeded or the context is lost, which says nothing about
- * the shader.
+ * Reason why linking failed; null if it succeeded, or if the context is lost, which is not an error
+ * of the shader.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
  * @returns {string|null}

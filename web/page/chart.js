@@ -15,7 +15,7 @@ const STEPS = [1, 2, 2.5, 5, 10];
 /**
  * Axis from 0 beyond the largest value with round ticks.
  * @param {number} largest
- * @param {number} about wanted number of ticks
+ * @param {number} about approximate number of ticks
  * @returns {Axis}
  */
 export function axisTo(largest, about) {
@@ -24,14 +24,14 @@ export function axisTo(largest, about) {
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = (STEPS.find((one) => one * power >= rough * (1 - 1e-9)) ?? 10) * power;
   const count = Math.ceil(most / step - 1e-9);
-  // Sums of tenths are not exact; twelve digits are.
+  // Rounded to twelve digits, because multiples of a tenth are not exact.
   const ticks = Array.from({ length: count + 1 }, (_, at) => Number((at * step).toPrecision(12)));
   return { low: 0, high: ticks[count], ticks };
 }
 
 /** An axis of decades leaves out values below the largest of their line divided by this. */
 const FALL = 1000;
-/** Wanted number of ticks on an axis of decades. */
+/** Approximate number of ticks on an axis of decades. */
 const DECADES = 7;
 
 /**

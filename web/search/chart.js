@@ -23,7 +23,7 @@ function stepsAround(least, most) {
     power <= Math.ceil(Math.log10(most)) + 1;
     power += 1
   ) {
-    // A literal is the nearest number to its digits; a product of powers of ten is not always.
+    // Parsed, because a product of powers of ten is not always the nearest number.
     for (const step of STEPS) found.push(Number(`${step}e${power}`));
   }
   const from = found.findLastIndex((one) => one <= least);

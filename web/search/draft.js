@@ -58,7 +58,7 @@ export function dialectMismatch({ length, opcodes, registers }) {
 const isWhole = (text) => /^\d+$/.test(text.trim());
 
 /**
- * Builds the request of a form, or says what is wrong with the form.
+ * Builds the request of a form, or returns the error of the form.
  * @param {Draft} of
  * @param {string|null} open the open lineage
  * @returns {{json: Record<string, unknown>}|{field: string, wrong: string}}

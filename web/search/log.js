@@ -8,8 +8,7 @@
 const DRAWN = 300;
 
 /**
- * Merges lines by generation. News replace what is known field by field, so that an event keeps
- * what the log knew.
+ * Merges lines by generation, field by field: an event replaces only the fields that it has.
  * @param {LogLine[]} known in order
  * @param {LogLine[]} news in any order
  * @returns {LogLine[]}

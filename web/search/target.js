@@ -32,7 +32,7 @@ export const readTargets = () =>
     searchStore.targets.value = await api.listTargets();
   });
 
-/** Deletes a target on the server that only this form knows. @param {string|null} id */
+/** Deletes a target of the server that only this form uses. @param {string|null} id */
 async function deleteOwn(id) {
   if (!id) return;
   searchStore.targets.value = searchStore.targets.value.filter((one) => one.id !== id);

@@ -118,7 +118,7 @@ function sceneOf({ from, text, light }, open) {
 }
 
 /**
- * Builds the upload of pictures, or says what is wrong with them.
+ * Builds the upload of pictures, or returns the error in their settings.
  * @param {PictureDraft[]} views
  * @param {OpenScene|null} open
  * @returns {Upload|Wrong}

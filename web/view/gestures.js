@@ -29,7 +29,7 @@ let startPose = { rotation: fromDegrees([0, 0, 0]), scale: 1 };
 
 /** @type {Map<number, ActivePointer>} */
 const pointers = new Map();
-/** Distance of the fingers at the begin of a pinch; null outside of one. @type {number|null} */
+/** Distance of the fingers at the start of a pinch; null outside of one. @type {number|null} */
 let pinchStart = null;
 /** True if the click that ends a drag or a long press is to be ignored. */
 let swallowClick = false;

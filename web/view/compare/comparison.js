@@ -117,9 +117,9 @@ function Table({ of: { materials, exposure_ev, other_light_deg }, names }) {
 /** @param {{of: Found, names: string[]}} props */
 const Charts = ({ of: { materials }, names }) => html`
   <div class="charts">
-    <${Chart} id="chart-albedo" title="How much is reflected" words="Share of the light from one direction that is reflected, as luminance." axis="directional albedo" names=${names}
+    <${Chart} id="chart-albedo" title="Directional albedo" words="Share of the light from one direction that is reflected, as luminance." axis="directional albedo" names=${names}
       lines=${materials.map(({ curves }) => curves.map(({ theta_deg, luminance }) => [theta_deg, luminance]))} />
-    <${Chart} id="chart-mirror" title="How the mirror direction brightens" words="f cos θᵢ cos θₒ in the mirror direction, relative to the normal: the Fresnel rise." axis="relative to the normal" names=${names}
+    <${Chart} id="chart-mirror" title="Fresnel rise" words="f cos θᵢ cos θₒ in the mirror direction, relative to its value at the normal." axis="relative to the normal" names=${names}
       lines=${materials.map(({ curves }) => curves.map(({ theta_deg, mirror }) => [theta_deg, mirror]))} />
   </div>
 `;

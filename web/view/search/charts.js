@@ -23,11 +23,11 @@ export function Course({ lines, placeholder }) {
   const { fitted, held, x, y } = courseOf(lines, viewStore.errorAxis.value);
   const last = lines.at(-1);
   const words = last
-    ? `Errors over ${viewStore.errorAxis.value === "seconds" ? "time" : "generations"}: after ${counted(last.generation, "generation")} and ${duration(last.seconds)} ${errorInWords(last.fitted)} fitted, ${errorInWords(last.held)} held back.`
+    ? `Errors over ${viewStore.errorAxis.value === "seconds" ? "time" : "generations"}: after ${counted(last.generation, "generation")} and ${duration(last.seconds)} the training error is ${errorInWords(last.fitted)}, the validation error ${errorInWords(last.held)}.`
     : placeholder;
   return html`
     <figure class="chart" data-testid="search-course">
-      <div class="row"><h3 class="grow" title="Fitted: samples that the fit uses. Held back: samples that only chose between fits.">E log of the best</h3><${Choice} id="search-over" name="Error over" value=${viewStore.errorAxis.value} options=${OVERS} onInput=${(/** @type {any} */ to) => (viewStore.errorAxis.value = to)} /></div>
+      <div class="row"><h3 class="grow" title="Training: samples on which fits minimise the error. Validation: samples by which the search chooses between fits.">E log of the best</h3><${Choice} id="search-over" name="Error over" value=${viewStore.errorAxis.value} options=${OVERS} onInput=${(/** @type {any} */ to) => (viewStore.errorAxis.value = to)} /></div>
       ${lines.length === 0
         ? html`<p class="small hollow">${placeholder}</p>`
         : html`<svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${words}>
@@ -35,7 +35,7 @@ export function Course({ lines, placeholder }) {
             ${[fitted, held].map((points, order) => html`<path key=${order} class=${`curve curve-${order}`} d=${lineThrough(points, x, y, BOX)} />`)}
             ${lines.length === 1 && [fitted, held].map(([[at, value]], order) => value !== null && html`<circle key=${`only${order}`} class=${`only curve-${order}`} r="2.5" cx=${placeOn(x, at, BOX.left, RIGHT)} cy=${placeOn(y, value, BOTTOM, BOX.top)} />`)}
           </svg>
-          <${Legend} names=${[`fitted ${errorInWords(last?.fitted)}`, `held back ${errorInWords(last?.held)}`]} />`}
+          <${Legend} names=${[`training ${errorInWords(last?.fitted)}`, `validation ${errorInWords(last?.held)}`]} />`}
     </figure>
   `;
 }

@@ -61,7 +61,7 @@ function Row(of) {
 
 const Empty = () => html`
   <div class="empty">
-    <p>A search breeds by machine: give it a measured material or pictures of one, and it looks for the shortest program with the same reflectance.</p>
+    <p>A search breeds by machine: from a measured material or pictures of one, it finds materials with the same reflectance, from the most accurate to the shortest.</p>
     <p class="small">Drop a file of measurements or a picture here, or start a new search. Its results can be bred by eye like any material.</p>
     <button type="button" class="primary" onClick=${() => openSearches(NEW)}>New search</button>
   </div>
