@@ -21,6 +21,8 @@ mod surface;
 mod tests;
 
 use std::borrow::Cow;
+use std::collections::HashSet;
+use std::sync::LazyLock;
 
 use glam::DVec3;
 use serde::de::Error;
@@ -163,6 +165,15 @@ kinds! {
     "ambient": Ambient(AmbientLight),
 }
 
+/// Names of the fields of all kinds.
+static FIELDS: LazyLock<HashSet<String>> = LazyLock::new(|| {
+    let names = |schema| match schema {
+        Schema::Object(object) => object.properties.into_keys().collect(),
+        _ => Vec::new(),
+    };
+    Light::schemas().into_iter().flat_map(names).collect()
+});
+
 /// Kind of a light that names none.
 const DEFAULT_KIND: &str = "point";
 
@@ -182,14 +193,15 @@ impl Default for Light {
 
 impl<'de> Deserialize<'de> for Light {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let object = json::LightObject::read(deserializer, DEFAULT_KIND)?;
+        let is_field = |name: &str| FIELDS.contains(name);
+        let object = json::LightObject::read(deserializer, DEFAULT_KIND, is_field)?;
         Self::read(object).map_err(D::Error::custom)
     }
 }
 
 impl PartialSchema for Light {
     fn schema() -> RefOr<Schema> {
-        let text = "A light; the kind tells which fields it has. Lengths are metres.";
+        let text = "A light; the kind determines its fields. Lengths are metres.";
         let items = OneOfBuilder::new().description(Some(text));
         let items = Self::schemas().into_iter().fold(items, OneOfBuilder::item);
         RefOr::T(Schema::OneOf(items.build()))

@@ -14,10 +14,12 @@ pub(super) struct LightObject {
 }
 
 impl LightObject {
-    /// Reads an object. Null stands for an omitted field.
+    /// Reads an object. Null stands for an omitted field; `is_field` decides whether any kind has a
+    /// field of that name.
     pub fn read<'de, D: Deserializer<'de>>(
         deserializer: D,
         default_kind: &str,
+        is_field: impl Fn(&str) -> bool,
     ) -> Result<Self, D::Error> {
         let mut fields = deserializer.deserialize_map(Fields)?;
         let kind = match fields.remove("kind") {
@@ -25,7 +27,7 @@ impl LightObject {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err(D::Error::custom("/kind: must be the name of a kind of light")),
         };
-        fields.retain(|_, value| !value.is_null());
+        fields.retain(|name, value| !value.is_null() || !is_field(name));
         Ok(Self { kind, fields })
     }
 

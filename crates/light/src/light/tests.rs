@@ -118,6 +118,9 @@ fn null_stands_for_an_omitted_field() {
     let null =
         r#"{"kind": "spot", "axis": null, "hotspot_deg": null, "flux_w": null, "flux_lm": 2}"#;
     assert_eq!(read(null), read(r#"{"kind": "spot", "flux_lm": 2}"#));
+    let unknown = serde_json::from_str::<Light>(r#"{"kind": "spot", "colour": null}"#);
+    let error = unknown.unwrap_err().to_string();
+    assert!(error.contains("a light of kind spot has no field `colour`"), "{error}");
     let null = r#"{"kind": "environment", "image": "a", "scale": null, "samples": null}"#;
     let expected = r#"{"kind":"environment","image":"a","rotation_deg":0.0,"scale":[1.0,1.0,1.0],"samples":64}"#;
     assert_eq!(read(null), read(expected));
