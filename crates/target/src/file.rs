@@ -19,41 +19,26 @@ const SLICE_PX: u32 = 4096;
 /// Bytes of a pair of directions and its reflectance.
 const SAMPLE_BYTES: usize = size_of::<DirectionPair>() + size_of::<[f64; 3]>();
 
-/// Kind of a target file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TargetKind {
-    /// CSV of directions and reflectances.
-    Samples,
-    /// Image slice as EXR.
-    Slice,
-    /// MERL `.binary`.
-    Merl,
-    /// RGL `.bsdf`.
-    Rgl,
-    /// Goniometer measurements as text, as published by Cornell.
-    Cornell,
-    /// Pictures of known scenes, bundled with the scenes.
-    Image,
+brood_brdf::named_enum! {
+    /// Kind of a target file; the name is that in requests and on the command line.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum TargetKind {
+        /// CSV of directions and reflectances.
+        Samples => "samples",
+        /// Image slice as EXR.
+        Slice => "slice",
+        /// MERL `.binary`.
+        Merl => "merl",
+        /// RGL `.bsdf`.
+        Rgl => "rgl",
+        /// Goniometer measurements as text, as published by Cornell.
+        Cornell => "cornell",
+        /// Pictures of known scenes, bundled with the scenes.
+        Image => "image",
+    }
 }
 
 impl TargetKind {
-    /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Samples, Self::Slice, Self::Merl, Self::Rgl, Self::Cornell, Self::Image];
-
-    /// Name in requests and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Samples => "samples",
-            Self::Slice => "slice",
-            Self::Merl => "merl",
-            Self::Rgl => "rgl",
-            Self::Cornell => "cornell",
-            Self::Image => "image",
-        }
-    }
-
     /// Name on the page and in messages.
     #[must_use]
     pub fn words(self) -> &'static str {
@@ -97,7 +82,7 @@ impl FromStr for TargetKind {
     type Err = UnknownKind;
 
     fn from_str(text: &str) -> Result<Self, UnknownKind> {
-        Self::ALL.into_iter().find(|kind| kind.name() == text).ok_or(UnknownKind)
+        Self::from_name(text).ok_or(UnknownKind)
     }
 }
 
