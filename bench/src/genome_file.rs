@@ -1,12 +1,11 @@
 //! GENOME arguments: a `.brood` or JSON file, or stdin.
 
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use brood_genome::Genome;
 
-use crate::output::read_file;
+use crate::output::read_input;
 
 /// Upper bound of a genome of 1024 instructions.
 const LIMIT_BYTES: u64 = 1 << 20;
@@ -15,7 +14,7 @@ const LIMIT_BYTES: u64 = 1 << 20;
 ///
 /// # Errors
 /// If the file cannot be read or is not a genome.
-pub fn read(path: &PathBuf) -> Result<Genome> {
+pub fn read(path: &Path) -> Result<Genome> {
     let bytes = read_bytes(path)?;
     let name = || {
         if path == Path::new("-") {
@@ -31,18 +30,8 @@ pub fn read(path: &PathBuf) -> Result<Genome> {
 ///
 /// # Errors
 /// If the file cannot be read or is longer than any genome.
-pub fn read_bytes(path: &PathBuf) -> Result<Vec<u8>> {
-    if path != Path::new("-") {
-        return read_file(path, LIMIT_BYTES);
-    }
-    let mut bytes = Vec::new();
-    let stdin = std::io::stdin().lock();
-    stdin.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).context("read the genome from stdin")?;
-    ensure!(
-        bytes.len() as u64 <= LIMIT_BYTES,
-        "a genome must not be longer than {LIMIT_BYTES} bytes"
-    );
-    Ok(bytes)
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    read_input(path, LIMIT_BYTES)
 }
 
 /// Parses a genome as text or JSON.

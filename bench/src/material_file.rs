@@ -1,7 +1,7 @@
 //! Material files: a genome of programs and models, or a measured table.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Brdf, Rgl};
@@ -33,7 +33,7 @@ pub enum MaterialFile {
 ///
 /// # Errors
 /// If the file cannot be read or is not of the format of its extension.
-pub fn read(path: &PathBuf) -> Result<MaterialFile> {
+pub fn read(path: &Path) -> Result<MaterialFile> {
     let Some(kind) = TargetKind::of_extension(&extension(path)) else {
         return Ok(MaterialFile::Bred(Box::new(genome_file::read(path)?)));
     };
@@ -50,7 +50,7 @@ pub fn read(path: &PathBuf) -> Result<MaterialFile> {
 ///
 /// # Errors
 /// As [`read`], and if `keep_negative` is given for another format.
-pub fn read_with(path: &PathBuf, keep_negative: bool) -> Result<MaterialFile> {
+pub fn read_with(path: &Path, keep_negative: bool) -> Result<MaterialFile> {
     if !keep_negative {
         return read(path);
     }
@@ -82,7 +82,7 @@ pub fn read_target(path: &Path) -> Result<(MeasuredTarget, &'static str)> {
             // A missing file is reported as missing, whatever its name.
             fs::metadata(path).with_context(|| format!("read {}", name(path)))?;
         }
-        let what = match is_file && genome_file::read(&path.to_path_buf()).is_ok() {
+        let what = match is_file && genome_file::read(path).is_ok() {
             true => "is a genome already",
             false => "has no file extension of a target",
         };

@@ -1,7 +1,7 @@
 //! Output of the commands: files written atomically, text on stdout, progress on stderr.
 
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -56,6 +56,24 @@ pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
         path.display()
     );
     fs::read(path).with_context(context)
+}
+
+/// Reads a whole file of at most `limit_bytes`; `-` is stdin.
+///
+/// # Errors
+/// If the file cannot be read or is longer.
+pub fn read_input(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
+    if path != Path::new("-") {
+        return read_file(path, limit_bytes);
+    }
+    let mut bytes = Vec::new();
+    let stdin = std::io::stdin().lock();
+    stdin.take(limit_bytes + 1).read_to_end(&mut bytes).context("read stdin")?;
+    anyhow::ensure!(
+        bytes.len() as u64 <= limit_bytes,
+        "stdin has more than the limit of {limit_bytes} bytes"
+    );
+    Ok(bytes)
 }
 
 /// Prints a text to stdout; a closed pipe is not an error.

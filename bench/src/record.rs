@@ -14,7 +14,7 @@ use crate::{logging, output};
 /// Options of a benchmark that writes files.
 #[derive(Debug, Args)]
 pub struct CommonArgs {
-    /// Seed of everything random
+    /// Seed of the random draws; inputs that a benchmark fixes do not depend on it
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Folder for the results: NAME.json and, if the benchmark has them, tables as CSV, charts as

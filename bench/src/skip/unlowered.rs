@@ -199,7 +199,6 @@ impl ScalarMachine for Writer {
     }
 
     /// Adds without a negation: the sign of a is moved to the result.
-    /// Adds without a negation: the sign of a is moved to the result.
     fn add(&mut self, a: Signed, b: Signed) -> Signed {
         let operation = if a.negate == b.negate { Operation::Add } else { Operation::Sub };
         self.step(operation, a.value, b.value, a.negate)

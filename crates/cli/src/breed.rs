@@ -114,7 +114,8 @@ fn amount(text: &str) -> Result<f32, String> {
 /// Runs the command.
 pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let parents: Vec<Genome> = args.parents.iter().map(genome_file::read).collect::<Result<_>>()?;
+    let parents: Vec<Genome> =
+        args.parents.iter().map(|path| genome_file::read(path)).collect::<Result<_>>()?;
     let options = args.options();
     let variation = variation(args, &options, &parents)?;
     let seed = match args.seed {

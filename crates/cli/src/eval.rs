@@ -1,7 +1,7 @@
 //! `brood eval`: prints the reflectance of a material for given direction pairs.
 
 use std::fmt::Write;
-use std::io::Read;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -139,13 +139,6 @@ fn read_rows(path: &Path) -> Result<Vec<Row>> {
 }
 
 fn read_text(path: &Path) -> Result<String> {
-    if path != Path::new("-") {
-        let bytes = output::read_file(path, LIMIT_BYTES)?;
-        return String::from_utf8(bytes)
-            .with_context(|| format!("{} is not UTF-8 text", path.display()));
-    }
-    let mut text = String::new();
-    let stdin = std::io::stdin().lock();
-    stdin.take(LIMIT_BYTES).read_to_string(&mut text).context("read the pairs from stdin")?;
-    Ok(text)
+    let bytes = output::read_input(path, LIMIT_BYTES)?;
+    String::from_utf8(bytes).with_context(|| format!("{} is not UTF-8 text", path.display()))
 }

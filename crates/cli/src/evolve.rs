@@ -67,7 +67,8 @@ struct Answer {
 /// Runs the command.
 pub fn run(args: &EvolveArgs) -> Result<()> {
     logging::start_offline();
-    let start: Vec<Genome> = args.start.iter().map(genome_file::read).collect::<Result<_>>()?;
+    let start: Vec<Genome> =
+        args.start.iter().map(|path| genome_file::read(path)).collect::<Result<_>>()?;
     if let Some(other) = start.iter().find(|one| !one.dialect().is_compatible(start[0].dialect())) {
         bail!(
             "the starting genomes must have one dialect, got {} and {}",
