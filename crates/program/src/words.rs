@@ -19,6 +19,9 @@ const LAYERED_VERSION: u32 = 0x4252_4402;
 const HEADER: usize = 6;
 /// Number of words of the output stage: matrix, scale and offset.
 const OUTPUT: usize = 15;
+/// Largest number of constants, and of steps: the canonical evaluator numbers inputs and constants
+/// in 15 bits. Genomes need at most 12,288.
+const MOST: usize = (1 << 15) - 1 - Input::ALL.len();
 const STEP_KIND: u32 = 0;
 const INPUT_KIND: u32 = 1;
 const CONSTANT_KIND: u32 = 2;
@@ -88,10 +91,10 @@ impl Program {
         };
         let (constants, steps) = (header[1] as usize, header[2] as usize);
         let first_constant = HEADER + OUTPUT;
-        let first_step = first_constant + 3 * constants.min(1 << 16);
-        let first_layer = first_step + 2 * steps.min(1 << 16);
+        let first_step = first_constant + 3 * constants.min(MOST);
+        let first_layer = first_step + 2 * steps.min(MOST);
         let ends = if has_layers { words.len() > first_layer } else { words.len() == first_layer };
-        if !ends || constants.max(steps) >= 1 << 16 {
+        if !ends || constants.max(steps) > MOST {
             return Err(WordsError::Length);
         }
         let reader = Reader { words, constants };
