@@ -19,7 +19,7 @@ use crate::{Population, Probe, Progress, SearchError};
 /// Largest number of draws for a child with a new program; the last draw is used in any case.
 const DRAWS: u32 = 16;
 /// First byte of a checkpoint. Increase it whenever the same errors would lead to other genomes.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// Inputs of an [`AskTell`] besides the errors.
 #[derive(Debug, Clone, PartialEq)]

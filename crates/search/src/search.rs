@@ -76,19 +76,21 @@ impl Search {
         Self { method: Box::new(analytic(samples, options, kinds)) }
     }
 
-    /// Creates a search of [`Strategy::Gp`] with the given population parameters. Such a search
-    /// cannot be resumed from a checkpoint.
+    /// Creates a search of [`Strategy::Gp`] with the given population parameters, which
+    /// [`Search::resume`] does not restore.
     #[must_use]
     pub fn with_population(samples: &Samples, options: &Options, population: Population) -> Self {
         Self { method: Box::new(Gp::of(samples, &options.start, options.seed, population)) }
     }
 
     /// Restores a search from a checkpoint. With the same samples and options, the next generations
-    /// have the same bits as without the interruption.
+    /// have the same bits as without the interruption. The checkpoint does not contain them, so
+    /// others are not detected.
     ///
     /// # Errors
     /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
-    /// [`SearchError::Damaged`] if it cannot be decoded or does not fit the samples and options.
+    /// [`SearchError::Damaged`] if it cannot be decoded or has another form than a search of this
+    /// strategy.
     pub fn resume(
         samples: &Samples,
         options: &Options,

@@ -123,7 +123,8 @@ impl Island {
         } = *context;
         let untuned = || self.members.iter().filter(|member| !member.is_tuned);
         let is_long = untuned().next().is_some_and(|member| member.operations > MANY);
-        let (count, steps) = if is_long { (most / 3, steps / 2) } else { (*most, *steps) };
+        let (count, steps) =
+            if is_long { (most.div_ceil(3), steps.div_ceil(2)) } else { (*most, *steps) };
         let chosen: Vec<&Member> = untuned().take(count).collect();
         let found: Vec<(Member, u64)> =
             chosen.par_iter().map(|member| tuned(member, cases, steps)).collect();

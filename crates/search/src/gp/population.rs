@@ -31,7 +31,7 @@ pub struct Population {
 }
 
 impl Population {
-    /// Parameters of [`crate::Strategy::Gp`].
+    /// Parameters of [`Strategy::Gp`](brood_target::Strategy::Gp).
     pub const DEFAULT: Self = Self {
         islands: 4,
         kept: 64,
