@@ -22,7 +22,7 @@ const USAGE: &str = "usage: cargo xtask <task>
   ci                          the same; what .ci/run calls
   dev                         quick loop: check and unit tests without the gpu feature
   golden [--update]           compare the golden images, or rewrite them; report in target/golden/
-  accept [--short | --long] [--data DIR]
+  accept [--short | --long] [--peers] [--data DIR]
                               check functions against f64 and random programs, for some arguments or for all 2^32
   callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
@@ -37,7 +37,7 @@ const USAGE: &str = "usage: cargo xtask <task>
                               compare pictures of the same materials with those of another renderer
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
-  tidy [PREFIX ...]           rules of the source tree: crate arrows, file lengths, wording; in all files or those
+  tidy [PREFIX ...]           rules of the source tree: crate dependencies, file lengths, wording; in all files or those
                               whose path begins with a PREFIX
   tidy --update-duplicates    writes the list of duplicate dependencies anew
   help                        this text

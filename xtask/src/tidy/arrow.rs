@@ -36,7 +36,7 @@ const ARROWS: [(&str, &str); 19] = [
         "protocol genome program brdf mesh light scene eval export inspect search target worker",
     ),
     // Drives the binary from outside, over HTTP and the command line.
-    ("tests", "protocol genome"),
+    ("tests", ""),
     ("xtask", ""),
 ];
 
