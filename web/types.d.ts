@@ -152,7 +152,7 @@ export interface components {
              */
             orthographic: number;
         };
-        /** @description RequestedMaterial compared material. */
+        /** @description Material in a comparison. */
         Compared: {
             /** @description Directional albedo and mirror reflection over the angle of incidence. */
             curves: components["schemas"]["CurvePoint"][];
@@ -746,7 +746,7 @@ export interface components {
          * @description Id of a render job's lease.
          */
         LeaseId: string;
-        /** @description A light; the kind tells which fields it has. Lengths are metres. */
+        /** @description A light; the kind determines its fields. Lengths are metres. */
         Light: {
             /** @description Luminous flux, lm. */
             flux_lm?: number | number[] | null;

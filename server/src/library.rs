@@ -72,17 +72,22 @@ pub struct Framing {
 }
 
 impl Framing {
-    /// Returns the framing of a lineage's thumbnails.
-    pub fn thumbnail(backend: Backend, lineage: &Lineage) -> Self {
+    /// Returns the framing of a whole PNG picture in the scene's light.
+    pub fn png(scene: SceneId, size_px: u32, backend: Backend) -> Self {
         Self {
-            scene: lineage.scene,
+            scene,
             light_deg: None,
-            size_px: lineage.thumbnail_px,
+            size_px,
             sampling: Sampling::default(),
             area: None,
             format: PictureFormat::Png,
             backend,
         }
+    }
+
+    /// Returns the framing of a lineage's thumbnails.
+    pub fn thumbnail(backend: Backend, lineage: &Lineage) -> Self {
+        Self::png(lineage.scene, lineage.thumbnail_px, backend)
     }
 }
 

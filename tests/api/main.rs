@@ -37,3 +37,4 @@ mod search;
 mod target;
 mod target_picture;
 mod target_render;
+mod upgrade;

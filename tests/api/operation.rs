@@ -27,7 +27,7 @@ async fn served_openapi_equals_the_committed_document() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../openapi.json");
     let text = std::fs::read_to_string(file).expect("openapi.json is committed at the root");
     let committed: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(served, committed, "openapi.json is out of date");
+    assert!(served == committed, "openapi.json is out of date");
     assert!(served["openapi"].as_str().unwrap().starts_with("3.1"));
     let paths = served["paths"].as_object().unwrap();
     for path in ["/v1/lineages", "/v1/lineages/{id}/generations", "/v1/thumbnails/{key}.png"] {

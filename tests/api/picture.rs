@@ -150,38 +150,6 @@ async fn area_has_the_pixels_of_the_whole_picture() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn key_of_an_older_renderer_is_gone_with_the_location_of_the_current_picture() {
-    let mut server = TestServer::start();
-    let (url, picture) = thumbnail(&server).await;
-    assert_eq!(server.terminate(), 0);
-    let key = url.rsplit('/').next().unwrap().trim_end_matches(".png").to_owned();
-    let old = age(&server.data().join("brood.db"), &key).await;
-    server.restart();
-    let gone = server.get(&format!("/v1/thumbnails/{old}.png")).await;
-    let location = gone.header("location");
-    assert_eq!(location, url, "same scene, size and material, by the current renderer");
-    let problem = gone.problem(410);
-    assert!(text_of(&problem["detail"]).contains(&url), "{problem}");
-    assert_eq!(server.get(&location).await.expect(200).body, picture);
-}
-
-/// Rewrites a picture's row as an older renderer's; returns its new key.
-async fn age(file: &std::path::Path, key: &str) -> String {
-    use sqlx::Connection;
-    let old = key.chars().rev().collect::<String>();
-    let options = sqlx::sqlite::SqliteConnectOptions::new().filename(file);
-    let mut connection = sqlx::SqliteConnection::connect_with(&options).await.unwrap();
-    let aged = sqlx::query(
-        "UPDATE picture SET key = unhex(?), renderer_version = renderer_version - 1
-         WHERE key = unhex(?)",
-    );
-    let changed = aged.bind(&old).bind(key).execute(&mut connection).await.unwrap();
-    assert_eq!(changed.rows_affected(), 1);
-    connection.close().await.unwrap();
-    old
-}
-
-#[tokio::test(flavor = "multi_thread")]
 async fn sheet_is_six_by_six_around_the_centre_when_there_are_twenty_children() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;

@@ -138,7 +138,16 @@ impl TestServer {
         }
     }
 
-    /// Starts an ended server again on the same data directory.
+    /// Starts an ended server again on the same data directory, with these options.
+    ///
+    /// # Panics
+    /// If it does not start; prints its log.
+    pub fn restart_with(&mut self, options: ServerOptions) {
+        self.options = options;
+        self.restart();
+    }
+
+    /// Starts an ended server again on the same data directory with the same options.
     ///
     /// # Panics
     /// If it does not start; prints its log.

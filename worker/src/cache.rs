@@ -143,12 +143,13 @@ impl Caches {
         self.builtin.get_with(name, || Arc::new(LoadedMesh::new(Mesh::builtin(name))))
     }
 
-    pub(crate) fn uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
+    pub(crate) fn find_uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
         self.uploaded.get(hash)
     }
 
-    pub(crate) fn cache_uploaded(&self, mesh: Arc<LoadedMesh>) {
-        self.uploaded.insert(*mesh.hash(), mesh);
+    /// Returns the cached mesh with the same content, or caches this one.
+    pub(crate) fn uploaded(&self, mesh: LoadedMesh) -> Arc<LoadedMesh> {
+        self.uploaded.get_with(*mesh.hash(), || Arc::new(mesh))
     }
 
     /// Returns the sample set of a raster, which must lie within its picture. Concurrent callers

@@ -97,7 +97,7 @@ impl RenderContext {
             });
         }
         let (mesh, assets) = match work.frame.mesh {
-            MeshSource::Target => scenery(&work, &targets).await?,
+            MeshSource::Target => self.scenery(&work, &targets).await?,
             MeshSource::Builtin | MeshSource::Uploaded(_) => {
                 (self.mesh(&work).await?, self.light_assets(&work).await?)
             }
@@ -168,23 +168,21 @@ impl RenderContext {
         }
         Ok(assets)
     }
-}
 
-/// Returns the mesh and the light assets of a job whose frame is the scene of a target's picture.
-async fn scenery(
-    work: &RenderJob,
-    targets: &[Option<Arc<LoadedTarget>>],
-) -> Result<(Arc<LoadedMesh>, LightAssets), Interrupted> {
-    let source = work.items.first().and_then(|item| item.subject.target());
-    let (Some(source), Some(Some(target))) = (source, targets.first()) else {
-        return Err(failed(RenderError::NoTarget));
-    };
-    let (view, target) = (source.view, target.clone());
-    let load = move || {
-        let (mesh, assets) = target.scenery(view)?;
-        Ok::<_, RenderError>((Arc::new(LoadedMesh::new(mesh)), assets))
-    };
-    tokio::task::spawn_blocking(load).await.map_err(failed)?.map_err(failed)
+    /// Returns the mesh and the light assets of a job in the scene of a target's picture.
+    async fn scenery(
+        &self,
+        work: &RenderJob,
+        targets: &[Option<Arc<LoadedTarget>>],
+    ) -> Result<(Arc<LoadedMesh>, LightAssets), Interrupted> {
+        let source = work.items.first().and_then(|item| item.subject.target());
+        let (Some(source), Some(Some(target))) = (source, targets.first()) else {
+            return Err(failed(RenderError::NoTarget));
+        };
+        let (renderer, source, target) = (self.renderer.clone(), source.clone(), target.clone());
+        let load = move || renderer.scenery(&source, &target);
+        tokio::task::spawn_blocking(load).await.map_err(failed)?.map_err(failed)
+    }
 }
 
 /// Returns the permanent failure with this reason.

@@ -8,8 +8,8 @@ use brood_light::{IesLight, Light};
 use brood_program::Program;
 use brood_protocol::{
     Aspect, Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
-    PackedProgram, PictureFormat, PictureKey, RenderItem, RenderJob, RenderOutcome, Subject,
-    TargetSource, decode, encode,
+    PackedProgram, PictureFormat, RenderItem, RenderJob, RenderOutcome, Subject, TargetSource,
+    decode, encode,
 };
 use brood_scene::{MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -85,10 +85,7 @@ fn grant(scene: &Scene, size_px: u32) -> LeaseGrant {
         ticket: LeaseTicket { lease: LeaseId::fresh(), epoch: 3 },
         job: JobId::fresh(),
         ttl_ms: 400,
-        work: RenderJob {
-            frame,
-            items: vec![RenderItem { key, subject: Subject::Program(packed) }],
-        },
+        work: RenderJob::new(frame, vec![RenderItem { key, subject: Subject::Program(packed) }]),
     }
 }
 
@@ -180,10 +177,10 @@ async fn job_fails_with_reason_when_grant_is_invalid() {
     let mut broken = grant(&Scene::default(), 32);
     let packed = PackedProgram { words: vec![1, 2], operations_written: 0 };
     broken.work.items[0].subject = Subject::Program(packed);
-    let mut other_key = grant(&Scene::default(), 32);
-    other_key.work.items[0].key = PictureKey([7; 32]);
+    let mut other_version = grant(&Scene::default(), 32);
+    other_version.work.renderer_version += 1;
     let scene = Scene { mesh: MeshRef::Uploaded("x".to_owned()), ..Scene::default() };
-    for grant in [broken, other_key, grant(&scene, 32)] {
+    for grant in [broken, other_version, grant(&scene, 32)] {
         let requests = FakeServer::new(grant, 204, 204).run_worker().await;
         let results: LeaseResults = decode(&requests.last().unwrap().1).unwrap();
         let RenderOutcome::Failed(reason) = results.outcome else { panic!("{results:?}") };

@@ -10,7 +10,9 @@ use std::time::Instant;
 
 use brood_genome::Input;
 use brood_light::LightAssets;
-use brood_protocol::{RenderItem, RenderJob, RenderOutcome, RenderStats, RenderedPicture};
+use brood_protocol::{
+    RENDERER_VERSION, RenderItem, RenderJob, RenderOutcome, RenderStats, RenderedPicture,
+};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::cache::LoadedMesh;
@@ -62,13 +64,17 @@ fn execute(
     targets: Vec<Option<Arc<LoadedTarget>>>,
     mesh: &LoadedMesh,
 ) -> RenderOutcome {
+    if work.renderer_version != RENDERER_VERSION {
+        // Its pictures would corrupt the server's cache.
+        return RenderOutcome::Failed("server and worker are of different versions".to_owned());
+    }
     let start = Instant::now();
     // Discard the counters of an earlier job that failed.
     let _ = renderer.take_stats();
     let render = || {
         let load = |(item, target): (&RenderItem, _)| {
             let subject = item.subject.try_map(|program| renderer.program(&program.words))?;
-            Ok(LoadedSubject { subject, target })
+            Ok(LoadedSubject { key: item.key, subject, target })
         };
         let subjects: Result<Vec<_>, RenderError> =
             work.items.iter().zip(targets).map(load).collect();
@@ -80,14 +86,6 @@ fn execute(
     };
     match catch_unwind(AssertUnwindSafe(render)) {
         Ok(Ok((pictures, counters))) => {
-            // A picture with a wrong key would corrupt the server's cache.
-            for (picture, item) in pictures.iter().zip(&work.items) {
-                if picture.key != item.key {
-                    return RenderOutcome::Failed(
-                        "server and worker are of different versions".into(),
-                    );
-                }
-            }
             let busy_us = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
             RenderOutcome::Pictures(pictures, RenderStats { busy_us, ..counters })
         }

@@ -80,7 +80,7 @@ impl Renderer {
     /// Returns an uploaded mesh if it is in the cache.
     #[must_use]
     pub fn uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
-        self.caches.uploaded(hash)
+        self.caches.find_uploaded(hash)
     }
 
     /// Adds an uploaded mesh to the cache.
@@ -95,9 +95,12 @@ impl Renderer {
         if mesh.hash() != hash {
             return Err(RenderError::MeshContent);
         }
-        let mesh = Arc::new(mesh);
-        self.caches.cache_uploaded(mesh.clone());
-        Ok(mesh)
+        Ok(self.cached_mesh(mesh))
+    }
+
+    /// Returns the cached mesh with the same content, or caches this one.
+    pub(crate) fn cached_mesh(&self, mesh: LoadedMesh) -> Arc<LoadedMesh> {
+        self.caches.uploaded(mesh)
     }
 
     /// Replaces the light assets, which scenes refer to by name. A light whose asset is missing
@@ -147,9 +150,19 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<RenderedPicture>, RenderError> {
+        let encoded = self.encoded(frame, mesh, programs)?.into_iter().zip(programs);
+        Ok(encoded.map(|(picture, program)| picture.with_key(frame.key(program))).collect())
+    }
+
+    /// Renders and encodes the pictures of all programs, in their order.
+    pub(crate) fn encoded(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+    ) -> Result<Vec<EncodedPicture>, RenderError> {
         self.images(frame, mesh, programs, |program, picture| {
-            let encoded = EncodedPicture::of(frame.format, program, picture)?;
-            Ok(encoded.with_key(frame.key(program)))
+            EncodedPicture::of(frame.format, program, picture)
         })
     }
 

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use brood_brdf::{Brdf, Model, ModelKind};
 use brood_eval::{Developed, Gain};
 use brood_inspect::{LinearImage, Shade, Shot};
+use brood_light::LightAssets;
 use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, MeshRef, PixelArea, Raster, SampleSet};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::cache::{LoadedMesh, SceneView};
@@ -22,6 +23,9 @@ use crate::view_comparison::shot;
 
 /// Subject with its programs unpacked, and its target if it has one.
 pub(crate) struct LoadedSubject {
+    /// Key of the picture. Not computed again: the server may have stored the hash of the program
+    /// before the meaning of an operation changed.
+    pub(crate) key: PictureKey,
     pub(crate) subject: Subject<Arc<Program>>,
     pub(crate) target: Option<Arc<LoadedTarget>>,
 }
@@ -42,44 +46,29 @@ impl Renderer {
         let programs: Vec<&Program> = programs.iter().map(AsRef::as_ref).collect();
         let mut rendered = match programs.is_empty() {
             true => Vec::new(),
-            false => self.render(frame, mesh, &programs)?,
+            false => self.encoded(frame, mesh, &programs)?,
         }
         .into_iter();
-        let identity = frame.identity();
         let picture = |one: &LoadedSubject| {
             let picture = match (&one.subject, &one.target) {
-                (Subject::Program(_), _) => {
-                    return Ok(rendered.next().expect("one picture per program"));
-                }
+                (Subject::Program(_), _) => rendered.next().expect("one picture per program"),
                 (Subject::Difference(programs), _) => self.difference(frame, mesh, programs)?,
                 (Subject::Target(source, aspect), Some(target)) => {
                     self.target(frame, mesh, (source, target), *aspect)?
                 }
                 (Subject::Matched(program, source), Some(target)) => {
                     let ev = self.target_ev(frame, mesh, (source, target), program)?;
-                    self.exposed(&frame.clone().exposed(ev)?, mesh, program)?
+                    let frame = frame.clone().exposed(ev)?;
+                    let mut pictures = self.encoded(&frame, mesh, &[program])?;
+                    pictures.pop().expect("one picture per program")
                 }
                 (Subject::Target(..) | Subject::Matched(..), None) => {
                     return Err(RenderError::NoTarget);
                 }
             };
-            let subject = one.subject.map(|program| program.hash());
-            Ok(picture.with_key(PictureKey::of(&subject, &identity)))
+            Ok(picture.with_key(one.key))
         };
         subjects.iter().map(picture).collect()
-    }
-
-    /// Renders a program.
-    fn exposed(
-        &self,
-        frame: &Frame,
-        mesh: &LoadedMesh,
-        program: &Program,
-    ) -> Result<EncodedPicture, RenderError> {
-        let mut pictures = self.images(frame, mesh, &[program], |program, picture| {
-            EncodedPicture::of(frame.format, program, picture)
-        })?;
-        Ok(pictures.pop().expect("one picture per program"))
     }
 
     /// Renders the absolute difference of two programs. The frame must have a fixed exposure.
@@ -133,6 +122,24 @@ impl Renderer {
         let (size_px, sampling) = (frame.size_px, frame.sampling);
         let shot = Shot { mesh: mesh.mesh(), scene: &scene, assets: &assets, size_px, sampling };
         EncodedPicture::of_material(frame.format, &shot.take_on(&set, brdf))
+    }
+
+    /// Returns the mesh in the scene of a target's picture, and the files of the scene's lights.
+    ///
+    /// # Errors
+    /// [`RenderError::Missing`] if the target has no such picture.
+    pub(crate) fn scenery(
+        &self,
+        source: &TargetSource,
+        target: &LoadedTarget,
+    ) -> Result<(Arc<LoadedMesh>, LightAssets), RenderError> {
+        let (picture, assets) = target.picture(source.view)?;
+        let mesh = match (&picture.mesh, &picture.scene.mesh) {
+            (Some(mesh), _) => self.cached_mesh(LoadedMesh::new(mesh.clone())),
+            (None, MeshRef::Builtin(name)) => self.builtin(*name),
+            (None, MeshRef::Uploaded(_)) => unreachable!("a bundle's meshes have been checked"),
+        };
+        Ok((mesh, assets.clone()))
     }
 
     /// Returns the exposure at which a program is as bright as a target, in EV.
@@ -217,17 +224,21 @@ fn color(status: PixelStatus) -> [u8; 3] {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use brood_genome::{BirthKey, Dialect, Variation};
     use brood_inspect::Specimen;
-    use brood_light::LightAssets;
     use brood_mesh::BuiltinMesh;
     use brood_protocol::Backend;
     use brood_scene::{Sampling, Scene};
+    use brood_target::{BundledView, PictureBundle};
 
     use super::*;
 
+    const KEY: PictureKey = PictureKey([7; 32]);
+
     fn subject(subject: Subject<Arc<Program>>) -> LoadedSubject {
-        LoadedSubject { subject, target: None }
+        LoadedSubject { key: KEY, subject, target: None }
     }
 
     fn frame(scene: &Scene, format: PictureFormat) -> Frame {
@@ -283,8 +294,7 @@ mod tests {
             rgba.chunks_exact(4).all(|pixel| pixel == [0, 0, 0, 255])
         };
         assert_eq!([0, 1].map(|index: usize| is_black(&pictures[index].bytes)), [true, false]);
-        assert_eq!(pictures[2].key, frame.key(&first));
-        assert!(pictures[0].key != pictures[1].key);
+        assert!(pictures.iter().all(|picture| picture.key == KEY), "the keys of the server");
     }
 
     #[test]
@@ -299,5 +309,66 @@ mod tests {
         let one = [subject(Subject::Target(source, Aspect::Picture))];
         let error = renderer.render_subjects(&frame, &mesh, &one).unwrap_err();
         assert!(matches!(error, RenderError::NoTarget), "{error}");
+    }
+
+    /// First eight digits of the BLAKE3 hashes of the RGBA bytes below.
+    const RECORDED: [&str; 6] =
+        ["acdbe3ac", "344ac1d2", "fa7f2899", "f0e2c403", "193d7ae6", "82f96767"];
+
+    #[test]
+    fn pictures_of_targets_are_the_recorded_ones() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let scene: Scene = serde_json::from_str(
+            r#"{"mesh": "knob", "lights": [{"kind": "directional", "direction": [1, 2, 2]}],
+                "film": {"exposure": -1}}"#,
+        )
+        .unwrap();
+        let plastic = || Model::new(ModelKind::RoughPlastic).brdf();
+        let exr = frame(&scene, PictureFormat::Exr);
+        let knob = renderer.builtin(BuiltinMesh::Knob);
+        let picture = renderer.measured(&exr, &knob, &*plastic()).unwrap().bytes;
+        let half: Vec<u8> =
+            (0..1600).flat_map(|pixel| [if pixel % 40 < 30 { 255 } else { 0 }; 4]).collect();
+        let view = BundledView {
+            scene: scene.clone(),
+            mesh: None,
+            sampling: Sampling::Adaptive,
+            is_gain_unknown: true,
+            is_held_out: false,
+            picture,
+            mask: Some(brood_eval::encode_png(40, 40, &half)),
+        };
+        let bundle = PictureBundle { views: vec![view], profiles: BTreeMap::default() };
+        let targets = [
+            ("merl", None, LoadedTarget::Measured(plastic())),
+            ("image", Some(0), LoadedTarget::Pictures(bundle, LightAssets::default())),
+        ];
+        let [(merl, measured), (image, pictures)] = targets.map(|(kind, view, target)| {
+            let kind = kind.to_owned();
+            (TargetSource { kind, hash: [view.is_some().into(); 32], view }, Arc::new(target))
+        });
+        let of = |subject, target: &Arc<LoadedTarget>| LoadedSubject {
+            key: KEY,
+            subject,
+            target: Some(target.clone()),
+        };
+        let aspect = |aspect| of(Subject::Target(image.clone(), aspect), &pictures);
+        let [program, _] = programs();
+        let subjects = [
+            of(Subject::Target(merl, Aspect::Picture), &measured),
+            aspect(Aspect::Picture),
+            aspect(Aspect::Scene),
+            aspect(Aspect::Pixels),
+            aspect(Aspect::Mask),
+            of(Subject::Matched(program, image.clone()), &pictures),
+        ];
+        let png = frame(&scene, PictureFormat::Png);
+        let rendered = renderer.render_subjects(&png, &knob, &subjects).unwrap();
+        let hash = |picture: &RenderedPicture| {
+            let (_, _, rgba) = brood_eval::decode_png(&picture.bytes).unwrap();
+            blake3::hash(&rgba).to_hex()[..8].to_owned()
+        };
+        let hashes: Vec<String> = rendered.iter().map(hash).collect();
+        assert_eq!(hashes, RECORDED, "if this is intended, increment `RENDERER_VERSION`");
     }
 }

@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use brood_brdf::Brdf;
 use brood_light::LightAssets;
-use brood_mesh::Mesh;
 use brood_protocol::TargetSource;
-use brood_scene::MeshRef;
 use brood_target::{BundledView, KnownView, MeasuredFile, PictureBundle, TargetKind};
 use moka::sync::Cache;
 
@@ -43,25 +41,14 @@ impl LoadedTarget {
     }
 
     /// Returns a picture of the target and the files of its scene's lights.
-    fn picture(&self, view: Option<u32>) -> Result<(&BundledView, &LightAssets), RenderError> {
+    pub(crate) fn picture(
+        &self,
+        view: Option<u32>,
+    ) -> Result<(&BundledView, &LightAssets), RenderError> {
         let missing = || RenderError::Missing("the target has no such picture".to_owned());
         let Self::Pictures(bundle, assets) = self else { return Err(missing()) };
         let index = view.and_then(|n| usize::try_from(n).ok()).ok_or_else(missing)?;
         Ok((bundle.views.get(index).ok_or_else(missing)?, assets))
-    }
-
-    /// Returns the mesh in the scene of a picture, and the files of the scene's lights.
-    pub(crate) fn scenery(
-        &self,
-        view: Option<u32>,
-    ) -> Result<(Arc<Mesh>, LightAssets), RenderError> {
-        let (picture, assets) = self.picture(view)?;
-        let mesh = match (&picture.mesh, &picture.scene.mesh) {
-            (Some(mesh), _) => mesh.clone(),
-            (None, MeshRef::Builtin(name)) => Arc::new(Mesh::builtin(*name)),
-            (None, MeshRef::Uploaded(_)) => unreachable!("a bundle's meshes have been checked"),
-        };
-        Ok((mesh, assets.clone()))
     }
 }
 

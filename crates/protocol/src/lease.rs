@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/5\n";
+const MAGIC: &[u8; 8] = b"brood/6\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/5")]
+    #[error("the message must begin with the protocol version brood/6")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -73,10 +73,21 @@ pub struct LeaseGrant {
 /// Render job: pictures of many subjects in one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RenderJob {
+    /// [`RENDERER_VERSION`](crate::RENDERER_VERSION) of the server; a worker of another version
+    /// refuses the job.
+    pub renderer_version: u32,
     /// Frame that the pictures share.
     pub frame: Frame,
     /// Pictures to render.
     pub items: Vec<RenderItem>,
+}
+
+impl RenderJob {
+    /// Creates a job for the present renderer version.
+    #[must_use]
+    pub fn new(frame: Frame, items: Vec<RenderItem>) -> Self {
+        Self { renderer_version: crate::RENDERER_VERSION, frame, items }
+    }
 }
 
 /// Picture to render.

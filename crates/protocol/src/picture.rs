@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Subject;
 
-/// Version of the renderer. Increment it whenever the pixels of an existing key would change.
+/// Version of the renderer. Increment it whenever the pixels of an existing key would change: of
+/// programs and targets, of their pixel statuses, and of what a target's file decodes to.
 pub const RENDERER_VERSION: u32 = 7;
 
 brood_brdf::named_enum! {

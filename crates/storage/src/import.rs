@@ -3,7 +3,7 @@
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
 use crate::error::{Result, changed};
-use crate::lineage::{self, NewLineage};
+use crate::lineage;
 use crate::row::Key;
 use crate::writer::operation;
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewImport {
     /// The lineage.
-    pub lineage: NewLineage,
+    pub lineage: Lineage,
     /// Genomes of parents that are not among its individuals.
     pub genomes: Vec<NewGenome>,
     /// Generations, the oldest first.

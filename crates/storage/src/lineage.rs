@@ -4,8 +4,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::Dialect;
-use brood_protocol::{Lineage, LineageId, PatchLineage, SceneId};
+use brood_protocol::{Lineage, LineageId, PatchLineage};
 use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
@@ -13,29 +12,6 @@ use crate::idempotency::{self, Idempotency};
 use crate::row::{Key, Record, optional_key, record, select, signed};
 use crate::writer::operation;
 use crate::{StorageError, Store};
-
-/// Lineage to be stored.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewLineage {
-    /// Id of the lineage.
-    pub id: LineageId,
-    /// Display name.
-    pub name: String,
-    /// Notes.
-    pub notes: String,
-    /// Scene of the thumbnails.
-    pub scene: SceneId,
-    /// Side of the thumbnails in pixels.
-    pub thumbnail_px: u32,
-    /// Dialect of its genomes.
-    pub dialect: Dialect,
-    /// Colour saturation of random children, 0 to 1.
-    pub saturation: f32,
-    /// True if random children are under the energy limit.
-    pub energy_limit: bool,
-    /// Creation time, in milliseconds since 1970-01-01 UTC.
-    pub created_ms: i64,
-}
 
 /// Position in the list of lineages: after the lineage it names, even if that has been removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,14 +66,14 @@ record!(Lineage {
 });
 
 impl Store {
-    /// Stores a lineage.
+    /// Stores a new lineage; its number of generations and its version are those of a new one.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the scene does not exist, [`StorageError::Conflict`]
     /// if the id or the idempotency key is in use.
     pub async fn create_lineage(
         &self,
-        new: NewLineage,
+        new: Lineage,
         idempotency: Option<Idempotency>,
     ) -> Result<Lineage> {
         self.write(operation!(|conn| {
@@ -188,7 +164,7 @@ impl Store {
 }
 
 /// Inserts a lineage.
-pub(crate) async fn insert(conn: &mut SqliteConnection, new: &NewLineage) -> Result<()> {
+pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result<()> {
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage

@@ -8,12 +8,12 @@
 use std::collections::BTreeMap;
 
 use brood_protocol::{
-    FoundMaterial, JobId, LineageId, SearchLine, SearchOptions, SearchState, TargetId,
+    FoundMaterial, JobId, Lineage, LineageId, SearchLine, SearchOptions, SearchState, TargetId,
 };
 use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
-use crate::lineage::{self, NewLineage};
+use crate::lineage;
 use crate::row::{Columns, Key, Record, optional_key, record, select};
 use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
@@ -28,7 +28,7 @@ pub struct NewSearch {
     /// Lineage to which found materials are added.
     pub lineage: LineageId,
     /// Data of `lineage`, if it is to be created together with the search.
-    pub new_lineage: Option<NewLineage>,
+    pub new_lineage: Option<Lineage>,
     /// Options of the search.
     pub options: SearchOptions,
     /// Genomes to start from, encoded by the caller; stored as they are.

@@ -13,13 +13,13 @@ mod search;
 use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
-    LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
+    Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
 };
 use tempfile::TempDir;
 
 use crate::{
-    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewLineage, NewPicture, Queue,
-    StorageError, Store, StoredGeneration, StoredGenome,
+    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, Queue, StorageError,
+    Store, StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -59,8 +59,8 @@ async fn scene(store: &Store) -> SceneId {
     store.put_scene("{}", hash("{}"), 1).await.unwrap()
 }
 
-fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> NewLineage {
-    NewLineage {
+fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> Lineage {
+    Lineage {
         id: LineageId::fresh(),
         name: name.to_owned(),
         notes: "seen at dusk".to_owned(),
@@ -69,7 +69,9 @@ fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> NewLineage {
         dialect: Dialect { isotropic: true, ..Dialect::default() },
         saturation: 0.1,
         energy_limit: true,
+        generations: 0,
         created_ms,
+        version: 1,
     }
 }
 

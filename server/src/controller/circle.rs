@@ -8,8 +8,8 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_apng, encode_png};
-use brood_protocol::{GenerationId, IndividualId, LineageId, PictureFormat, SceneId};
-use brood_scene::{EV_MAX, Exposure, Film, Sampling, Scene};
+use brood_protocol::{GenerationId, IndividualId, LineageId, SceneId};
+use brood_scene::{EV_MAX, Exposure, Film, Scene};
 use brood_storage::{StoredIndividual, StoredPicture};
 use futures::stream::{self, StreamExt, TryStreamExt};
 use http::HeaderMap;
@@ -221,13 +221,8 @@ async fn rows(
     let mut rows = Vec::with_capacity(circle.frames as usize);
     for frame in 0..circle.frames {
         let view = Framing {
-            scene,
             light_deg: Some(360.0 * f64::from(frame) / f64::from(circle.frames)),
-            size_px: circle.size_px,
-            sampling: Sampling::default(),
-            area: None,
-            format: PictureFormat::Png,
-            backend: app.backend,
+            ..Framing::png(scene, circle.size_px, app.backend)
         };
         rows.push(contact::row(app, &individual, view).await?);
     }

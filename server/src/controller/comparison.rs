@@ -43,7 +43,7 @@ pub struct Comparison {
     materials: Vec<Compared>,
 }
 
-/// RequestedMaterial compared material.
+/// Material in a comparison.
 #[derive(Debug, Clone, Serialize, utoipa::ToSchema)]
 pub struct Compared {
     /// Individual id or genome hash, as requested.

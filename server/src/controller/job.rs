@@ -11,7 +11,7 @@ use crate::state::App;
 
 /// Returns a job: a search, or a render job of a brood's pictures.
 ///
-/// Finished render jobs are remembered for a limited time and not across a restart.
+/// Finished render jobs are kept for a limited time and not across a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = AnyJob)))]
 pub async fn get(

@@ -7,7 +7,7 @@ use brood_protocol::{
     CreateLineage, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
 };
 use brood_scene::Scene;
-use brood_storage::{LineageCursor, NewLineage};
+use brood_storage::LineageCursor;
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
@@ -40,7 +40,12 @@ pub async fn create(
         check_saturation(asked.saturation)?;
         let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
         if !sides.contains(&asked.thumbnail_px) {
-            let words = format!("must be {} to {} pixels", sides.start(), sides.end());
+            let words = format!(
+                "must be {} to {} pixels, got {}",
+                sides.start(),
+                sides.end(),
+                asked.thumbnail_px
+            );
             return Err(ApiError::refused(words).at("/thumbnail_px"));
         }
         asked
@@ -51,7 +56,7 @@ pub async fn create(
             Some(scene) => check_scene(&app, scene).await?,
             None => super::scene::store(&app, &Scene::default()).await?,
         };
-        let new = NewLineage {
+        let new = Lineage {
             id: LineageId::fresh(),
             name: asked.name,
             notes: asked.notes,
@@ -60,22 +65,11 @@ pub async fn create(
             dialect: asked.dialect,
             saturation: asked.saturation,
             energy_limit: asked.energy_limit,
-            created_ms: now_ms(),
-        };
-        let answer = Lineage {
-            id: new.id,
-            name: new.name.clone(),
-            notes: new.notes.clone(),
-            scene,
-            thumbnail_px: new.thumbnail_px,
-            dialect: new.dialect,
-            saturation: new.saturation,
-            energy_limit: new.energy_limit,
             generations: 0,
-            created_ms: new.created_ms,
+            created_ms: now_ms(),
             version: 1,
         };
-        let record = attempt.record(StatusCode::CREATED, &answer);
+        let record = attempt.record(StatusCode::CREATED, &new);
         Ok(app.store.create_lineage(new, record).await?)
     })
     .await

@@ -121,20 +121,7 @@ pub async fn import(
         lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
         let scene = super::scene::store(&app, &scene).await?;
         let mut new = import::assemble(file, genomes, scene)?;
-        let answer = Lineage {
-            id: new.lineage.id,
-            name: new.lineage.name.clone(),
-            notes: new.lineage.notes.clone(),
-            scene,
-            thumbnail_px: new.lineage.thumbnail_px,
-            dialect: new.lineage.dialect,
-            saturation: new.lineage.saturation,
-            energy_limit: new.lineage.energy_limit,
-            generations: new.generations.len() as u64,
-            created_ms: new.lineage.created_ms,
-            version: 1,
-        };
-        new.idempotency = attempt.record(StatusCode::CREATED, &answer);
+        new.idempotency = attempt.record(StatusCode::CREATED, &new.lineage);
         Ok(app.store.import_lineage(new).await?)
     })
     .await

@@ -92,8 +92,9 @@ fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
 
 /// Checks the length of a text.
 fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiError> {
-    if text.chars().count() > max_chars {
-        let words = format!("must have at most {max_chars} characters");
+    let chars = text.chars().count();
+    if chars > max_chars {
+        let words = format!("must have at most {max_chars} characters, got {chars}");
         return Err(ApiError::refused(words).at(pointer));
     }
     Ok(())

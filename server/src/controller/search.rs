@@ -139,7 +139,7 @@ async fn change(
     };
     let search = app.store.change_search(id, change, now_ms()).await?;
     let search = search.map_err(|state| wrong_state(change, state))?;
-    app.searches.jobs.leases.forget(id);
+    app.searches.jobs.leases.remove(id);
     app.searches.jobs.notify.notify_one();
     app.searches.publish_state(&search);
     let answer = present(app, search).await?;

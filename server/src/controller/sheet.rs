@@ -157,9 +157,8 @@ pub(super) async fn row(
     one: &StoredIndividual,
     view: Framing,
 ) -> Result<Arc<StoredPicture>, ApiError> {
-    let framed = app.library.frame(view).await?;
-    let key = framed.key(brood_program::ProgramHash::from_bytes(one.program_hash));
-    app.pictures.store_row(framed.row(key, one.hash)).await
+    let program = brood_program::ProgramHash::from_bytes(one.program_hash);
+    app.pictures.row_in(view, one.hash, program).await
 }
 
 /// Scales a picture to its cell. At most one picture at a time is held in its full size.

@@ -140,6 +140,7 @@ pub fn view(target: &Target, n: u32) -> Result<&TargetView, ApiError> {
     view.ok_or_else(|| {
         ApiError::not_found(match target.views.len() {
             0 => "this target is measured and has no pictures".to_owned(),
+            1 => "the picture index must be 0".to_owned(),
             count => format!("the picture index must be 0 to {}", count - 1),
         })
     })
@@ -206,13 +207,9 @@ pub async fn render(
         None => super::scene::store(&app, &Scene::default()).await?,
     };
     let view = Framing {
-        scene,
         light_deg: query.light_deg,
-        size_px,
         sampling,
-        area: None,
-        format: PictureFormat::Png,
-        backend: Backend::Auto,
+        ..Framing::png(scene, size_px, Backend::Auto)
     };
     let mut frame = app.library.frame(view).await?.frame.clone();
     if let Some(ev) = query.exposure_ev {

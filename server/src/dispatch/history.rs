@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use brood_protocol::{JobId, JobTimes, RenderStats};
 use moka::sync::Cache;
 
-/// Number of jobs remembered.
+/// Number of jobs kept.
 const JOBS: u64 = 4096;
 /// Weight of the newest wait in the running mean.
 const NEWEST: f64 = 0.2;
@@ -16,7 +16,7 @@ const STALE: Duration = Duration::from_secs(60);
 /// Cost and duration of a finished job.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinishedJob {
-    /// RenderStats that the job took.
+    /// Counters of the job.
     pub work: RenderStats,
     /// Time in the queue and time leased.
     pub times: JobTimes,
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn job_is_remembered_with_its_cost() {
+    fn job_is_kept_with_its_cost() {
         let history = History::new();
         let (job, done) = (JobId::fresh(), finished(1, 2));
         history.note(job, done);

@@ -3,7 +3,7 @@
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
 //! [`PictureService`], which serves picture requests by render jobs, and [`Searches`]. [`history`]
-//! remembers finished render jobs.
+//! keeps finished render jobs.
 
 mod history;
 mod kind;

@@ -60,6 +60,7 @@ impl PictureService {
                 self.metrics.served.increment(1);
                 return Ok(bytes);
             }
+            Lookup::Missing(reason) => return Err(ApiError::not_found(reason.as_ref())),
             Lookup::InFlight(waiter) => waiter,
             Lookup::Leader(waiter) => {
                 let own = self.clone();

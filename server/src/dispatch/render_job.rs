@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use brood_protocol::{
     JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, RenderItem,
-    RenderJob, RenderOutcome, RenderedPicture, decode,
+    RenderJob, RenderOutcome, RenderedPicture, WireError, decode,
 };
 use brood_scene::PixelArea;
 use brood_storage::{FIRST_EPOCH, JobState, StorageError};
@@ -53,6 +53,12 @@ impl JobKind for PictureService {
         while let Some(job) = self.store.claim(worker).await? {
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
+                Err(WireError::Version) => {
+                    // Its pictures are rendered when they are requested again.
+                    tracing::info!(job = %job.id, "a job queued by another version is dropped");
+                    self.store.complete(job.id, job.epoch).await?;
+                    continue;
+                }
                 Err(error) => {
                     tracing::error!(job = %job.id, %error, "cannot decode a stored job");
                     self.store.fail(job.id, job.epoch, &error.to_string()).await?;
@@ -241,7 +247,7 @@ mod tests {
         let packed = PackedProgram { words: Vec::new(), operations_written: 0 };
         let subject = Subject::Program(packed);
         let item = |key| RenderItem { key: PictureKey([key; 32]), subject: subject.clone() };
-        let work = RenderJob { frame, items: vec![item(2), item(1), item(1)] };
+        let work = RenderJob::new(frame, vec![item(2), item(1), item(1)]);
         check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
         assert!(check_all(&work, &[picture(1, 16)]).is_err());
         assert!(check_all(&work, &[picture(1, 16), picture(3, 16)]).is_err());

@@ -16,7 +16,7 @@ use crate::library::{Framing, Material};
 /// Most pictures per job; one brood of the page fits.
 const JOB_PICTURES: u64 = 32;
 /// Most primary rays per job, unless a single picture has more. Keeps the results of a job, at most
-/// 16 bytes per pixel, far below [`limit::LEASE_BYTES`].
+/// 16 bytes per pixel, far below [`LEASE_BYTES`](crate::limit::LEASE_BYTES).
 const JOB_RAYS: u64 = 4 << 20;
 
 /// Properties shared by all pictures of a job.
@@ -85,7 +85,7 @@ impl PictureRequest {
         let hashes = subject.map(|material| material.program.hash());
         let key = PictureKey::of(&hashes, &frame.identity());
         let subject = subject.map(|material| packed(material));
-        Self::Own(RenderJob { frame, items: vec![RenderItem { key, subject }] })
+        Self::Own(RenderJob::new(frame, vec![RenderItem { key, subject }]))
     }
 
     /// Key of the picture.
@@ -117,7 +117,7 @@ pub fn render_work<'a>(
 ) -> RenderJob {
     let items = items
         .map(|(key, material)| RenderItem { key, subject: Subject::Program(packed(material)) });
-    RenderJob { frame: frame.clone(), items: items.collect() }
+    RenderJob::new(frame.clone(), items.collect())
 }
 
 /// Returns a queued render job.

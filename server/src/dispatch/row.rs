@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
+use brood_genome::GenomeHash;
+use brood_program::ProgramHash;
 use brood_protocol::PictureKey;
 use brood_storage::StoredPicture;
 
 use super::pictures::PictureService;
+use super::request::FrameId;
 use crate::library::Framing;
 use crate::picture::thumbnail_url;
 use crate::problem::ApiError;
@@ -29,20 +32,23 @@ impl PictureService {
     /// # Errors
     /// [`ApiError`] if its scene or genome cannot be read.
     pub async fn present_url(&self, row: &StoredPicture) -> Result<String, ApiError> {
-        let view = Framing {
-            scene: row.scene,
-            light_deg: Some(row.light_deg),
-            size_px: row.size_px,
-            sampling: row.sampling,
-            area: row.area,
-            format: row.format,
-            backend: row.backend,
-        };
+        let (view, genome) = (FrameId::of(row).view(), row.genome_hash);
+        let program = self.library.material(genome).await?.program.hash();
+        Ok(thumbnail_url(self.row_in(view, genome, program).await?.key))
+    }
+
+    /// Stores and returns the row of a material's picture in a framing.
+    ///
+    /// # Errors
+    /// [`ApiError`] if the scene cannot be read or the store fails.
+    pub async fn row_in(
+        &self,
+        view: Framing,
+        genome: GenomeHash,
+        program: ProgramHash,
+    ) -> Result<Arc<StoredPicture>, ApiError> {
         let framed = self.library.frame(view).await?;
-        let material = self.library.material(row.genome_hash).await?;
-        let key = framed.key(material.program.hash());
-        self.store_row(framed.row(key, row.genome_hash)).await?;
-        Ok(thumbnail_url(key))
+        self.store_row(framed.row(framed.key(program), genome)).await
     }
 
     /// Stores a picture row, so that its key stays valid across restarts.

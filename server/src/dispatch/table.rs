@@ -71,7 +71,7 @@ impl<T: Ticket, P> LeaseTable<T, P> {
     }
 
     /// Ends the lease with this key, of any epoch.
-    pub fn forget(&self, key: T::Key) {
+    pub fn remove(&self, key: T::Key) {
         self.lock().remove(&key);
     }
 
@@ -144,7 +144,7 @@ mod tests {
             assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
         }
         assert_eq!(table.len(), 1);
-        table.forget(ticket.lease);
+        table.remove(ticket.lease);
         assert!(table.renew(&ticket).is_none());
     }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use brood_protocol::{BackendReport, WorkerReport};
 
-/// Number of workers remembered.
+/// Number of workers kept.
 const WORKERS: usize = 256;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);

@@ -19,6 +19,8 @@ const ROWS: u64 = 100_000;
 const LISTENERS: u64 = 20_000;
 /// Time after which a listener is dropped.
 const LISTENER_TTL: Duration = Duration::from_secs(600);
+/// Number of missing subjects kept.
+const MISSING: u64 = 10_000;
 /// Number of pictures queued for the disk.
 const WRITES: usize = 1024;
 
@@ -45,6 +47,8 @@ type Waiter = watch::Receiver<Option<RenderResult>>;
 pub enum Lookup {
     /// Cached picture.
     Cached(Bytes),
+    /// The subject does not exist; the reason.
+    Missing(Arc<str>),
     /// Already being rendered by another request.
     InFlight(Waiter),
     /// Not being rendered yet; the caller must complete or fail it.
@@ -57,6 +61,8 @@ pub struct PictureCache {
     disk: Arc<DiskCache>,
     writes: mpsc::Sender<(PictureKey, Bytes)>,
     rows: Cache<PictureKey, Arc<StoredPicture>>,
+    /// Reasons why subjects do not exist. A key determines its subject, so they stay true.
+    missing: Cache<PictureKey, Arc<str>>,
     in_flight: Mutex<HashMap<PictureKey, watch::Sender<Option<RenderResult>>>>,
     listeners: Cache<PictureKey, Vec<(LineageId, IndividualId)>>,
 }
@@ -75,6 +81,7 @@ impl PictureCache {
             disk: Arc::new(disk),
             writes,
             rows: Cache::new(ROWS),
+            missing: Cache::new(MISSING),
             in_flight: Mutex::default(),
             listeners: listeners.build(),
         };
@@ -119,6 +126,9 @@ impl PictureCache {
     pub fn subscribe(&self, key: PictureKey) -> Lookup {
         if let Some(bytes) = self.memory.get(&key) {
             return Lookup::Cached(bytes);
+        }
+        if let Some(reason) = self.missing.get(&key) {
+            return Lookup::Missing(reason);
         }
         let mut in_flight = self.lock();
         if let Some(render) = in_flight.get(&key) {
@@ -169,6 +179,9 @@ impl PictureCache {
     pub fn fail(&self, keys: impl IntoIterator<Item = PictureKey>, failure: &Failure) {
         let mut in_flight = self.lock();
         for key in keys {
+            if let Failure::Missing(reason) = failure {
+                self.missing.insert(key, reason.clone());
+            }
             if let Some(render) = in_flight.remove(&key) {
                 render.send_replace(Some(Err(failure.clone())));
             }
@@ -244,6 +257,15 @@ mod tests {
         let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
         assert_eq!(outcome, Err(Failure::Busy));
         assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+    }
+
+    #[test]
+    fn missing_subject_is_not_requested_again() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+        picture_cache.fail([key(1)], &Failure::Missing("no mask".into()));
+        let again = picture_cache.subscribe(key(1));
+        assert!(matches!(&again, Lookup::Missing(reason) if **reason == *"no mask"), "{again:?}");
     }
 
     #[tokio::test]

@@ -117,7 +117,7 @@ impl DiskCache {
             }
             Err(error) => tracing::warn!(%error, %key, "cannot read a cached picture"),
         }
-        self.lock().forget(key, place.segment);
+        self.lock().remove(key, place.segment);
         None
     }
 
@@ -216,7 +216,7 @@ impl Index {
         self.segments.entry(number).or_default().bytes += bytes;
     }
 
-    fn forget(&mut self, key: PictureKey, number: u64) {
+    fn remove(&mut self, key: PictureKey, number: u64) {
         // The picture may have been written again meanwhile.
         if self.places.get(&key).is_some_and(|place| place.segment == number) {
             self.places.remove(&key);

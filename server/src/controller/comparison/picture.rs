@@ -41,9 +41,7 @@ pub async fn row(
     one: &RequestedMaterial,
     view: Framing,
 ) -> Result<Arc<StoredPicture>, ApiError> {
-    let framed = app.library.frame(view).await?;
-    let key = framed.key(one.material.program.hash());
-    app.pictures.store_row(framed.row(key, one.hash)).await
+    app.pictures.row_in(view, one.hash, one.material.program.hash()).await
 }
 
 /// Returns the linear pictures at the given exposure, in the order of the materials.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use brood_genome::GenomeHash;
 use brood_inspect::{COMPARED, Specimen};
 use brood_protocol::{ParentRef, PictureFormat, RENDERER_VERSION, SceneId};
-use brood_scene::{Sampling, Scene};
+use brood_scene::Scene;
 use brood_storage::StorageError;
 use serde::Deserialize;
 
@@ -125,15 +125,7 @@ impl ComparisonRequest {
 
     /// Returns the framing of the pictures in a scene.
     pub fn view(&self, app: &App, scene: SceneId, format: PictureFormat) -> Framing {
-        Framing {
-            scene,
-            light_deg: None,
-            size_px: self.size_px,
-            sampling: Sampling::default(),
-            area: None,
-            format,
-            backend: app.backend,
-        }
+        Framing { format, ..Framing::png(scene, self.size_px, app.backend) }
     }
 }
 

@@ -9,11 +9,11 @@ use brood_eval::express;
 use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
 use brood_mesh::Mesh;
 use brood_protocol::{
-    GenerationId, IndividualId, LightAssetKind, LineageId, ParentRef, PatchIndividual, SceneId,
-    decode_stored,
+    GenerationId, IndividualId, LightAssetKind, Lineage, LineageId, ParentRef, PatchIndividual,
+    SceneId, decode_stored,
 };
 use brood_scene::MeshRef;
-use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, NewLineage, StoredMesh};
+use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, StoredMesh};
 
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
@@ -120,7 +120,7 @@ pub fn assemble(
     genomes: BTreeMap<GenomeHash, NewGenome>,
     scene: SceneId,
 ) -> Result<NewImport, ApiError> {
-    let lineage = NewLineage {
+    let lineage = Lineage {
         id: LineageId::fresh(),
         name: file.name,
         notes: file.notes,
@@ -129,7 +129,9 @@ pub fn assemble(
         dialect: file.dialect,
         saturation: file.saturation,
         energy_limit: file.energy_limit,
+        generations: file.generations.len() as u64,
         created_ms: now_ms(),
+        version: 1,
     };
     let mut assembly = Assembly {
         lineage: lineage.id,

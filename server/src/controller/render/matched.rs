@@ -94,13 +94,10 @@ impl MatchedRender {
         let sampling = self.sampling.unwrap_or_default();
         check_rays(u64::from(size_px).pow(2), sampling)?;
         let view = Framing {
-            scene,
             light_deg: self.light_deg,
-            size_px,
             sampling,
-            area: None,
             format: self.format,
-            backend: Backend::Auto,
+            ..Framing::png(scene, size_px, Backend::Auto)
         };
         Ok((app.library.frame(view).await?.frame.clone(), source(target, None)?))
     }

@@ -6,7 +6,7 @@ use brood_protocol::{
     Seed, encode,
 };
 use brood_scene::Scene;
-use brood_storage::{NewLineage, NewSearch, StorageError, StoredSearch};
+use brood_storage::{NewSearch, StorageError, StoredSearch};
 use brood_target::Strategy;
 
 use crate::clock::now_ms;
@@ -226,11 +226,11 @@ async fn results_lineage(
     name: &str,
     dialect: Dialect,
     created_ms: i64,
-) -> Result<NewLineage, ApiError> {
+) -> Result<Lineage, ApiError> {
     let name = format!("Fit of {name}");
     let name: String = name.chars().take(limit::NAME_CHARS).collect();
     check_length(&name, limit::NAME_CHARS, "/name")?;
-    Ok(NewLineage {
+    Ok(Lineage {
         id: LineageId::fresh(),
         name,
         notes: String::new(),
@@ -239,6 +239,8 @@ async fn results_lineage(
         dialect,
         saturation: 1.0,
         energy_limit: true,
+        generations: 0,
         created_ms,
+        version: 1,
     })
 }

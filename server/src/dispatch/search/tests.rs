@@ -1,8 +1,8 @@
 //! Tests of claims of searches, against a real store.
 
 use brood_genome::Dialect;
-use brood_protocol::{Budget, LineageId, SearchOptions, Seed, Target, TargetId, encode};
-use brood_storage::{NewLineage, NewSearch, NewTarget};
+use brood_protocol::{Budget, Lineage, LineageId, SearchOptions, Seed, Target, TargetId, encode};
+use brood_storage::{NewSearch, NewTarget};
 use tempfile::TempDir;
 
 use super::*;
@@ -58,7 +58,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
     let hash = *blake3::hash(b"file").as_bytes();
     let file = NewTarget { target, hash, bytes: vec![1, 2, 3], idempotency: None };
     app.store.create_target(file).await.unwrap();
-    let lineage = NewLineage {
+    let lineage = Lineage {
         id: new.lineage,
         name: "first".to_owned(),
         notes: String::new(),
@@ -67,7 +67,9 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
         dialect: Dialect::default(),
         saturation: 0.1,
         energy_limit: true,
+        generations: 0,
         created_ms: 5,
+        version: 1,
     };
     app.store.create_lineage(lineage, None).await.unwrap();
     let id = new.id;
