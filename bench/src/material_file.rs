@@ -134,7 +134,7 @@ mod tests {
             read(&text).unwrap(),
             MaterialFile::Measured(_, "goniometer measurements")
         ));
-        let error_of = |path: &PathBuf| format!("{:#}", read(path).err().unwrap());
+        let error_of = |path: &Path| format!("{:#}", read(path).err().unwrap());
         assert!(
             error_of(&write("b.brdf", "analytic\n"))
                 .contains("b.brdf: this .brdf file is a formula")
