@@ -200,8 +200,11 @@ fn settle(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::cell::{Cell, RefCell};
+
     use brood_genome::Dialect;
+
+    use super::*;
 
     fn parent() -> Genome {
         Variation::random(Dialect::default()).birth(BirthKey { seed: 2, slot: 0, attempt: 0 })
@@ -234,5 +237,101 @@ mod tests {
             brood.into_iter().map(|child| child.hash).collect()
         };
         assert_eq!(hashes(5), hashes(20)[..5]);
+    }
+
+    /// Scores draws by their number, counted over all slots, and records what it was given.
+    struct Numbered<F> {
+        score: F,
+        draws: Cell<u32>,
+        taken: RefCell<Vec<Vec<u32>>>,
+    }
+
+    impl<F: Fn(u32) -> f32> Numbered<F> {
+        fn new(score: F) -> Self {
+            Self { score, draws: Cell::new(0), taken: RefCell::default() }
+        }
+
+        fn settle(&self, request: &BroodRequest<'_>) -> Vec<Child> {
+            let first = (0..request.count).map(|slot| {
+                let draw = request.draw(slot);
+                let features = self.features(draw.program());
+                (draw, features)
+            });
+            settle_scored(request, first.collect(), self)
+        }
+    }
+
+    impl<F: Fn(u32) -> f32> DrawScorer for Numbered<F> {
+        type Features = u32;
+
+        fn features(&self, _: &Program) -> u32 {
+            self.draws.replace(self.draws.get() + 1)
+        }
+
+        fn score(&self, features: &u32, taken: &[u32]) -> f32 {
+            self.taken.borrow_mut().push(taken.to_vec());
+            (self.score)(*features)
+        }
+    }
+
+    fn random(count: u32) -> BroodRequest<'static> {
+        let variation = Variation::random(Dialect::default());
+        BroodRequest { variation, count, seed: 7, distinct: true }
+    }
+
+    #[test]
+    fn slot_is_drawn_until_a_score_is_1_or_its_draws_are_used_up() {
+        type Score = fn(u32) -> f32;
+        let cases: [(Score, u32, u32); 5] = [
+            // A score of 1 ends the slot.
+            (|draw| if draw == 2 { 1.0 } else { 0.0 }, 3, 3),
+            // The first of the greatest scores is taken.
+            (|draw| if draw == 3 || draw == 5 { 0.9 } else { 0.5 }, 4, MAX_REDRAWS + 1),
+            // Scores of 0 are not drawn again more often.
+            (|_| 0.0, 1, MAX_REDRAWS + 1),
+            (|_| -1.0, 1, MAX_UNWANTED_REDRAWS + 1),
+            (|draw| if draw == 20 { 0.0 } else { -1.0 }, 21, 21),
+        ];
+        for (score, attempts, draws) in cases {
+            let scorer = Numbered::new(score);
+            let brood = scorer.settle(&random(1));
+            assert_eq!((brood.len(), brood[0].attempts, scorer.draws.get()), (1, attempts, draws));
+            let same = random(1).draw_again(0, attempts - 1);
+            assert_eq!(brood[0].hash, same.hash);
+        }
+        assert_eq!((MAX_REDRAWS, MAX_UNWANTED_REDRAWS), (16, 48));
+    }
+
+    #[test]
+    fn draws_are_scored_against_the_parents_and_the_slots_before() {
+        let scorer = Numbered::new(|_| 1.0);
+        scorer.settle(&random(3));
+        assert_eq!(scorer.taken.into_inner(), [vec![], vec![0], vec![0, 1]]);
+        let parent = parent();
+        let scorer = Numbered::new(|_| 1.0);
+        let variation = Variation::mutate(&parent, 0.9);
+        let brood = scorer.settle(&BroodRequest { variation, ..random(1) });
+        assert!(!brood[0].twin);
+        assert_eq!(scorer.taken.into_inner(), [[1, 2]], "the parent as it is and as constrained");
+    }
+
+    #[test]
+    fn twins_are_taken_when_all_draws_are_twins() {
+        let parent = parent();
+        let variation = Variation::mutate(&parent, 0.0);
+        let request = BroodRequest { variation, ..random(2) };
+        let scorer = Numbered::new(|_| 1.0);
+        let scored = scorer.settle(&request);
+        assert!(scorer.taken.borrow().is_empty(), "twins are not scored");
+        let parents = 2;
+        assert_eq!(scorer.draws.get(), parents + 2 * (MAX_UNWANTED_REDRAWS + 1));
+        let attempts = |brood: &[Child]| -> Vec<(u32, u32, bool)> {
+            brood.iter().map(|child| (child.slot, child.attempts, child.twin)).collect()
+        };
+        assert_eq!(attempts(&scored), [(0, 1, true), (1, 1, true)]);
+        let last = MAX_REDRAWS + 1;
+        assert_eq!(attempts(&make_brood(&request)), [(0, last, true), (1, last, true)]);
+        let any = BroodRequest { distinct: false, ..request };
+        assert_eq!(attempts(&make_brood(&any)), [(0, 1, true), (1, 1, true)]);
     }
 }
