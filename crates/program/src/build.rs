@@ -378,3 +378,71 @@ fn mix(tag: u64, a: u64, b: u64) -> u64 {
     }
     hash
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn builder() -> (Builder, [Reference; 2]) {
+        let mut builder = Builder::new(true);
+        builder.clear(false);
+        let inputs = [Input::ALL[0], Input::ALL[1]].map(|input| builder.input(input));
+        (builder, inputs)
+    }
+
+    #[test]
+    fn operations_are_folded_when_a_constant_decides_them() {
+        let (mut builder, [x, y]) = builder();
+        let [zero, one, half] = [0.0, 1.0, 0.5].map(|value| builder.constant(value));
+        assert!(!zero.is_negative());
+        for (a, b) in [(x, zero), (zero, x)] {
+            assert_eq!(builder.add(a, b), x);
+            assert_eq!(builder.mul(a, b), zero);
+        }
+        for (a, b) in [(x, one), (one, x)] {
+            assert_eq!(builder.mul(a, b), x);
+        }
+        let minus_one = builder.constant(-1.0);
+        assert_eq!(builder.mul(minus_one, x), x.signed(true));
+        assert_eq!(minus_one, one.signed(true));
+        assert_eq!(builder.add(x, x.signed(true)), zero);
+        assert_eq!(builder.add(half, half), one);
+        assert_eq!(builder.mul(half, half), builder.constant(0.25));
+        // Nothing else is folded.
+        let nodes = builder.len();
+        for (a, b) in [(x, half), (half, x), (x, y)] {
+            let (sum, product) = (builder.add(a, b), builder.mul(a, b));
+            assert!(builder.is_operation(sum.node()) && builder.is_operation(product.node()));
+        }
+        assert_eq!(builder.len(), nodes + 4, "equal operations are one node");
+    }
+
+    #[test]
+    fn equal_constants_are_one_node() {
+        let (mut builder, _) = builder();
+        let zero = builder.constant(0.0);
+        assert_eq!(builder.constant(-0.0), zero);
+        let sum = builder.constant(0.1);
+        let nodes = builder.len();
+        assert_eq!(builder.constant(0.1), sum);
+        assert_eq!(builder.constant(-0.1), sum.signed(true));
+        assert_eq!(builder.len(), nodes);
+        // In f64 arithmetic, 0.1 + 0.2 differs from the nearest f32.
+        let fifth = builder.constant(0.2);
+        let together = builder.add(sum, fifth);
+        let direct = builder.constant(builder.value(together).unwrap().canonical);
+        assert_ne!(together, direct);
+    }
+
+    #[test]
+    fn parameters_are_one_node_per_place() {
+        let (mut builder, _) = builder();
+        builder.clear(true);
+        let first = builder.parameter(2, 3, 0.5);
+        assert_eq!(builder.parameter(2, 3, 0.5), first);
+        assert_ne!(builder.parameter(3, 2, 0.5), first);
+        let Node::Parameter(index) = builder.node(first.node()) else { panic!("a parameter") };
+        assert_eq!(builder.place_of(index), Some(4 * 2 + 3));
+        assert_eq!(builder.len(), 2);
+    }
+}
