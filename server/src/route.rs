@@ -25,6 +25,7 @@ use crate::state::App;
 /// Returns all routes inside their layers.
 pub fn router(app: App) -> Router {
     let (router, openapi) = documented().split_for_parts();
+    let router = layer::check_queries(router, &openapi);
     let docs = SwaggerUi::new("/docs").url("/openapi.json", finish(openapi));
     let router = router
         .route("/", axum::routing::get(page::index))

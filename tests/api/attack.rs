@@ -152,12 +152,19 @@ async fn answer_is_404_405_or_400_when_route_id_method_or_query_is_wrong() {
         (400, Method::GET, format!("/v1/individuals/{child}/render.png?light_deg=NaN")),
         (400, Method::GET, format!("/v1/individuals/{child}/render.png?backend=quantum")),
         (400, Method::GET, format!("/v1/individuals/{child}/render.png?colour=red")),
+        (400, Method::GET, format!("/v1/individuals/{child}?colour=red")),
+        (400, Method::GET, "/v1/system?colour=red".to_owned()),
+        (400, Method::POST, "/v1/lineages?limit=1".to_owned()),
     ];
     for (status, method, path) in rows {
         let answer = server.send(server.request(method, &path)).await;
         assert_eq!(answer.status, status, "{path}: {}", answer.text());
         answer.problem(status);
         reveals_nothing(&answer, &server);
+    }
+    server.send(server.request(Method::HEAD, "/v1/lineages?limit=1")).await.expect(200);
+    for probe in ["/healthz?from=probe", "/v1/system?", "/metrics?format=text"] {
+        server.get(probe).await.expect(200);
     }
     let odd = server.get("/v1/lineages/not-an-id").await;
     assert!(matches!(odd.status, 400 | 404), "{}", odd.text());

@@ -13,7 +13,7 @@ use tokio::sync::broadcast::error::RecvError;
 
 use crate::access::Need;
 use crate::event::{Event, Subscription, Topic};
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::layer;
 use crate::problem::ApiError;
 use crate::state::{App, AppState};
@@ -30,7 +30,6 @@ const ACCESS_TICK: Duration = Duration::from_secs(2);
     responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
 pub async fn stream_events(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LineageId>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -46,7 +45,6 @@ pub async fn stream_events(
     responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
 pub async fn stream_job_events(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<JobId>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

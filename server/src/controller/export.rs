@@ -11,7 +11,7 @@ use http::{HeaderMap, HeaderValue, header};
 use serde::Deserialize;
 
 use super::file::FileHead;
-use crate::extract::{NoQuery, Path, Query};
+use crate::extract::{Path, Query};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -34,7 +34,7 @@ pub struct ExportFormat {
 /// Lists the export formats.
 #[utoipa::path(get, path = "/v1/exports", tag = "exports",
     responses((status = 200, body = Vec<ExportFormat>)))]
-pub async fn formats(NoQuery: NoQuery) -> Json<Vec<ExportFormat>> {
+pub async fn formats() -> Json<Vec<ExportFormat>> {
     let formats = Format::ALL.into_iter().map(|format| ExportFormat {
         name: format.name(),
         label: format.label(),

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::created;
 use crate::breeding::Origin;
-use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
@@ -27,7 +27,6 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
         ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn breed(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LineageId>,
     key: IdempotencyKey,
     body: JsonBody<Breed>,
@@ -43,7 +42,6 @@ pub async fn breed(
         ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn adopt(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LineageId>,
     key: IdempotencyKey,
     body: JsonBody<Adopt>,
@@ -116,7 +114,6 @@ pub async fn list(
     params(("id" = GenerationId, Path)), responses((status = 200, body = Generation)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<GenerationId>,
 ) -> Result<Json<Generation>, ApiError> {
     let stored = app.store.generation(id).await?;

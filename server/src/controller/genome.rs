@@ -11,7 +11,7 @@ use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::create_once;
 use super::file::has_already;
-use crate::extract::{NoQuery, Path, parse_json, read_upload};
+use crate::extract::{Path, parse_json, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::ApiError;
@@ -33,7 +33,6 @@ pub struct GenomeAnswer {
     responses((status = 201, body = GenomeAnswer)))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
@@ -72,7 +71,6 @@ pub async fn create(
     responses((status = 200, content((serde_json::Value = "application/json"), (String = "text/x-brood")))))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(hash): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

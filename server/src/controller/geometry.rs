@@ -8,7 +8,7 @@ use brood_scene::MeshRef;
 use http::HeaderMap;
 
 use super::file::FileHead;
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -29,7 +29,6 @@ const VERSION: u32 = 1;
     responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -47,7 +46,6 @@ pub async fn get(
     responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
 pub async fn glb(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::circle::circle_ev;
 use super::{check_length, versioned};
-use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::extract::{IfMatch, Json as JsonBody, PageQuery, Path, Query, page};
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
@@ -53,7 +53,6 @@ pub async fn list(
     params(("id" = IndividualId, Path)), responses((status = 200, body = IndividualDetail)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<IndividualId>,
 ) -> Result<Response, ApiError> {
     let stored = app.store.individual(id).await?;
@@ -71,7 +70,6 @@ pub async fn get(
     request_body = PatchIndividual, responses((status = 200, body = IndividualDetail)))]
 pub async fn patch(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<IndividualId>,
     if_match: IfMatch,
     body: JsonBody<PatchIndividual>,

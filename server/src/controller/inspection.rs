@@ -9,7 +9,7 @@ use http::{HeaderMap, header};
 use serde::Deserialize;
 
 use super::file::FileHead;
-use crate::extract::{NoQuery, Path, Query};
+use crate::extract::{Path, Query};
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -24,7 +24,6 @@ const SLICE_PX: u32 = 256;
     params(("id" = IndividualId, Path)), responses((status = 200, body = Inspection)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<IndividualId>,
 ) -> Result<Response, ApiError> {
     let individual = app.store.individual(id).await?;

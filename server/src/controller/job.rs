@@ -5,7 +5,7 @@ use axum::extract::State;
 use brood_protocol::{AnyJob, JobAnswer, JobId, JobStatus};
 use brood_storage::{JobState, StorageError};
 
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -14,11 +14,7 @@ use crate::state::App;
 /// Finished render jobs are kept for a limited time and not across a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = AnyJob)))]
-pub async fn get(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    Path(id): Path<JobId>,
-) -> Result<Json<AnyJob>, ApiError> {
+pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<AnyJob>, ApiError> {
     match app.store.search(id).await {
         Ok(search) => {
             let answer = super::search::present(&app, search).await?;

@@ -9,7 +9,7 @@ use brood_protocol::{LightAssetAnswer, LightAssetKind};
 use http::{Request, StatusCode};
 
 use super::create_once;
-use crate::extract::{NoQuery, read_upload};
+use crate::extract::read_upload;
 use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::ApiError;
@@ -21,7 +21,6 @@ use crate::state::App;
     responses((status = 201, body = LightAssetAnswer)))]
 pub async fn create_profile(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
@@ -34,7 +33,6 @@ pub async fn create_profile(
     responses((status = 201, body = LightAssetAnswer)))]
 pub async fn create_environment(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {

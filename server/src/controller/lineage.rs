@@ -14,7 +14,7 @@ use serde::Deserialize;
 use super::{check_length, create_once, versioned};
 use crate::access::Need;
 use crate::clock::now_ms;
-use crate::extract::{IfMatch, Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::extract::{IfMatch, Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::IdempotencyKey;
 use crate::layer::token;
 use crate::limit;
@@ -29,7 +29,6 @@ const COLLECTION: &str = "/v1/lineages";
     responses((status = 201, body = Lineage)))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     body: JsonBody<CreateLineage>,
 ) -> Result<Response, ApiError> {
@@ -96,11 +95,7 @@ pub async fn list(
 /// Returns a lineage.
 #[utoipa::path(get, path = "/v1/lineages/{id}", tag = "lineages",
     params(("id" = LineageId, Path)), responses((status = 200, body = Lineage)))]
-pub async fn get(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    Path(id): Path<LineageId>,
-) -> Result<Response, ApiError> {
+pub async fn get(State(app): State<App>, Path(id): Path<LineageId>) -> Result<Response, ApiError> {
     let lineage = app.store.lineage(id).await?;
     Ok(versioned(lineage.version, &lineage))
 }
@@ -111,7 +106,6 @@ pub async fn get(
     request_body = PatchLineage, responses((status = 200, body = Lineage)))]
 pub async fn patch(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LineageId>,
     if_match: IfMatch,
     body: JsonBody<PatchLineage>,

@@ -19,7 +19,7 @@ pub use form::LineageFile;
 use form::{FileGeneration, FileIndividual, FileLightAsset};
 
 use super::create_once;
-use crate::extract::{NoQuery, Path, parse_json, read_upload};
+use crate::extract::{Path, parse_json, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::library::read_genome;
 use crate::lighting;
@@ -38,7 +38,6 @@ const JSON: &str = "application/json";
         (status = 422, description = "the file would be larger than the import limit of 256 MiB")))]
 pub async fn export(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LineageId>,
 ) -> Result<Response, ApiError> {
     let lineage = app.store.lineage(id).await?;
@@ -93,7 +92,6 @@ pub async fn export(
     responses((status = 201, body = Lineage)))]
 pub async fn import(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {

@@ -10,7 +10,7 @@ use brood_storage::StoredMesh;
 use http::{Request, StatusCode};
 
 use super::create_once;
-use crate::extract::{NoQuery, Path, read_upload};
+use crate::extract::{Path, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -24,7 +24,6 @@ const COLLECTION: &str = "/v1/meshes";
     responses((status = 201, body = MeshAnswer)))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
@@ -48,7 +47,6 @@ pub async fn create(
     params(("id" = MeshId, Path)), responses((status = 200, body = MeshAnswer)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<MeshId>,
 ) -> Result<Json<MeshAnswer>, ApiError> {
     answer(app.store.mesh(id).await?).map(Json)

@@ -4,8 +4,6 @@ use axum::Json;
 use brood_genome::Dialect;
 use brood_genome::preset::PRESETS;
 
-use crate::extract::NoQuery;
-
 /// Hand-written material to start from.
 #[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
 pub struct PresetAnswer {
@@ -25,7 +23,7 @@ pub struct PresetAnswer {
 /// Lists the presets.
 #[utoipa::path(get, path = "/v1/presets", tag = "genomes",
     responses((status = 200, body = Vec<PresetAnswer>)))]
-pub async fn list(NoQuery: NoQuery) -> Json<Vec<PresetAnswer>> {
+pub async fn list() -> Json<Vec<PresetAnswer>> {
     let answer = PRESETS.iter().map(|preset| PresetAnswer {
         name: preset.name,
         title: preset.title,

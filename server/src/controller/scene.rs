@@ -9,7 +9,7 @@ use http::StatusCode;
 
 use super::create_once;
 use crate::clock::now_ms;
-use crate::extract::{Json as JsonBody, NoQuery, Path};
+use crate::extract::{Json as JsonBody, Path};
 use crate::idempotency::IdempotencyKey;
 use crate::lighting;
 use crate::problem::ApiError;
@@ -22,7 +22,6 @@ const COLLECTION: &str = "/v1/scenes";
     responses((status = 201, body = SceneAnswer)))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     body: JsonBody<Scene>,
 ) -> Result<Response, ApiError> {
@@ -42,7 +41,7 @@ pub async fn create(
 /// Returns the default scene of new lineages.
 #[utoipa::path(get, path = "/v1/scenes/default", tag = "scenes",
     responses((status = 200, body = Scene)))]
-pub async fn default(NoQuery: NoQuery) -> Json<Scene> {
+pub async fn default() -> Json<Scene> {
     Json(Scene::default())
 }
 
@@ -51,7 +50,6 @@ pub async fn default(NoQuery: NoQuery) -> Json<Scene> {
     params(("id" = SceneId, Path)), responses((status = 200, body = SceneAnswer)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<SceneId>,
 ) -> Result<Json<SceneAnswer>, ApiError> {
     let known = app.library.scene(id).await?;

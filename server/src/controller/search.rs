@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::created;
 use crate::clock::now_ms;
 use crate::dispatch::search_json;
-use crate::extract::{Json as JsonBody, NoQuery, PageQuery, Path, Query, page};
+use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
 use crate::presenter::Presenter;
@@ -35,7 +35,6 @@ const LOG_LINES: u32 = 1000;
     responses((status = 202, body = SearchAnswer, headers(("Location" = String, description = "URL of the job")))))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     body: JsonBody<CreateSearch>,
 ) -> Result<Response, ApiError> {
@@ -96,7 +95,6 @@ pub async fn list(
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn pause(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<JobId>,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
@@ -108,7 +106,6 @@ pub async fn pause(
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn resume(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<JobId>,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
@@ -120,7 +117,6 @@ pub async fn resume(
     params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
 pub async fn cancel(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<JobId>,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
@@ -163,11 +159,7 @@ fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {
 /// While the search runs, or after it was cancelled, only the best result so far.
 #[utoipa::path(get, path = "/v1/jobs/{id}/front", tag = "jobs",
     params(("id" = JobId, Path)), responses((status = 200, body = Front)))]
-pub async fn front(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    Path(id): Path<JobId>,
-) -> Result<Json<Front>, ApiError> {
+pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<Front>, ApiError> {
     let search = app.store.search(id).await?;
     let mut items = app.store.search_front(id).await?;
     if items.is_empty() {

@@ -5,7 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::{StatusCode, header};
 use serde::Deserialize;
 
-use crate::extract::{Json, NoQuery};
+use crate::extract::Json;
 use crate::layer::COOKIE;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -23,11 +23,7 @@ pub struct SignIn {
 /// Signs in: stores a token in the page's cookie.
 #[utoipa::path(post, path = "/v1/session", tag = "operation", request_body = SignIn,
     responses((status = 204)))]
-pub async fn sign_in(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    body: Json<SignIn>,
-) -> Result<Response, ApiError> {
+pub async fn sign_in(State(app): State<App>, body: Json<SignIn>) -> Result<Response, ApiError> {
     let token = body.value.token;
     // Tokens are hexadecimal digits: other characters must not reach a header.
     let plausible = !token.is_empty() && token.bytes().all(|byte| byte.is_ascii_alphanumeric());
@@ -39,7 +35,7 @@ pub async fn sign_in(
 
 /// Signs out: removes the token from the page's cookie.
 #[utoipa::path(delete, path = "/v1/session", tag = "operation", responses((status = 204)))]
-pub async fn sign_out(NoQuery: NoQuery) -> Response {
+pub async fn sign_out() -> Response {
     cookie("", 0)
 }
 

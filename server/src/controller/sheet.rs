@@ -12,7 +12,7 @@ use http::HeaderMap;
 use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
-use crate::extract::{NoQuery, Path, Query};
+use crate::extract::{Path, Query};
 use crate::library::Framing;
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -32,7 +32,6 @@ const RING: u32 = 6;
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn generation(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<GenerationId>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

@@ -4,14 +4,13 @@ use axum::Json;
 use axum::extract::State;
 use brood_protocol::{RENDERER_VERSION, SystemAnswer};
 
-use crate::extract::NoQuery;
 use crate::limit;
 use crate::state::App;
 
 /// Returns the version, the backend in use and why, the workers, and the limits.
 #[utoipa::path(get, path = "/v1/system", tag = "operation",
     responses((status = 200, body = SystemAnswer)))]
-pub async fn get(State(app): State<App>, NoQuery: NoQuery) -> Json<SystemAnswer> {
+pub async fn get(State(app): State<App>) -> Json<SystemAnswer> {
     let (workers, backend) = app.workers.present();
     Json(SystemAnswer {
         version: env!("CARGO_PKG_VERSION").to_owned(),

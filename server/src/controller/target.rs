@@ -18,7 +18,7 @@ use self::read::{ParsedTarget, REASON_CHARS, clean, read_blocking};
 use super::{check_length, created};
 use crate::clock::now_ms;
 use crate::extract::{
-    NoQuery, PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
+    PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
 };
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
@@ -38,7 +38,6 @@ const COLLECTION: &str = "/v1/targets";
     responses((status = 201, body = Target)))]
 pub async fn create(
     State(app): State<App>,
-    NoQuery: NoQuery,
     key: IdempotencyKey,
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
@@ -111,7 +110,6 @@ pub async fn list(
     params(("id" = TargetId, Path)), responses((status = 200, body = Target)))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<TargetId>,
 ) -> Result<Json<Target>, ApiError> {
     Ok(Json(app.store.target(id).await?))
@@ -122,7 +120,6 @@ pub async fn get(
     params(("id" = TargetId, Path)), responses((status = 204)))]
 pub async fn delete(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<TargetId>,
 ) -> Result<Response, ApiError> {
     app.store.delete_target(id).await?;

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use super::file::{FileHead, IMMUTABLE};
 use super::picture_query::{check_light, check_rays, sampling, size};
 use crate::dispatch::PictureRequest;
-use crate::extract::{NoQuery, Path, Query};
+use crate::extract::{Path, Query};
 use crate::library::Framing;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -29,7 +29,6 @@ pub const IN_ITS_SCENE: &str =
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn picture(
     state: State<App>,
-    NoQuery: NoQuery,
     path: Path<(TargetId, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -44,7 +43,6 @@ pub async fn picture(
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn scene(
     state: State<App>,
-    NoQuery: NoQuery,
     path: Path<(TargetId, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -61,7 +59,6 @@ pub async fn scene(
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn pixels(
     state: State<App>,
-    NoQuery: NoQuery,
     path: Path<(TargetId, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -74,7 +71,6 @@ pub async fn pixels(
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn mask(
     state: State<App>,
-    NoQuery: NoQuery,
     path: Path<(TargetId, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

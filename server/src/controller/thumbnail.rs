@@ -6,7 +6,7 @@ use brood_protocol::{PictureFormat, PictureKey, RENDERER_VERSION};
 use http::{HeaderMap, header};
 
 use super::file::{FileHead, IMMUTABLE};
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -16,7 +16,6 @@ use crate::state::App;
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(name): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

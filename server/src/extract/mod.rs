@@ -14,4 +14,4 @@ pub use if_match::{IfMatch, etag};
 pub use json::{Json, parse_json, parse_value};
 pub use multipart::{Parts, boundary as multipart_boundary};
 pub use path::Path;
-pub use query::{NoQuery, PageQuery, Query, page};
+pub use query::{PageQuery, Query, page};

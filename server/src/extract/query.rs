@@ -29,21 +29,6 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
     }
 }
 
-/// Extractor of routes without query parameters.
-#[derive(Debug, Clone, Copy)]
-pub struct NoQuery;
-
-impl<S: Send + Sync> FromRequestParts<S> for NoQuery {
-    type Rejection = ApiError;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
-        match parts.uri.query() {
-            None | Some("") => Ok(Self),
-            Some(_) => Err(ApiError::bad_request("this address takes no query parameters")),
-        }
-    }
-}
-
 /// Page of a list.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]

@@ -1,22 +1,33 @@
 //! Layers around every request, one concern per file. From the outside in: [`finish`] (id, span,
 //! metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`] (access and
-//! shutdown).
+//! shutdown). [`query`] is around the documented routes only.
 
 mod finish;
 mod gate;
 mod host;
 mod origin;
+mod query;
 mod watch;
 
 use axum::Router;
 use axum::middleware::{from_fn, from_fn_with_state};
 use tower_http::catch_panic::CatchPanicLayer;
+use utoipa::openapi::OpenApi;
 
 use crate::problem::ApiError;
 use crate::state::App;
 use axum::response::{IntoResponse, Response};
+use query::QueryRoutes;
 
 pub use gate::{COOKIE, token};
+
+/// Wraps the routes of an OpenAPI document in the check of their queries.
+pub fn check_queries<S: Clone + Send + Sync + 'static>(
+    router: Router<S>,
+    openapi: &OpenApi,
+) -> Router<S> {
+    router.route_layer(from_fn_with_state(QueryRoutes::of(openapi), query::check))
+}
 
 /// Wraps the routes in the layers.
 pub fn wrap(router: Router, app: &App) -> Router {

@@ -5,7 +5,7 @@ use axum::response::Response;
 use brood_protocol::{LightAssetFile, TargetBytes, encode};
 
 use super::message;
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -13,11 +13,7 @@ use crate::state::App;
 #[utoipa::path(get, path = "/v1/leases/meshes/{hash}", tag = "workers",
     params(("hash" = String, Path)),
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
-pub async fn mesh(
-    State(app): State<App>,
-    NoQuery: NoQuery,
-    Path(hash): Path<String>,
-) -> Result<Response, ApiError> {
+pub async fn mesh(State(app): State<App>, Path(hash): Path<String>) -> Result<Response, ApiError> {
     let hash = parse(&hash, "a mesh hash must be 64 hexadecimal digits")?;
     // Sent as it is stored: the worker accepts the version in its prefix.
     Ok(message(app.store.mesh_data(hash).await?))
@@ -29,7 +25,6 @@ pub async fn mesh(
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
 pub async fn light_asset(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = parse(&hash, "a file hash must be 64 hexadecimal digits")?;
@@ -43,7 +38,6 @@ pub async fn light_asset(
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
 pub async fn target(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(hash): Path<String>,
 ) -> Result<Response, ApiError> {
     let hash = parse(&hash, "a file hash must be 64 hexadecimal digits")?;

@@ -7,7 +7,7 @@ use http::StatusCode;
 
 use super::{Held, Message, check_same, for_logs, granted};
 use crate::dispatch::{claim_lease, release_lease, renew_lease};
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -18,7 +18,6 @@ use crate::state::App;
     responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
 pub async fn claim(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Message(request): Message<LeaseRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let LeaseRequest { worker, report, wait_ms } = request;
@@ -34,7 +33,6 @@ pub async fn claim(
     responses((status = 204)))]
 pub async fn heartbeat(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
     let renewed = renew_lease(&*app.pictures, &ticket)?;
@@ -49,7 +47,6 @@ pub async fn heartbeat(
     responses((status = 204)))]
 pub async fn results(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<LeaseId>,
     Message(results): Message<LeaseResults, { limit::LEASE_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
@@ -65,7 +62,6 @@ pub async fn results(
     responses((status = 204)))]
 pub async fn release(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
     release_lease(&*app.pictures, &ticket).await?;

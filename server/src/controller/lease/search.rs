@@ -7,7 +7,7 @@ use http::StatusCode;
 
 use super::{Held, Message, check_same, for_logs, granted, message};
 use crate::dispatch::{claim_lease, release_lease, renew_lease};
-use crate::extract::{NoQuery, Path};
+use crate::extract::Path;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -18,7 +18,6 @@ use crate::state::App;
     responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
 pub async fn claim(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Message(request): Message<SearchRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let SearchRequest { worker, wait_ms } = request;
@@ -32,7 +31,6 @@ pub async fn claim(
     responses((status = 204)))]
 pub async fn heartbeat(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
     renew_lease(&*app.searches, &ticket)?;
@@ -46,7 +44,6 @@ pub async fn heartbeat(
     responses((status = 200, content_type = "application/vnd.brood.lease")))]
 pub async fn report(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Path(id): Path<JobId>,
     Message(report): Message<SearchReport, { limit::SEARCH_REPORT_BYTES }>,
 ) -> Result<Response, ApiError> {
@@ -61,7 +58,6 @@ pub async fn report(
     responses((status = 204)))]
 pub async fn release(
     State(app): State<App>,
-    NoQuery: NoQuery,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
     release_lease(&*app.searches, &ticket).await?;
