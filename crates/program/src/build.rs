@@ -418,6 +418,20 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_folded_unless_asked_for() {
+        let mut builder = Builder::new(false);
+        builder.clear(false);
+        let [x, half] = [builder.input(Input::ALL[0]), builder.constant(0.5)];
+        let results = [
+            builder.add(half, half),
+            builder.mul(half, half),
+            builder.add(x, x.signed(true)),
+            builder.function(Function::Rcp, half),
+        ];
+        assert!(results.iter().all(|result| builder.is_operation(result.node())));
+    }
+
+    #[test]
     fn equal_constants_are_one_node() {
         let (mut builder, _) = builder();
         let zero = builder.constant(0.0);

@@ -84,3 +84,30 @@ impl ScalarMachine for Counter {
 fn count(n: usize) -> u32 {
     u32::try_from(n).expect("a genome has at most 1024 instructions")
 }
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::{BirthKey, Dialect, Variation, live_instructions};
+
+    use super::*;
+
+    #[test]
+    fn each_optimisation_leaves_fewer_operations() {
+        let (mut live, mut numbered, mut folded) = (0, 0, 0);
+        for seed in 0..50 {
+            let key = BirthKey { seed, slot: 0, attempt: 0 };
+            let genome = Variation::random(Dialect::default()).birth(key);
+            let counts = Counts::of(&genome);
+            let is_live = live_instructions(&genome);
+            assert_eq!(counts.instructions as usize, is_live.len());
+            let live_count = is_live.iter().filter(|live| **live).count();
+            assert_eq!(counts.live_instructions as usize, live_count);
+            assert_eq!(counts.scalar_operations, written_operations(&genome));
+            assert_eq!(counts.operations as usize, Program::lower(&genome).operations());
+            live += counts.scalar_operations - counts.live_scalar_operations;
+            numbered += counts.live_scalar_operations - counts.numbered_operations;
+            folded += counts.numbered_operations - counts.operations;
+        }
+        assert!(live > 0 && numbered > 0 && folded > 0, "{live} {numbered} {folded}");
+    }
+}

@@ -40,3 +40,16 @@ impl Program {
         self.to_words().into_iter().map(u32::to_le).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hash_is_shown_as_64_hexadecimal_digits() {
+        let mut bytes = [0; 32];
+        (bytes[0], bytes[31]) = (0x0a, 0xff);
+        let text = ProgramHash::from_bytes(bytes).to_string();
+        assert_eq!(text, format!("0a{}ff", "00".repeat(30)));
+    }
+}
