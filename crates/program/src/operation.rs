@@ -121,3 +121,41 @@ macro_rules! for_known {
         }
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn second_operand_counts_only_for_binary_operations() {
+        for operation in Operation::ALL {
+            let result = |b: f64| operation.apply(0.7_f64, b);
+            assert_eq!(operation.is_binary(), result(0.3).to_bits() != result(0.4).to_bits());
+        }
+        let binary = [Operation::Add, Operation::Sub, Operation::Mul].map(Operation::binary);
+        assert_eq!(binary, [Binary::Add, Binary::Sub, Binary::Mul].map(Some));
+    }
+
+    #[test]
+    fn functions_of_negative_values_are_operations_on_the_positive() {
+        type Case = (Function, fn(f64) -> f64);
+        let cases: [Case; 7] = [
+            (Function::Sin, |x| x.sine()),
+            (Function::Cos, |x| x.cosine()),
+            (Function::Ex2, |x| x.ex2()),
+            (Function::Lg2, |x| x.lg2()),
+            (Function::Rcp, |x| x.rcp()),
+            (Function::Rsq, |x| x.rsq()),
+            (Function::Spl, |x| x.spl()),
+        ];
+        for (function, expected) in cases {
+            for is_negative in [false, true] {
+                let (operation, negate) = Operation::of(function, is_negative);
+                let result = operation.apply(0.7_f64, 0.7);
+                let result = if negate { -result } else { result };
+                let value = if is_negative { -0.7 } else { 0.7 };
+                assert_eq!(result.to_bits(), expected(value).to_bits(), "{function:?} {value}");
+            }
+        }
+    }
+}
