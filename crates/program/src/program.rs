@@ -127,3 +127,17 @@ impl Program {
         mask
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_are_equal_when_both_values_have_the_same_bits() {
+        let constant = |canonical, reference| Constant { canonical, reference };
+        assert_eq!(constant(0.1, 0.1), constant(0.1, 0.1));
+        assert_ne!(constant(0.1, 0.1), constant(0.1, 0.2));
+        assert_ne!(constant(0.1, 0.1), constant(0.2, 0.1));
+        assert_ne!(constant(0.0, 0.0), constant(-0.0, 0.0));
+    }
+}

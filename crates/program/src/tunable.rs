@@ -70,3 +70,24 @@ impl Tunable {
         genome.clone().with_constants(constants)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_are_set_within_the_range_of_the_machine() {
+        let text = "brood 1\n.dialect extended smooth registers 10\n.const C0 2 3 4 0\n\
+                    MUL R0.xyz, C0, C0\n";
+        let genome: Genome = text.parse().unwrap();
+        let mut tunable = Tunable::lower(&genome);
+        let range = f64::from(RANGE);
+        for (value, expected) in [(0.1, f64::from(0.1f32)), (1e9, range), (-1e9, -range)] {
+            let index = tunable.places().iter().position(Option::is_some).unwrap();
+            tunable.set(index, value);
+            assert_eq!(tunable.program().constants()[index].reference, expected);
+        }
+        let written = tunable.write(&genome).constants()[0];
+        assert_eq!(written.iter().filter(|number| **number == -RANGE).count(), 1, "{written:?}");
+    }
+}

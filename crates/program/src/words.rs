@@ -209,3 +209,94 @@ impl Reader<'_> {
         operand.ok_or(WordsError::Operand(at))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use brood_genome::Genome;
+
+    use super::*;
+
+    fn layered() -> Program {
+        let models = [ModelKind::Lambert, ModelKind::RoughPlastic].map(Model::new);
+        Program::lower(&Genome::of_models(models.to_vec()).unwrap())
+    }
+
+    #[test]
+    fn layers_round_trip_and_broken_layers_are_refused() {
+        let program = layered();
+        assert_eq!(program.layers().len(), 2);
+        let words = program.to_words();
+        assert_eq!(Program::from_words(&words), Ok(program));
+        let first_layer = HEADER + OUTPUT + 3 * words[1] as usize + 2 * words[2] as usize;
+        let broken = |at: usize, word| {
+            let mut words = words.clone();
+            words[at] = word;
+            Program::from_words(&words)
+        };
+        assert_eq!(broken(first_layer, 0), Err(WordsError::Model(first_layer)));
+        assert_eq!(broken(first_layer, 1), Err(WordsError::Length));
+        assert_eq!(broken(first_layer, 3), Err(WordsError::Length));
+        let many = length(LAYERS_MAX + 1);
+        assert_eq!(broken(first_layer, many), Err(WordsError::Model(first_layer)));
+        assert_eq!(broken(first_layer + 1, 255), Err(WordsError::Model(first_layer + 1)));
+        // A parameter that is not a number.
+        let nan = broken(first_layer + 3, 0x7ff8_0000);
+        assert_eq!(nan, Err(WordsError::Model(first_layer + 1)));
+        for end in first_layer..words.len() {
+            assert_eq!(Program::from_words(&words[..end]), Err(WordsError::Length));
+        }
+        let mut plain = words[..first_layer].to_vec();
+        plain[0] = VERSION;
+        assert!(Program::from_words(&plain).unwrap().layers().is_empty());
+    }
+
+    #[test]
+    fn words_have_at_most_as_many_constants_as_slots() {
+        let plain =
+            Program::lower(&Genome::of_models(vec![Model::new(ModelKind::Lambert)]).unwrap());
+        let output = &plain.to_words()[HEADER..HEADER + OUTPUT];
+        let with = |constants: usize| {
+            let mut words = vec![VERSION, length(constants), 0];
+            words.extend([CONSTANT_KIND << INDEX_BITS; 3]);
+            words.extend(output);
+            words.extend(vec![0; 3 * constants]);
+            Program::from_words(&words)
+        };
+        assert_eq!(MOST + Input::ALL.len(), 0x7fff);
+        assert_eq!(with(MOST).unwrap().constants().len(), MOST);
+        assert_eq!(with(MOST + 1), Err(WordsError::Length));
+        assert_eq!(with(0), Err(WordsError::Operand(3)), "the results refer to constant 0");
+    }
+
+    #[test]
+    fn numbers_and_operands_are_refused_outside_of_their_ranges() {
+        let words = |operand: u32, step: u32, canonical: f32, reference: f64| {
+            let plain = layered().to_words();
+            let mut words = vec![VERSION, 1, 1];
+            words.extend([STEP_KIND << INDEX_BITS; 3]);
+            words.extend(&plain[HEADER..HEADER + OUTPUT]);
+            words.push(canonical.to_bits());
+            words.extend(halves(reference));
+            words.extend([step | operand, operand]);
+            Program::from_words(&words).map(|program| program.steps()[0])
+        };
+        let (constant, add) = (CONSTANT_KIND << INDEX_BITS, 0);
+        let (at, step) = (HEADER + OUTPUT, HEADER + OUTPUT + 3);
+        let whole = f64::from(RANGE);
+        assert!(words(constant, add, RANGE, -whole).is_ok());
+        assert_eq!(words(constant, add, 2.0 * RANGE, 0.0), Err(WordsError::Number(at)));
+        assert_eq!(words(constant, add, 0.0, 2.0 * whole), Err(WordsError::Number(at)));
+        assert_eq!(words(constant, add, f32::NAN, 0.0), Err(WordsError::Number(at)));
+        let input = INPUT_KIND << INDEX_BITS | 1;
+        let read = words(input, add, 0.0, 0.0).unwrap();
+        assert_eq!(read.a, Operand::Input(Input::ALL[1]));
+        let beyond = INPUT_KIND << INDEX_BITS | length(Input::ALL.len());
+        for operand in [constant + 1, STEP_KIND << INDEX_BITS, beyond, 3 << INDEX_BITS, 1 << 16] {
+            assert_eq!(words(operand, add, 0.0, 0.0), Err(WordsError::Operand(step)));
+        }
+        let unknown = length(Operation::ALL.len()) << 24;
+        assert_eq!(words(constant, unknown, 0.0, 0.0), Err(WordsError::Operation(step)));
+        let last = length(Operation::ALL.len() - 1) << 24;
+        assert_eq!(words(constant, last, 0.0, 0.0).unwrap().operation, Operation::SplNeg);
+    }
+}
