@@ -4,6 +4,7 @@
  *
  * @import { Genome, Individual, Locks, Parameter } from "../model.js"
  */
+import { colorCode } from "../page/srgb.js";
 
 /** @param {string} line "roughness 0.2", "f0 1 0.7 0.3", "distribution ggx" @returns {Parameter} */
 function parameterIn(line) {
@@ -59,10 +60,6 @@ export function makeupInWords(of) {
 /** Parameters that are colours; others have three numbers too, such as an index of refraction. */
 const COLORS = new Set(["albedo", "base_color", "diffuse", "f0", "rho_d", "rho_s", "specular"]);
 
-/** Encodes a linear value from 0 to 1 as an sRGB code. @param {number} linear */
-const coded = (linear) =>
-  Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
-
 /**
  * The colour of a parameter for the screen; null if it is not a colour, or one outside of sRGB.
  * @param {Parameter} of
@@ -70,7 +67,7 @@ const coded = (linear) =>
 export function colorOf({ name, value }) {
   if (typeof value === "string" || value.length !== 3 || !COLORS.has(name)) return null;
   if (value.some((part) => part < 0 || part > 1)) return null;
-  return `#${value.map((part) => coded(part).toString(16).padStart(2, "0")).join("")}`;
+  return colorCode(value);
 }
 
 /** A parameter's name with spaces. @param {string} name */

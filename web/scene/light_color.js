@@ -9,6 +9,7 @@
  * @import { Extent } from "../live/camera.js"
  * @import { Channels, Light, Vec3 } from "../model.js"
  */
+import { colorCode, linearOf } from "../page/srgb.js";
 import { LIGHT_KINDS } from "./light_kind.js";
 
 /** Distance in radii of a light without a position. */
@@ -19,23 +20,13 @@ const PLACED_RADII = 4;
 /** Setting of the default light. @type {LightSetting} */
 export const NEUTRAL = { color: "#ffffff", ev: 0 };
 
-/** @param {number} code 0 to 255 @returns {number} */
-function linear(code) {
-  const c = code / 255;
-  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-}
-
-/** @param {number} x 0 to 1 @returns {number} 0 to 255 */
-const encoded = (x) =>
-  Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
-
 /**
  * The brightest colour of the same hue, in linear light. Black counts as white.
  * @param {string} color
  * @returns {Vec3}
  */
 export function hueOf(color) {
-  const [r, g, b] = [1, 3, 5].map((at) => linear(Number.parseInt(color.slice(at, at + 2), 16)));
+  const [r, g, b] = linearOf(color);
   const strongest = Math.max(r, g, b);
   return strongest > 0 ? [r / strongest, g / strongest, b / strongest] : [1, 1, 1];
 }
@@ -114,12 +105,6 @@ export function settingOf(strength, plain) {
   const intensity = typeof strength === "number" ? [strength, strength, strength] : strength;
   const strongest = Math.max(...intensity);
   if (!(strongest > 0 && plain > 0)) return null;
-  const color = intensity
-    .map((channel) =>
-      encoded(channel / strongest)
-        .toString(16)
-        .padStart(2, "0"),
-    )
-    .join("");
-  return { color: `#${color}`, ev: Math.round(100 * Math.log2(strongest / plain)) / 100 };
+  const color = colorCode(intensity.map((channel) => channel / strongest));
+  return { color, ev: Math.round(100 * Math.log2(strongest / plain)) / 100 };
 }
