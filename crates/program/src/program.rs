@@ -130,7 +130,20 @@ impl Program {
 
 #[cfg(test)]
 mod tests {
+    use brood_genome::{Genome, ModelKind};
+
     use super::*;
+
+    #[test]
+    fn bare_program_has_neither_layers_nor_output_stage() {
+        let models = vec![Model::new(ModelKind::Lambert)];
+        let program = Program::lower(&Genome::of_models(models).unwrap()).divided(2.0);
+        assert_eq!(program.output(), &Output::IDENTITY.divided(2.0));
+        assert_eq!(program.layers().len(), 1);
+        let bare = program.bare();
+        assert_eq!((bare.output(), bare.layers()), (&Output::IDENTITY, &[][..]));
+        assert_eq!(bare.steps(), program.steps());
+    }
 
     #[test]
     fn constants_are_equal_when_both_values_have_the_same_bits() {

@@ -234,6 +234,7 @@ mod tests {
                 Range { low: (shift - 0.5) * scale, high: (shift + 0.7) * scale }
             };
             let ranges = step_ranges(&program, range);
+            prop_assert_eq!(ranges.len(), program.steps().len());
             for sample in samples {
                 let input = |name: Input| {
                     let Range { low, high } = range(name);
@@ -282,5 +283,88 @@ mod tests {
                 }
             }
         }
+    }
+
+    fn range(low: f32, high: f32) -> Range {
+        Range { low, high }
+    }
+
+    #[test]
+    fn sums_and_products_are_spanned_by_their_ends() {
+        let of = |operation, a, b, same| {
+            let StepRange { result, clamps, clamps_argument } =
+                StepRange::of(operation, a, b, same);
+            assert!(!clamps_argument);
+            (result, clamps)
+        };
+        let (a, b) = (range(-1.0, 2.0), range(3.0, 5.0));
+        assert_eq!(of(Operation::Add, a, b, false), (range(2.0, 7.0), false));
+        assert_eq!(of(Operation::Sub, a, b, false), (range(-6.0, -1.0), false));
+        assert_eq!(of(Operation::Mul, a, b, false), (range(-5.0, 10.0), false));
+        assert_eq!(of(Operation::Mul, a, a, false), (range(-2.0, 4.0), false));
+        let squares = [(a, 0.0, 4.0), (b, 9.0, 25.0), (b.negated(), 9.0, 25.0)];
+        for (of_both, low, high) in squares {
+            assert_eq!(of(Operation::Mul, of_both, of_both, true), (range(low, high), false));
+        }
+        let whole = Range::ALL;
+        assert_eq!(of(Operation::Add, whole, whole, false), (whole, true));
+        assert_eq!(of(Operation::Mul, whole, whole, true), (range(0.0, RANGE), true));
+        let half = range(-0.5 * RANGE, 0.5 * RANGE);
+        assert_eq!(of(Operation::Add, half, half, false), (whole, false));
+    }
+
+    #[test]
+    fn functions_have_their_ranges_with_a_margin() {
+        let of = |operation, a: Range| StepRange::of(operation, a, a, true);
+        let margin = |x: f32| x * (1.0 + 1.0 / 1_048_576.0);
+        let any = range(-3.0, 4.0);
+        let bounds = [
+            (Operation::Sin, margin(-1.0), margin(1.0)),
+            (Operation::Cos, margin(-1.0), margin(1.0)),
+            (Operation::Lg2, margin(-24.0), margin(32.0)),
+            (Operation::Rcp, margin(-2048.0), margin(2048.0)),
+            (Operation::Rsq, -f32::MIN_POSITIVE, margin(4096.0)),
+        ];
+        for (operation, low, high) in bounds {
+            let expected =
+                StepRange { result: range(low, high), clamps: false, clamps_argument: false };
+            assert_eq!(of(operation, any), expected, "{operation:?}");
+        }
+        for operation in [Operation::Spl, Operation::SplNeg] {
+            let expected =
+                StepRange { result: range(0.0, RANGE), clamps: true, clamps_argument: true };
+            assert_eq!(of(operation, any), expected);
+        }
+        let power = of(Operation::Ex2, range(0.0, 3.0));
+        assert_eq!(power.result, range(1.0, 8.0).widened());
+        assert_eq!(of(Operation::Ex2Neg, range(-3.0, 0.0)), power);
+    }
+
+    #[test]
+    fn clamps_can_act_only_outside_of_their_limits() {
+        let (angle, power) = (Functions::ANGLE_RANGE, Functions::EX2_RANGE);
+        let clamps_argument = |operation, low, high| {
+            let argument = range(low, high);
+            StepRange::of(operation, argument, argument, true).clamps_argument
+        };
+        for operation in [Operation::Sin, Operation::Cos] {
+            assert!(!clamps_argument(operation, -angle, angle));
+            assert!(clamps_argument(operation, -angle.next_up(), angle));
+            assert!(clamps_argument(operation, -angle, angle.next_up()));
+        }
+        assert!(!clamps_argument(Operation::Ex2, power.0, power.1));
+        assert!(clamps_argument(Operation::Ex2, power.0.next_down(), power.1));
+        assert!(clamps_argument(Operation::Ex2, power.0, power.1.next_up()));
+        let clamps = |high: f32| {
+            let argument = range(0.0, high);
+            StepRange::of(Operation::Ex2, argument, argument, true).clamps
+        };
+        assert_eq!([15.0, 15.9, 15.9_f32.next_up(), 20.0].map(clamps), [false, false, true, true]);
+    }
+
+    #[test]
+    fn range_of_values_contains_them() {
+        assert_eq!(Range::of(&[2.0, -1.0, 3.0]), range(-1.0, 3.0));
+        assert_eq!(Range::of(&[]), Range::ALL);
     }
 }
