@@ -17,6 +17,7 @@ use moka::{future, sync};
 
 use crate::lighting;
 use crate::problem::ApiError;
+use crate::processors::run_blocking;
 
 const MATERIALS: u64 = 4096;
 const SCENES: u64 = 1024;
@@ -200,12 +201,12 @@ impl Library {
     pub async fn material(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
         let read = async {
             let stored = self.store.genome(hash).await?;
-            let read = tokio::task::spawn_blocking(move || {
+            let read = move || {
                 let genome = read_genome(hash, &stored)?;
                 let program = express(&genome);
                 Ok(Arc::new(Material { genome, program }))
-            });
-            read.await.map_err(|error| ApiError::internal(error.to_string()))?
+            };
+            run_blocking(read).await?
         };
         Ok(self.materials.try_get_with(hash, read).await?)
     }
@@ -241,8 +242,7 @@ impl Library {
             let mesh = self.scene_mesh(&known).await?;
             let assets = lighting::load(&self.store, &known.scene).await?;
             let trace = move || Arc::new(LightOrbit::trace(&mesh, &known.scene, &assets));
-            let traced = tokio::task::spawn_blocking(trace).await;
-            traced.map_err(|error| ApiError::internal(error.to_string()))
+            run_blocking(trace).await
         };
         Ok(self.circles.try_get_with(id, trace).await?)
     }
@@ -290,8 +290,7 @@ impl Library {
     /// [`ApiError`] if it does not exist or cannot be read.
     pub async fn uploaded_mesh(&self, hash: [u8; 32]) -> Result<Arc<Mesh>, ApiError> {
         let data = self.store.mesh_data(hash).await?;
-        let read = tokio::task::spawn_blocking(move || decode_stored::<Mesh>(&data)).await;
-        let read = read.map_err(|error| ApiError::internal(error.to_string()))?;
+        let read = run_blocking(move || decode_stored::<Mesh>(&data)).await?;
         let mesh = read
             .map_err(|error| ApiError::internal(format!("cannot read a stored mesh: {error}")))?;
         Ok(Arc::new(mesh))

@@ -12,6 +12,7 @@ use brood_storage::{StorageError, Store};
 
 use crate::limit;
 use crate::problem::{ApiError, quote};
+use crate::processors::run_blocking;
 
 /// Checks that a scene's lights refer to existing files and take at most [`limit::LIGHT_SAMPLES`]
 /// samples per point.
@@ -76,8 +77,7 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
                 assets.insert_profile(name, Arc::new(read));
             }
             LightAssetKind::Environment => {
-                let read = tokio::task::spawn_blocking(move || decode_environment(&bytes)).await;
-                let read = read.map_err(|error| ApiError::internal(error.to_string()))?;
+                let read = run_blocking(move || decode_environment(&bytes)).await?;
                 let read = read.map_err(|error| damaged(error.to_string()))?;
                 assets.insert_environment(name, Arc::new(read));
             }

@@ -39,11 +39,22 @@ impl Processors {
         let permit = self.running.clone().acquire_owned().await;
         let permit = permit.map_err(|error| ApiError::internal(error.to_string()))?;
         drop(waiting);
-        let done = tokio::task::spawn_blocking(move || {
-            let result = work();
-            drop(permit);
-            result
-        });
-        done.await.map_err(|error| ApiError::internal(error.to_string()))
+        run_blocking(move || {
+            // Dropped when the work ends, not when the request is cancelled.
+            let _permit = permit;
+            work()
+        })
+        .await
     }
+}
+
+/// Runs `work` on a blocking thread.
+///
+/// # Errors
+/// 500 if `work` panics.
+pub async fn run_blocking<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, ApiError> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(|error| ApiError::internal(error.to_string()))
 }

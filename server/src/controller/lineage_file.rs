@@ -25,6 +25,7 @@ use crate::library::read_genome;
 use crate::lighting;
 use crate::limit;
 use crate::problem::ApiError;
+use crate::processors::run_blocking;
 use crate::state::App;
 
 /// Rows per read.
@@ -126,8 +127,7 @@ pub async fn import(
 }
 
 async fn written(file: LineageFile) -> Result<Vec<u8>, ApiError> {
-    let write = tokio::task::spawn_blocking(move || serde_json::to_vec(&file));
-    let bytes = write.await.map_err(|error| ApiError::internal(error.to_string()))?;
+    let bytes = run_blocking(move || serde_json::to_vec(&file)).await?;
     let bytes = bytes.map_err(|error| ApiError::internal(error.to_string()))?;
     check_bytes(bytes.len())?;
     Ok(bytes)
@@ -185,13 +185,13 @@ async fn texts(
     let mut bytes = 0;
     for some in hashes.chunks(CHUNK) {
         let found = app.store.genomes(some).await?;
-        let written = tokio::task::spawn_blocking(move || -> Result<Vec<_>, ApiError> {
+        let write = move || -> Result<Vec<_>, ApiError> {
             let text = |(hash, stored): (&GenomeHash, &StoredGenome)| {
                 Ok((hash.to_string(), read_genome(*hash, stored)?.to_string()))
             };
             found.iter().map(text).collect()
-        });
-        let written = written.await.map_err(|error| ApiError::internal(error.to_string()))??;
+        };
+        let written = run_blocking(write).await??;
         bytes += written.iter().map(|(_, text)| text.len()).sum::<usize>();
         check_bytes(bytes)?;
         texts.extend(written);

@@ -11,6 +11,7 @@ use rust_embed::RustEmbed;
 use super::file::FileHead;
 use crate::extract::Path;
 use crate::problem::ApiError;
+use crate::processors::run_blocking;
 use crate::state::App;
 
 const CACHE: &str = "no-cache";
@@ -38,11 +39,14 @@ async fn serve(app: &App, path: &str, headers: &HeaderMap) -> Result<Response, A
     let content_type = content_type(path).ok_or_else(missing)?;
     let bytes = match &app.web_dir {
         Some(folder) => {
-            let plain = FilePath::new(path).components().all(|c| matches!(c, Component::Normal(_)));
+            let is_plain =
+                FilePath::new(path).components().all(|c| matches!(c, Component::Normal(_)));
+            if !is_plain {
+                return Err(missing());
+            }
             let file = folder.join(path);
-            let read = tokio::task::spawn_blocking(move || std::fs::read(file));
-            let read = if plain { read.await.ok().and_then(Result::ok) } else { None };
-            Bytes::from(read.ok_or_else(missing)?)
+            let read = run_blocking(move || std::fs::read(file)).await?;
+            Bytes::from(read.map_err(|_| missing())?)
         }
         None => match Embedded::get(path).ok_or_else(missing)?.data {
             std::borrow::Cow::Borrowed(bytes) => Bytes::from_static(bytes),

@@ -19,6 +19,7 @@ use super::queue::WaitingWorker;
 use crate::clock::now_ms;
 use crate::picture::{Failure, check};
 use crate::problem::{ApiError, quote};
+use crate::processors::run_blocking;
 
 /// Worker that waits for a render job.
 pub type WaitingRenderer = WaitingWorker<PendingGrant<PictureService>>;
@@ -136,12 +137,12 @@ impl PictureService {
             return Ok(items);
         }
         let own = self.clone();
-        let reading = tokio::task::spawn_blocking(move || {
+        run_blocking(move || {
             let mut items = items;
             items.retain(|item| !own.cache.complete_if_cached(item.key));
             items
-        });
-        reading.await.map_err(|error| ApiError::internal(error.to_string()))
+        })
+        .await
     }
 
     /// Accepts the results of a lease.

@@ -4,6 +4,7 @@ use brood_target::{TargetFile, TargetFileError, TargetKind};
 use tokio::sync::Semaphore;
 
 use crate::problem::ApiError;
+use crate::processors::run_blocking;
 
 /// Number of targets parsed at a time: parsing takes several times the file's memory.
 pub const READ_PERMITS: u32 = 2;
@@ -45,12 +46,11 @@ pub async fn read_blocking<T: Send + 'static>(
 ) -> Result<T, ApiError> {
     let permit = READING.acquire_many(permits).await;
     let permit = permit.map_err(|error| ApiError::internal(error.to_string()))?;
-    let done = tokio::task::spawn_blocking(move || {
-        let result = work();
-        drop(permit);
-        result
-    });
-    done.await.map_err(|error| ApiError::internal(error.to_string()))
+    run_blocking(move || {
+        let _permit = permit;
+        work()
+    })
+    .await
 }
 
 /// Returns the start of an error text, without control characters.
