@@ -201,8 +201,8 @@ impl Builder {
     fn folded(&mut self, canonical: f32, reference: f64) -> Reference {
         debug_assert!(canonical.abs() <= RANGE && reference.abs() <= f64::from(RANGE));
         let negate = canonical < 0.0;
+        let canonical = canonical.abs();
         // Adding +0 turns -0 into 0, so that zeros are one node.
-        let canonical = canonical.abs() + 0.0;
         let reference = if negate { -reference } else { reference } + 0.0;
         let bits = (canonical.to_bits(), reference.to_bits());
         let shape = mix(2, u64::from(bits.0), bits.1);
