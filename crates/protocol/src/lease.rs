@@ -301,8 +301,8 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     decode_body(bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?)
 }
 
-/// Decodes stored data: a mesh, or the start genomes of a search. Accepts every protocol version,
-/// because the encoding of these types never changes.
+/// Decodes stored data: a mesh, or the start genomes of a search. Accepts every protocol version:
+/// the encoding of these types must never change.
 ///
 /// # Errors
 /// As for [`decode`].

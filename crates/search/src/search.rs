@@ -85,7 +85,7 @@ impl Search {
 
     /// Restores a search from a checkpoint. With the same samples and options, the next generations
     /// have the same bits as without the interruption. The checkpoint does not contain them, so
-    /// others are not detected.
+    /// a wrong one is not detected.
     ///
     /// # Errors
     /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and

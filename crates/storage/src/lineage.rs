@@ -66,7 +66,7 @@ record!(Lineage {
 });
 
 impl Store {
-    /// Stores a new lineage; its number of generations and its version are those of a new one.
+    /// Stores a new lineage and returns it as stored. Its `generations` and `version` are not read.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the scene does not exist, [`StorageError::Conflict`]

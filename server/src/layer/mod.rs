@@ -21,7 +21,7 @@ use query::QueryRoutes;
 
 pub use gate::{COOKIE, token};
 
-/// Wraps the routes of an OpenAPI document in the check of their queries.
+/// Wraps documented routes in the check of their queries.
 pub fn check_queries<S: Clone + Send + Sync + 'static>(
     router: Router<S>,
     openapi: &OpenApi,
