@@ -3,7 +3,6 @@
 //! CSV for other programs.
 
 mod material;
-mod published;
 mod unseen;
 
 use std::path::{Path, PathBuf};
@@ -16,13 +15,13 @@ use brood_search::{Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
 
+use super::published::Published;
 use super::record::CommonArgs;
 use super::target::samples_csv;
 use crate::budget::{FitBudget, spend};
 use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use crate::output;
 use material::{FitMaterial, MaterialFolder};
-use published::Published;
 use unseen::{Studio, ViewDifference};
 
 /// Seconds for the fit of two lobes; it has few parameters and longer runs change nothing.

@@ -41,6 +41,7 @@ pub mod output;
 mod own_server;
 mod pareto;
 mod picture;
+mod published;
 mod record;
 mod skip;
 mod stress;

@@ -5,12 +5,16 @@
 
 mod albedo;
 mod backend;
+mod highlight;
 mod lambert;
 mod lights;
 mod limit;
 mod precision;
 mod prefix;
+mod rays;
 mod samples;
+
+use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -27,6 +31,10 @@ pub struct BenchParetoArgs {
     /// Run only this sweep
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
     sweep: Option<Sweep>,
+    /// Folder with published fits of measured metals in tables/, for the sweep `rays`, and a mesh
+    /// in meshes/, for the sweep `highlight`
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
@@ -49,6 +57,10 @@ enum SceneName {
 enum Sweep {
     /// Samples per pixel
     Samples,
+    /// Every fixed number of rays per pixel
+    Rays,
+    /// Adaptive sampling of materials with narrow highlights
+    Highlight,
     /// f32 against f64
     Precision,
     /// Order of the quadrature of the directional albedo
@@ -91,6 +103,8 @@ fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
     let (short, seed) = (args.short, args.common.seed);
     Ok(match sweep {
         Sweep::Samples => samples::measure(short, seed)?,
+        Sweep::Rays => vec![rays::measure(short, seed, args.data.as_deref())?],
+        Sweep::Highlight => vec![highlight::measure(short, args.data.as_deref())?],
         Sweep::Precision => vec![precision::measure(short, seed)?],
         Sweep::Albedo => vec![albedo::measure(short, seed)?],
         Sweep::Limit => vec![limit::measure(short, seed)?],

@@ -101,6 +101,17 @@ impl<'a> SceneView<'a> {
         SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
     }
 
+    /// Samples some pixels, columns and rows, of the whole picture. Not cached: the pixels depend
+    /// on the material.
+    pub(crate) fn render_pixels(
+        &self,
+        (size_px, samples): (u32, u16),
+        pixels: &[(u32, u32)],
+    ) -> SampleSet {
+        let (scene, mesh, assets) = (self.scene, self.mesh, self.assets);
+        SampleSet::render_pixels(mesh, scene, assets, (size_px, samples), pixels)
+    }
+
     fn set_key(&self, raster: Raster) -> blake3::Hash {
         let Raster { size_px, sampling, area } = raster;
         // 0 is free to stand for adaptive sampling: a fixed number of samples is at least 1.

@@ -4,8 +4,8 @@
 use std::sync::{Arc, OnceLock};
 
 use brood_eval::{
-    Developed, FineSamples, Gain, RadianceImage, RoughTile, develop_samples, rough_tile_count,
-    rough_tiles, shade,
+    Developed, FineSamples, Gain, RadianceImage, Refinement, RoughTile, develop_samples,
+    refine_radiance, rough_tile_count, rough_tiles, shade,
 };
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
@@ -77,10 +77,21 @@ impl EvaluatedPicture<'_> {
 
     /// Returns the picture as linear radiance.
     pub(crate) fn radiance(&self) -> Result<RadianceImage, RenderError> {
-        let rough = rough_tiles(self.set, &develop_samples(self.set, self.f, self.gain));
         let mut image = shade(self.set, self.f);
-        // Rough pixels are fully covered, so their radiance equals radiance times coverage.
-        self.refine(rough, |pixel, radiance| image.put(pixel, radiance))?;
+        let Refiner { caches, evaluators, view, frame, program, .. } = &self.refiner;
+        let backend = self.fine_backend();
+        let Refinement { pixels, samples } = refine_radiance(
+            &mut image,
+            (self.set, self.f),
+            self.gain,
+            |rays, pixels| view.render_pixels((frame.size_px, rays), pixels),
+            |set, f| evaluators.eval(backend, &[*program], set, f),
+        )?;
+        caches.counters.add(RenderStats {
+            rough_pixels: pixels,
+            rough_samples: samples,
+            ..RenderStats::default()
+        });
         Ok(match self.own_area() {
             Some(own) => image.crop(own),
             None => image,
@@ -96,12 +107,8 @@ impl EvaluatedPicture<'_> {
         if rough.is_empty() {
             return Ok(());
         }
-        let Refiner { caches, evaluators, view, frame, program, tiles } = &self.refiner;
-        // Too few samples for a GPU. The exact evaluators compute the same bits.
-        let backend = match frame.backend {
-            Backend::Reference => Backend::Reference,
-            Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
-        };
+        let Refiner { caches, evaluators, view, program, tiles, .. } = &self.refiner;
+        let backend = self.fine_backend();
         let with_set = |rough| (rough, tiles.set(caches, view, rough));
         let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
@@ -116,6 +123,15 @@ impl EvaluatedPicture<'_> {
             });
         }
         Ok(())
+    }
+
+    /// Returns the evaluator of supersampled pixels. They have too few samples for a GPU; the exact
+    /// evaluators compute the same bits.
+    fn fine_backend(&self) -> Backend {
+        match self.refiner.frame.backend {
+            Backend::Reference => Backend::Reference,
+            Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
+        }
     }
 
     /// Returns the requested part in pixels of the set's image, or `None` if it is the whole image.

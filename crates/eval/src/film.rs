@@ -2,6 +2,7 @@
 
 mod developed;
 mod exposure;
+mod refinement;
 mod rough;
 mod srgb;
 mod tone;
@@ -11,6 +12,7 @@ use std::ops::Range;
 use brood_scene::{Film, SampleSet};
 pub use developed::Developed;
 pub use exposure::Gain;
+pub use refinement::{Refinement, refine_radiance};
 pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
 pub(crate) use srgb::decode_srgb;
 pub use srgb::encode_srgb;

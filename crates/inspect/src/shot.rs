@@ -2,10 +2,12 @@
 //! one sample cannot represent, see docs/maths/film.md) are resampled as a worker does in pictures
 //! of programs.
 
+use std::convert::Infallible;
+
 use brood_brdf::Brdf;
 use brood_eval::{
-    Developed, Gain, RadianceImage, RoughTile, develop_samples, model_reflectance, rough_tiles,
-    shade,
+    Developed, Gain, RadianceImage, RoughTile, develop_samples, model_reflectance, refine_radiance,
+    rough_tiles, shade,
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
@@ -83,7 +85,7 @@ impl Shot<'_> {
 
     /// Renders a material on a set from [`Shot::set`], so that several materials share one.
     pub fn take_on(&self, set: &SampleSet, material: &(impl Shade + ?Sized)) -> Picture {
-        let mut f = Vec::new();
+        let (mut f, mut fine_f) = (Vec::new(), Vec::new());
         material.shade(set, &mut f);
         let gain = Gain::new(self.scene.film, set, &f);
         let mut developed = develop_samples(set, &f, gain);
@@ -92,9 +94,9 @@ impl Shot<'_> {
         for rough in rough_tiles(set, &developed) {
             let RoughTile { tile, pixels, .. } = rough;
             let fine = self.samples(RoughTile::SAMPLING, tile);
-            material.shade(&fine, &mut f);
+            material.shade(&fine, &mut fine_f);
             samples += fine.len();
-            let image = shade(&fine, &f);
+            let image = shade(&fine, &fine_f);
             for (pixel, within) in pixels {
                 let (pixel, within) = (pixel as usize, within as usize);
                 let coverage = image.coverage()[within];
@@ -102,10 +104,24 @@ impl Shot<'_> {
                 if coverage > 0.0 {
                     let value = image.premultiplied()[within].map(|channel| channel / coverage);
                     developed.put(pixel, value, gain);
-                    radiance.put(pixel, value);
                 }
             }
         }
+        let refined = refine_radiance(
+            &mut radiance,
+            (set, &f),
+            gain,
+            |rays, pixels| {
+                let picture = (self.size_px, rays);
+                SampleSet::render_pixels(self.mesh, self.scene, self.assets, picture, pixels)
+            },
+            |set, f| -> Result<(), Infallible> {
+                material.shade(set, f);
+                Ok(())
+            },
+        );
+        let Ok(refined) = refined;
+        samples += usize::try_from(refined.samples).expect("they were in memory");
         Picture { developed, radiance, samples }
     }
 

@@ -42,6 +42,8 @@ pub(super) struct Scratch {
     weights: Vec<f64>,
     line: Vec<(f64, usize)>,
     corner: SurfacePoint,
+    /// Point of fixed sampling, reused for its memory.
+    pub fixed: SurfacePoint,
 }
 
 impl PixelSampler<'_> {

@@ -17,6 +17,8 @@ use crate::description::Scene;
 
 /// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
 const MIN_RAYS_FOR_CANDIDATES: usize = 4;
+/// Number of listed pixels that a thread samples at a time.
+const PIXELS_TOGETHER: usize = 16;
 /// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
 /// curved.
 const CURVED_THRESHOLD: f32 = 2e-4;
@@ -91,29 +93,19 @@ impl SampleSet {
             area.is_within(size_px),
             "the area {area} must be non-empty and within {size_px} x {size_px} pixels"
         );
-        let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
-        let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
-        let sampler = PixelSampler {
-            view: View::new(&scene.camera, &frame),
-            tracer: mesh.tracer(),
-            surface: Surface::new(mesh, lights, scene),
-            size_px,
-        };
-        let rows = match sampling {
-            Sampling::Adaptive => adaptive(&sampler, area),
+        let sampler = pixel_sampler(mesh, scene, assets, size_px);
+        let (rows, scale) = match sampling {
+            Sampling::Adaptive => (adaptive(&sampler, area), 1.0),
             Sampling::Fixed(samples) => {
                 let offsets = subpixel_offsets(u32::from(samples));
-                (0..area.height)
+                let rows = (0..area.height)
                     .into_par_iter()
                     .map_init(Scratch::default, |scratch, row| {
                         fixed_row(&sampler, area, row, &offsets, scratch)
                     })
-                    .collect()
+                    .collect();
+                (rows, 1.0 / offsets.len() as f32)
             }
-        };
-        let scale = match sampling {
-            Sampling::Adaptive => 1.0,
-            Sampling::Fixed(samples) => 1.0 / f32::from(samples),
         };
         let image = ImageLayout {
             width: area.width,
@@ -127,6 +119,66 @@ impl SampleSet {
         };
         concatenate(rows, image)
     }
+
+    /// Samples some pixels of that picture, columns and rows, each with at least `samples` rays, as
+    /// an image of one row.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render`], and if a pixel is not in the picture.
+    #[must_use]
+    pub fn render_pixels(
+        mesh: &Mesh,
+        scene: &Scene,
+        assets: &LightAssets,
+        (size_px, samples): (u32, u16),
+        pixels: &[(u32, u32)],
+    ) -> Self {
+        assert!(
+            pixels.iter().all(|(x, y)| *x < size_px && *y < size_px),
+            "pixels must be within {size_px} x {size_px}"
+        );
+        let sampler = pixel_sampler(mesh, scene, assets, size_px);
+        let offsets = subpixel_offsets(u32::from(samples));
+        let width = u32::try_from(pixels.len()).expect("a picture has fewer than 2^32 pixels");
+        let rows = pixels
+            .par_chunks(PIXELS_TOGETHER)
+            .zip((0..width).into_par_iter().step_by(PIXELS_TOGETHER))
+            .map_init(Scratch::default, |scratch, (pixels, first)| {
+                let mut out = Row::default();
+                for (index, pixel) in (first..).zip(pixels) {
+                    fixed_pixel(&sampler, *pixel, &offsets, scratch, (index, &mut out));
+                }
+                out
+            })
+            .collect();
+        let image = ImageLayout {
+            width,
+            height: 1,
+            size_px,
+            area: PixelArea { x: 0, y: 0, width, height: 1 },
+            sampling: Sampling::Fixed(samples),
+            scale: 1.0 / offsets.len() as f32,
+            runs: Vec::new(),
+            coverage: Vec::new().into(),
+        };
+        concatenate(rows, image)
+    }
+}
+
+fn pixel_sampler<'a>(
+    mesh: &'a Mesh,
+    scene: &Scene,
+    assets: &LightAssets,
+    size_px: u32,
+) -> PixelSampler<'a> {
+    let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
+    let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
+    PixelSampler {
+        view: View::new(&scene.camera, &frame),
+        tracer: mesh.tracer(),
+        surface: Surface::new(mesh, lights, scene),
+        size_px,
+    }
 }
 
 /// Samples a row with the same rays in every pixel.
@@ -138,41 +190,49 @@ fn fixed_row(
     scratch: &mut Scratch,
 ) -> Row {
     let mut out = Row::default();
-    out.counts.rays = u64::from(area.width) * offsets.len() as u64;
-    let inverse = 1.0 / offsets.len() as f32;
-    let (mut point, y) = (SurfacePoint::default(), area.y + row);
     for column in 0..area.width {
-        let x = area.x + column;
-        let start = out.buffer.count();
-        let (mut centre, mut covered) = (0, 0u16);
-        if offsets.len() >= MIN_RAYS_FOR_CANDIDATES {
-            sampler.gather_candidates(x, y, scratch);
-        }
-        for (k, offset) in offsets.iter().enumerate() {
-            let ray = sampler.camera_ray((x, y), *offset, k);
-            let hit = if offsets.len() >= MIN_RAYS_FOR_CANDIDATES {
-                sampler.trace_in_pixel((ray, *offset), scratch, &mut point)
-            } else {
-                sampler.trace(ray, &mut scratch.stack, &mut point)
-            };
-            if hit {
-                covered += 1;
-                out.counts.add_unlit((point.skipped, point.shadowed));
-                out.buffer.push_point(&point);
-            }
-            if k == 0 {
-                centre = out.buffer.count() - start;
-            }
-        }
-        out.counts.covered += u64::from(covered);
-        let samples = out.buffer.count() - start;
-        out.finish_pixel(
-            row * area.width + column,
-            (samples, centre, 0),
-            f32::from(covered) * inverse,
-        );
+        let pixel = (area.x + column, area.y + row);
+        fixed_pixel(sampler, pixel, offsets, scratch, (row * area.width + column, &mut out));
     }
     out
+}
+
+/// Samples a pixel and adds it with that index.
+fn fixed_pixel(
+    sampler: &PixelSampler<'_>,
+    (x, y): (u32, u32),
+    offsets: &[DVec2],
+    scratch: &mut Scratch,
+    (index, out): (u32, &mut Row),
+) {
+    let start = out.buffer.count();
+    let (mut centre, mut covered) = (0, 0u16);
+    let mut point = std::mem::take(&mut scratch.fixed);
+    let use_candidates = offsets.len() >= MIN_RAYS_FOR_CANDIDATES;
+    if use_candidates {
+        sampler.gather_candidates(x, y, scratch);
+    }
+    for (k, offset) in offsets.iter().enumerate() {
+        let ray = sampler.camera_ray((x, y), *offset, k);
+        let hit = if use_candidates {
+            sampler.trace_in_pixel((ray, *offset), scratch, &mut point)
+        } else {
+            sampler.trace(ray, &mut scratch.stack, &mut point)
+        };
+        if hit {
+            covered += 1;
+            out.counts.add_unlit((point.skipped, point.shadowed));
+            out.buffer.push_point(&point);
+        }
+        if k == 0 {
+            centre = out.buffer.count() - start;
+        }
+    }
+    scratch.fixed = point;
+    out.counts.rays += offsets.len() as u64;
+    out.counts.covered += u64::from(covered);
+    let samples = out.buffer.count() - start;
+    out.finish_pixel(index, (samples, centre, 0), f32::from(covered) / offsets.len() as f32);
 }
 
 /// Samples with one ray through each centre, and more rays in edge and curved pixels.

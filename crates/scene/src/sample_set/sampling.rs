@@ -13,7 +13,8 @@ pub enum Sampling {
     /// edge, a crease or strongly curved shading.
     #[default]
     Adaptive,
-    /// The same number of rays in every pixel, 1 to [`Sampling::FIXED_MAX`].
+    /// The same number of rays in every pixel, 1 to [`Sampling::FIXED_MAX`]. An even number is
+    /// rounded up, so that rays are symmetric about the pixel's centre and include it.
     Fixed(u16),
 }
 

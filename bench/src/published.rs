@@ -76,6 +76,12 @@ impl Published {
         Ok(Self(SOURCES.iter().map(models).collect::<Result<_>>()?))
     }
 
+    /// Returns a source's published fit of a material.
+    pub fn model(&self, source: &str, material: &str) -> Option<&Model> {
+        let index = SOURCES.iter().position(|known| known.name == source)?;
+        self.0[index].get(material)
+    }
+
     /// E_log of each source's published fit of a material; `None` for a source without one.
     pub fn e_log(
         &self,
