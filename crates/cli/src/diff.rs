@@ -1,5 +1,6 @@
 //! `brood diff`: difference of two pictures in a named metric.
 
+mod flip;
 mod picture;
 
 use std::path::PathBuf;
@@ -7,9 +8,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use brood_bench::{logging, output};
 use clap::{Args, ValueEnum};
+use flip::Flip;
+use picture::ComparedPicture;
 use serde_json::json;
-
-pub use picture::read;
 
 /// Options of `brood diff`.
 #[derive(Debug, Args)]
@@ -33,7 +34,7 @@ pub enum Metric {
     Rmse,
     /// Structural similarity of 8-bit sRGB; 1 for equal pictures
     Ssim,
-    /// Mean FLIP error
+    /// Mean FLIP error: HDR-FLIP of two EXRs, otherwise LDR-FLIP
     Flip,
     /// Mean colour difference of BT.2124
     Itp,
@@ -47,22 +48,30 @@ fn luminance(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub fn run(args: &DiffArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let (a, b) = (ComparedPicture::read(&args.a)?, ComparedPicture::read(&args.b)?);
     ensure!(
-        a.size() == b.size(),
+        a.image.size() == b.image.size(),
         "the pictures must have the same size, got {:?} and {:?}",
-        a.size(),
-        b.size()
+        a.image.size(),
+        b.image.size()
     );
+    let name = args.metric.to_possible_value().expect("no metric is hidden").get_name().to_owned();
     let value = match args.metric {
-        Metric::Rmse => a.rmse(&b),
-        Metric::Ssim => a.ssim(&b).context("ssim needs pictures of at least 11 x 11 pixels")?,
-        Metric::Flip => a.flip(&b),
-        Metric::Itp => a.itp(&b, args.white),
+        Metric::Rmse => a.image.rmse(&b.image),
+        Metric::Ssim => {
+            a.image.ssim(&b.image).context("ssim needs pictures of at least 11 x 11 pixels")?
+        }
+        Metric::Flip => {
+            let flip = Flip::of(&a, &b)?;
+            if json {
+                let of = json!({ "metric": name, "value": flip.mean, "flip": flip.json() });
+                return output::print_json(&of);
+            }
+            return output::print(&format!("{}\n{}\n", flip.mean, flip.text()));
+        }
+        Metric::Itp => a.image.itp(&b.image, args.white),
     };
     if json {
-        let name = args.metric.to_possible_value();
-        let name = name.expect("no metric is hidden").get_name().to_owned();
         return output::print_json(&json!({ "metric": name, "value": value }));
     }
     output::print(&format!("{value}\n"))

@@ -122,12 +122,58 @@ fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
     for metric in ["rmse", "flip", "itp"] {
         let value =
             succeed(&["diff", &path(&dir, "a.png"), &path(&dir, "c.png"), "--metric", metric]);
-        assert!(value.trim().parse::<f64>().unwrap() > 0.0, "{metric} {value}");
+        let first = value.lines().next().unwrap();
+        assert!(first.parse::<f64>().unwrap() > 0.0, "{metric} {value}");
     }
     let reference = render("f.exr", &["--backend", "reference"]);
     assert!(reference.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
     let difference = succeed(&["diff", &path(&dir, "e.exr"), &path(&dir, "f.exr")]);
     assert!(difference.trim().parse::<f64>().unwrap() < 1.0, "{difference}");
+}
+
+#[test]
+fn flip_is_hdr_flip_of_two_exr_pictures_and_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let picture = |name: &str, value: &dyn Fn(u32, u32) -> f32| {
+        let file = path(&dir, name);
+        let of = |x: u32, y: u32| image::Rgb([value(x, y), 0.5 * value(x, y), 0.25]);
+        let image = image::DynamicImage::ImageRgb32F(image::Rgb32FImage::from_fn(24, 24, of));
+        let is_png = name.ends_with(".png");
+        if is_png { image::DynamicImage::ImageRgb8(image.to_rgb8()) } else { image }
+            .save(&file)
+            .unwrap();
+        file
+    };
+    let light = |x: u32, y: u32| (1 + x * y) as f32 / 16.0;
+    let reference = picture("reference.exr", &light);
+    // Both are white to a display in the changed part.
+    let brighter = picture("brighter.exr", &|x, y| light(x, y) * if x > 16 { 1.5 } else { 1.0 });
+    let flip = |a: &str, b: &str| succeed(&["diff", a, b, "--metric", "flip"]);
+    let text = flip(&reference, &brighter);
+    let (value, words) = text.split_once('\n').unwrap();
+    assert!(value.parse::<f64>().unwrap() > 0.03, "{text}");
+    assert!(words.starts_with("HDR-FLIP, ACES: 3 exposures from -"), "{text}");
+    let json = succeed(&["diff", &reference, &brighter, "--metric", "flip", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((&json["flip"]["range"], &json["flip"]["exposures"]), (&"hdr".into(), &3.into()));
+    assert_eq!(json["value"].as_f64().unwrap(), value.parse::<f64>().unwrap());
+
+    let shown = picture("shown.png", &light);
+    assert!(flip(&shown, &shown).ends_with("0\nLDR-FLIP of 8-bit sRGB\n"));
+    let mixed = flip(&shown, &reference);
+    assert!(
+        mixed.contains("LDR-FLIP") && mixed.contains("pixels of the EXR are clipped"),
+        "{mixed}"
+    );
+
+    let negative = picture("negative.exr", &|x, y| if x == 3 { -1.0 } else { light(x, y) });
+    assert!(flip(&reference, &negative).contains("negative values of 24 pixels count as 0"));
+    let broken = picture("broken.exr", &|x, y| if (x, y) == (2, 5) { f32::NAN } else { 1.0 });
+    let line = fail(&["diff", &reference, &broken, "--metric", "flip"]);
+    assert!(line.contains("must have finite values, got NaN in red of pixel (2, 5)"), "{line}");
+    let black = path(&dir, "black.exr");
+    image::DynamicImage::ImageRgb32F(image::Rgb32FImage::new(24, 24)).save(&black).unwrap();
+    assert!(fail(&["diff", &black, &reference, "--metric", "flip"]).contains("a pixel above 0"));
 }
 
 #[test]

@@ -14,8 +14,7 @@ pub use developed::Developed;
 pub use exposure::Gain;
 pub use refinement::{Refinement, refine_radiance};
 pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
-pub(crate) use srgb::decode_srgb;
-pub use srgb::encode_srgb;
+pub use srgb::{decode_srgb, encode_srgb};
 
 use self::tone::{Curve, WithCurve, with_curve};
 use crate::level::{Level, SimdKernel};

@@ -4,14 +4,17 @@
 mod curve;
 mod difference;
 mod exposure;
+mod exposures;
+mod flip;
 mod itp;
 mod phenomena;
 mod similarity;
 mod specimen;
 
 pub use curve::{CurvePoint, curves, luminance};
-pub use difference::{LinearImage, LinearImageError, flip};
+pub use difference::{HdrFlip, LinearImage, LinearImageError, flip};
 pub use exposure::LightOrbit;
+pub use exposures::Exposures;
 pub use phenomena::Phenomena;
 pub use specimen::Specimen;
 

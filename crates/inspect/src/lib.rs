@@ -25,8 +25,8 @@ mod shot;
 mod slice;
 
 pub use compare::{
-    COMPARED, CurvePoint, LightOrbit, LinearImage, LinearImageError, OTHER_LIGHT_DEG, Phenomena,
-    Specimen, curves, flip, luminance,
+    COMPARED, CurvePoint, Exposures, HdrFlip, LightOrbit, LinearImage, LinearImageError,
+    OTHER_LIGHT_DEG, Phenomena, Specimen, curves, flip, luminance,
 };
 pub use energy::Energy;
 pub use listing::{marked_source, scalar_code};

@@ -35,7 +35,8 @@ pub fn run(brood: &Path) -> Result<()> {
         let mut diff = environment.brood();
         diff.args(["diff", "--metric", metric]).args(&pictures);
         let own = shell::output(&mut diff)?;
-        let own: f64 = own.trim().parse().context("read the difference")?;
+        let own = own.lines().next().unwrap_or_default();
+        let own: f64 = own.parse().context("read the difference")?;
         let other = theirs
             .get(metric)
             .and_then(Value::as_f64)

@@ -62,7 +62,8 @@ fn thresholds() -> [f32; 257] {
 ///
 /// # Source
 /// IEC 61966-2-1, the piecewise electro-optical transfer function.
-pub(crate) fn decode_srgb(encoded: f64) -> f64 {
+#[must_use]
+pub fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 

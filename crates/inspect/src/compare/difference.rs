@@ -3,8 +3,9 @@
 use brood_eval::RadianceImage;
 use image::{DynamicImage, ImageFormat};
 
-use super::itp;
+use super::exposures::Exposures;
 use super::similarity::ssim;
+use super::{flip as metric, itp};
 
 /// Linear RGB of a picture, composed over black.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,13 +114,35 @@ impl LinearImage {
         ssim(&self.encoded(), &other.encoded(), width, height)
     }
 
-    /// Returns the mean FLIP error against a picture of the same size.
+    /// Returns the mean LDR-FLIP error against a picture of the same size, both in 8-bit sRGB,
+    /// clipped to 0..1.
     ///
     /// # Source
     /// Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020.
     #[must_use]
     pub fn flip(&self, other: &Self) -> f64 {
         flip(self.size(), &self.encoded(), &other.encoded())
+    }
+
+    /// Returns the mean HDR-FLIP error of a picture of the same size against this reference, `None`
+    /// if the reference is black.
+    ///
+    /// # Domain
+    /// Finite values in the range of f32. Negative values count as 0.
+    ///
+    /// # Error
+    /// 1e-6 against flip-evaluator 1.7 (`hdr_flip_agrees_with_the_reference_implementation`).
+    ///
+    /// # Source
+    /// Andersson et al., Visualizing Errors in Rendered High Dynamic Range Images, 2021.
+    #[must_use]
+    pub fn hdr_flip(&self, test: &Self) -> Option<HdrFlip> {
+        let [reference, test] = [self, test].map(|picture| -> Vec<[f64; 3]> {
+            picture.linear.iter().map(|rgb| rgb.map(|value| value.max(0.0))).collect()
+        });
+        let exposures = Exposures::of(&reference)?;
+        let mean = metric::mean_over(&exposures, self.width as usize, &reference, &test);
+        Some(HdrFlip { mean, exposures })
     }
 
     /// Returns the mean Delta E_ITP against a picture of the same size; 1 is about a just
@@ -138,13 +161,30 @@ impl LinearImage {
     }
 }
 
-/// Returns the mean FLIP error between two pictures of 8-bit sRGB with red, green and blue
+/// HDR-FLIP error with the exposures that it was taken over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HdrFlip {
+    /// Mean of the pixels, 0 to 1.
+    pub mean: f64,
+    /// Exposures of the pictures.
+    pub exposures: Exposures,
+}
+
+/// Returns the mean LDR-FLIP error between two pictures of 8-bit sRGB with red, green and blue
 /// interleaved.
+///
+/// # Panics
+/// If a picture does not have `width * height` pixels.
 #[must_use]
 pub fn flip((width, height): (u32, u32), a: &[u8], b: &[u8]) -> f64 {
-    let image = |rgb| nv_flip::FlipImageRgb8::with_data(width, height, rgb);
-    let map = nv_flip::flip(image(a), image(b), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
-    f64::from(nv_flip::FlipPool::from_image(&map).mean())
+    let linear: [f64; 256] =
+        std::array::from_fn(|code| brood_eval::decode_srgb(code as f64 / 255.0));
+    let [a, b] = [a, b].map(|codes| -> Vec<[f64; 3]> {
+        assert_eq!(codes.len(), 3 * width as usize * height as usize, "three bytes for each pixel");
+        let pixels = codes.chunks_exact(3);
+        pixels.map(|rgb| [0, 1, 2].map(|channel| linear[usize::from(rgb[channel])])).collect()
+    });
+    metric::mean(width as usize, &a, &b)
 }
 
 #[cfg(test)]
