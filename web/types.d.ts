@@ -1639,8 +1639,9 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description Lowest E_log that a reciprocal material can reach; null unless both orders of direction
-             *     pairs were measured.
+             * @description Lowest E_log of a reciprocal material on the held-out samples as measured, in both orders of
+             *     directions; null unless the measurement covers all directions. Searches fit the mean of both
+             *     orders, so the errors of their results can be lower.
              */
             reciprocal_floor?: number | null;
             /**

@@ -112,7 +112,7 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
         }
         let published = published.e_log(name, &target.held)?;
         let two_lobes = pool.install(|| two_lobes(target, args.common.seed))?;
-        let floor = target.floor.unwrap_or(0.0);
+        let floor = target.floor().unwrap_or(0.0);
         let row = Row { material: name.clone(), floor, runs, published, two_lobes };
         eprintln!("{}", line(&row));
         rows.push(row);

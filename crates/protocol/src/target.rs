@@ -94,8 +94,9 @@ pub struct Target {
     pub skipped_samples: u64,
     /// Largest fitted reflectance f, per steradian.
     pub largest_f: f64,
-    /// Lowest E_log that a reciprocal material can reach; null unless both orders of direction
-    /// pairs were measured.
+    /// Lowest E_log of a reciprocal material on the held-out samples as measured, in both orders of
+    /// directions; null unless the measurement covers all directions. Searches fit the mean of both
+    /// orders, so the errors of their results can be lower.
     pub reciprocal_floor: Option<f64>,
     /// Largest directional albedo, for measurements that cover all directions. If it is above 1,
     /// found materials reflect less than the measurement.

@@ -46,21 +46,39 @@ impl Found {
         let Candidate { genome, parameters, .. } = candidate;
         let program = Program::lower(genome);
         let divisor = energy_limit(&program).divisor;
-        let program = if divisor > 1.0 { program.divided(divisor) } else { program };
-        let measured = |samples: &Samples| {
-            let found = Samples::of_program(&program, samples.pairs().to_vec())?;
-            Ok::<_, EvalError>((samples.weighted(), found.weighted()))
-        };
-        let (held, fitted) = (measured(&target.held)?, measured(&target.fitted)?);
+        let program = limited(program, divisor);
+        let (held, fitted) = (pair(&program, &target.held)?, pair(&program, &target.fitted)?);
         Ok(Self {
             genome: genome.clone(),
             operations: program.steps().len(),
             parameters: *parameters,
-            fitted: metric::e_log(&fitted.0, &fitted.1),
-            e_log: metric::e_log(&held.0, &held.1),
-            e_cbrt: metric::e_cbrt(&held.0, &held.1),
-            relative_l2: metric::relative_l2(&held.0, &held.1),
+            fitted: metric::e_log(&fitted[0], &fitted[1]),
+            e_log: metric::e_log(&held[0], &held[1]),
+            e_cbrt: metric::e_cbrt(&held[0], &held[1]),
+            relative_l2: metric::relative_l2(&held[0], &held[1]),
             divisor,
         })
     }
+
+    /// Returns E_log on the held-out samples as they were measured, in both orders of directions:
+    /// the error that the target's floor is a lower bound of. `None` if the target has no floor.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if the program cannot be evaluated.
+    pub fn e_log_as_measured(&self, target: &MeasuredTarget) -> Result<Option<f64>, EvalError> {
+        let Some(measured) = &target.measured else { return Ok(None) };
+        let program = limited(Program::lower(&self.genome), self.divisor);
+        let [wanted, found] = pair(&program, &measured.samples(target.held.pairs()))?;
+        Ok(Some(metric::e_log(&wanted, &found)))
+    }
+}
+
+fn limited(program: Program, divisor: f64) -> Program {
+    if divisor > 1.0 { program.divided(divisor) } else { program }
+}
+
+/// Weighted values of samples, and of a program at the same pairs.
+fn pair(program: &Program, samples: &Samples) -> Result<[Vec<[f64; 3]>; 2], EvalError> {
+    let found = Samples::of_program(program, samples.pairs().to_vec())?;
+    Ok([samples.weighted(), found.weighted()])
 }

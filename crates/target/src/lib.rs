@@ -36,7 +36,7 @@ pub use draw::{draw_pairs, grazing_pairs, narrow_pairs};
 pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
 pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 pub use known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
-pub use measured::{MeasuredTarget, TargetError};
+pub use measured::{AsMeasured, MeasuredTarget, TargetError};
 pub use reflected::Reflected;
 pub use samples::Samples;
 pub use strategy::{Strategy, UnknownStrategy};

@@ -174,7 +174,7 @@ fn describe(spec: &TargetSpec, parsed: &ParsedTarget) -> Target {
         held_out_samples: held,
         skipped_samples: *skipped as u64,
         largest_f: target.fitted.largest(),
-        reciprocal_floor: target.floor,
+        reciprocal_floor: target.floor(),
         largest_albedo: target
             .reflected
             .map(|most| LargestAlbedo { albedo: most.albedo, theta_deg: most.theta_deg }),

@@ -16,6 +16,8 @@ pub struct Report<'a> {
     target: &'a MeasuredTarget,
     kind: &'static str,
     inspection: Inspection,
+    /// E_log on the held-out samples as measured.
+    as_measured: Option<f64>,
     /// Largest f among directions where samples are sparse.
     spike: f64,
 }
@@ -26,7 +28,8 @@ impl<'a> Report<'a> {
         let inspection = inspect(&found.genome);
         let narrow = Samples::of_program(&express(&found.genome), narrow_pairs(NARROW, 3))?;
         let spike = narrow.largest().max(inspection.physics.max_f.into());
-        Ok(Self { found, target, kind, inspection, spike })
+        let as_measured = found.e_log_as_measured(target)?;
+        Ok(Self { found, target, kind, inspection, as_measured, spike })
     }
 
     /// Largest f of all samples of the target.
@@ -43,12 +46,13 @@ impl<'a> Report<'a> {
                 "fitted_samples": target.fitted.len(),
                 "held_out_samples": target.held.len(),
                 "largest_f": self.largest(),
-                "reciprocal_floor": target.floor,
+                "reciprocal_floor": target.floor(),
                 "largest_albedo": target.reflected.map(|most| json!({"albedo": most.albedo, "theta_deg": most.theta_deg})),
             },
             "search": run,
             "e_log": found.e_log,
             "e_log_fitted": found.fitted,
+            "e_log_as_measured": self.as_measured,
             "e_cbrt": found.e_cbrt,
             "rel_l2": found.relative_l2,
             "operations": found.operations,
@@ -64,8 +68,12 @@ impl<'a> Report<'a> {
     pub fn text(&self) -> String {
         let Self { found, target, inspection, .. } = self;
         let physics = &inspection.physics;
-        let floor = target.floor.map_or_else(String::new, |floor| {
-            format!("; no reciprocal material has an error below {floor:.5}")
+        let floor = target.floor().zip(self.as_measured);
+        let floor = floor.map_or_else(String::new, |(floor, error)| {
+            format!(
+                "E_log {error:.5} on held-out samples as measured, before light and eye are averaged; no reciprocal material is below \
+                 {floor:.5} there\n"
+            )
         });
         let too_much = target.reflected.filter(|most| most.is_too_much());
         let too_much = too_much.map_or_else(String::new, |most| {
@@ -77,8 +85,9 @@ impl<'a> Report<'a> {
             count => format!("NOT reciprocal for {count} of {} pairs", physics.swapped_pairs),
         };
         format!(
-            "{}: {} samples fitted, {} held out{floor}\n\
+            "{}: {} samples fitted, {} held out\n\
              {too_much}E_log {:.5} on held-out samples, {:.5} on fitted samples; E_cbrt {:.5}, relative L2 {:.4}\n\
+             {floor}\
              {} operations per sample, {} fitted parameters; f from {} to {:.4} (largest sample: {:.4}), {} values not finite\n\
              reciprocity: {reciprocal}; the energy limit divides by {:.6}\n",
             self.kind,

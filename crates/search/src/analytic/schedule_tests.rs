@@ -124,7 +124,7 @@ fn front_is_ranked_under_the_energy_limit() {
     let target = MeasuredTarget {
         fitted: samples.clone(),
         held: samples.clone(),
-        floor: None,
+        measured: None,
         reflected: None,
     };
     for seed in 1..=3 {
